@@ -1,0 +1,92 @@
+"""Checks of what users pass in: each returns a clean copy or raises a `ProblemError` that names the fault."""
+
+import math
+from collections.abc import Iterable
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cgla_graph._types import Bounds, FloatArray, Point
+from cgla_graph.errors import ProblemError
+
+
+def finite_number(name: str, value: object) -> float:
+    """Return `value` as a float, or raise `ProblemError` unless it is a finite real number."""
+    # numpy scalars and 0-d arrays are numbers too; strings and booleans are mistakes
+    if isinstance(value, bool | str | bytes):
+        msg = f"{name} is {value!r}; give a finite number"
+        raise ProblemError(msg)
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError) as error:
+        msg = f"{name} is {value!r}; give a finite number"
+        raise ProblemError(msg) from error
+    if not math.isfinite(number):
+        msg = f"{name} is {number}; give a finite number"
+        raise ProblemError(msg)
+    return number
+
+
+def positive_number(name: str, value: object) -> float:
+    """Return `value` as a float, or raise `ProblemError` unless it is finite and above 0."""
+    number = finite_number(name, value)
+    if number <= 0.0:
+        msg = f"{name} is {number:g}; it must be above 0"
+        raise ProblemError(msg)
+    return number
+
+
+def non_negative_number(name: str, value: object) -> float:
+    """Return `value` as a float, or raise `ProblemError` unless it is finite and at least 0."""
+    number = finite_number(name, value)
+    if number < 0.0:
+        msg = f"{name} is {number:g}; it must be at least 0"
+        raise ProblemError(msg)
+    return number
+
+
+def _numbers(name: str, value: object, form: str) -> tuple[object, ...]:
+    """Return `value` as a tuple as long as `form` says, or raise `ProblemError`."""
+    try:
+        numbers = tuple(cast("Iterable[object]", value))
+    except TypeError:
+        numbers = ()
+    if len(numbers) != form.count(",") + 1 or isinstance(value, str):
+        msg = f"{name} is {value!r}; give {form}"
+        raise ProblemError(msg)
+    return numbers
+
+
+def point(name: str, value: object) -> Point:
+    """Return `value` as a pair of floats, or raise `ProblemError` unless it is two finite numbers."""
+    numbers = _numbers(name, value, "(x, y)")
+    return finite_number(f"{name} x", numbers[0]), finite_number(f"{name} y", numbers[1])
+
+
+def point_array(name: str, value: ArrayLike) -> FloatArray:
+    """Return `value` as a contiguous array of shape ``(..., 2)``, or raise `ProblemError`; the input stays as it is."""
+    try:
+        array = np.ascontiguousarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        msg = f"{name} is not an array of numbers ({error}); give points as pairs (x, y)"
+        raise ProblemError(msg) from error
+    if array.ndim == 0 or array.shape[-1] != 2:  # noqa: PLR2004 - a point has two coordinates
+        msg = f"{name} has shape {array.shape}; give points as pairs (x, y), shape (..., 2)"
+        raise ProblemError(msg)
+    bad = np.argwhere(~np.isfinite(array).all(axis=-1))
+    if len(bad):
+        where = tuple(int(i) for i in bad[0])
+        msg = f"{name} holds {array[where].tolist()} at index {where or 0}; coordinates must be finite"
+        raise ProblemError(msg)
+    return array
+
+
+def bounds_box(value: object) -> Bounds:
+    """Return `value` as ``(x_min, y_min, x_max, y_max)``, or raise `ProblemError` unless it is a box with an inside."""
+    numbers = _numbers("bounds", value, "(x_min, y_min, x_max, y_max)")
+    x_min, y_min, x_max, y_max = (finite_number("a bound", number) for number in numbers)
+    if not (x_min < x_max and y_min < y_max):
+        msg = f"bounds {(x_min, y_min, x_max, y_max)} are empty; x_min < x_max and y_min < y_max must hold"
+        raise ProblemError(msg)
+    return x_min, y_min, x_max, y_max

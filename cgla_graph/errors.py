@@ -1,0 +1,48 @@
+"""The errors of the toolkit: one tree, each also the builtin that a newcomer would catch."""
+
+
+class CglaError(Exception):
+    """
+    Base of every error that the toolkit raises on purpose.
+
+    Examples
+    --------
+    >>> issubclass(ProblemError, CglaError) and issubclass(ProblemError, ValueError)
+    True
+    """
+
+    def __str__(self) -> str:
+        """Return the message as it is (``KeyError`` would quote it)."""
+        return str(self.args[0]) if self.args else ""
+
+
+class ProblemError(CglaError, ValueError):
+    """A threat, a risk field, a lattice, a no-fly area or a problem is malformed."""
+
+
+class GraphError(CglaError, ValueError):
+    """A graph is malformed, or cannot be built as asked."""
+
+
+class NodeNotFoundError(CglaError, KeyError):
+    """A node is not in the graph."""
+
+
+class ScenarioError(CglaError, ValueError):
+    """A scenario file, or a map that it names, cannot be read or is malformed."""
+
+
+class SolverSettingError(CglaError, ValueError):
+    """A solver was given a setting that it does not have, or a value that it does not allow."""
+
+
+class UnknownSolverError(CglaError, KeyError):
+    """No solver has that name."""
+
+
+class SolverUnavailableError(CglaError, ImportError):
+    """A solver needs a package that is not installed."""
+
+
+class OutputError(CglaError, OSError):
+    """A file or folder cannot be written."""

@@ -1,0 +1,93 @@
+"""What a solver is: settings, traits and one method."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, Protocol, TypeAlias, runtime_checkable
+
+from cgla_graph.errors import SolverSettingError
+from cgla_graph.problem import GraphProblem, Problem
+from cgla_graph.solution import Solution
+
+
+@dataclass(frozen=True)
+class Traits:
+    """
+    What a solver is and promises; the contract checks hold it to that.
+
+    Attributes
+    ----------
+    name
+        Its name in the registry, kebab-case.
+    summary
+        One line for `cgla solvers`.
+    domain
+        ``graph``: takes a `GraphProblem`; ``plane``: takes a `Problem`.
+    exact
+        Whether its path always has least cost on the graph it is given (graph solvers).
+    anytime
+        Whether it records its best cost over time in `Solution.trace`.
+    seeded
+        Whether it draws random numbers; then it has a setting ``seed`` and the same seed gives the same path.
+    no_fly
+        Whether it plans around no-fly areas; if not, its path may turn out infeasible.
+    needs
+        Packages beyond those that the toolkit always has.
+
+    Examples
+    --------
+    >>> Traits("mine", "a solver of mine", domain="plane").seeded
+    False
+    """
+
+    name: str
+    summary: str
+    domain: Literal["graph", "plane"]
+    exact: bool = False
+    anytime: bool = False
+    seeded: bool = False
+    no_fly: bool = True
+    needs: tuple[str, ...] = ()
+
+
+@runtime_checkable
+class GraphSolver(Protocol):
+    """A frozen dataclass of settings that plans on a graph, of which it knows nothing but nodes and weights."""
+
+    traits: ClassVar[Traits]
+
+    def solve(self, problem: GraphProblem) -> Solution:
+        """Return status, nodes and its own idea of the cost; the oracle does the rest."""
+        ...
+
+
+@runtime_checkable
+class PlaneSolver(Protocol):
+    """A frozen dataclass of settings that plans in the plane."""
+
+    traits: ClassVar[Traits]
+
+    def solve(self, problem: Problem) -> Solution:
+        """Return status, waypoints and its own idea of the cost; the oracle does the rest."""
+        ...
+
+
+Solver: TypeAlias = GraphSolver | PlaneSolver
+
+
+def whole_setting(solver: str, name: str, value: Any, *, at_least: int) -> int:  # noqa: ANN401 - a check of anything
+    """
+    Return a setting that must be a whole number.
+
+    Raises
+    ------
+    SolverSettingError
+        If it is not, or is below `at_least`.
+
+    Examples
+    --------
+    >>> whole_setting("rrt-star", "iterations", 100, at_least=1)
+    100
+    """
+    if isinstance(value, bool) or not isinstance(value, int) or value < at_least:
+        msg = f"{solver}: {name} is {value!r}; give a whole number of at least {at_least}"
+        raise SolverSettingError(msg)
+    return value

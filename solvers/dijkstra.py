@@ -1,0 +1,40 @@
+"""Dijkstra's algorithm of scipy, over the same weights."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from scipy.sparse import csgraph
+
+from cgla_graph.problem import GraphProblem
+from cgla_graph.solution import Solution, Status
+from cgla_graph.solvers.base import Traits
+
+
+@dataclass(frozen=True)
+class Dijkstra:
+    """
+    `scipy.sparse.csgraph.dijkstra`: the independent reference for every exact graph solver.
+
+    Examples
+    --------
+    >>> from cgla_graph.graph import GeometricGraph
+    >>> chain = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]])
+    >>> Dijkstra().solve(GraphProblem(chain, 0, 2)).cost
+    2.0
+    """
+
+    traits: ClassVar[Traits] = Traits("dijkstra", "scipy.sparse.csgraph.dijkstra", domain="graph", exact=True)
+
+    def solve(self, problem: GraphProblem) -> Solution:
+        """Run scipy's Dijkstra from the source and walk back from the target."""
+        graph = problem.graph
+        source, target = graph.index_of(problem.source), graph.index_of(problem.target)
+        costs, before = csgraph.dijkstra(graph.to_csgraph(), indices=source, return_predecessors=True)
+        if not np.isfinite(costs[target]):
+            return Solution(Status.NO_PATH)
+        indices = [target]
+        while indices[-1] != source:
+            indices.append(int(before[indices[-1]]))
+        nodes = tuple(graph.labels[i] for i in reversed(indices))
+        return Solution(Status.OPTIMAL, nodes=nodes, cost=float(costs[target]))

@@ -1,0 +1,156 @@
+"""The table of solvers: a name, and where its class is. A new solver is one file and one row."""
+
+import dataclasses
+import difflib
+import importlib
+from collections.abc import Mapping
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+from typing import Any, cast
+
+from cgla_graph.errors import SolverSettingError, SolverUnavailableError, UnknownSolverError
+from cgla_graph.solvers.base import Solver, Traits
+
+ENTRY_POINT_GROUP = "cgla_graph.solvers"
+
+_BUILT_IN: Mapping[str, str] = {
+    "cgla": "cgla_graph.solvers.cgla:Cgla",
+    "dijkstra": "cgla_graph.solvers.dijkstra:Dijkstra",
+    "networkx": "cgla_graph.solvers.networkx_search:NetworkxDijkstra",
+    "networkx-astar": "cgla_graph.solvers.networkx_search:NetworkxAstar",
+    "eight-direction": "cgla_graph.solvers.eight_direction:EightDirection",
+    "straight-line": "cgla_graph.solvers.straight_line:StraightLine",
+    "rrt-star": "cgla_graph.solvers.rrt_star:RrtStar",
+    "prm-star": "cgla_graph.solvers.prm_star:PrmStar",
+}
+
+
+def _plug_ins() -> dict[str, EntryPoint]:
+    """Find the solvers of other distributions; a built-in wins over a plug-in of the same name."""
+    found = {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
+    return {name: point for name, point in sorted(found.items()) if name not in _BUILT_IN}
+
+
+def names(*, installed: bool = True) -> list[str]:
+    """
+    List the solvers by name, built-in ones first.
+
+    Parameters
+    ----------
+    installed
+        Leave out those that need a package which is not installed.
+
+    Examples
+    --------
+    >>> names()[:2]
+    ['cgla', 'dijkstra']
+    """
+    every = [*_BUILT_IN, *_plug_ins()]
+    return [name for name in every if not installed or missing(name) is None]
+
+
+def solver_class(name: str) -> type[Solver]:
+    """
+    Return the class behind a name.
+
+    Raises
+    ------
+    UnknownSolverError
+        If there is none; the message offers the nearest names.
+    SolverUnavailableError
+        If a plug-in cannot be imported.
+
+    Examples
+    --------
+    >>> solver_class("cgla").__name__
+    'Cgla'
+    """
+    plug_ins = _plug_ins()
+    if name in _BUILT_IN:
+        module, _, attribute = _BUILT_IN[name].partition(":")
+        return cast("type[Solver]", getattr(importlib.import_module(module), attribute))
+    if name in plug_ins:
+        try:
+            return cast("type[Solver]", plug_ins[name].load())
+        except ImportError as error:
+            msg = f"solver {name!r} ({plug_ins[name].value}) cannot be imported: {error}"
+            raise SolverUnavailableError(msg) from error
+    every = [*_BUILT_IN, *plug_ins]
+    near = difflib.get_close_matches(name, every, n=3, cutoff=0.4)
+    hint = f"did you mean {' or '.join(near)}?" if near else f"known solvers: {', '.join(every)}"
+    msg = f"unknown solver {name!r}; {hint}"
+    raise UnknownSolverError(msg)
+
+
+def traits(name: str) -> Traits:
+    """Return what a solver is and promises (see `solver_class` for the errors)."""
+    return solver_class(name).traits
+
+
+def missing(name: str) -> str | None:
+    """
+    Say why a solver cannot run here, or None if it can.
+
+    Raises
+    ------
+    UnknownSolverError
+        If no solver has that name.
+
+    Examples
+    --------
+    >>> missing("cgla") is None
+    True
+    """
+    try:
+        lacking = [package for package in traits(name).needs if find_spec(package) is None]
+    except SolverUnavailableError as error:
+        return str(error)
+    return f"needs {', '.join(lacking)}, which is not installed (pip install {' '.join(lacking)})" if lacking else None
+
+
+def get(name: str, **settings: Any) -> Solver:  # noqa: ANN401 - each solver has settings of its own
+    """
+    Build a solver.
+
+    Parameters
+    ----------
+    name
+        As in `names`.
+    settings
+        The fields of its dataclass.
+
+    Returns
+    -------
+    solver
+        A frozen dataclass of settings.
+
+    Raises
+    ------
+    UnknownSolverError
+        If no solver has that name.
+    SolverUnavailableError
+        If it needs a package that is not installed.
+    SolverSettingError
+        If it has no such setting, or does not allow the value.
+
+    Examples
+    --------
+    >>> get("cgla", schedule="synchronous")
+    Cgla(schedule='synchronous', early_stop=True)
+    """
+    kind = solver_class(name)
+    reason = missing(name)
+    if reason is not None:
+        msg = f"solver {name!r} {reason}"
+        raise SolverUnavailableError(msg)
+    known = setting_names(kind)
+    unknown = [key for key in settings if key not in known]
+    if unknown:
+        msg = f"{name} has no setting {unknown[0]!r}; it has {', '.join(known) or 'none'}"
+        raise SolverSettingError(msg)
+    return kind(**settings)
+
+
+def setting_names(kind: type[Solver]) -> list[str]:
+    """List the settings of a solver class."""
+    return [field.name for field in dataclasses.fields(cast("Any", kind))]
