@@ -1,7 +1,7 @@
 """Dijkstra's algorithm of scipy, over the same weights."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.sparse import csgraph
@@ -30,7 +30,8 @@ class Dijkstra:
         """Run scipy's Dijkstra from the source and walk back from the target."""
         graph = problem.graph
         source, target = graph.index_of(problem.source), graph.index_of(problem.target)
-        costs, before = csgraph.dijkstra(graph.to_csgraph(), indices=source, return_predecessors=True)
+        weights: Any = graph.to_csgraph()
+        costs, before = csgraph.dijkstra(weights, indices=source, return_predecessors=True)
         if not np.isfinite(costs[target]):
             return Solution(Status.NO_PATH)
         indices = [target]

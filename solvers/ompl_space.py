@@ -14,7 +14,7 @@ from typing import Any
 from ompl import base as ob
 from ompl import util as ou
 
-from cgla_graph import graph_kernels, risk_kernels
+from cgla_graph import risk_kernels
 from cgla_graph.no_fly_kernels import point_inside, segment_crosses
 from cgla_graph.problem import Problem
 from cgla_graph.solution import TracePoint
