@@ -1,0 +1,192 @@
+"""Metres around a point of the Earth."""
+
+import copy
+import math
+import pickle
+
+import numpy as np
+import pyproj
+import pytest
+import shapely
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from cgla_graph.errors import ProblemError
+from cgla_graph.projection import LocalProjection
+
+GEOD = pyproj.Geod(ellps="WGS84")
+longitudes = st.floats(-180.0, 180.0)
+origins = st.builds(LocalProjection, longitude=longitudes, latitude=st.floats(-90.0, 90.0))
+azimuths = st.floats(-180.0, 180.0)
+
+
+@given(origin=origins, azimuth=azimuths, distance=st.floats(0.0, 2e6))
+def test_inverse_undoes_forward(origin: LocalProjection, azimuth: float, distance: float) -> None:
+    longitude, latitude, _ = GEOD.fwd(origin.longitude, origin.latitude, azimuth, distance)
+    back = origin.inverse(origin.forward([longitude, latitude]))
+    turn = math.remainder(back[0] - longitude, 360.0)
+    # A degree of longitude shrinks towards the poles, and is nothing at them.
+    assert abs(turn) * math.cos(math.radians(latitude)) <= 1e-9
+    assert abs(back[1] - latitude) <= 1e-9
+
+
+@given(origin=origins, longitude=longitudes, latitude=st.floats(-90.0, 90.0))
+def test_distance_from_the_origin_is_the_geodesic(origin: LocalProjection, longitude: float, latitude: float) -> None:
+    geodesic = GEOD.inv(origin.longitude, origin.latitude, longitude, latitude)[2]
+    assert math.hypot(*origin.forward([longitude, latitude])) == pytest.approx(geodesic, rel=0.0, abs=1e-6)
+
+
+@given(origin=origins, longitude=longitudes, latitude=st.floats(-90.0, 90.0))
+def test_forward_is_the_projection_of_proj(origin: LocalProjection, longitude: float, latitude: float) -> None:
+    twin = pyproj.Proj(f"+proj=aeqd +lon_0={origin.longitude} +lat_0={origin.latitude} +datum=WGS84")
+    metres = origin.forward([longitude, latitude])
+    # PROJ takes what is within 1e-10 radians of the origin or the equator as on it: 0.6 mm, more far away.
+    assume(np.hypot(*metres) < 1e7)
+    np.testing.assert_allclose(metres, twin(longitude, latitude), rtol=0.0, atol=2e-3)
+
+
+@given(origin=origins, azimuth=azimuths, distance=st.floats(0.0, 2.0003e7))
+def test_what_inverse_gives_forward_takes(origin: LocalProjection, azimuth: float, distance: float) -> None:
+    angle = math.radians(azimuth)
+    lonlat = origin.inverse([distance * math.sin(angle), distance * math.cos(angle)])
+    assert np.all(np.abs(lonlat) <= (180.0, 90.0))
+    assert np.isfinite(origin.forward(lonlat)).all()
+
+
+@pytest.mark.parametrize("latitude", [0.0, 30.0, 60.0, 85.0])
+@pytest.mark.parametrize(("distance", "most", "least"), [(1e5, 4.2e-5, 4.0e-5), (3e5, 3.8e-4, 3.6e-4)])
+def test_scale_error_is_as_documented(latitude: float, distance: float, most: float, least: float) -> None:
+    projection = LocalProjection(25.0, latitude)
+    around, turned = (angles.ravel() for angles in np.meshgrid(np.arange(0.0, 360.0, 10.0), np.arange(0, 360, 10)))
+    start = np.broadcast_to(25.0, around.shape), np.broadcast_to(latitude, around.shape)
+    there = GEOD.fwd(*start, around, np.full(around.shape, distance))
+    step = GEOD.fwd(there[0], there[1], turned, np.full(around.shape, 100.0))
+    moved = projection.forward(np.stack(step[:2], axis=-1)) - projection.forward(np.stack(there[:2], axis=-1))
+    error = np.hypot(*moved.T) / 100.0 - 1.0
+    assert least < error.max() < most
+    assert error.min() > -1e-9
+
+
+def test_axes_are_east_and_north() -> None:
+    projection = LocalProjection(25.0, 60.0)
+    east, north = projection.forward([[25.1, 60.0], [25.0, 60.1]])
+    assert east[0] > 100.0 * abs(east[1])
+    assert north[1] > 100.0 * abs(north[0])
+
+
+@pytest.mark.parametrize("shape", [(2,), (0, 2), (5, 2), (2, 3, 2)])
+def test_shape_is_kept_and_input_unchanged(shape: tuple[int, ...]) -> None:
+    lonlat = np.random.default_rng(0).uniform(-5.0, 5.0, size=shape)
+    before = lonlat.copy()
+    projection = LocalProjection(0.0, 0.0)
+    metres = projection.forward(lonlat)
+    assert metres.shape == shape
+    assert metres.dtype == np.float64
+    np.testing.assert_allclose(projection.inverse(metres), lonlat, rtol=0.0, atol=1e-9)
+    np.testing.assert_array_equal(lonlat, before)
+
+
+def test_centred_on_the_middle() -> None:
+    assert LocalProjection.centred_on((-180.0, -90.0, 180.0, 90.0)) == LocalProjection(0.0, 0.0)
+    assert LocalProjection.centred_on((170.0, 0.0, -160.0, 2.0)) == LocalProjection(-175.0, 1.0)
+
+
+def test_geometry_is_projected_into_a_new_one() -> None:
+    square = shapely.box(24.9, 59.9, 25.1, 60.1)
+    before = square.wkt
+    projection = LocalProjection.centred_on(square.bounds)
+    projected = projection.project_geometry(square)
+    assert isinstance(projected, shapely.Polygon)
+    assert square.wkt == before
+    np.testing.assert_array_equal(
+        shapely.get_coordinates(projected), projection.forward(shapely.get_coordinates(square))
+    )
+    area = abs(GEOD.geometry_area_perimeter(square)[0])
+    assert projected.area == pytest.approx(area, rel=2e-3)
+    assert projection.project_geometry(shapely.MultiPolygon()).is_empty
+
+
+@pytest.mark.parametrize(("length", "sag"), [(10e3, 3.0), (50e3, 85.0)])
+def test_sag_of_an_edge_is_as_documented(length: float, sag: float) -> None:
+    half = GEOD.fwd(25.0, 60.0, 90.0, 0.5 * length)[0] - 25.0
+    west, middle, east = LocalProjection(25.0, 60.0).forward([[25.0 - half, 60.0], [25.0, 60.0], [25.0 + half, 60.0]])
+    assert np.hypot(*(middle - 0.5 * (west + east))) == pytest.approx(sag, abs=0.5)
+
+
+def test_a_used_projection_can_be_copied_pickled_and_compared() -> None:
+    projection = LocalProjection(longitude=np.float64(25.0), latitude=60)
+    metres = projection.forward([26.0, 61.0])
+    assert repr(projection) == "LocalProjection(longitude=25.0, latitude=60.0)"
+    for twin in (pickle.loads(pickle.dumps(projection)), copy.deepcopy(projection)):  # noqa: S301 - our own bytes
+        assert twin == projection
+        assert hash(twin) == hash(projection)
+        np.testing.assert_array_equal(twin.forward([26.0, 61.0]), metres)
+
+
+@pytest.mark.parametrize(
+    ("longitude", "latitude", "words"),
+    [
+        (180.1, 0.0, "origin holds [180.1, 0.0] at index 0; longitude must be in [-180, 180]"),
+        (0.0, -91.0, "[0.0, -91.0] at index 0; longitude must be in"),
+        (math.nan, 0.0, "finite"),
+        (0.0, math.inf, "finite"),
+        ("east", 0.0, "not an array of numbers"),
+        ([1.0, 2.0], [3.0, 4.0], "shape (2, 2)"),
+        ([1.0, 2.0], 3.0, "not an array of numbers"),
+    ],
+)
+def test_malformed_origin(longitude: float, latitude: float, words: str) -> None:
+    with pytest.raises(ProblemError) as caught:
+        LocalProjection(longitude, latitude)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("lonlat", "words"),
+    [
+        ([[0.0, 0.0], [0.0, 90.5]], "lonlat holds [0.0, 90.5] at index (1,); longitude must be"),
+        ([[[0.0, 0.0], [math.nan, 0.0]]], "finite"),
+        ([1.0, 2.0, 3.0], "lonlat has shape (3,)"),
+        (5.0, "lonlat has shape ("),
+        ([[1.0, 2.0], [3.0]], "not an array of numbers"),
+        ([None, 1.0], "finite"),
+    ],
+)
+def test_malformed_points(lonlat: object, words: str) -> None:
+    with pytest.raises(ProblemError) as caught:
+        LocalProjection(0.0, 0.0).forward(lonlat)  # type: ignore[arg-type]
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_malformed_metres() -> None:
+    projection = LocalProjection(0.0, 0.0)
+    with pytest.raises(ProblemError, match=r"metres holds \[30000000.0, 0.0\]; no place on the Earth"):
+        projection.inverse([[0.0, 0.0], [3e7, 0.0]])
+    with pytest.raises(ProblemError, match="finite"):
+        projection.inverse([math.inf, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("bounds", "words"),
+    [
+        ((0.0, 5.0, 1.0, 4.0), "south 5.0 greater than north 4.0"),
+        ((0.0, 0.0, 181.0, 1.0), "bounds holds [181.0, 1.0] at index (1,)"),
+        ((0.0, 0.0, 1.0), "got 3 numbers: pass four"),
+        ((0.0, math.nan, 1.0, 1.0), "finite"),
+        ((0.0, [1.0, 2.0], 1.0, 1.0), "not an array of numbers"),
+        (("a", "b", "c", "d"), "not an array of numbers"),
+    ],
+)
+def test_malformed_bounds(bounds: tuple[float, float, float, float], words: str) -> None:
+    with pytest.raises(ProblemError) as caught:
+        LocalProjection.centred_on(bounds)
+    assert words in str(caught.value)
+
+
+def test_malformed_geometry() -> None:
+    with pytest.raises(ProblemError, match="got list: use forward"):
+        LocalProjection(0.0, 0.0).project_geometry([[0.0, 0.0]])  # type: ignore[type-var]
+    with pytest.raises(ProblemError, match=r"\[200.0, 0.0\] at index \(1,\)"):
+        LocalProjection(0.0, 0.0).project_geometry(shapely.LineString([(0, 0), (200, 0)]))
