@@ -30,8 +30,9 @@ class Dijkstra:
         """Run scipy's Dijkstra from the source and walk back from the target."""
         graph = problem.graph
         source, target = graph.index_of(problem.source), graph.index_of(problem.target)
-        weights: Any = graph.to_csgraph()
-        costs, before = csgraph.dijkstra(weights, indices=source, return_predecessors=True)
+        # the stubs of scipy know neither sparse arrays here nor the shape of what comes back
+        search: Any = csgraph.dijkstra
+        costs, before = search(graph.to_csgraph(), indices=source, return_predecessors=True)
         if not np.isfinite(costs[target]):
             return Solution(Status.NO_PATH)
         indices = [target]

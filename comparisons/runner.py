@@ -1,0 +1,219 @@
+"""Every solver on every scenario: the runs of a comparison, one after the other."""
+
+import ast
+import dataclasses
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from cgla_graph import risk_kernels
+from cgla_graph.cost_model import CostModel
+from cgla_graph.errors import CglaError, SolverSettingError
+from cgla_graph.no_fly_kernels import point_inside, segment_crosses
+from cgla_graph.problem import GraphProblem, Problem
+from cgla_graph.scenario import Scenario
+from cgla_graph.solution import Solution, Status
+from cgla_graph.solvers import registry
+from cgla_graph.solvers.bridge import DENSE_UP_TO, solve
+
+
+@dataclass(frozen=True)
+class Contender:
+    """
+    A solver as the user asked for it.
+
+    Attributes
+    ----------
+    label
+        What tables call it: the name, with the settings that the user gave.
+    name
+        Its name in the registry.
+    settings
+        What the user set.
+
+    Examples
+    --------
+    >>> Contender.parse("rrt-star:iterations=500").settings
+    {'iterations': 500}
+    """
+
+    label: str
+    name: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def parse(cls, text: str) -> "Contender":
+        """
+        Read ``name`` or ``name:setting=value:setting=value``.
+
+        Raises
+        ------
+        UnknownSolverError
+            If there is no such solver.
+        SolverSettingError
+            If a setting is not written as ``setting=value``, unknown, or its value is not allowed.
+        """
+        name, *parts = text.strip().split(":")
+        settings: dict[str, Any] = {}
+        for part in parts:
+            key, equals, value = part.partition("=")
+            if not equals:
+                msg = f"{text}: {part!r} is no setting; write NAME:SETTING=VALUE"
+                raise SolverSettingError(msg)
+            settings[key] = _literal(value)
+        registry.solver_class(name)
+        if registry.missing(name) is None:
+            registry.get(name, **settings)
+        return cls(text.strip(), name, settings)
+
+
+def _literal(text: str) -> Any:  # noqa: ANN401 - whatever the user wrote
+    try:
+        return ast.literal_eval(text)
+    except (ValueError, SyntaxError):
+        return text
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """
+    One solver's run on one scenario.
+
+    Attributes
+    ----------
+    scenario
+        The scenario.
+    solver
+        The contender's label.
+    seed
+        For seeded solvers; else None.
+    exact
+        Whether the solver promises the optimum of the graph that graph solvers share.
+    solution
+        What came out; never missing, as failures are answers too.
+    """
+
+    scenario: Scenario
+    solver: str
+    seed: int | None
+    exact: bool
+    solution: Solution
+
+
+def every_solver() -> list[Contender]:
+    """Enter every solver, those that are not installed too: their rows say why."""
+    return [Contender(name, name) for name in registry.names(installed=False)]
+
+
+def count_runs(n_scenarios: int, contenders: Sequence[Contender], n_seeds: int) -> int:
+    """Count the runs of a comparison."""
+    return n_scenarios * sum(n_seeds if _is_seeded(contender) else 1 for contender in contenders)
+
+
+def compare(scenarios: Iterable[Scenario], contenders: Sequence[Contender], n_seeds: int = 3) -> Iterator[Run]:
+    """
+    Run every contender on every scenario; seeded ones with the seeds 1 to `n_seeds`.
+
+    All graph solvers share one graph a scenario, and one time to build it.
+
+    Parameters
+    ----------
+    scenarios, contenders
+        What to run.
+    n_seeds
+        At least 1.
+
+    Yields
+    ------
+    run
+        As soon as it is done, scenario by scenario. A solver that raises is a run that failed.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenario import load_scenario
+    >>> runs = compare([load_scenario("one-threat")], [Contender.parse("cgla"), Contender.parse("straight-line")])
+    >>> [(run.solver, run.solution.status.label) for run in runs]
+    [('cgla', 'optimal'), ('straight-line', 'found')]
+    """
+    _warm_up()
+    ground = None
+    for scenario in scenarios:
+        for contender in contenders:
+            if ground is None or ground.scenario is not scenario:
+                ground = _Ground.lay(scenario, ground)
+            for seed in range(1, n_seeds + 1) if _is_seeded(contender) else (None,):
+                solution = _run(ground, contender, seed)
+                yield Run(scenario, contender.label, seed, _is_exact(contender), solution)
+
+
+def _is_seeded(contender: Contender) -> bool:
+    return registry.traits(contender.name).seeded and "seed" not in contender.settings
+
+
+def _is_exact(contender: Contender) -> bool:
+    return registry.traits(contender.name).exact
+
+
+@dataclass(eq=False)
+class _Ground:
+    """A scenario, and the graph that all graph solvers share on it, laid when the first one asks."""
+
+    scenario: Scenario
+    graph_problem: GraphProblem | None = None
+    build_seconds: float = 0.0
+
+    @classmethod
+    def lay(cls, scenario: Scenario, before: "_Ground | None") -> "_Ground":
+        """Start a scenario; the rows of one grid map share their graph, too."""
+        ground = cls(scenario)
+        if before is None or before.graph_problem is None:
+            return ground
+        graph, lattice, problem = before.graph_problem.graph, scenario.lattice, scenario.problem
+        nodes = [lattice.nearest(end) for end in (problem.start, problem.goal)]
+        on_nodes = [tuple(lattice.points[node]) for node in nodes] == [problem.start, problem.goal]
+        if on_nodes and graph.n_nodes == lattice.n_points and graph.lattice == lattice and graph.model == problem.model:
+            ground.graph_problem = GraphProblem(graph, *nodes)
+            ground.build_seconds = before.build_seconds
+        return ground
+
+    def graph(self) -> GraphProblem:
+        """Return the shared graph, weighed."""
+        if self.graph_problem is None:
+            began = time.perf_counter()
+            self.graph_problem = self.scenario.problem.on_lattice(self.scenario.lattice)
+            if self.graph_problem.graph.n_nodes <= DENSE_UP_TO:
+                self.graph_problem.graph.weight_matrix()
+            self.build_seconds = time.perf_counter() - began
+        return self.graph_problem
+
+
+def _run(ground: _Ground, contender: Contender, seed: int | None) -> Solution:
+    """Run one solver; whatever it raises becomes its answer."""
+    missing = registry.missing(contender.name)
+    if missing is not None:
+        return Solution(Status.UNAVAILABLE, solver=contender.name, message=missing)
+    settings = {**ground.scenario.settings.get(contender.name, {}), **contender.settings}
+    if seed is not None:
+        settings["seed"] = seed
+    problem, lattice = ground.scenario.problem, ground.scenario.lattice
+    try:
+        if registry.traits(contender.name).domain == "plane":
+            return solve(problem, contender.name, resolution=lattice, **settings)
+        solution = solve(problem, contender.name, on=ground.graph(), **settings)
+        return dataclasses.replace(solution, build_seconds=ground.build_seconds)
+    except CglaError as error:
+        return Solution(Status.FAILED, solver=contender.name, message=str(error))
+    except Exception as error:  # noqa: BLE001 - a comparison survives any solver
+        message = f"{type(error).__name__}: {error}".splitlines()[0]
+        return Solution(Status.FAILED, solver=contender.name, message=message)
+
+
+def _warm_up() -> None:
+    """Load the compiled kernels, so that no solver is charged for that."""
+    problem = Problem((0.0, 0.0), (1.0, 1.0), k=1.0)
+    solve(problem, "cgla", resolution=2)
+    model = CostModel(problem.field, 1.0)
+    risk_kernels.segment_cost(0.0, 0.0, 1.0, 1.0, 1.0, model.field.kernel_field())
+    segment_crosses(0.0, 0.0, 1.0, 1.0, model.area.kernel_arrays)
+    point_inside(0.0, 0.0, model.area.kernel_arrays)
