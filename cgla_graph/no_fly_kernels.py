@@ -251,7 +251,7 @@ def segment_crosses(x1: float, y1: float, x2: float, y2: float, area: AreaArrays
 
     Where the segment properly crosses no edge, an interior piece of it either is all of it or ends at a
     contact with the boundary: a vertex on the segment, or an end of the segment on an edge. So it is enough
-    to look from every contact along the segment, and to test one end where there is no contact.
+    to look from every contact along the segment, and then to test one end.
 
     Examples
     --------
@@ -273,7 +273,6 @@ def segment_crosses(x1: float, y1: float, x2: float, y2: float, area: AreaArrays
     first = slab_of(low_y, frame, slabs)
     last = slab_of(high_y, frame, slabs)
     slack = SLACK * (abs(x1) + abs(x2))
-    touches = False
     for slab in range(first, last + 1):
         left, right = low_x, high_x
         if first != last:
@@ -305,13 +304,12 @@ def segment_crosses(x1: float, y1: float, x2: float, y2: float, area: AreaArrays
             at_a = side_a == 0 and low_x <= ax <= high_x and low_y <= ay <= high_y
             at_1 = side_1 == 0 and on_open_edge(ax, ay, bx, by, x1, y1)
             at_2 = side_2 == 0 and on_open_edge(ax, ay, bx, by, x2, y2)
-            touches = touches or at_a or at_1 or at_2
             if (at_1 and side_2 > 0) or (at_2 and side_1 > 0):
                 return True
             cx, cy = rows[i, 4], rows[i, 5]
             if at_a and (in_sector(ax, ay, bx, by, cx, cy, x1, y1) or in_sector(ax, ay, bx, by, cx, cy, x2, y2)):
                 return True
-    return not touches and point_inside(x1, y1, area)
+    return point_inside(x1, y1, area)
 
 
 @kernel

@@ -333,13 +333,30 @@ def load_scenario(name: str | Path) -> Scenario:
             msg = f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}"
             raise ScenarioError(msg) from error
         return scenario_from_toml(text, path.stem, folder=path.parent, where=str(path))
+    return scenario_from_toml(shipped_text(str(name)), str(name))
+
+
+def shipped_text(name: str) -> str:
+    """
+    Return the file of a shipped scenario.
+
+    Raises
+    ------
+    ScenarioError
+        If there is none of that name; the message offers the nearest.
+
+    Examples
+    --------
+    >>> "k = 10.0" in shipped_text("paper")
+    True
+    """
     known = shipped()
-    if str(name) not in known:
-        near = difflib.get_close_matches(str(name), known, n=3, cutoff=0.4)
-        hint = f"did you mean {' or '.join(near)}?" if near else f"shipped: {', '.join(known)}"
-        msg = f"unknown scenario {str(name)!r}; {hint} A file ends in .toml, .geojson, .map or .scen"
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=3, cutoff=0.4)
+        hint = f"did you mean {' or '.join(near)}?" if near else f"shipped: {', '.join(known)}."
+        msg = f"unknown scenario {name!r}; {hint} A file ends in .toml, .geojson, .map or .scen"
         raise ScenarioError(msg)
-    return scenario_from_toml((_folder() / f"{name}.toml").read_text(encoding="utf-8"), str(name))
+    return str((_folder() / f"{name}.toml").read_text(encoding="utf-8"))
 
 
 def _folder() -> Any:  # noqa: ANN401 - importlib's Traversable moved between versions

@@ -1,1 +1,24 @@
-"""Comparisons."""
+"""Comparisons: every solver over the same cost, as tables, pictures and files; and the command line."""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cgla_graph.comparisons.rows import rows_of as rows_of
+    from cgla_graph.comparisons.rows import summaries as summaries
+    from cgla_graph.comparisons.runner import Contender as Contender
+    from cgla_graph.comparisons.runner import Run as Run
+    from cgla_graph.comparisons.runner import compare as compare
+
+_HOMES = {"Contender": "runner", "Run": "runner", "compare": "runner", "rows_of": "rows", "summaries": "rows"}
+__all__ = ["Contender", "Run", "compare", "rows_of", "summaries"]
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401 - any of the names above
+    """Import a name when it is first used: the command line has to answer at once."""
+    if name in _HOMES:
+        value = getattr(importlib.import_module(f"cgla_graph.comparisons.{_HOMES[name]}"), name)
+        globals()[name] = value
+        return value
+    msg = f"module 'cgla_graph.comparisons' has no attribute {name!r}"
+    raise AttributeError(msg)

@@ -1,0 +1,389 @@
+"""
+The command line, `cgla`.
+
+Everything heavy is imported where it is used, so that ``cgla --help`` answers at once.
+"""
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from cgla_graph._types import Point
+    from cgla_graph.comparisons.files import RowLog
+    from cgla_graph.comparisons.runner import Contender, Run
+    from cgla_graph.scenario import Scenario
+    from cgla_graph.solution import Solution
+
+DONE, MISSING, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    help="Risk-aware path planning: every solver over one and the same cost, length + k * risk.",
+)
+
+ScenarioArg = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[SCENARIO]...", help="shipped name, .toml, .geojson, .map, or .scen (FILE.scen:FIRST-LAST)"
+    ),
+]
+OutOption = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="write files and pictures into DIR")]
+JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON document on standard output, nothing else")]
+StartOption = Annotated[
+    str | None, typer.Option("--start", metavar="X,Y", help="instead of the scenario's (lon,lat on such maps)")
+]
+GoalOption = Annotated[
+    str | None, typer.Option("--goal", metavar="X,Y", help="instead of the scenario's (lon,lat on such maps)")
+]
+ResolutionOption = Annotated[
+    int | None, typer.Option("--resolution", metavar="N", help="points a side of a closed lattice")
+]
+
+
+@app.command()
+def compare(
+    scenarios: ScenarioArg = None,
+    solvers: Annotated[
+        str | None,
+        typer.Option("--solvers", metavar="A,B", help="names, with settings as NAME:SETTING=VALUE (default: all)"),
+    ] = None,
+    seeds: Annotated[
+        int, typer.Option("--seeds", metavar="N", min=1, help="runs of each solver that draws random numbers")
+    ] = 3,
+    out: OutOption = None,
+    start: StartOption = None,
+    goal: GoalOption = None,
+    resolution: ResolutionOption = None,
+    pictures: Annotated[int, typer.Option("--pictures", metavar="N", min=0, help="draw the first N scenarios")] = 20,
+    strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a run has no path")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Compare all solvers on any maps.
+
+    Without arguments: every installed solver on the paper's map. Prints a table; with --out, writes rows (JSON Lines,
+    CSV) and pictures as well. Ctrl-C keeps what is done.
+    """
+    from cgla_graph.comparisons import files, rows, runner, tables
+
+    contenders = _contenders(solvers)
+    opened = list(_open(scenarios or ["paper"], start, goal, resolution))
+    folder = files.make_folder(out) if out else None
+    total = runner.count_runs(len(opened), contenders, seeds)
+    runs: list[Run] = []
+    interrupted = False
+    with _row_log(folder) as log:
+        try:
+            with _progress(total) as tick:
+                for run in runner.compare(opened, contenders, seeds):
+                    runs.append(run)
+                    if log:
+                        log.add(rows.row(run))
+                    tick(f"{run.scenario.name}: {run.solver}")
+        except KeyboardInterrupt:
+            interrupted = True
+        table = rows.rows_of(runs)
+        written = _write_comparison(folder, log, table, [] if interrupted else runs, pictures) if folder and log else []
+    if as_json:
+        _print_json({"rows": table, "files": [str(path) for path in written], "interrupted": interrupted})
+    else:
+        for group in rows.by_scenario(runs).values():
+            _console().print(tables.comparison_table(group[0].scenario, group))
+        _say_files(written, folder)
+    if interrupted:
+        _say(f"interrupted: {len(runs)} of {total} runs are done" + (f" and kept in {folder}" if folder else ""))
+        raise typer.Exit(INTERRUPTED)
+    if strict and not all(run.solution.status.is_path for run in runs):
+        raise typer.Exit(MISSING)
+
+
+@app.command()
+def plan(
+    scenario: Annotated[
+        str, typer.Argument(metavar="SCENARIO", help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW")
+    ],
+    solver: Annotated[
+        str, typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:SETTING=VALUE")
+    ] = "cgla",
+    out: OutOption = None,
+    start: StartOption = None,
+    goal: GoalOption = None,
+    resolution: ResolutionOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Plan one path.
+
+    Prints its numbers; with --out, writes its waypoints (CSV, and GeoJSON on lon/lat maps) and a picture.
+    """
+    from cgla_graph.comparisons import files, rows, runner
+
+    contender = runner.Contender.parse(solver)
+    opened = list(_open([scenario], start, goal, resolution))
+    if len(opened) != 1:
+        _fail(f"{scenario} has {len(opened)} rows; plan takes one, as FILE.scen:ROW")
+    folder = files.make_folder(out) if out else None
+    run = next(iter(runner.compare(opened, [contender], 1)))
+    written = _write_plan(folder, run) if folder and run.solution.status.is_path else []
+    document = {**rows.row(run), "path": run.solution.path.tolist(), "files": [str(path) for path in written]}
+    if run.scenario.projection is not None and run.solution.status.is_path:
+        document["path_lonlat"] = run.scenario.projection.inverse(run.solution.path).tolist()
+    if as_json:
+        _print_json(document)
+    else:
+        _print_plan(run.scenario, run.solution)
+        _say_files(written, folder)
+    if not run.solution.status.is_path:
+        raise typer.Exit(MISSING)
+
+
+@app.command()
+def solvers(as_json: JsonOption = False) -> None:
+    """
+    List the solvers.
+
+    Says what each is and promises, its settings, and what is missing where one cannot run.
+    """
+    from cgla_graph.comparisons import tables
+    from cgla_graph.solvers import registry
+
+    lines = []
+    for name in registry.names(installed=False):
+        traits = registry.traits(name)
+        lines.append(
+            {
+                "name": name,
+                "domain": traits.domain,
+                "promises": ", ".join(
+                    word
+                    for word, holds in (("exact", traits.exact), ("anytime", traits.anytime), ("seeded", traits.seeded))
+                    if holds
+                ),
+                "settings": ", ".join(registry.setting_names(registry.solver_class(name))),
+                "available": registry.missing(name) or "yes",
+                "summary": traits.summary,
+            }
+        )
+    if as_json:
+        _print_json({"solvers": lines})
+    else:
+        _console().print(tables.listing("solvers", list(lines[0]), lines))
+
+
+@app.command()
+def scenarios(
+    show: Annotated[
+        str | None, typer.Option("--show", metavar="NAME", help="print the file of a shipped scenario")
+    ] = None,
+    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of scenario files")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    List the shipped scenarios.
+
+    With --show, prints the file of one as a start for your own; with --schema, the JSON schema of such files.
+    """
+    from cgla_graph import scenario
+    from cgla_graph.comparisons import tables
+
+    if schema:
+        _print_json(scenario.schema())
+    elif show is not None:
+        typer.echo(scenario.shipped_text(show), nl=False)
+    else:
+        opened = [scenario.load_scenario(name) for name in scenario.shipped()]
+        lines = [{"name": one.name, "title": one.title, "notes": one.notes} for one in opened]
+        if as_json:
+            _print_json({"scenarios": lines})
+        else:
+            _console().print(tables.listing("scenarios", ["name", "title"], lines))
+
+
+def _contenders(text: str | None) -> "list[Contender]":
+    from cgla_graph.comparisons.runner import Contender, every_solver
+
+    if text is None:
+        return every_solver()
+    chosen = [Contender.parse(part) for part in text.split(",") if part.strip()]
+    if not chosen:
+        _fail("--solvers names no solver; cgla solvers lists them")
+    return list({contender.label: contender for contender in chosen}.values())
+
+
+def _open(specs: Sequence[str], start: str | None, goal: str | None, resolution: int | None) -> "Iterator[Scenario]":
+    """Open all scenarios before any work, so that a fault in the last one is found first."""
+    import dataclasses
+
+    from cgla_graph.inputs import open_scenarios
+    from cgla_graph.lattice import Lattice
+
+    ends = _point("--start", start), _point("--goal", goal)
+    for spec in specs:
+        for scenario in open_scenarios(spec, start=ends[0], goal=ends[1]):
+            if resolution is None:
+                yield scenario
+            else:
+                yield dataclasses.replace(scenario, lattice=Lattice(resolution, bounds=scenario.problem.bounds))
+
+
+def _point(option: str, text: str | None) -> "Point | None":
+    if text is None:
+        return None
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        _fail(f"{option} is {text!r}; give two numbers, X,Y")
+    return x, y
+
+
+@contextmanager
+def _row_log(folder: Path | None) -> "Iterator[RowLog | None]":
+    from cgla_graph.comparisons.files import RowLog
+
+    if folder is None:
+        yield None
+    else:
+        with RowLog(folder) as log:
+            yield log
+
+
+@contextmanager
+def _progress(total: int) -> "Iterator[Callable[[str], None]]":
+    """Show progress on standard error while it is a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("", total=total)
+        yield lambda text: progress.update(task, advance=1, description=text)
+
+
+def _write_comparison(
+    folder: Path, log: "RowLog", table: list[dict[str, Any]], runs: "Sequence[Run]", pictures: int
+) -> list[Path]:
+    """Write the rows, and a picture of each scenario that was compared."""
+    from cgla_graph.comparisons import files, rows
+
+    written = [log.finish(table), files.write_text(folder / "rows.csv", files.csv_text(table))]
+    taken: set[str] = set()
+    groups = list(rows.by_scenario(runs).values())
+    for group in groups[:pictures]:
+        written += _write_pictures(folder / files.file_stem(group[0].scenario.name, taken), group)
+    if len(groups) > pictures:
+        _say(f"pictures of the first {pictures} of {len(groups)} scenarios; --pictures N draws more")
+    return written
+
+
+def _write_pictures(stem: Path, runs: "Sequence[Run]") -> list[Path]:
+    from cgla_graph.comparisons import plots
+
+    scenario = runs[0].scenario
+    figure = plots.map_figure(scenario, runs)
+    written = []
+    for suffix in (".png", ".svg"):
+        written.append(stem.with_name(stem.name + suffix))
+        plots.save(figure, written[-1])
+    trace = plots.trace_figure(scenario, runs)
+    if trace is not None:
+        written.append(stem.with_name(stem.name + "-cost.png"))
+        plots.save(trace, written[-1])
+    return written
+
+
+def _write_plan(folder: Path, run: "Run") -> list[Path]:
+    """Write one path: waypoints, GeoJSON on lon/lat maps, a picture."""
+    from cgla_graph.comparisons import files, plots
+
+    stem = folder / files.file_stem(f"{run.scenario.name}-{run.solution.solver}", set())
+    written = [files.write_text(stem.with_name(stem.name + ".csv"), files.path_csv(run.scenario, run.solution))]
+    if run.scenario.projection is not None:
+        geojson = files.path_geojson(run.scenario, run.solution)
+        written.append(files.write_text(stem.with_name(stem.name + ".geojson"), geojson))
+    written.append(stem.with_name(stem.name + ".png"))
+    plots.save(plots.map_figure(run.scenario, [run]), written[-1])
+    return written
+
+
+def _print_plan(scenario: "Scenario", solution: "Solution") -> None:
+    """Print a path's numbers, a line each."""
+    from cgla_graph.comparisons.tables import duration, figure
+
+    unit = " m" if scenario.projection else ""
+    lines = {
+        "scenario": f"{scenario.name}: {scenario.title}",
+        "solver": solution.solver,
+        "status": f"{solution.status.label}: {solution.status.value}",
+        "cost": figure(solution.cost, 9) + unit,
+        "length": figure(solution.length, 9) + unit,
+        "risk": figure(solution.risk, 6),
+        "clearance": figure(solution.clearance, 6) + unit if solution.clearance < float("inf") else "no no-fly area",
+        "waypoints": str(len(solution.path)),
+        "time": f"{duration(solution.seconds)}, and {duration(solution.build_seconds)} to weigh the graph",
+        "remark": solution.message,
+    }
+    for key, text in lines.items():
+        if text:
+            typer.echo(f"{key:10} {text}")
+
+
+def _print_json(document: dict[str, Any]) -> None:
+    typer.echo(json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1))
+
+
+def _console() -> "Console":
+    """Return a console for tables: as wide as the terminal, and wide enough where there is none."""
+    from rich.console import Console
+
+    console = Console()
+    return console if console.is_terminal else Console(width=160)
+
+
+def _say_files(written: Iterable[Path], folder: Path | None) -> None:
+    names = [path.name for path in written]
+    if names:
+        typer.echo(f"written to {folder}: {', '.join(names)}")
+
+
+def _say(text: str) -> None:
+    typer.echo(text, err=True)
+
+
+def _fail(text: str) -> NoReturn:
+    from cgla_graph.errors import CglaError
+
+    raise CglaError(text)
+
+
+def main() -> None:
+    """Run the command line: wrong input is one line on standard error and exit code 2, never a traceback."""
+    from cgla_graph.errors import CglaError
+
+    try:
+        code = app(sys.argv[1:] or ["--help"], standalone_mode=False)
+    except CglaError as error:
+        _say(f"cgla: {' '.join(str(error).split())}")
+        code = WRONG_INPUT
+    except typer.TyperException as error:
+        _say(f"cgla: {' '.join(error.format_message().split())} (cgla --help shows the usage)")
+        code = WRONG_INPUT
+    except KeyboardInterrupt:
+        _say("cgla: interrupted")
+        code = INTERRUPTED
+    except BrokenPipeError:
+        # whoever reads our output has gone, as with `cgla compare | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = DONE
+    sys.exit(code or DONE)

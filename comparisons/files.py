@@ -1,0 +1,172 @@
+"""Files of results: rows as JSON Lines and CSV, paths as CSV and GeoJSON. Nothing half-written keeps a final name."""
+
+import csv
+import io
+import json
+import re
+import tempfile
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from cgla_graph.comparisons.rows import COLUMNS
+from cgla_graph.errors import OutputError
+from cgla_graph.geojson import line_feature_collection
+from cgla_graph.scenario import Scenario
+from cgla_graph.solution import Solution
+
+
+def make_folder(folder: Path) -> Path:
+    """
+    Make a folder for results and check that it can be written to, before any work is done.
+
+    Raises
+    ------
+    OutputError
+        If it cannot.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise _cannot_write(folder, error) from error
+    return folder
+
+
+def write_text(path: Path, text: str) -> Path:
+    """
+    Write a file under a temporary name beside it, then rename.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written; the temporary file is gone then.
+    """
+    part = path.with_name(f".{path.name}.part")
+    try:
+        part.write_text(text, encoding="utf-8", newline="")
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise _cannot_write(path, error) from error
+    return path
+
+
+def _cannot_write(path: Path, error: OSError) -> OutputError:
+    return OutputError(f"{path}: cannot be written: {error.strerror or error}; choose another --out")
+
+
+class RowLog:
+    """
+    Rows that reach the disk one by one, so that an interrupted comparison keeps what is done.
+
+    Until it is closed the file is called ``rows.jsonl.part``.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """Start the log."""
+        self.path = folder / "rows.jsonl"
+        self._part = folder / "rows.jsonl.part"
+        try:
+            self._file = self._part.open("w", encoding="utf-8")
+        except OSError as error:
+            raise _cannot_write(self._part, error) from error
+
+    def __enter__(self) -> Self:
+        """Return the log itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the file, whatever happened; its name stays until `finish`."""
+        self._file.close()
+
+    def add(self, row: Mapping[str, Any]) -> None:
+        """Append a row and flush it."""
+        try:
+            self._file.write(json.dumps(row, ensure_ascii=False, allow_nan=False) + "\n")
+            self._file.flush()
+        except OSError as error:
+            raise _cannot_write(self._part, error) from error
+
+    def finish(self, rows: Iterable[Mapping[str, Any]]) -> Path:
+        """Write the rows with what is only known at the end, under their final name."""
+        self._file.close()
+        path = write_text(self.path, json_lines(rows))
+        self._part.unlink(missing_ok=True)
+        return path
+
+
+def json_lines(rows: Iterable[Mapping[str, Any]]) -> str:
+    """Write rows as JSON Lines."""
+    return "".join(json.dumps(row, ensure_ascii=False, allow_nan=False) + "\n" for row in rows)
+
+
+def csv_text(rows: Iterable[Mapping[str, Any]]) -> str:
+    """
+    Write rows as CSV; numbers in full precision, nothing where there is no number.
+
+    Examples
+    --------
+    >>> csv_text([]).split(",")[:2]
+    ['scenario', 'solver']
+    """
+    text = io.StringIO()
+    writer = csv.DictWriter(text, fieldnames=COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({key: "" if value is None else value for key, value in row.items()} for row in rows)
+    return text.getvalue()
+
+
+def path_csv(scenario: Scenario, solution: Solution) -> str:
+    """Write a path's waypoints as CSV: x and y in map units, and longitude and latitude where the map has them."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    if scenario.projection is None:
+        writer.writerow(["x", "y"])
+        writer.writerows(solution.path.tolist())
+    else:
+        writer.writerow(["x", "y", "longitude", "latitude"])
+        degrees = scenario.projection.inverse(solution.path)
+        writer.writerows(
+            [*place, *lonlat] for place, lonlat in zip(solution.path.tolist(), degrees.tolist(), strict=True)
+        )
+    return text.getvalue()
+
+
+def path_geojson(scenario: Scenario, solution: Solution) -> str:
+    """Write a path on a lon/lat map as GeoJSON."""
+    if scenario.projection is None:
+        msg = f"{scenario.name} has no longitudes and latitudes; only its CSV can be written"
+        raise OutputError(msg)
+    properties = {
+        "scenario": scenario.name,
+        "solver": solution.solver,
+        "cost": solution.cost,
+        "length": solution.length,
+        "risk": solution.risk,
+    }
+    document = line_feature_collection(scenario.projection.inverse(solution.path), properties)
+    return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+
+
+def file_stem(name: str, taken: set[str]) -> str:
+    """
+    Make a file name of a scenario's name that is safe everywhere and not taken yet; it is entered into `taken`.
+
+    Examples
+    --------
+    >>> taken = set()
+    >>> file_stem("arena:3", taken), file_stem("arena/3", taken)
+    ('arena-3', 'arena-3-2')
+    """
+    base = re.sub(r"[^\w.-]+", "-", name).strip("-.")[:80] or "scenario"
+    stem, number = base, 1
+    while stem.lower() in taken:
+        number += 1
+        stem = f"{base}-{number}"
+    taken.add(stem.lower())
+    return stem

@@ -1,0 +1,175 @@
+"""Rows: what a comparison's runs become in tables and files."""
+
+import math
+import statistics
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from cgla_graph.comparisons.runner import Run
+
+#: The columns of files, in order.
+COLUMNS = (
+    "scenario",
+    "solver",
+    "seed",
+    "status",
+    "cost",
+    "excess",
+    "length",
+    "risk",
+    "clearance",
+    "lower_bound",
+    "gap",
+    "seconds",
+    "build_seconds",
+    "evaluations",
+    "waypoints",
+    "message",
+)
+
+
+def row(run: Run, best_exact: float = math.nan) -> dict[str, Any]:
+    """
+    Turn a run into a flat row; numbers that do not exist are None.
+
+    Parameters
+    ----------
+    run
+        The run.
+    best_exact
+        The lattice optimum of its scenario (see `best_exact`), which `excess` is relative to.
+
+    Returns
+    -------
+    row
+        One value for each of `COLUMNS`; lengths in map units, times in seconds.
+    """
+    solution = run.solution
+    excess = excess_over(solution.cost, best_exact)
+    return {
+        "scenario": run.scenario.name,
+        "solver": run.solver,
+        "seed": run.seed,
+        "status": solution.status.label,
+        "cost": _number(solution.cost),
+        "excess": _number(excess),
+        "length": _number(solution.length),
+        "risk": _number(solution.risk),
+        "clearance": _number(solution.clearance),
+        "lower_bound": _number(solution.lower_bound),
+        "gap": _number(solution.gap),
+        "seconds": _number(solution.seconds),
+        "build_seconds": _number(solution.build_seconds),
+        "evaluations": solution.evaluations,
+        "waypoints": len(solution.path),
+        "message": solution.message,
+    }
+
+
+def rows_of(runs: Sequence[Run]) -> list[dict[str, Any]]:
+    """Turn the runs of any scenarios into rows."""
+    best = {name: best_exact(group) for name, group in by_scenario(runs).items()}
+    return [row(run, best[run.scenario.name]) for run in runs]
+
+
+def by_scenario(runs: Iterable[Run]) -> dict[str, list[Run]]:
+    """Group runs by their scenario, in order."""
+    groups: dict[str, list[Run]] = {}
+    for run in runs:
+        groups.setdefault(run.scenario.name, []).append(run)
+    return groups
+
+
+def best_exact(runs: Iterable[Run]) -> float:
+    """Return the least cost that an exact graph solver found: the optimum of the lattice; NaN without one."""
+    costs = [run.solution.cost for run in runs if run.exact and run.solution.status.is_path]
+    return min(costs, default=math.nan)
+
+
+def excess_over(cost: float, best: float) -> float:
+    """
+    Return by how much `cost` is above `best`, relative to it.
+
+    Examples
+    --------
+    >>> round(excess_over(1.1, 1.0), 3), excess_over(0.0, 0.0)
+    (0.1, 0.0)
+    """
+    if best == 0.0:
+        return 0.0 if cost == 0.0 else math.inf
+    return cost / best - 1.0
+
+
+@dataclass(frozen=True)
+class Summary:
+    """
+    One solver's runs on one scenario, of all its seeds.
+
+    Attributes
+    ----------
+    solver
+        The contender's label.
+    status
+        The common status, or how many of the runs found a path.
+    cost, length, risk, clearance, seconds, build_seconds, evaluations
+        Medians over the runs; a run without a path counts as infinitely costly.
+    excess
+        Of the median cost over the lattice optimum; NaN without one.
+    spread
+        Greatest minus least cost over the seeds, relative to the least; NaN for a single run.
+    message
+        The first message.
+    """
+
+    solver: str
+    status: str
+    cost: float
+    excess: float
+    length: float
+    risk: float
+    clearance: float
+    seconds: float
+    build_seconds: float
+    evaluations: float
+    spread: float
+    message: str
+
+
+def summaries(runs: Sequence[Run]) -> list[Summary]:
+    """Summarise the runs of one scenario, a solver each, cheapest first."""
+    groups: dict[str, list[Run]] = {}
+    for run in runs:
+        groups.setdefault(run.solver, []).append(run)
+    best = best_exact(runs)
+    found = [_summary(solver, group, best) for solver, group in groups.items()]
+    return sorted(found, key=lambda summary: (summary.status == "infeasible", summary.cost))
+
+
+def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
+    solutions = [run.solution for run in runs]
+    labels = {solution.status.label for solution in solutions}
+    paths = sum(solution.status.is_path for solution in solutions)
+    costs = [solution.cost for solution in solutions]
+    cost = statistics.median(costs)
+    typical = min(solutions, key=lambda solution: abs(solution.cost - cost) if math.isfinite(cost) else 0.0)
+    spread = max(costs) / min(costs) - 1.0 if len(costs) > 1 and 0.0 < min(costs) < math.inf else math.nan
+    return Summary(
+        solver=solver,
+        status=labels.pop() if len(labels) == 1 else f"found {paths}/{len(solutions)}",
+        cost=cost,
+        excess=excess_over(cost, best),
+        length=typical.length,
+        risk=typical.risk,
+        clearance=typical.clearance,
+        seconds=statistics.median(solution.seconds for solution in solutions),
+        build_seconds=statistics.median(solution.build_seconds for solution in solutions),
+        evaluations=statistics.median(solution.evaluations for solution in solutions),
+        spread=spread,
+        message=next((solution.message for solution in solutions if solution.message), ""),
+    )
+
+
+def _number(value: float) -> float | None:
+    """JSON knows neither NaN nor infinity."""
+    return float(value) if math.isfinite(value) else None
