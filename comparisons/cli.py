@@ -34,9 +34,7 @@ app = typer.Typer(
 
 ScenarioArg = Annotated[
     list[str] | None,
-    typer.Argument(
-        metavar="[SCENARIO]...", help="shipped name, .toml, .geojson, .map, or .scen (FILE.scen:FIRST-LAST)"
-    ),
+    typer.Argument(metavar="SCENARIO", help="shipped name, .toml, .geojson, .map, or .scen (FILE.scen:FIRST-LAST)"),
 ]
 OutOption = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="write files and pictures into DIR")]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON document on standard output, nothing else")]

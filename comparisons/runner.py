@@ -198,10 +198,12 @@ def _run(ground: _Ground, contender: Contender, seed: int | None) -> Solution:
         settings["seed"] = seed
     problem, lattice = ground.scenario.problem, ground.scenario.lattice
     try:
-        if registry.traits(contender.name).domain == "plane":
-            return solve(problem, contender.name, resolution=lattice, **settings)
-        solution = solve(problem, contender.name, on=ground.graph(), **settings)
-        return dataclasses.replace(solution, build_seconds=ground.build_seconds)
+        solver = registry.get(contender.name, **settings)
+        if solver.traits.domain == "plane":
+            return solve(problem, solver, resolution=lattice)
+        on = ground.graph()
+        solution = solve(problem, solver, on=on)
+        return dataclasses.replace(solution, build_seconds=ground.build_seconds + solution.build_seconds)
     except CglaError as error:
         return Solution(Status.FAILED, solver=contender.name, message=str(error))
     except Exception as error:  # noqa: BLE001 - a comparison survives any solver

@@ -27,7 +27,9 @@ def comparison_table(scenario: Scenario, runs: Sequence[Run]) -> Table:
         table.add_row(*_cells(summary))
         if summary.message and not _is_quiet(summary):
             remarks.append(f"{summary.solver}: {summary.message}")
-    notes = ["excess: over the best exact optimum on the lattice; time: to solve; build: to weigh the graph, shared"]
+    notes = [
+        "excess: over the best exact optimum on the lattice; time: to solve; build: to weigh and hand over the graph"
+    ]
     table.caption = escape("\n".join(notes + remarks))
     return table
 

@@ -1,0 +1,158 @@
+"""
+The contract of solvers, as checks that anyone can run on a solver of their own.
+
+>>> from cgla_graph.solvers import get
+>>> check_solver(get("cgla"))
+"""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any, cast
+
+import numpy as np
+import shapely
+
+from cgla_graph.cgla_matrix import cost_matrix
+from cgla_graph.graph import GeometricGraph
+from cgla_graph.lattice import Lattice
+from cgla_graph.problem import GraphProblem, Problem
+from cgla_graph.risk import RiskField, Threat
+from cgla_graph.solution import Solution, Status
+from cgla_graph.solvers.base import GraphSolver, PlaneSolver, Solver
+from cgla_graph.solvers.bridge import solve
+
+#: Statuses that say "there is none" and those that say "I found none".
+NOTHING = {Status.NO_PATH, Status.NOT_FOUND, Status.INFEASIBLE}
+
+
+def check_solver(solver: Solver) -> None:
+    """
+    Hold a solver to its contract, on small problems whose answers are known.
+
+    Parameters
+    ----------
+    solver
+        A solver of either domain.
+
+    Raises
+    ------
+    AssertionError
+        If it breaks the contract; the message says where.
+
+    Notes
+    -----
+    Checked of every solver: its answer is a `Solution` that stands up to the oracle, with a path from start to goal;
+    the same problem gives the same answer again; nothing passed in is changed; where there is no path it says so
+    instead of raising; start equal to goal is a path of no length. Of an exact graph solver: the cost is the optimum.
+    Of an anytime solver: the trace falls, and ends at the cost. Of a solver that knows no-fly areas: its path is
+    feasible.
+
+    Examples
+    --------
+    >>> from cgla_graph.solvers import get
+    >>> check_solver(get("straight-line"))
+    """
+    traits = solver.traits
+    _require(traits.domain in {"graph", "plane"}, f"{traits.name}: unknown domain {traits.domain!r}")
+    _check_plane(solver)
+    if traits.domain == "graph":
+        _check_graph(cast("GraphSolver", solver))
+    elif not traits.seeded:
+        _check_unbudgeted(cast("PlaneSolver", solver))
+
+
+def graph_problems() -> Iterator[tuple[str, GraphProblem]]:
+    """Yield small graph problems by name: the ones that solvers get wrong."""
+    inf = np.inf
+    detour = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]], labels="abc")
+    yield "a detour of two edges", GraphProblem(detour, "a", "c")
+    free = GeometricGraph.from_matrix([[0, 0, 5], [0, 0, 0], [5, 0, 0]])
+    yield "edges of weight zero", GraphProblem(free, 0, 2)
+    split = GeometricGraph.from_matrix([[0, 1, inf], [1, 0, inf], [inf, inf, 0]])
+    yield "no way to the target", GraphProblem(split, 0, 2)
+    one_way = GeometricGraph.from_matrix([[0, 1, inf], [inf, 0, 1], [1, inf, 0]])
+    yield "one-way edges", GraphProblem(one_way, 0, 2)
+    yield "against one-way edges", GraphProblem(one_way, 2, 1)
+    yield "source equal to target", GraphProblem(detour, "b", "b")
+    threats = [Threat(0.5, 0.5, 0.1), Threat(0.3, 0.6, 0.07, peak=0.5)]
+    lattice = GeometricGraph.complete(Lattice(6, bounds=(0, 0, 1, 1)), RiskField(threats), k=10.0)
+    yield "a lattice with threats", GraphProblem(lattice, 0, 35)
+
+
+def plane_problems() -> Iterator[tuple[str, Problem]]:
+    """Yield small problems in the plane by name; all of them have a path."""
+    yield "an empty map", Problem((0.1, 0.1), (0.9, 0.8))
+    yield "one threat", Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0)
+    yield "start at goal", Problem((0.5, 0.5), (0.5, 0.5), RiskField([Threat(0.5, 0.5, 0.1)]), k=1.0)
+    yield (
+        "a map in metres",
+        Problem((-4e4, 0), (5e4, 3e4), RiskField([Threat(0, 0, 5e3)]), k=5.0, bounds=(-6e4, -6e4, 6e4, 6e4)),
+    )
+    wall = shapely.box(0.49, 0.2, 0.51, 1.0)
+    yield "a wall", Problem((0.1, 0.7), (0.9, 0.7), no_fly=wall)
+
+
+def _require(holds: object, message: str) -> None:
+    """Raise with the message unless `holds`; an assert would vanish under ``python -O``."""
+    if not holds:
+        raise AssertionError(message)
+
+
+def _check_plane(solver: Solver) -> None:
+    name = solver.traits.name
+    for title, problem in plane_problems():
+        answer = _same_twice(f"{name} on {title}", partial(solve, problem, solver, resolution=8))
+        blind = problem.no_fly is not None and not solver.traits.no_fly
+        if blind:
+            _require(answer.status in {Status.INFEASIBLE, Status.FOUND}, f"{name} on {title}: {answer.status.label}")
+            continue
+        _require(answer.status.is_path, f"{name} on {title}: {answer.status.label}: {answer.message}")
+        _require(tuple(answer.path[0]) == problem.start, f"{name} on {title}: the path does not begin at the start")
+        _require(tuple(answer.path[-1]) == problem.goal, f"{name} on {title}: the path does not end at the goal")
+        shortest = float(np.hypot(*np.subtract(problem.start, problem.goal)))
+        _require(answer.cost >= shortest * (1 - 1e-12), f"{name} on {title}: cheaper than the straight line is long")
+        if solver.traits.anytime and problem.start != problem.goal:
+            _check_trace(f"{name} on {title}", answer)
+
+
+def _check_trace(place: str, answer: Solution) -> None:
+    costs = [moment.cost for moment in answer.trace]
+    _require(costs, f"{place}: an anytime solver without a trace")
+    _require(costs == sorted(costs, reverse=True), f"{place}: the trace rises")
+    _require(abs(costs[-1] - answer.cost) <= 1e-6 * answer.cost, f"{place}: the trace does not end at the cost")
+
+
+def _check_unbudgeted(solver: PlaneSolver) -> None:
+    """Wall the goal in: a solver that does not run out of budget has to say that there is no path."""
+    ring = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
+    answer = solve(Problem((0.1, 0.1), (0.8, 0.8), no_fly=ring), solver, resolution=12)
+    _require(answer.status in NOTHING, f"{solver.traits.name}: found a path into a closed ring")
+
+
+def _check_graph(solver: GraphSolver) -> None:
+    name = solver.traits.name
+    for title, problem in graph_problems():
+        before = problem.graph.weight_matrix().copy()
+        answer = _same_twice(f"{name} on {title}", partial(solve, problem, solver))
+        _require(np.array_equal(before, problem.graph.weight_matrix()), f"{name} on {title}: changed the weights")
+        best = cost_matrix(problem.graph, problem.target).value(problem.source)
+        if not np.isfinite(best):
+            _require(answer.status in NOTHING, f"{name} on {title}: {answer.status.label}, but there is no way")
+            continue
+        if answer.status.is_path:
+            _require(
+                answer.cost >= best - 1e-12 * best, f"{name} on {title}: {answer.cost} is below the optimum {best}"
+            )
+        if solver.traits.exact:
+            _require(answer.status is Status.OPTIMAL, f"{name} on {title}: {answer.status.label}: {answer.message}")
+            _require(answer.cost <= best + 1e-12 * best, f"{name} on {title}: {answer.cost}, the optimum is {best}")
+
+
+def _same_twice(place: str, run: Callable[[], Any]) -> Solution:
+    """Run twice: the answer has to be a judged solution, and the same both times."""
+    first, second = run(), run()
+    _require(isinstance(first, Solution), f"{place}: the answer is {type(first).__name__}, not a Solution")
+    _require(first.status is not Status.FAILED, f"{place}: {first.message}")
+    _require((first.status, first.nodes) == (second.status, second.nodes), f"{place}: another answer the second time")
+    _require(np.array_equal(first.path, second.path), f"{place}: another path the second time")
+    return first

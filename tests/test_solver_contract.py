@@ -1,0 +1,92 @@
+"""Every solver keeps the contract, and the checks of the contract can fail."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+import cgla_graph as cg
+from cgla_graph.problem import GraphProblem
+from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.solvers import registry
+from cgla_graph.solvers.base import Traits
+from cgla_graph.solvers.cgla import Cgla
+from cgla_graph.solvers.checks import check_solver
+from cgla_graph.solvers.straight_line import StraightLine
+
+QUICK = {"rrt-star": {"iterations": 300}, "prm-star": {"milestones": 300}}
+VARIANTS = [
+    *[(name, QUICK.get(name, {})) for name in registry.names(installed=False)],
+    ("cgla", {"schedule": "synchronous"}),
+    ("cgla", {"schedule": "sweeps"}),
+    ("cgla", {"early_stop": False}),
+    ("rrt-star", {"iterations": 300, "seed": 7, "rewire_factor": 0.5}),
+    ("eight-direction", {"resolution": 15, "corner_rule": "both-free"}),
+]
+
+
+@pytest.mark.parametrize(("name", "settings"), VARIANTS, ids=str)
+def test_every_solver_keeps_the_contract(name: str, settings: dict[str, Any]) -> None:
+    if (missing := registry.missing(name)) is not None:
+        pytest.skip(missing)
+    check_solver(cg.solvers.get(name, **settings))
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A graph solver that goes wrong in one way."""
+
+    fault: str
+
+    traits: ClassVar[Traits] = Traits("broken", "wrong in one way", domain="graph", exact=True)
+
+    def solve(self, problem: GraphProblem) -> Solution:
+        answer = Cgla().solve(problem)
+        if self.fault == "direct edge":
+            nodes = tuple(dict.fromkeys((problem.source, problem.target)))
+            return Solution(Status.OPTIMAL, nodes=nodes, cost=problem.evaluate(nodes))
+        if self.fault == "lies":
+            return Solution(answer.status, nodes=answer.nodes, cost=answer.cost * 0.9)
+        if self.fault == "stops short":
+            return Solution(answer.status, nodes=answer.nodes[:-1], cost=answer.cost)
+        if self.fault == "gives up":
+            return Solution(Status.NOT_FOUND)
+        if self.fault == "writes":
+            matrix = problem.graph.weight_matrix()
+            matrix.flags.writeable = True
+            matrix += 1.0
+            return answer
+        return Solution(answer.status, nodes=answer.nodes[::-1], cost=answer.cost)
+
+
+@pytest.mark.parametrize("fault", ["direct edge", "lies", "stops short", "gives up", "writes", "runs backwards"])
+def test_a_broken_graph_solver_is_caught(fault: str) -> None:
+    with pytest.raises(AssertionError, match="broken"):
+        check_solver(Broken(fault))
+
+
+@dataclass(frozen=True)
+class BrokenPlane:
+    """A solver of the plane that goes wrong in one way."""
+
+    fault: str
+
+    traits: ClassVar[Traits] = Traits("broken", "wrong in one way", domain="plane", anytime=True)
+
+    def solve(self, problem: cg.Problem) -> Solution:
+        answer = StraightLine().solve(problem)
+        if self.fault == "rising trace":
+            trace = (TracePoint(0, 0, answer.cost), TracePoint(1, 1, answer.cost + 1), TracePoint(2, 2, answer.cost))
+            return Solution(answer.status, path=answer.path, cost=answer.cost, trace=trace)
+        if self.fault == "differs":
+            middle = np.random.default_rng().random((1, 2))
+            path = np.vstack([answer.path[:1], middle, answer.path[-1:]])
+            return Solution(Status.FOUND, path=path, cost=problem.evaluate(path).cost)
+        return answer
+
+
+@pytest.mark.parametrize("fault", ["rising trace", "differs", "no trace, through walls"])
+def test_a_broken_plane_solver_is_caught(fault: str) -> None:
+    with pytest.raises(AssertionError, match="broken"):
+        check_solver(BrokenPlane(fault))
