@@ -45,7 +45,7 @@ def check_solver(solver: Solver) -> None:
     the same problem gives the same answer again; nothing passed in is changed; where there is no path it says so
     instead of raising; start equal to goal is a path of no length. Of an exact graph solver: the cost is the optimum.
     Of an anytime solver: the trace falls, and ends at the cost. Of a solver that knows no-fly areas: its path is
-    feasible.
+    feasible. A graph solver that is not exact may find nothing.
 
     Examples
     --------
@@ -106,6 +106,9 @@ def _check_plane(solver: Solver) -> None:
         if blind:
             _require(answer.status in {Status.INFEASIBLE, Status.FOUND}, f"{name} on {title}: {answer.status.label}")
             continue
+        modest = solver.traits.domain == "graph" and not solver.traits.exact
+        if modest and answer.status in NOTHING:
+            continue
         _require(answer.status.is_path, f"{name} on {title}: {answer.status.label}: {answer.message}")
         _require(tuple(answer.path[0]) == problem.start, f"{name} on {title}: the path does not begin at the start")
         _require(tuple(answer.path[-1]) == problem.goal, f"{name} on {title}: the path does not end at the goal")
@@ -151,7 +154,9 @@ def _check_graph(solver: GraphSolver) -> None:
 def _same_twice(place: str, run: Callable[[], Any]) -> Solution:
     """Run twice: the answer has to be a judged solution, and the same both times."""
     first, second = run(), run()
-    _require(isinstance(first, Solution), f"{place}: the answer is {type(first).__name__}, not a Solution")
+    if not isinstance(first, Solution):
+        msg = f"{place}: the answer is {type(first).__name__}, not a Solution"
+        raise AssertionError(msg)  # noqa: TRY004 - a broken contract, like all the others
     _require(first.status is not Status.FAILED, f"{place}: {first.message}")
     _require((first.status, first.nodes) == (second.status, second.nodes), f"{place}: another answer the second time")
     _require(np.array_equal(first.path, second.path), f"{place}: another path the second time")

@@ -1,0 +1,171 @@
+"""
+Speed, as ratios measured in one run: ``make bench``. Skipped by default, as no test may depend on the clock.
+
+Each benchmark runs ours and the reference in turn and prints how many times faster ours is (median over the rounds).
+"""
+
+import statistics
+import time
+from collections.abc import Callable
+
+import networkx as nx
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.sparse.csgraph import dijkstra
+
+import cgla_graph as cg
+from cgla_graph.scenario import load_scenario
+
+PAPER = load_scenario("paper").problem.field
+EIGHT = cg.RiskField(PAPER.threats[:8])
+UNIT = (0.0, 0.0, 1.0, 1.0)
+
+
+def seconds(run: Callable[[], object]) -> float:
+    """Time one call."""
+    began = time.perf_counter()
+    run()
+    return time.perf_counter() - began
+
+
+def report(
+    benchmark: pytest.FixtureRequest,
+    name: str,
+    ours: Callable[[], object],
+    other: Callable[[], object],
+    rounds: int = 7,
+) -> float:
+    """Run both in turn, print the ratio of their medians, and return it; `other` may return its own seconds."""
+    ours()
+    times = [(seconds(ours), seconds(other)) for _ in range(rounds)]
+    mine, theirs = (statistics.median(column) for column in zip(*times, strict=True))
+    benchmark.extra_info["times faster"] = round(theirs / mine, 1)
+    benchmark.pedantic(ours, rounds=rounds)
+    print(f"\n{name}: {mine * 1e3:.3f} ms against {theirs * 1e3:.3f} ms, {theirs / mine:.1f} times faster")
+    return theirs / mine
+
+
+def pairs(side: int) -> tuple[np.ndarray, np.ndarray]:
+    """All pairs of nodes of a lattice."""
+    points = cg.Lattice(side, bounds=UNIT).points
+    i, j = np.triu_indices(len(points), 1)
+    return points[i], points[j]
+
+
+def numpy_rule(starts: np.ndarray, ends: np.ndarray, field: cg.RiskField, block: int) -> np.ndarray:
+    """Integrate with 64 Gauss-Legendre points, vectorised over blocks of edges."""
+    nodes, weights = np.polynomial.legendre.leggauss(64)
+    nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights
+    out = np.empty(len(starts))
+    for first in range(0, len(starts), block):
+        a, step = starts[first : first + block], (ends - starts)[first : first + block]
+        x, y = (a[:, axis, None] + step[:, axis, None] * nodes for axis in range(2))
+        clear = np.ones_like(x)
+        for threat in field.threats:
+            d2 = (x - threat.x) ** 2 + (y - threat.y) ** 2
+            clear *= 1.0 - threat.peak * np.exp(-d2 / (2.0 * threat.spread**2))
+        out[first : first + block] = np.hypot(*step.T) * ((1.0 - clear) @ weights)
+    return out
+
+
+def weigh(side: int, field: cg.RiskField = EIGHT) -> np.ndarray:
+    """Weigh the complete lattice."""
+    return cg.GeometricGraph.complete(cg.Lattice(side, bounds=UNIT), field, k=10.0).weight_matrix()
+
+
+def test_complete_20_against_quad(benchmark: pytest.FixtureRequest) -> None:
+    """Eq. 5 for 79 800 edges against `scipy.integrate.quad` edge by edge (a sample of 200, scaled)."""
+    starts, ends = pairs(20)
+    sample = np.random.default_rng(0).choice(len(starts), 200, replace=False)
+    threats = [(t.x, t.y, t.spread, t.peak) for t in EIGHT.threats]
+
+    def risk(s: float, p: np.ndarray, d: np.ndarray) -> float:
+        clear = 1.0
+        for x, y, spread, peak in threats:
+            d2 = (p[0] + s * d[0] - x) ** 2 + (p[1] + s * d[1] - y) ** 2
+            clear *= 1.0 - peak * np.exp(-d2 / (2.0 * spread**2))
+        return 1.0 - clear
+
+    def reference() -> None:
+        for i in sample:
+            quad(risk, 0.0, 1.0, args=(starts[i], ends[i] - starts[i]), epsabs=1e-10, limit=200)
+
+    ratio = report(benchmark, "Eq. 5, 20 x 20, against 200 quad edges", lambda: weigh(20), reference, rounds=5)
+    scaled = ratio * len(starts) / len(sample)
+    print(f"scaled to all edges: {scaled:.0f} times faster")
+    assert scaled >= 200
+
+
+@pytest.mark.parametrize(
+    ("block", "target"), [(79_800, 10), (2000, None)], ids=["whole arrays", "blocks that fit the cache"]
+)
+def test_complete_20_against_numpy(benchmark: pytest.FixtureRequest, block: int, target: int | None) -> None:
+    """Eq. 5 for the same edges by a vectorised 64-point rule, as one writes it and as one tunes it."""
+    starts, ends = pairs(20)
+    ratio = report(
+        benchmark,
+        f"Eq. 5, 20 x 20, against NumPy in blocks of {block}",
+        lambda: weigh(20),
+        lambda: numpy_rule(starts, ends, EIGHT, block),
+    )
+    assert target is None or ratio >= target
+
+
+def test_complete_50(benchmark: pytest.FixtureRequest) -> None:
+    """Eq. 5 for the complete 50 x 50 lattice against the tuned NumPy rule."""
+    starts, ends = pairs(50)
+    report(
+        benchmark,
+        "Eq. 5, 50 x 50, against NumPy in blocks of 2000",
+        lambda: weigh(50),
+        lambda: numpy_rule(starts, ends, EIGHT, 2000),
+        rounds=2,
+    )
+
+
+def test_cgla_against_scipy(benchmark: pytest.FixtureRequest) -> None:
+    """Label setting against scipy's Dijkstra on the same dense matrix."""
+    graph = cg.GeometricGraph.complete(cg.Lattice(50, bounds=UNIT), EIGHT, k=10.0)
+    matrix = graph.weight_matrix()
+    ratio = report(
+        benchmark,
+        "cost matrix, 50 x 50, against scipy on the dense matrix",
+        lambda: cg.cost_matrix(graph, 2499),
+        lambda: dijkstra(matrix, indices=2499),
+    )
+    assert ratio >= 5
+    csr = graph.to_csgraph()
+    report(
+        benchmark,
+        "the same, against scipy on a ready sparse matrix",
+        lambda: cg.cost_matrix(graph, 2499),
+        lambda: dijkstra(csr, indices=2499),
+    )
+
+
+def test_cgla_against_networkx(benchmark: pytest.FixtureRequest) -> None:
+    """Label setting against networkx's Dijkstra, graph given."""
+    graph = cg.GeometricGraph.complete(cg.Lattice(20, bounds=UNIT), EIGHT, k=10.0)
+    graph.weight_matrix()
+    other = graph.to_networkx()
+    ratio = report(
+        benchmark,
+        "cost matrix, 20 x 20, against networkx",
+        lambda: cg.cost_matrix(graph, 399),
+        lambda: nx.single_source_dijkstra(other, 399),
+    )
+    assert ratio >= 100
+
+
+def test_thousand_segments(benchmark: pytest.FixtureRequest) -> None:
+    """One thousand segments in one call, on the paper's ten threats, against the tuned NumPy rule."""
+    starts, ends = np.random.default_rng(1).random((2, 1000, 2))
+    model = cg.CostModel(PAPER, 10.0)
+    report(
+        benchmark,
+        "1000 segments, against NumPy",
+        lambda: model.weights(starts, ends),
+        lambda: numpy_rule(starts, ends, PAPER, 1000),
+        rounds=30,
+    )
