@@ -185,8 +185,9 @@ def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray, 
     Integrate by 16-point Gauss-Legendre on panels that adapt to the threats at hand.
 
     A panel is at most `width` spreads of the narrowest threat active in it, and ends where another begins; gaps
-    without any threat are skipped. `width` comes from the size of ``F`` on a Bernstein ellipse around the panel,
-    which grows with the number of threats that overlap.
+    without any threat are skipped. How wide it may be depends on the size of ``F`` on a Bernstein ellipse around it,
+    which grows with the sum of the amplitudes of the threats that overlap: 4.6 spreads for one threat, 1.7 for a
+    hundred on one spot keep the error at 1e-12 of the spread.
     """
     at, clear = scratch[0], scratch[1]
     total = 0.0
@@ -294,11 +295,14 @@ def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> fl
             value = _closed_form(length, m, active, scratch[3 + table.shape[0] :], 4 * m)
             if value >= 0.0:
                 return value
+    crowd = 1.0
     for i in range(m):
         half = math.sqrt(active[i, HIGH])
         active[i, LOW] = active[i, AT] - half
         active[i, HIGH] = active[i, AT] + half
-    width = 3.2 / (1.0 + 0.2 * math.log(m))
+        if active[i, LOG_AMPLITUDE] > -7.0:
+            crowd += math.exp(active[i, LOG_AMPLITUDE])
+    width = 4.6 / (1.0 + 0.38 * math.log(crowd))
     return _quadrature(length, m, active, scratch, 0.5 * width if improper else width)
 
 
