@@ -112,8 +112,10 @@ class Summary:
         The contender's label.
     status
         The common status, or how many of the runs found a path.
-    cost, length, risk, clearance, seconds, build_seconds, evaluations
-        Medians over the runs; a run without a path counts as infinitely costly.
+    cost, length, risk, clearance
+        Of the run of median cost (the lower of two middle ones); a run without a path counts as infinitely costly.
+    seconds, build_seconds, evaluations
+        Medians over the runs.
     excess
         Of the median cost over the lattice optimum; NaN without one.
     spread
@@ -151,8 +153,9 @@ def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
     labels = {solution.status.label for solution in solutions}
     paths = sum(solution.status.is_path for solution in solutions)
     costs = [solution.cost for solution in solutions]
-    cost = statistics.median(costs)
-    typical = min(solutions, key=lambda solution: abs(solution.cost - cost) if math.isfinite(cost) else 0.0)
+    # the numbers of one run, so that cost = length + k * risk holds in every line
+    cost = statistics.median_low(costs)
+    typical = solutions[costs.index(cost)]
     spread = max(costs) / min(costs) - 1.0 if len(costs) > 1 and 0.0 < min(costs) < math.inf else math.nan
     return Summary(
         solver=solver,

@@ -57,14 +57,16 @@ def _cells(summary: Summary) -> list[str]:
 
 def figure(value: float, digits: int) -> str:
     """
-    Write a number with some significant digits; a dash where there is none.
+    Write a number with some significant digits, all of those before the point; a dash where there is none.
 
     Examples
     --------
-    >>> figure(1.50547714, 6), figure(float("inf"), 6)
-    ('1.50548', '-')
+    >>> figure(1.50547714, 6), figure(4805.02, 3), figure(float("inf"), 6)
+    ('1.50548', '4805', '-')
     """
-    return f"{value:#.{digits}g}".rstrip(".") if math.isfinite(value) else "-"
+    if not math.isfinite(value):
+        return "-"
+    return f"{value:.0f}" if abs(value) >= 10**digits else f"{value:#.{digits}g}".rstrip(".")
 
 
 def percent(value: float) -> str:
