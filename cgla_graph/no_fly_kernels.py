@@ -249,9 +249,9 @@ def segment_crosses(x1: float, y1: float, x2: float, y2: float, area: AreaArrays
     """
     Tell whether the segment from ``(x1, y1)`` to ``(x2, y2)`` meets the interior; finite, map units.
 
-    Where the segment properly crosses no edge, an interior piece of it either is all of it or ends at a
-    contact with the boundary: a vertex on the segment, or an end of the segment on an edge. So it is enough
-    to look from every contact along the segment, and then to test one end.
+    Where the segment properly crosses no edge, each interior piece of it begins at its first end or at a
+    contact with the boundary: a vertex on the segment, or its first end on an edge. So it is enough to look
+    from every contact towards the second end, and to test the first end.
 
     Examples
     --------
@@ -300,14 +300,11 @@ def segment_crosses(x1: float, y1: float, x2: float, y2: float, area: AreaArrays
                 continue
             if side_1 * side_2 < 0 and side_a * side_b < 0:
                 return True
-            # The far end b is the near end of the next edge, which is seen as well.
-            at_a = side_a == 0 and low_x <= ax <= high_x and low_y <= ay <= high_y
-            at_1 = side_1 == 0 and on_open_edge(ax, ay, bx, by, x1, y1)
-            at_2 = side_2 == 0 and on_open_edge(ax, ay, bx, by, x2, y2)
-            if (at_1 and side_2 > 0) or (at_2 and side_1 > 0):
+            if side_1 == 0 and side_2 > 0 and on_open_edge(ax, ay, bx, by, x1, y1):
                 return True
-            cx, cy = rows[i, 4], rows[i, 5]
-            if at_a and (in_sector(ax, ay, bx, by, cx, cy, x1, y1) or in_sector(ax, ay, bx, by, cx, cy, x2, y2)):
+            # The far end b is the near end of the next edge, which is seen as well.
+            on_segment = side_a == 0 and low_x <= ax <= high_x and low_y <= ay <= high_y
+            if on_segment and in_sector(ax, ay, bx, by, rows[i, 4], rows[i, 5], x2, y2):
                 return True
     return point_inside(x1, y1, area)
 
@@ -352,9 +349,9 @@ def pair_sectors(edges: FloatArray, order: IntArray) -> None:
     """
     Give every edge the counter-clockwise bound of the sector on its left, at vertices that rings share.
 
-    ``edges`` is ``(n, 6)``, map units: ``ax, ay, bx, by`` and the start of the edge before it in its ring, which
-    is overwritten where several edges start at one vertex. ``order`` is ``(n,)``: the edges sorted so that those
-    which start at one vertex follow each other.
+    ``edges`` is ``(n, 6)``, map units: ``ax, ay, bx, by`` and the start of the edge before it in its ring,
+    which is overwritten where several edges start at one vertex. ``order`` is ``(n,)``: the edges sorted so
+    that those which start at one vertex follow each other.
 
     Examples
     --------
