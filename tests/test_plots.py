@@ -1,0 +1,579 @@
+"""Pictures: what is in them, that nothing overlaps, and that files are whole and the same every time."""
+
+import itertools
+import os
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import shapely
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
+from numpy.typing import ArrayLike
+
+from cgla_graph.comparisons import plots
+from cgla_graph.comparisons.runner import Run
+from cgla_graph.errors import OutputError
+from cgla_graph.lattice import Lattice
+from cgla_graph.problem import Problem
+from cgla_graph.projection import LocalProjection
+from cgla_graph.risk import ImproperFieldWarning, RiskField, Threat
+from cgla_graph.scenario import Scenario, load_scenario
+from cgla_graph.solution import Solution, Status, TracePoint
+
+START, GOAL = (0.1, 0.1), (0.9, 0.9)
+WHITE = pytest.approx([255] * 3, abs=1)
+THREATS = RiskField([Threat(0.5, 0.5, spread=0.1, peak=0.8)])
+RING = shapely.box(0.2, 0.2, 0.8, 0.8) - shapely.box(0.4, 0.4, 0.6, 0.6)
+HOSTILE = [
+    "$x_1$",
+    "$",
+    "\\frac{1",
+    "_hidden",
+    "__nolegend__",
+    "<b>&amp;]]>--</b>",
+    "\U0001f9ff \N{THUMBS UP SIGN}\N{EMOJI MODIFIER FITZPATRICK TYPE-4} \u2764\ufe0f",
+    "two\nlines\r\n\ttab",
+    "nul\0 bell\a esc\x1b[31m",
+    "\ud800 lone surrogate",
+    "竞争 مرحبا עברית",
+    "e\u0301\u0301\u0301 \u200f\u202e reversed",
+    "W" * 5000,
+    "many words " * 500,
+    "",
+    " ",
+]
+
+
+def scenario(name: str = "map", title: str = "a map", **settings: object) -> Scenario:
+    extra = {key: settings.pop(key) for key in ("projection", "y_down") if key in settings}
+    problem = Problem(**({"start": START, "goal": GOAL} | settings))
+    return Scenario(name, title, problem, Lattice(3, bounds=problem.bounds), **extra)
+
+
+def run(
+    where: Scenario,
+    solver: str = "solver",
+    path: ArrayLike = (START, GOAL),
+    *,
+    status: Status = Status.FOUND,
+    exact: bool = False,
+    seed: int | None = None,
+    **numbers: object,
+) -> Run:
+    waypoints = np.array(path, dtype=float).reshape(-1, 2)
+    cost = where.problem.evaluate(waypoints).cost if len(waypoints) else np.inf
+    solution = Solution(status, path=waypoints, **({"cost": cost, "seconds": 0.1} | numbers))
+    return Run(where, solver, seed, exact, solution)
+
+
+def traced(where: Scenario, costs: list[float], solver: str = "anytime", seed: int = 1, **numbers: object) -> Run:
+    points = tuple(TracePoint(0.01 * (i + 1), i, cost) for i, cost in enumerate(costs))
+    return run(where, solver, seed=seed, trace=points, **({"cost": costs[-1], "seconds": 1.0} | numbers))
+
+
+def legend_of(figure: Figure) -> Legend:
+    (legend,) = figure.legends
+    return legend
+
+
+def labels(figure: Figure) -> list[str]:
+    return [text.get_text() for text in legend_of(figure).get_texts()]
+
+
+def paths(figure: Figure) -> list[Line2D]:
+    """Return the drawn paths, without start and goal."""
+    return [line for line in figure.axes[0].lines if line.get_linestyle() != "None"]
+
+
+def is_dashed(line: Line2D) -> bool:
+    """Tell whether a line has gaps; matplotlib's own method says so of any line that was given a pattern."""
+    return line.get_linestyle() != "None" and line._dash_pattern[1] is not None
+
+
+def assert_tidy(figure: Figure) -> None:
+    """Check that all is on the page and no part lies over another."""
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer = canvas.get_renderer()
+    parts = [axes.get_tightbbox(renderer) for axes in figure.axes]
+    parts += [legend.get_window_extent(renderer) for legend in figure.legends]
+    parts += [text.get_window_extent(renderer) for text in figure.texts]
+    for part in parts:
+        assert part.x0 >= 0 and part.y0 >= 0 and part.x1 <= figure.bbox.x1 and part.y1 <= figure.bbox.y1  # noqa: PT018
+    for one, other in itertools.combinations(parts, 2):
+        shared = Bbox.intersection(one, other)
+        assert shared is None or min(shared.width, shared.height) < 0.5
+    for axes in figure.axes:
+        ticks = [*axes.get_xticklabels(), *axes.get_yticklabels(), axes.xaxis.label, axes.yaxis.label]
+        boxes = [tick.get_window_extent(renderer) for tick in ticks if tick.get_text() and tick.get_visible()]
+        for one, other in itertools.combinations(boxes, 2):
+            assert Bbox.intersection(one, other) is None
+
+
+def pixel(figure: Figure, x: float, y: float) -> list[float]:
+    """Return the colour at a point of the map, 0 to 255."""
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    column, row = figure.axes[0].transData.transform((x, y))
+    image = np.asarray(canvas.buffer_rgba())
+    return image[image.shape[0] - 1 - int(row), int(column), :3].tolist()
+
+
+def file_bytes(figure: Figure, path: Path) -> bytes:
+    return plots.save(figure, path).read_bytes()
+
+
+# --- the map ---
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg"])
+def test_a_shipped_scenario(suffix: str, tmp_path: Path) -> None:
+    where = load_scenario("finland")
+    problem = where.problem
+    figure = plots.map_figure(where, [run(where, "straight", (problem.start, problem.goal), status=Status.INFEASIBLE)])
+    assert_tidy(figure)
+    assert file_bytes(figure, tmp_path / f"map{suffix}")
+
+
+def test_solvers_without_a_path_are_in_the_legend() -> None:
+    where = scenario()
+    statuses = [status for status in Status if not status.is_path and status is not Status.INFEASIBLE]
+    figure = plots.map_figure(where, [run(where, s.label, (), status=s, exact=True) for s in statuses])
+    assert paths(figure) == []
+    assert labels(figure) == [*(f"{status.label}: {status.label}" for status in statuses), "start", "goal"]
+    assert_tidy(figure)
+
+
+def test_no_runs() -> None:
+    figure = plots.map_figure(scenario(), [])
+    assert labels(figure) == ["start", "goal"]
+    assert_tidy(figure)
+
+
+def test_a_refused_answer_is_not_drawn() -> None:
+    where = scenario()
+    figure = plots.map_figure(where, [run(where, "liar", status=Status.FAILED)])
+    assert paths(figure) == []
+    assert labels(figure)[0] == "liar: failed"
+
+
+def test_a_path_of_one_point_shows_around_start_and_goal() -> None:
+    where = scenario(start=START, goal=START)
+    figure = plots.map_figure(where, [run(where, "a", [START]), run(where, "b", [START, START])])
+    marks = [line for line in figure.axes[0].lines if line not in paths(figure)]
+    sizes = [line.get_markersize() for line in paths(figure)]
+    assert len(sizes) == 2
+    assert min(sizes) > max(mark.get_markersize() for mark in marks)
+    assert labels(figure)[:2] == ["a: 0.0000", "b: 0.0000"]
+    assert_tidy(figure)
+
+
+def test_an_infeasible_path_looks_different_and_is_called_so() -> None:
+    where = scenario(no_fly=RING)
+    figure = plots.map_figure(where, [run(where, "good"), run(where, "bad", status=Status.INFEASIBLE)])
+    good, bad = paths(figure)
+    assert to_hex(bad.get_color()).upper() == "#D55E00" != to_hex(good.get_color()).upper()
+    assert bad.get_linewidth() < good.get_linewidth()
+    assert is_dashed(bad)
+    assert not is_dashed(good)
+    assert labels(figure)[:2] == ["good: 1.1314", "bad: infeasible"]
+
+
+def test_a_path_that_leaves_the_bounds_is_seen_to_do_so() -> None:
+    where = scenario()
+    leaving = run(where, "bad", [START, (50.0, 0.5), GOAL], status=Status.INFEASIBLE)
+    figure = plots.map_figure(where, [leaving])
+    assert figure.axes[0].get_xlim() == pytest.approx((0.0, 1.1))
+    assert figure.axes[0].get_ylim() == pytest.approx((0.0, 1.0))
+    assert pixel(figure, 1.05, 0.9) == pytest.approx([235] * 3, abs=1)
+    assert_tidy(figure)
+
+
+def test_many_solvers_differ_in_colour_or_dashes() -> None:
+    where = scenario(field=THREATS, no_fly=shapely.box(0.9, 0, 1, 0.1))
+    runs = [run(where, f"solver-{i}", [START, (0.1 + 0.02 * i, 0.9), GOAL]) for i in range(40)]
+    figure = plots.map_figure(where, runs)
+    looks = {(to_hex(line.get_color()), str(line._dash_pattern)) for line in paths(figure)}
+    assert len(looks) == 40
+    assert len(labels(figure)) == 43
+    assert_tidy(figure)
+
+
+def test_equal_paths_lie_inside_each_other() -> None:
+    where = scenario()
+    runs = [run(where, f"exact-{i}", exact=True) for i in range(14)] + [run(where, "lucky")]
+    widths = [line.get_linewidth() for line in paths(plots.map_figure(where, runs))]
+    assert (np.diff(widths) < 0).all()
+    assert 8 < widths[0] < 12
+    assert widths[-1] > 1
+
+
+def test_a_path_along_the_border_has_its_full_width() -> None:
+    where = scenario(start=(0, 0), goal=(0, 1))
+    figure = plots.map_figure(where, [run(where, f"exact-{i}", [(0, 0), (0, 1)], exact=True) for i in range(6)])
+    assert pixel(figure, -0.006, 0.5) != WHITE
+
+
+def test_exact_paths_lie_below_whatever_the_order() -> None:
+    where = scenario()
+    figure = plots.map_figure(where, [run(where, "other"), run(where, "exact", exact=True)])
+    exact, other = sorted(paths(figure), key=Line2D.get_zorder)
+    assert exact.get_linewidth() > other.get_linewidth()
+    assert labels(figure)[:2] == ["other: 1.1314", "exact: 1.1314"]
+    assert [to_hex(line.get_color()) for line in (other, exact)] == [to_hex(c) for c in plots._COLOURS[:2]]
+
+
+def test_of_several_seeds_the_best_is_drawn() -> None:
+    where = scenario()
+    detours = [[START, (0.1, y), GOAL] for y in (0.9, 0.3, 0.6)]
+    runs = [run(where, "seeded", path, seed=seed) for seed, path in enumerate(detours)]
+    runs += [run(where, "unlucky", (), status=Status.NOT_FOUND, seed=1), run(where, "unlucky", seed=2)]
+    runs += [run(where, "never", (), status=Status.NOT_FOUND, seed=seed) for seed in (1, 2)]
+    figure = plots.map_figure(where, runs)
+    assert paths(figure)[0].get_xydata().tolist() == np.array(detours[1]).tolist()
+    assert labels(figure)[:3] == ["seeded: 1.2000 (best of 3)", "unlucky: 1.1314 (1 of 2 found)", "never: not-found"]
+
+
+def test_a_cheap_infeasible_seed_does_not_hide_a_path() -> None:
+    where = scenario()
+    feasible = run(where, "seeded", [START, (0.1, 0.9), GOAL])
+    figure = plots.map_figure(where, [run(where, "seeded", status=Status.INFEASIBLE), feasible])
+    assert labels(figure)[0] == "seeded: 1.6000 (1 of 2 found)"
+
+
+def test_risk_has_a_colour_bar_and_no_risk_has_none() -> None:
+    assert len(plots.map_figure(scenario(), []).axes) == 1
+    figure = plots.map_figure(scenario(field=THREATS), [])
+    _, bar = figure.axes
+    assert bar.get_ylabel() == "risk per unit length"
+    assert bar.get_ylim() == pytest.approx((0.0, 0.8))
+    assert pixel(figure, 0.95, 0.1) == WHITE
+    assert pixel(figure, 0.5, 0.5) == pytest.approx(np.array(plots._risk_colours()(1.0)[:3]) * 255, abs=6)
+
+
+def test_a_threat_smaller_than_a_pixel_counts_on_the_colour_bar() -> None:
+    figure = plots.map_figure(scenario(field=RiskField([Threat(0.5, 0.5, spread=1e-5, peak=0.7)])), [])
+    assert figure.axes[1].get_ylim() == pytest.approx((0.0, 0.7))
+
+
+def test_risk_colours_get_darker_in_equal_steps_from_white() -> None:
+    rgb = plots._risk_colours()(np.linspace(0.0, 1.0, 256))[:, :3]
+    linear = np.where(rgb > 0.04045, ((rgb + 0.055) / 1.055) ** 2.4, rgb / 12.92)
+    lightness = 116.0 * np.cbrt(linear @ (0.2126, 0.7152, 0.0722)) - 16.0
+    assert rgb[0] == pytest.approx(1.0, abs=1e-3)
+    assert np.diff(lightness) == pytest.approx(np.full(255, (38.0 - 100.0) / 255), abs=0.02)
+
+
+def test_negative_risk_has_a_colour_of_its_own() -> None:
+    with pytest.warns(ImproperFieldWarning):
+        field = RiskField([Threat(0.4, 0.5, 0.2, 9.0), Threat(0.6, 0.5, 0.2, 9.0)], improper=True)
+    figure = plots.map_figure(scenario(field=field), [])
+    assert pixel(figure, 0.5, 0.55) == pytest.approx([0x9D, 0xB4, 0xC0], abs=2)
+    assert_tidy(figure)
+
+
+@pytest.mark.parametrize("y_down", [False, True])
+def test_no_fly_areas_are_grey_and_their_holes_are_not(y_down: bool) -> None:
+    figure = plots.map_figure(scenario(no_fly=RING, y_down=y_down), [])
+    assert pixel(figure, 0.5, 0.5) == WHITE
+    assert max(pixel(figure, 0.31, 0.5)) < 230
+    assert labels(figure)[-1] == "no-fly area"
+
+
+def test_a_no_fly_area_ends_at_the_bounds() -> None:
+    where = scenario(no_fly=shapely.box(0.5, -5, 5, 0.5))
+    figure = plots.map_figure(where, [run(where, "bad", [START, (2.0, 0.1), GOAL], status=Status.INFEASIBLE)])
+    assert max(pixel(figure, 0.95, 0.3)) < 225
+    assert min(pixel(figure, 1.05, 0.3)) > 230
+
+
+def test_grid_maps_are_in_cells_and_y_grows_downwards() -> None:
+    figure = plots.map_figure(scenario(y_down=True), [])
+    axes = figure.axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x (cells)", "y (cells)")
+    assert axes.transData.transform((0, 0.1))[1] > axes.transData.transform((0, 0.9))[1]
+    assert_tidy(figure)
+
+
+def test_risk_follows_the_axis_when_y_grows_downwards() -> None:
+    figure = plots.map_figure(scenario(field=RiskField([Threat(0.5, 0.2, 0.05)]), y_down=True), [])
+    assert max(pixel(figure, 0.5, 0.2)) < 200
+    assert pixel(figure, 0.5, 0.8) == WHITE
+
+
+def test_maps_with_longitudes_and_latitudes_are_in_kilometres() -> None:
+    where = scenario(
+        start=(-9e3, 0.0),
+        goal=(9e3, 0.0),
+        bounds=(-1e4, -5e3, 1e4, 5e3),
+        field=RiskField([Threat(0, 0, 1000)]),
+        no_fly=shapely.box(-1e3, -1e3, 1e3, 1e3),
+        projection=LocalProjection(24.95, -60.1),
+    )
+    figure = plots.map_figure(where, [run(where, "east", ((-9e3, 0.0), (0, 3e3), (9e3, 0.0)))])
+    axes = figure.axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("km east of 24.95° E", "km north of 60.1° S")
+    assert axes.get_xlim() == pytest.approx((-10.0, 10.0))
+    assert paths(figure)[0].get_xdata().tolist() == [-9.0, 0.0, 9.0]
+    assert legend_of(figure).get_title().get_text() == "cost (km)"
+    assert labels(figure)[0] == "east: 18.974"
+    assert max(pixel(figure, 0.8, 0.8)) < 240
+    assert_tidy(figure)
+
+
+@pytest.mark.parametrize("width", [1e-3, 0.04, 0.3, 1.0, 2.0, 3.0, 30.0, 1e3])
+def test_thin_maps_keep_their_shape_and_a_sensible_size(width: float) -> None:
+    ends = {"start": (0.0, 0.0), "goal": (width, 1.0), "bounds": (0.0, 0.0, width, 1.0)}
+    where = scenario(title="a long title " * 8, field=RiskField([Threat(0.5 * width, 0.5, 0.2)]), **ends)
+    runs = [run(where, f"solver-{i}", [(0.0, 0.0), (width, 1.0)]) for i in range(9)]
+    figure = plots.map_figure(where, runs)
+    assert_tidy(figure)
+    across, down = figure.get_size_inches()
+    assert 3.0 < across < 11.0
+    assert 2.5 < down < 7.5
+    origin, x, y = figure.axes[0].transData.transform([(0, 0), (1, 0), (0, 1)])
+    assert x[0] - origin[0] == pytest.approx(y[1] - origin[1])
+
+
+@pytest.mark.parametrize("bounds", [(1e9, 1e9, 1e9 + 1, 1e9 + 1), (0, 0, 1e-7, 1e-7), (-1e30, 0, 1e30, 1e30)])
+def test_coordinates_of_any_size(bounds: tuple[float, ...], tmp_path: Path) -> None:
+    where = scenario(start=bounds[:2], goal=bounds[2:], bounds=bounds)
+    figure = plots.map_figure(where, [run(where, path=(bounds[:2], bounds[2:]))])
+    assert_tidy(figure)
+    assert file_bytes(figure, tmp_path / "map.png")
+
+
+def test_the_heading_says_name_title_and_k() -> None:
+    figure = plots.map_figure(scenario(name="mine", title="what it shows", k=2.5), [])
+    assert [text.get_text() for text in figure.texts] == ["mine,  k = 2.5", "what it shows"]
+
+
+# --- cost over time ---
+
+
+def test_no_trace_no_figure() -> None:
+    where = scenario()
+    never = run(where, "never", (), status=Status.NOT_FOUND, trace=(TracePoint(0.1, 1, np.inf),))
+    assert plots.trace_figure(where, []) is None
+    assert plots.trace_figure(where, [run(where)]) is None
+    assert plots.trace_figure(where, [run(where), never]) is None
+
+
+def test_traces_are_steps_over_logarithmic_time() -> None:
+    where = scenario()
+    runs = [traced(where, [np.inf, 3.0, 2.0], seed=1), traced(where, [2.5, 1.5], seed=2, build_seconds=1.0)]
+    figure = plots.trace_figure(where, runs)
+    assert figure is not None
+    first, second = figure.axes[0].lines
+    assert figure.axes[0].get_xscale() == "log"
+    assert (first.get_drawstyle(), first.get_color()) == ("steps-post", second.get_color())
+    assert first.get_xydata() == pytest.approx(np.array([(0.02, 3.0), (0.03, 2.0), (1.0, 2.0)]))
+    assert second.get_xdata() == pytest.approx([1.01, 1.02, 2.0])
+    assert labels(figure) == ["anytime: 1.5000 (best of 2)"]
+    assert_tidy(figure)
+
+
+def test_results_without_a_trace_are_marked_at_their_time() -> None:
+    where = scenario(no_fly=RING)
+    runs = [
+        run(where, "exact-1", exact=True, cost=1.2, seconds=0.2, build_seconds=0.3),
+        run(where, "exact-2", exact=True, cost=1.2 + 1e-12, seconds=0.3),
+        run(where, "exact-3", exact=True, cost=1.3),
+        run(where, "instant", cost=1.6, seconds=0.0),
+        run(where, "huge", cost=1e6),
+        run(where, "bad", cost=0.1, status=Status.INFEASIBLE),
+        run(where, "none", (), status=Status.NO_PATH, exact=True),
+        traced(where, [2.0, 1.5, 1.25]),
+    ]
+    figure = plots.trace_figure(where, runs)
+    assert figure is not None
+    axes = figure.axes[0]
+    dashed = [line.get_ydata()[0] for line in axes.lines if is_dashed(line)]
+    assert dashed == [1.2, 1.3]
+    marks = {(line.get_xdata()[0], line.get_ydata()[0]) for line in axes.lines if line.get_linestyle() == "None"}
+    low, high = axes.get_ylim()
+    assert marks == {(0.5, 1.2), (0.3, 1.2 + 1e-12), (0.1, 1.3), (1e-6, 1.6), (0.1, high)}
+    assert 1.0 < low < 1.2
+    assert 2.0 < high < 2.2
+    assert labels(figure)[4:] == ["huge: 1000000, above", "anytime: 1.2500", "exact: 1.2000", "exact: 1.3000"]
+    assert_tidy(figure)
+
+
+@pytest.mark.parametrize("costs", [[[1e9, 2.0, 1.8, 1.0]], [[1e9, 1e8, 1.0], [2.0, 1.0], [1.5, 1.0]]])
+def test_one_huge_first_cost_does_not_flatten_the_rest(costs: list[list[float]]) -> None:
+    where = scenario()
+    figure = plots.trace_figure(where, [traced(where, one, seed=seed) for seed, one in enumerate(costs)])
+    assert figure is not None
+    low, high = figure.axes[0].get_ylim()
+    assert 0.9 < low < 1.0
+    assert 1.5 < high < 2.5
+
+
+@pytest.mark.parametrize("cost", [0.0, 1.0, 1e-9, 1e12])
+def test_a_trace_that_is_flat_and_began_at_once(cost: float) -> None:
+    where = scenario()
+    figure = plots.trace_figure(where, [run(where, trace=(TracePoint(0.0, 1, cost),), cost=cost, seconds=0.0)])
+    assert figure is not None
+    low, high = figure.axes[0].get_ylim()
+    assert low < cost < high
+    assert_tidy(figure)
+
+
+def test_costs_over_time_are_in_kilometres_where_the_map_is() -> None:
+    where = scenario(projection=LocalProjection(25.0, 60.0))
+    figure = plots.trace_figure(where, [traced(where, [2000.0, 1000.0])])
+    assert figure is not None
+    assert figure.axes[0].get_ylabel() == "best cost so far (km)"
+    assert labels(figure) == ["anytime: 1.0000"]
+
+
+def test_a_solver_has_the_same_colour_in_both_pictures() -> None:
+    where = scenario()
+    runs = [run(where, "first"), traced(where, [2.0, 1.0])]
+    trace = plots.trace_figure(where, runs)
+    assert trace is not None
+    assert trace.axes[0].lines[0].get_color() == paths(plots.map_figure(where, runs))[1].get_color()
+
+
+# --- names and files ---
+
+
+@pytest.mark.parametrize("name", HOSTILE, ids=lambda name: ascii(name[:12]))
+def test_hostile_names_are_shown_as_they_are(name: str, tmp_path: Path) -> None:
+    where = scenario(name=name, title=name)
+    runs = [run(where, name), traced(where, [2.0, 1.0], solver=f"{name}?")]
+    figures = plots.map_figure(where, runs), plots.trace_figure(where, runs)
+    assert file_bytes(figures[0], tmp_path / "map.png")
+    for figure in figures:
+        assert figure is not None
+        assert_tidy(figure)
+        assert figure.get_size_inches()[0] < 12.0
+        ET.fromstring(file_bytes(figure, tmp_path / "map.svg"))  # noqa: S314 - our own file
+        texts = [*legend_of(figure).get_texts(), *figure.texts]
+        assert all(text.get_visible() and not text.get_parse_math() for text in texts)
+        if re.fullmatch(r"[!-~]+( [!-~]+)*", name) and len(name) < 30:
+            assert [text.get_text() for text in figure.texts] == [f"{name},  k = 0", name]
+            assert labels(figure)[0].startswith(f"{name}: ")
+
+
+def test_shortened_names_keep_both_ends() -> None:
+    text = plots._plain("rrt-star:iterations=500000:rewire_factor=1.1:seed=7", 36)
+    assert len(text) == 36
+    assert text.startswith("rrt-star:iter")
+    assert text.endswith("=1.1:seed=7")
+
+
+def pictures() -> list[Figure]:
+    where = scenario(name="a map of ours", field=THREATS, no_fly=RING, k=3.0)
+    runs = [
+        run(where, "exact", exact=True),
+        run(where, "bad", status=Status.INFEASIBLE),
+        traced(where, [2.0, 1.9, 1.5]),
+    ]
+    trace = plots.trace_figure(where, runs)
+    assert trace is not None
+    return [plots.map_figure(where, runs), trace]
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg"])
+def test_the_same_input_gives_the_same_bytes(suffix: str, tmp_path: Path) -> None:
+    first = [file_bytes(figure, tmp_path / f"first{suffix}") for figure in pictures()]
+    before = dict(mpl.rcParams)
+    with mpl.rc_context({"font.size": 30, "font.family": "serif", "svg.hashsalt": None, "axes.facecolor": "red"}):
+        again = pictures()
+        second = [file_bytes(figure, tmp_path / f"second{suffix}") for figure in again]
+        third = [file_bytes(figure, tmp_path / f"second{suffix}") for figure in again]
+    assert first == second == third
+    assert b"<dc:date>" not in first[0]
+    assert dict(mpl.rcParams) == before
+
+
+def test_a_png_has_150_dots_an_inch(tmp_path: Path) -> None:
+    figure = pictures()[0]
+    drawn = file_bytes(figure, tmp_path / "MAP.PNG")
+    size = [int.from_bytes(drawn[i : i + 4], "big") for i in (16, 20)]
+    assert size == pytest.approx(150 * figure.get_size_inches(), abs=1)
+    assert b"Software" not in drawn
+
+
+def test_saving_replaces_the_file_and_leaves_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / f"{'long' * 60}.png"
+    path.write_text("old")
+    assert plots.save(Figure(), path) == path
+    assert path.read_bytes().startswith(b"\x89PNG")
+    assert names(tmp_path) == [path.name]
+
+
+def names(folder: Path) -> list[str]:
+    return [path.name for path in folder.iterdir()]
+
+
+def assert_refused(figure: Figure, path: Path, reason: str) -> None:
+    with pytest.raises(OutputError, match=reason) as error:
+        plots.save(figure, path)
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
+    assert "  " not in str(error.value)
+
+
+def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
+    assert_refused(Figure(), tmp_path / "missing" / "map.png", "No such file")
+    assert names(tmp_path) == []
+
+
+def test_a_folder_that_is_a_file(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("kept")
+    assert_refused(Figure(), tmp_path / "file" / "map.png", "Not a directory")
+    assert (tmp_path / "file").read_text() == "kept"
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="nothing is forbidden to root")
+def test_a_folder_that_is_read_only(tmp_path: Path) -> None:
+    tmp_path.chmod(0o500)
+    assert_refused(Figure(), tmp_path / "map.png", "Permission denied")
+    assert names(tmp_path) == []
+
+
+def test_a_folder_in_the_place_of_the_file(tmp_path: Path) -> None:
+    (tmp_path / "map.png").mkdir()
+    assert_refused(Figure(), tmp_path / "map.png", "cannot be written")
+    assert names(tmp_path) == ["map.png"]
+
+
+@pytest.mark.parametrize("name", ["map.pdf", "map"])
+def test_an_unknown_format(name: str, tmp_path: Path) -> None:
+    assert_refused(Figure(), tmp_path / name, r"name the file \.png or \.svg")
+    assert names(tmp_path) == []
+
+
+def test_a_figure_that_cannot_be_drawn(tmp_path: Path) -> None:
+    figure = Figure()
+    figure.add_artist(Text(0.5, 0.5, "$\\nonsense$", parse_math=True))
+    assert_refused(figure, tmp_path / "map.png", "nonsense")
+    assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize("fault", [OSError(28, "No space left on device"), RuntimeError(), KeyboardInterrupt()])
+def test_a_fault_while_writing(fault: BaseException, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise fault
+
+    (tmp_path / "map.png").write_text("old")
+    monkeypatch.setattr(Path, "replace", fail)
+    if isinstance(fault, Exception):
+        assert_refused(Figure(), tmp_path / "map.png", "No space left" if fault.args else "RuntimeError")
+    else:
+        with pytest.raises(KeyboardInterrupt):
+            plots.save(Figure(), tmp_path / "map.png")
+    assert names(tmp_path) == ["map.png"]
+    assert (tmp_path / "map.png").read_text() == "old"
