@@ -6,7 +6,6 @@ import os
 import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -14,6 +13,7 @@ import shapely
 from numpy.typing import ArrayLike
 from shapely.geometry import MultiPolygon, Polygon
 
+from cgla_graph._files import read_text
 from cgla_graph.errors import ScenarioError
 
 Position: TypeAlias = tuple[float, float]
@@ -136,7 +136,7 @@ def line_feature_collection(path_lonlat: ArrayLike, properties: Mapping[str, obj
 
 def _document(path: str | os.PathLike[str], file: str) -> object:
     """Return what a JSON file holds."""
-    text = _text(path, file)
+    text = read_text(path, file, "a GeoJSON file")
     try:
         return json.loads(text)
     except json.JSONDecodeError as error:
@@ -144,22 +144,6 @@ def _document(path: str | os.PathLike[str], file: str) -> object:
     except (ValueError, RecursionError) as error:
         remedy = "remove numbers of thousands of digits and deep nesting"
         message = f"{file}: not JSON that can be read ({error}): {remedy}"
-    raise ScenarioError(" ".join(message.split()))
-
-
-def _text(path: str | os.PathLike[str], file: str) -> str:
-    """Return the text of a file."""
-    try:
-        # The signature that some editors of Windows write first is no JSON, yet harmless.
-        return Path(path).read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        message = f"{file}: there is no such file: check the name and the folder"
-    except OSError as error:
-        message = f"{file}: cannot be read ({error.strerror}): give a GeoJSON file that you may read"
-    except UnicodeDecodeError as error:
-        message = f"{file}: byte {error.start} is not UTF-8; GeoJSON is UTF-8 text: save the file as UTF-8"
-    except ValueError as error:
-        message = f"{file}: no file has such a name ({error}): check the name"
     raise ScenarioError(" ".join(message.split()))
 
 

@@ -12,8 +12,9 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import Point
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.geojson import read_areas
+from cgla_graph.gridmap import GridMap
 from cgla_graph.lattice import Lattice
-from cgla_graph.movingai import GridMap, GridRow, check_row, map_beside, read_map, read_scenario_rows
+from cgla_graph.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
 from cgla_graph.problem import Problem
 from cgla_graph.projection import LocalProjection
 from cgla_graph.scenario import Scenario, load_scenario, project_area

@@ -14,6 +14,7 @@ import shapely
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._files import read_text
 from cgla_graph._types import Bounds, Point
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.geojson import read_areas
@@ -327,11 +328,7 @@ def load_scenario(name: str | Path) -> Scenario:
     """
     path = Path(name)
     if path.suffix == ".toml":
-        try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            msg = f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}"
-            raise ScenarioError(msg) from error
+        text = read_text(path, str(path), "a TOML file")
         return scenario_from_toml(text, path.stem, folder=path.parent, where=str(path))
     return scenario_from_toml(shipped_text(str(name)), str(name))
 

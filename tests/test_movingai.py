@@ -14,7 +14,8 @@ from scipy.sparse import csgraph
 
 from cgla_graph._types import BoolArray
 from cgla_graph.errors import ScenarioError
-from cgla_graph.movingai import GridMap, GridRow, check_row, map_beside, read_map, read_scenario_rows
+from cgla_graph.gridmap import GridMap
+from cgla_graph.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "movingai"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no grid maps in {DATA}")
@@ -115,7 +116,7 @@ def test_files_that_cannot_be_read(tmp_path: Path, read: object) -> None:
     for path, words in (
         (tmp_path / "none.map", "there is no such file"),
         (tmp_path, "cannot be read ("),
-        (picture, "byte 0 is no text"),
+        (picture, "byte 0 is not UTF-8"),
         ("no\0name", "no file has such a name"),
     ):
         with pytest.raises(ScenarioError) as caught:
