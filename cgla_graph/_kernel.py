@@ -18,10 +18,8 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
     Examples
     --------
-    >>> @kernel
-    ... def double(x: float) -> float:
-    ...     return 2.0 * x
-    >>> double(2.0)
-    4.0
+    >>> from cgla_graph.risk_kernels import erf
+    >>> erf(0.5)
+    0.5204998778
     """
     return cast("Callable[P, R]", numba.njit(cache=True, nogil=True)(function))

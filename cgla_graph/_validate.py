@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Iterable
-from typing import cast
+from contextlib import suppress
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,20 +11,20 @@ from numpy.typing import ArrayLike
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.errors import ProblemError
 
+#: What Python would turn into a float although nobody means it as one.
+NO_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating)
+
 
 def finite_number(name: str, value: object) -> float:
     """Return `value` as a float, or raise `ProblemError` unless it is a finite real number."""
-    # numpy scalars and 0-d arrays are numbers too; strings and booleans are mistakes
-    if isinstance(value, bool | str | bytes):
-        msg = f"{name} is {value!r}; give a finite number"
-        raise ProblemError(msg)
-    try:
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError) as error:
-        msg = f"{name} is {value!r}; give a finite number"
-        raise ProblemError(msg) from error
+    number, shown = math.nan, repr(value)
+    # numpy scalars, 0-d arrays, fractions and decimals are numbers too; strings and truth values are mistakes
+    if not isinstance(value, NO_NUMBERS):
+        with suppress(TypeError, ValueError, OverflowError):
+            number = float(cast("Any", value))
+            shown = str(number)
     if not math.isfinite(number):
-        msg = f"{name} is {number}; give a finite number"
+        msg = f"{name} is {shown}; give a finite number"
         raise ProblemError(msg)
     return number
 
@@ -52,7 +53,7 @@ def _numbers(name: str, value: object, form: str) -> tuple[object, ...]:
         numbers = tuple(cast("Iterable[object]", value))
     except TypeError:
         numbers = ()
-    if len(numbers) != form.count(",") + 1 or isinstance(value, str):
+    if len(numbers) != form.count(",") + 1 or isinstance(value, NO_NUMBERS):
         msg = f"{name} is {value!r}; give {form}"
         raise ProblemError(msg)
     return numbers
@@ -67,8 +68,12 @@ def point(name: str, value: object) -> Point:
 def point_array(name: str, value: ArrayLike) -> FloatArray:
     """Return `value` as a contiguous array of shape ``(..., 2)``, or raise `ProblemError`; the input stays as it is."""
     try:
-        array = np.ascontiguousarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+        given = np.asarray(value)
+        if given.dtype.kind in "SUcmM":
+            msg = f"elements of type {given.dtype}"
+            raise TypeError(msg)  # noqa: TRY301 - told like what NumPy itself refuses
+        array = np.asarray(given, dtype=np.float64, order="C")
+    except (TypeError, ValueError, OverflowError) as error:
         msg = f"{name} is not an array of numbers ({error}); give points as pairs (x, y)"
         raise ProblemError(msg) from error
     if array.ndim == 0 or array.shape[-1] != 2:  # noqa: PLR2004 - a point has two coordinates

@@ -193,7 +193,9 @@ def cost_matrix(
         return _label_setting(graph, at, start)
     if schedule == "synchronous":
         return _synchronous(graph, at)
-    return _given(graph, at, np.array([graph.index_of(node) for node in order or ()], dtype=np.int64))
+    return _given(
+        graph, at, np.array([graph.index_of(node) for node in (() if order is None else order)], dtype=np.int64)
+    )
 
 
 def _start(n_nodes: int, target: int) -> tuple[FloatArray, IntArray]:

@@ -1,6 +1,7 @@
 """What a straight segment costs: Eq. 5, and infinity where it crosses a no-fly area."""
 
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -88,14 +89,27 @@ class CostModel:
             If an array does not hold finite pairs.
         """
         first, second = point_array("starts", starts), point_array("ends", ends)
+        if first.ndim != 2 or first.shape != second.shape:  # noqa: PLR2004 - two lists of points
+            msg = f"starts have shape {first.shape}, ends {second.shape}; give both in shape (n, 2)"
+            raise ProblemError(msg)
         out = np.empty(len(first))
         graph_kernels.segment_weights(first, second, self.kernel_model(), out)
         return out
 
-    def row(self, positions: FloatArray, node: int) -> FloatArray:
-        """Weigh the segments between one node and all, shape ``(n,)``."""
+    def row(self, positions: FloatArray, node: int, lattice_shape: tuple[int, int] = (0, 0)) -> FloatArray:
+        """
+        Weigh the segments between one node and all: a row of `matrix`, to the last bit.
+
+        Raises
+        ------
+        IndexError
+            If there is no such node.
+        """
+        if not 0 <= node < len(positions):
+            msg = f"node index {node} is not in 0 to {len(positions) - 1}"
+            raise IndexError(msg)
         out = np.empty(len(positions))
-        graph_kernels.complete_row(positions, node, self.kernel_model(), out)
+        graph_kernels.complete_row(positions, *lattice_shape, node, self.kernel_model(), out)
         return out
 
     def matrix(self, positions: FloatArray, lattice_shape: tuple[int, int] = (0, 0)) -> FloatArray:
@@ -116,17 +130,24 @@ class CostModel:
         """
         n_nodes = len(positions)
         out = np.empty((n_nodes, n_nodes))
-        n_shares = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        if n_nodes < THREADED_FROM:
-            n_shares = 1
+        n_shares = n_cores() if n_nodes >= THREADED_FROM else 1
+        with ThreadPoolExecutor(n_shares) as pool:
 
-        def weigh(share: int) -> None:
-            graph_kernels.complete_share(positions, *lattice_shape, self.kernel_model(), share, n_shares, out)
+            def share_out(task: Callable[[int], None]) -> None:
+                list(pool.map(task, range(n_shares)))
 
-        if n_shares == 1:
-            weigh(0)
-        else:
-            with ThreadPoolExecutor(n_shares) as pool:
-                list(pool.map(weigh, range(n_shares)))
-        graph_kernels.complete_sums(*lattice_shape, out)
+            share_out(
+                lambda share: graph_kernels.complete_share(
+                    positions, *lattice_shape, self.kernel_model(), share, n_shares, out
+                )
+            )
+            graph_kernels.complete_sums(*lattice_shape, out)
+            if not self.area.is_empty:
+                area = self.area.kernel_arrays
+                share_out(lambda share: graph_kernels.complete_crossings(positions, area, share, n_shares, out))
         return out
+
+
+def n_cores() -> int:
+    """Count the cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,7 +1,7 @@
 """Lists of edges, and the sparse matrices made of them: the workshop behind `GeometricGraph`'s constructors."""
 
 from collections.abc import Hashable, Mapping
-from typing import Any, Literal, NoReturn, TypeAlias
+from typing import Any, Literal, NoReturn, TypeAlias, cast
 
 import networkx as nx
 import numpy as np
@@ -89,7 +89,7 @@ def networkx_positions(graph: "nx.Graph[Any]", pos: str, *, needed: bool) -> Flo
     if missing and needed:
         msg = f"node {missing[0]!r} has no attribute {pos!r}; weight=None weighs segments, so every node needs (x, y)"
         raise GraphError(msg)
-    return None if missing or not spots else point_array("positions", np.array(spots, dtype=np.float64))
+    return None if missing or not spots else point_array("positions", cast("Any", spots))
 
 
 def edge_weight(u: Node, v: Node, data: Mapping[str, Any], weight: str) -> float:

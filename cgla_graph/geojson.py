@@ -75,6 +75,7 @@ def read_areas(path: str | os.PathLike[str]) -> list[Area]:
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "triangle.json")
     ...     triangle = [[[24, 60], [25, 60], [25, 61], [24, 60]]]

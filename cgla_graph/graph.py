@@ -12,7 +12,7 @@ from scipy import sparse
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph._validate import point_array
+from cgla_graph._validate import point, point_array
 from cgla_graph.cost_model import CostModel
 from cgla_graph.edges import (
     CornerRule,
@@ -108,7 +108,7 @@ class GeometricGraph:
             msg = f"points have shape {base.shape}; give shape (n, 2)"
             raise ProblemError(msg)
         positions = _with_extra(base, lattice, extra)
-        model = CostModel(field or RiskField(), k, no_fly)
+        model = CostModel(RiskField() if field is None else field, k, no_fly)
         return cls(range(len(positions)), positions, model=model, lattice=lattice)
 
     @classmethod
@@ -156,7 +156,10 @@ class GeometricGraph:
         if corner_rule not in {"touch", "both-free"}:
             msg = f"unknown corner rule {corner_rule!r}; choose touch or both-free"
             raise ProblemError(msg)
-        model = CostModel(field or RiskField(), k, no_fly)
+        if not isinstance(lattice, Lattice):
+            msg = f"lattice is {lattice!r}; give a Lattice"
+            raise ProblemError(msg)
+        model = CostModel(RiskField() if field is None else field, k, no_fly)
         positions = _with_extra(lattice.points, lattice, extra)
         tails, heads = eight_neighbours(lattice, model, corner_rule)
         if len(positions) > lattice.n_points:
@@ -218,7 +221,7 @@ class GeometricGraph:
         heads = np.array([index[v] for _, v, _ in edges], dtype=np.int64)
         model = None
         if weight is None and positions is not None:
-            model = CostModel(field or RiskField(), k)
+            model = CostModel(RiskField() if field is None else field, k)
             weights = model.weights(positions[tails], positions[heads])
         else:
             weights = np.array([edge_weight(u, v, data, str(weight)) for u, v, data in edges], dtype=np.float64)
@@ -257,7 +260,11 @@ class GeometricGraph:
         >>> GeometricGraph.from_matrix([[0, 0], [np.inf, 0]], labels="ab").weights_from(0).tolist()
         [0.0, 0.0]
         """
-        weights = np.array(matrix, dtype=np.float64)
+        try:
+            weights = np.array(matrix, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            msg = f"the weight matrix is no matrix of numbers ({error}); give a square one"
+            raise GraphError(msg) from error
         if weights.ndim != 2 or weights.shape[0] != weights.shape[1]:  # noqa: PLR2004 - a matrix
             msg = f"the weight matrix has shape {weights.shape}; give a square one"
             raise GraphError(msg)
@@ -308,8 +315,14 @@ class GeometricGraph:
         >>> GeometricGraph.from_sparse(chain).weights_from(0).tolist()
         [0.0, 0.0, inf]
         """
-        # through CSR, which adds duplicates up and keeps stored zeros
-        entries = sparse.coo_array(sparse.csr_array(matrix, dtype=np.float64, copy=True))
+        try:
+            rows = sparse.csr_array(matrix, dtype=np.float64, copy=True)
+        except (TypeError, ValueError) as error:
+            msg = f"the sparse weight matrix is {type(matrix).__name__} ({error}); give a square scipy sparse matrix"
+            raise GraphError(msg) from error
+        # adds duplicates up, and keeps stored zeros
+        rows.sum_duplicates()
+        entries = sparse.coo_array(rows)
         if len(entries.shape) != 2 or entries.shape[0] != entries.shape[1]:  # noqa: PLR2004 - a matrix
             msg = f"the sparse weight matrix has shape {entries.shape}; give a square one"
             raise GraphError(msg)
@@ -392,7 +405,7 @@ class GeometricGraph:
             return np.asarray(self._stored[index])
         if self._stored is not None:
             return dense_row(self._stored, index)
-        return self._cost_model.row(self._where, index)
+        return self._cost_model.row(self._where, index, self._lattice_shape)
 
     def weights_to(self, index: int) -> FloatArray:
         """Return the weights of the edges from all nodes to one, shape ``(n,)``: the column of Eq. 9's ``p_r``."""
@@ -413,22 +426,15 @@ class GeometricGraph:
         if isinstance(self._stored, np.ndarray):
             return self._stored
         if self._stored is not None:
-            dense = np.full((self.n_nodes, self.n_nodes), np.inf)
-            entries = self._stored.tocoo()
-            dense[entries.coords] = entries.data
-            np.fill_diagonal(dense, 0.0)
-            return dense
-        matrix = self._cost_model.matrix(self._where, self.lattice.shape if self.lattice else (0, 0))
+            return self._dense
+        matrix = self._cost_model.matrix(self._where, self._lattice_shape)
         matrix.flags.writeable = False
         object.__setattr__(self, "_stored", matrix)
         return matrix
 
     def weight_matrix_to(self) -> FloatArray:
         """Return the dense matrix whose row ``r`` holds the weights **to** ``r``, shape ``(n, n)``."""
-        if not self.directed or self.is_sparse:
-            matrix = self.weight_matrix()
-            return matrix if not self.directed else np.ascontiguousarray(matrix.T)
-        return self._reversed_matrix
+        return self._reversed_matrix if self.directed else self.weight_matrix()
 
     def to_csgraph(self) -> sparse.csr_array:
         """
@@ -473,6 +479,20 @@ class GeometricGraph:
         return graph
 
     @property
+    def _lattice_shape(self) -> tuple[int, int]:
+        return self.lattice.shape if self.lattice else (0, 0)
+
+    @cached_property
+    def _dense(self) -> FloatArray:
+        """The sparse weights spread out, made once."""
+        dense = np.full((self.n_nodes, self.n_nodes), np.inf)
+        entries = self.to_csgraph().tocoo()
+        dense[entries.coords] = entries.data
+        np.fill_diagonal(dense, 0.0)
+        dense.flags.writeable = False
+        return dense
+
+    @property
     def _cost_model(self) -> CostModel:
         if self.model is None:
             msg = "this graph has neither weights nor a cost model; build it with one of the constructors"
@@ -501,12 +521,15 @@ def _with_extra(base: FloatArray, lattice: Lattice | None, extra: Sequence[Point
     """Append the extra points; one that lies on a lattice point replaces its coordinates (they agree to 1e-9)."""
     positions = base.copy()
     added: list[Point] = []
-    for point in extra:
-        at = lattice.index_of(point) if lattice else None
-        if at is not None:
-            positions[at] = point
-        elif point not in added:
-            added.append(point)
+    snapped: dict[int, Point] = {}
+    for entry in extra:
+        spot = point("an extra point", entry)
+        at = lattice.index_of(spot) if lattice else None
+        # of two points on one lattice point, the second becomes a node of its own
+        if at is not None and snapped.setdefault(at, spot) == spot:
+            positions[at] = spot
+        elif spot not in added:
+            added.append(spot)
     if added:
         positions = np.vstack([positions, np.array(added)])
     positions.flags.writeable = False
@@ -517,6 +540,11 @@ def _labels(labels: Sequence[Node] | None, n_nodes: int) -> Sequence[Node]:
     if labels is None:
         return range(n_nodes)
     names = tuple(labels)
+    try:
+        hash(names)
+    except TypeError as error:
+        msg = f"a label cannot be a node: {error}; give hashable labels"
+        raise GraphError(msg) from error
     if len(names) != n_nodes or len(set(names)) != n_nodes:
         msg = f"{len(names)} labels, {len(set(names))} of them different, for {n_nodes} nodes; give one for each node"
         raise GraphError(msg)

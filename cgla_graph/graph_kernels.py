@@ -36,14 +36,6 @@ def segment_weights(starts: FloatArray, ends: FloatArray, model: Model, out: Flo
 
 
 @kernel
-def complete_row(positions: FloatArray, node: int, model: Model, out: FloatArray) -> None:
-    """Write the weights between `node` and every node of the complete graph to `out`, shape ``(n,)``."""
-    x, y = positions[node, 0], positions[node, 1]
-    for j in range(positions.shape[0]):
-        out[j] = segment_weight(x, y, positions[j, 0], positions[j, 1], model)
-
-
-@kernel
 def _stride(i: int, j: int, width: int, height: int) -> int:
     """Return the greatest common divisor of the steps between two lattice nodes; 1 where one is off the lattice."""
     if i >= width * height or j >= width * height:
@@ -56,21 +48,51 @@ def _stride(i: int, j: int, width: int, height: int) -> int:
 
 
 @kernel
+def complete_row(positions: FloatArray, width: int, height: int, node: int, model: Model, out: FloatArray) -> None:
+    """
+    Write the weights between `node` and every node of the complete graph to `out`, shape ``(n,)``.
+
+    The first ``width * height`` positions are a lattice. A segment through further lattice nodes is added up from its
+    parts, as `complete_sums` does it, so that rows and matrix agree to the last bit.
+    """
+    k, field, area = model
+    for j in range(positions.shape[0]):
+        out[j] = math.inf
+        if j == node:
+            out[j] = 0.0
+        elif not segment_crosses(positions[node, 0], positions[node, 1], positions[j, 0], positions[j, 1], area):
+            low, high = min(node, j), max(node, j)
+            parts = _stride(low, high, width, height)
+            step = high - low
+            if parts > 1:
+                # parts > 1 only on the lattice, where going on in equal steps means equal steps of the index
+                step = step // parts
+            total = 0.0
+            for end in range(high, low, -step):
+                a, b = end - step, end
+                total = (
+                    segment_cost(positions[a, 0], positions[a, 1], positions[b, 0], positions[b, 1], k, field) + total
+                )
+            out[j] = total
+
+
+@kernel
 def complete_share(
     positions: FloatArray, width: int, height: int, model: Model, first: int, step: int, out: FloatArray
 ) -> None:
     """
-    Weigh the pairs that join no third lattice node, for the rows `first`, ``first + step``, …: a share of the work.
+    Cost the pairs that join no third lattice node, for the rows `first`, ``first + step``, …: a share of the work.
 
     The first ``width * height`` positions are a lattice. A segment through further lattice nodes is the sum of its
     parts (Eq. 5 is additive along a line), 39 % of all pairs; `complete_sums` adds them up.
     """
+    k, field, _ = model
     n = positions.shape[0]
     for i in range(first, n, step):
         x, y = positions[i, 0], positions[i, 1]
         for j in range(i + 1, n):
             if _stride(i, j, width, height) == 1:
-                out[i, j] = segment_weight(x, y, positions[j, 0], positions[j, 1], model)
+                out[i, j] = segment_cost(x, y, positions[j, 0], positions[j, 1], k, field)
 
 
 @kernel
@@ -83,11 +105,27 @@ def complete_sums(width: int, height: int, out: FloatArray) -> None:
             parts = _stride(i, j, width, height)
             if parts > 1:
                 # the nodes between have higher numbers than i, so their rows are complete
-                between = i + (j % width - i % width) // parts + ((j // width - i // width) // parts) * width
+                between = i + (j - i) // parts
                 out[i, j] = out[i, between] + out[between, j]
     for i in range(n):
         for j in range(i):
             out[i, j] = out[j, i]
+
+
+@kernel
+def complete_crossings(positions: FloatArray, area: AreaArrays, first: int, step: int, out: FloatArray) -> None:
+    """
+    Take away the pairs whose segment crosses the area, for a share of the rows.
+
+    Every segment is tested whole: its parts between lattice nodes are not in line to the last bit.
+    """
+    n = positions.shape[0]
+    for i in range(first, n, step):
+        x, y = positions[i, 0], positions[i, 1]
+        for j in range(i + 1, n):
+            if segment_crosses(x, y, positions[j, 0], positions[j, 1], area):
+                out[i, j] = math.inf
+                out[j, i] = math.inf
 
 
 @kernel

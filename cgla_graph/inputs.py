@@ -5,19 +5,21 @@ import re
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
+from reprlib import repr as short
 
+import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._types import Point
+from cgla_graph._types import Bounds, Point
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.geojson import read_areas
 from cgla_graph.gridmap import GridMap
 from cgla_graph.lattice import Lattice
 from cgla_graph.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
 from cgla_graph.problem import Problem
-from cgla_graph.projection import LocalProjection
-from cgla_graph.scenario import Scenario, load_scenario, project_area
+from cgla_graph.projection import LocalProjection, project_area, projected_bounds, wrapped
+from cgla_graph.scenario import Scenario, load_scenario
 
 #: The complete graph of a grid map joins its cells up to this many; a larger map gets a lattice of 50 a side.
 MOST_CELLS = 6000
@@ -70,11 +72,15 @@ def open_scenarios(spec: str, *, start: Point | None = None, goal: Point | None 
 
 def _split_rows(spec: str) -> tuple[str, tuple[int, int] | None]:
     """Part ``FILE:FIRST-LAST`` into file and rows."""
-    match = re.fullmatch(r"(.+\.\w+):(\d+)(?:-(\d+))?", spec)
+    match = re.fullmatch(r"(.+\.(?:scen|toml|geojson|json|map)):(.*)", spec, flags=re.IGNORECASE)
     if match is None:
         return spec, None
-    first = int(match[2])
-    last = int(match[3]) if match[3] else first
+    numbers = re.fullmatch(r"(\d{1,20})(?:-(\d{1,20}))?", match[2])
+    if numbers is None:
+        msg = f"{match[1]}: {short(match[2])} names no row; write ROW or FIRST-LAST, counted from 0"
+        raise ScenarioError(msg)
+    first = int(numbers[1])
+    last = int(numbers[2] or first)
     if last < first:
         msg = f"{spec}: the last row {last} is before the first {first}; write FIRST-LAST"
         raise ScenarioError(msg)
@@ -83,44 +89,51 @@ def _split_rows(spec: str) -> tuple[str, tuple[int, int] | None]:
 
 def _moved(scenario: Scenario, start: Point | None, goal: Point | None) -> Scenario:
     """Give a scenario another start or goal, in the coordinates of its file."""
-    ends: dict[str, Point] = {}
-    for name, given in (("start", start), ("goal", goal)):
-        if given is not None and scenario.projection is not None:
-            x, y = scenario.projection.forward(given).tolist()
-            ends[name] = (x, y)
-        elif given is not None:
-            ends[name] = given
-    if not ends:
-        return scenario
+    problem = scenario.problem
+    name = "start"
     try:
-        return dataclasses.replace(scenario, problem=dataclasses.replace(scenario.problem, **ends))  # type: ignore[arg-type]
+        for name, given in (("start", start), ("goal", goal)):
+            if given is not None:
+                problem = dataclasses.replace(problem, **{name: _map_units(given, scenario.projection)})  # type: ignore[arg-type]
     except CglaError as error:
-        msg = f"{scenario.name}: {error}"
+        text = str(error)
+        msg = f"{scenario.name}: {text if name in text else f'{name}: {text}'}"
         raise ScenarioError(msg) from error
+    return dataclasses.replace(scenario, problem=problem)
+
+
+def _map_units(point: Point, projection: LocalProjection | None) -> Point:
+    if projection is None:
+        return point
+    x, y = projection.forward(point).tolist()
+    return x, y
 
 
 def _areas_scenario(path: Path, start: Point | None, goal: Point | None) -> Scenario:
     """Make no-fly areas of the polygons of a GeoJSON file."""
     areas: list[BaseGeometry] = [area.polygon for area in read_areas(path)]
-    west, south, east, north = shapely.total_bounds(areas).tolist()
-    margin_x, margin_y = 0.05 * (east - west), 0.05 * (north - south)
-    corners = (
-        (max(west - margin_x, -180.0), max(south - margin_y, -90.0)),
-        (min(east + margin_x, 180.0), min(north + margin_y, 90.0)),
-    )
+    box = _box_around(areas)
+    corners = [(float(wrapped(np.array(x))), y) for x, y in (box[:2], box[2:])]
     begin, end = start or corners[0], goal or corners[1]
-    box = shapely.box(
-        min(corners[0][0], begin[0], end[0]),
-        min(corners[0][1], begin[1], end[1]),
-        max(corners[1][0], begin[0], end[0]),
-        max(corners[1][1], begin[1], end[1]),
+    reach = (
+        (min(box[0], begin[0], end[0]), min(box[1], begin[1], end[1])),
+        (
+            max(box[2], begin[0], end[0]),
+            max(box[3], begin[1], end[1]),
+        ),
     )
+    # a box across the antimeridian goes on beyond 180 degrees, so no end may widen it the other way round
+    west, south, east, north = box if box[2] > 180.0 else (*reach[0], *reach[1])  # noqa: PLR2004 - degrees
     try:
-        projection = LocalProjection.centred_on(box.bounds)
-        bounds = project_area(box, projection).bounds
-        ends = [tuple(projection.forward(point).tolist()) for point in (begin, end)]
-        no_fly = shapely.GeometryCollection([project_area(area, projection) for area in areas])
-        problem = Problem(start=ends[0], goal=ends[1], bounds=bounds, no_fly=no_fly)
+        middle = float(wrapped(np.array(west))), south, float(wrapped(np.array(east))), north
+        projection = LocalProjection.centred_on(middle)
+        bounds = projected_bounds((west, south, east, north), projection)
+        problem = Problem(
+            start=_map_units(begin, projection),
+            goal=_map_units(end, projection),
+            bounds=bounds,
+            no_fly=shapely.GeometryCollection([project_area(area, projection) for area in areas]),
+        )
     except CglaError as error:
         msg = f"{path}: {error}"
         raise ScenarioError(msg) from error
@@ -130,6 +143,24 @@ def _areas_scenario(path: Path, start: Point | None, goal: Point | None) -> Scen
         problem=problem,
         lattice=_even_lattice(bounds, 900),
         projection=projection,
+    )
+
+
+def _box_around(areas: list[BaseGeometry]) -> Bounds:
+    """Lay a box of longitudes and latitudes around areas, 5 % wider; east of 180 degrees where that is narrower."""
+    points = shapely.get_coordinates(areas)
+    around = points.copy()
+    around[:, 0] %= 360.0
+    if np.ptp(around[:, 0]) < np.ptp(points[:, 0]):
+        points = around
+    (west, south), (east, north) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    margin_x, margin_y = 0.05 * (east - west), 0.05 * (north - south)
+    least, most = (0.0, 360.0) if east > 180.0 else (-180.0, 180.0)  # noqa: PLR2004 - degrees
+    return (
+        max(west - margin_x, least),
+        max(south - margin_y, -90.0),
+        min(east + margin_x, most),
+        min(north + margin_y, 90.0),
     )
 
 
@@ -178,7 +209,9 @@ def _row_scenario(path: Path, row: GridRow) -> Scenario:
 def _grid_scenario(name: str, title: str, grid: GridMap, no_fly: BaseGeometry, ends: tuple[Point, Point]) -> Scenario:
     """Put the grid's own moves beside a complete graph over as many of its cell centres as are affordable."""
     height, width = grid.blocked.shape
-    native = Lattice((max(width, 2), max(height, 2)), bounds=grid.bounds, kind="centre")
+    # a lattice has two points a side at least; of a map of one row, the second lies beyond the map, and no path there
+    side_x, side_y = max(width, 2), max(height, 2)
+    native = Lattice((side_x, side_y), bounds=(0.0, 0.0, float(side_x), float(side_y)), kind="centre")
     few = native.n_points <= MOST_CELLS
     lattice = native if few else Lattice(50, bounds=grid.bounds, kind="centre")
     try:

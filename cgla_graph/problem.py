@@ -13,7 +13,7 @@ from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
 from cgla_graph._validate import bounds_box, point, point_array
 from cgla_graph.cost_model import CostModel
 from cgla_graph.edges import CornerRule, Node
-from cgla_graph.errors import ProblemError
+from cgla_graph.errors import NodeNotFoundError, ProblemError
 from cgla_graph.graph import GeometricGraph
 from cgla_graph.lattice import Lattice
 from cgla_graph.risk import RiskField
@@ -21,6 +21,8 @@ from cgla_graph.solution import Solution, Status
 
 #: A solver's own cost may differ from the oracle's by this much, relative to it, before it counts as wrong.
 COST_TOLERANCE = 1e-6
+#: A proven bound may exceed the cost of a path by rounding only.
+BOUND_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -180,18 +182,19 @@ class Problem:
         """
         if not solution.status.is_path:
             return replace(solution, cost=np.inf, length=np.inf, risk=np.inf)
-        path = np.asarray(solution.path, dtype=np.float64)
-        if path.ndim != 2 or not len(path) or not np.isfinite(path).all():  # noqa: PLR2004 - a list of points
-            return _refuse(solution, f"the path has shape {path.shape} or is not finite")
+        try:
+            found = self.evaluate(solution.path)
+        except ProblemError as error:
+            return _refuse(solution, str(error))
+        path = point_array("path", solution.path)
         if tuple(path[0]) != self.start or tuple(path[-1]) != self.goal:
             return _refuse(solution, f"the path joins {path[0].tolist()} and {path[-1].tolist()}, not start and goal")
-        found = self.evaluate(path)
         judged = replace(
             solution, path=path, cost=found.cost, length=found.length, risk=found.risk, clearance=found.clearance
         )
         if found.violations:
             return replace(judged, status=Status.INFEASIBLE, message="; ".join(found.violations))
-        return judged if _agrees(solution.cost, found.cost) else _refuse(judged, _lie(solution.cost, found.cost))
+        return _honest(solution, judged)
 
     def on_lattice(self, resolution: "int | tuple[int, int] | Lattice" = 20) -> "GraphProblem":
         """
@@ -296,7 +299,10 @@ class GraphProblem:
         if not nodes or (nodes[0], nodes[-1]) != (self.source, self.target):
             ends = f"{nodes[0]!r} and {nodes[-1]!r}" if nodes else "nothing"
             return _refuse(solution, f"the path joins {ends}, not {self.source!r} and {self.target!r}")
-        cost = self.evaluate(nodes)
+        try:
+            cost = self.evaluate(nodes)
+        except NodeNotFoundError as error:
+            return _refuse(solution, str(error))
         judged = replace(solution, nodes=nodes, cost=cost, length=np.nan, risk=np.nan)
         if self.graph.positions is not None:
             path = self.graph.positions[[self.graph.index_of(node) for node in nodes]]
@@ -307,16 +313,22 @@ class GraphProblem:
                 judged = replace(judged, risk=float(risk.sum()))
         if not np.isfinite(cost):
             return replace(judged, status=Status.INFEASIBLE, message="the path uses an edge that is not there")
-        return judged if _agrees(solution.cost, cost) else _refuse(judged, _lie(solution.cost, cost))
+        return _honest(solution, judged)
 
 
-def _agrees(claimed: float, cost: float) -> bool:
-    return bool(abs(claimed - cost) <= COST_TOLERANCE * abs(cost) + 1e-12)
-
-
-def _lie(claimed: float, cost: float) -> str:
-    return f"the solver says its path costs {claimed:.9g}, the oracle says {cost:.9g}"
+def _honest(claimed: Solution, judged: Solution) -> Solution:
+    """Return the judged solution unless the solver's own cost or bound contradicts it."""
+    if not abs(claimed.cost - judged.cost) <= COST_TOLERANCE * abs(judged.cost) + 1e-12:
+        lie = f"the solver says its path costs {claimed.cost:.9g}, the oracle says {judged.cost:.9g}"
+        return replace(judged, status=Status.FAILED, message=lie)
+    if claimed.lower_bound > judged.cost * (1.0 + BOUND_TOLERANCE):
+        lie = f"the solver says that no path costs less than {claimed.lower_bound:.9g}, its own costs {judged.cost:.9g}"
+        return replace(judged, status=Status.FAILED, lower_bound=np.nan, message=lie)
+    return judged
 
 
 def _refuse(solution: Solution, message: str) -> Solution:
-    return replace(solution, status=Status.FAILED, message=message)
+    """Return a failure without any of the solver's own numbers."""
+    return replace(
+        solution, status=Status.FAILED, cost=np.inf, length=np.inf, risk=np.inf, lower_bound=np.nan, message=message
+    )

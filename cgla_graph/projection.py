@@ -16,6 +16,10 @@ from cgla_graph.errors import ProblemError
 if TYPE_CHECKING:
     import pyproj
 
+#: Straight edges in longitude and latitude bend when projected; points this close keep them within a metre.
+EDGE_DEGREES = 0.05
+EDGE_METRES = 1.0
+
 GeometryT = TypeVar("GeometryT", bound=BaseGeometry)
 
 # Half a meridian of WGS84 (20 003 931.46 m), rounded up: no two points of the Earth are farther apart.
@@ -211,6 +215,63 @@ class LocalProjection:
             )
             raise ProblemError(message)
         return shapely.transform(geometry, self.forward)
+
+
+def project_area(area: GeometryT, projection: LocalProjection) -> GeometryT:
+    """
+    Project a lon/lat polygon to metres, its straight edges included.
+
+    Parameters
+    ----------
+    area
+        Longitudes may go on beyond 180 degrees, so that an area across the antimeridian is in one piece.
+    projection
+        The projection.
+
+    Returns
+    -------
+    area
+        In metres.
+
+    Examples
+    --------
+    >>> box = shapely.box(24, 60, 25, 61)
+    >>> round(project_area(box, LocalProjection.centred_on(box.bounds)).area / 1e9, 1)
+    6.1
+    """
+
+    def metres(degrees: FloatArray) -> FloatArray:
+        return projection.forward(np.column_stack([wrapped(degrees[:, 0]), degrees[:, 1]]))
+
+    return shapely.transform(shapely.segmentize(area, EDGE_DEGREES), metres)
+
+
+def wrapped(longitude: FloatArray) -> FloatArray:
+    """
+    Bring longitudes into -180 to 180 degrees, those that are there already to the last bit.
+
+    Examples
+    --------
+    >>> wrapped(np.array([180.0, 181.5])).tolist()
+    [180.0, -178.5]
+    """
+    return np.where(np.abs(longitude) <= 180.0, longitude, (longitude + 180.0) % 360.0 - 180.0)  # noqa: PLR2004
+
+
+def projected_bounds(box: Bounds, projection: LocalProjection) -> Bounds:
+    """
+    Return the least box in metres around a box of longitudes and latitudes, and a metre more.
+
+    Its sides bend when projected: between the points laid on them they bulge by up to a metre.
+
+    Examples
+    --------
+    >>> box = (24.0, 60.0, 25.0, 61.0)
+    >>> [round(side / 1e3, 1) for side in projected_bounds(box, LocalProjection.centred_on(box))]
+    [-27.9, -55.7, 27.9, 55.8]
+    """
+    west, south, east, north = project_area(shapely.box(*box), projection).bounds
+    return west - EDGE_METRES, south - EDGE_METRES, east + EDGE_METRES, north + EDGE_METRES
 
 
 @cache

@@ -19,6 +19,10 @@ from cgla_graph.errors import ProblemError
 Reading: TypeAlias = Literal["membership", "literal", "sigma2", "gauss2d"]
 
 
+#: Spreads and peaks beyond this, or below one over this, would overflow when squared.
+LARGEST = 1e100
+
+
 class ImproperFieldWarning(UserWarning):
     """A risk field holds peaks above 1, so that it is no probability and may turn negative."""
 
@@ -58,7 +62,11 @@ class Threat:
         for name in ("x", "y"):
             object.__setattr__(self, name, finite_number(f"threat {name}", getattr(self, name)))
         for name in ("spread", "peak"):
-            object.__setattr__(self, name, positive_number(f"threat {name}", getattr(self, name)))
+            number = positive_number(f"threat {name}", getattr(self, name))
+            if not 1.0 / LARGEST <= number <= LARGEST:
+                msg = f"threat {name} is {number:g}; it must be between {1.0 / LARGEST:g} and {LARGEST:g}"
+                raise ProblemError(msg)
+            object.__setattr__(self, name, number)
 
     @classmethod
     def from_eq1(cls, x: float, y: float, sigma: float, *, reading: Reading = "membership") -> "Threat":
@@ -93,6 +101,9 @@ class Threat:
         Threat(x=0.5, y=0.5, spread=0.2, peak=9.973557)
         """
         sigma = positive_number("sigma", sigma)
+        if sigma < 1.0 / LARGEST:
+            msg = f"sigma is {sigma:g}; it must be at least {1.0 / LARGEST:g}"
+            raise ProblemError(msg)
         readings = {
             "membership": (sigma, 1.0),
             "literal": (math.sqrt(sigma), 1.0 / (math.sqrt(2.0 * math.pi) * sigma)),
@@ -138,6 +149,9 @@ class RiskField:
 
     def __init__(self, threats: Iterable[Threat] = (), *, improper: bool = False) -> None:
         """Collect the threats and check their peaks."""
+        if not isinstance(threats, Iterable):
+            msg = f"threats are {threats!r}; give a list of Threat"
+            raise ProblemError(msg)
         members = tuple(threats)
         for number, threat in enumerate(members):
             if not isinstance(threat, Threat):

@@ -2,10 +2,10 @@
 Compiled kernels of the risk field: density, gradient and the line integral of one segment.
 
 A field reaches a kernel as the table that `threat_table` makes, one row a threat. The integral of
-``F = 1 - prod(1 - f_i)`` over a segment is exact up to pruning: every threat that stays below `CUTOFF` of its
-peak along the whole segment is left out, and so is every product of threats below `CUTOFF`. As
+``F = 1 - prod(1 - f_i)`` over a segment is exact up to pruning: of ``m`` threats, each that stays below
+``CUTOFF / m`` along the whole segment is left out, and so is every product of threats below ``CUTOFF / m^2``. As
 ``0 <= prod(1 - f_j) <= 1``, a pruned product ``g`` together with all its multiples changes the result by at most
-the integral of ``g``, about ``2.5 * CUTOFF * spread``.
+the integral of ``g``, about ``2.5 * spread`` times its height; the divisors account for how many there may be.
 """
 
 import math
@@ -44,7 +44,8 @@ def threat_table(threats: FloatArray, *, improper: bool) -> FloatArray:
     """
     x, y, spread, peak = threats.T
     growth = float(np.log1p(peak).sum()) if improper else 0.0
-    reach2 = 2.0 * spread**2 * np.maximum(np.log(peak) - LOG_CUTOFF + growth, 0.0)
+    log_cutoff = LOG_CUTOFF - math.log(max(len(peak), 1))
+    reach2 = 2.0 * spread**2 * np.maximum(np.log(peak) - log_cutoff + growth, 0.0)
     columns = [x, y, reach2, spread**-2.0, np.log(peak), math.sqrt(0.5) / spread, spread]
     return np.ascontiguousarray(np.column_stack(columns))
 
@@ -123,7 +124,7 @@ def gradient(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
 
 
 @kernel
-def _closed_form(length: float, m: int, active: FloatArray, stack: FloatArray, budget: int) -> float:
+def _closed_form(length: float, m: int, active: FloatArray, stack: FloatArray, log_cutoff: float, budget: int) -> float:
     r"""
     Sum the inclusion-exclusion terms of the `m` active threats, or return -1 after `budget` terms.
 
@@ -150,7 +151,7 @@ def _closed_form(length: float, m: int, active: FloatArray, stack: FloatArray, b
                 distance = stack[depth, AT] - active[j, AT]
                 log_amplitude = stack[depth, LOG_AMPLITUDE] + active[j, LOG_AMPLITUDE]
                 # the test is free of division: most pairs end here
-                above = 2.0 * (log_amplitude - LOG_CUTOFF) * precision > p * q * distance * distance
+                above = 2.0 * (log_amplitude - log_cutoff) * precision > p * q * distance * distance
                 if above:
                     inverse = 1.0 / precision
                     log_amplitude -= 0.5 * p * q * inverse * distance * distance
@@ -192,13 +193,15 @@ def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray, 
     at, clear = scratch[0], scratch[1]
     total = 0.0
     start = 0.0
+    # a spread far below the length gathers next to nothing, yet panels have to get on
+    least = 1e-12 * length
     while start < length:
         end = length
         next_low = length
         n_here = 0
         for i in range(m):
             if active[i, HIGH] > start:
-                step = start + width * active[i, SPREAD_AT]
+                step = start + max(width * active[i, SPREAD_AT], least)
                 if active[i, LOW] <= start:
                     n_here += 1
                     end = min(end, step)
@@ -221,7 +224,8 @@ def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray, 
                 for k in range(N_NODES):
                     # exp(x) = exp(x / 256)^256 by Taylor: plain arithmetic, which the compiler turns into vectors
                     d = at[k] - centre
-                    x = offset + scale * d * d
+                    # (far beyond a threat's reach the series would not hold; there exp(-128) is as good as 0)
+                    x = max(offset + scale * d * d, -0.5)
                     e = 1.0 + x * (
                         1.0 + x * (1 / 2 + x * (1 / 6 + x * (1 / 24 + x * (1 / 120 + x * (1 / 720 + x / 5040)))))
                     )
@@ -283,16 +287,17 @@ def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> fl
         return 0.0
     if not improper:
         # A term of the closed form costs about as much as one threat in one panel of the quadrature.
+        log_cutoff = LOG_CUTOFF - 2.0 * math.log(m)
         n_pairs = 0
         for i in range(m):
             for j in range(i):
                 q = active[i, PRECISION_AT] * active[j, PRECISION_AT]
                 d = active[i, AT] - active[j, AT]
-                room = active[i, LOG_AMPLITUDE] + active[j, LOG_AMPLITUDE] - LOG_CUTOFF
+                room = active[i, LOG_AMPLITUDE] + active[j, LOG_AMPLITUDE] - log_cutoff
                 if 2.0 * room * (active[i, PRECISION_AT] + active[j, PRECISION_AT]) > q * d * d:
                     n_pairs += 1
         if 2 * n_pairs <= 3 * m:
-            value = _closed_form(length, m, active, scratch[3 + table.shape[0] :], 4 * m)
+            value = _closed_form(length, m, active, scratch[3 + table.shape[0] :], log_cutoff, 4 * m)
             if value >= 0.0:
                 return value
     crowd = 1.0

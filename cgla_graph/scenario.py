@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
+from reprlib import repr as short
 from typing import Annotated, Any, Literal
 
 import numpy as np
 import shapely
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._files import read_text
@@ -20,11 +21,8 @@ from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.geojson import read_areas
 from cgla_graph.lattice import Lattice, LatticeKind
 from cgla_graph.problem import Problem
-from cgla_graph.projection import LocalProjection
+from cgla_graph.projection import LocalProjection, project_area, projected_bounds
 from cgla_graph.risk import Reading, RiskField, Threat
-
-#: Straight edges in longitude and latitude bend when projected; points this close (degrees) keep them within 1 m.
-EDGE_DEGREES = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +63,24 @@ class Scenario:
     notes: str = ""
 
 
+#: What pydantic calls the members of the unions below.
+UNION_MEMBERS = ("int", "float", "str", "bool", "list[")
+
+
 class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 
+def _rising(pair: list[float]) -> list[float]:
+    """Check an interval of positive numbers."""
+    if not 0.0 < pair[0] <= pair[1]:
+        msg = "give the least and the greatest, both above 0"
+        raise ValueError(msg)
+    return pair
+
+
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+Range = Annotated[Pair, AfterValidator(_rising)]
 Ring = Annotated[list[Pair], Field(min_length=3)]
 
 
@@ -98,8 +109,8 @@ class RandomThreatsTable(_Table):
 
     count: int = Field(ge=1, le=10_000)
     seed: int = Field(ge=0)
-    spread: Pair = Field(description="least and greatest spread, map units")
-    peak: Pair = Field([1.0, 1.0], description="least and greatest peak")
+    spread: Range = Field(description="least and greatest spread, map units")
+    peak: Range = Field([1.0, 1.0], description="least and greatest peak")
     clear: float = Field(0.0, ge=0, description="least distance of a centre from start and goal, map units")
 
     def build(self, bounds: Bounds, ends: tuple[Point, Point]) -> list[Threat]:
@@ -180,14 +191,26 @@ class _Builder:
         east, north = self.projection.forward((x, y)).tolist()
         return east, north
 
+    def end(self, name: str) -> Point:
+        """Return start or goal in map units, checked in the file's own units."""
+        x, y = pair = getattr(self.table, name)
+        west, south, east, north = self.table.bounds
+        # bounds may span the antimeridian: then west is greater than east
+        inside = west <= x <= east if west <= east else x >= west or x <= east
+        if self.projection is not None and not (inside and south <= y <= north):
+            msg = f"{name} {(x, y)} is outside the bounds {(west, south, east, north)}; move it, or widen the bounds"
+            raise ValueError(msg)
+        return self.point(pair)
+
     def bounds(self) -> Bounds:
         """Return the bounds in map units: for lon/lat, the least box around them."""
-        x_min, y_min, x_max, y_max = self.table.bounds
+        west, south, east, north = self.table.bounds
         if self.projection is None:
-            return x_min, y_min, x_max, y_max
-        box = shapely.segmentize(shapely.box(x_min, y_min, x_max, y_max), EDGE_DEGREES)
-        west, south, east, north = self.projection.project_geometry(box).bounds
-        return west, south, east, north
+            return west, south, east, north
+        if west == east or south >= north:
+            msg = f"bounds {(west, south, east, north)} are empty; south < north and west != east must hold"
+            raise ValueError(msg)
+        return projected_bounds((west, south, east + 360.0 * (east < west), north), self.projection)
 
     def no_fly(self) -> BaseGeometry | None:
         """Return all no-fly areas in map units."""
@@ -204,7 +227,8 @@ class _Builder:
     def build(self, name: str) -> Scenario:
         """Return the scenario."""
         table = self.table
-        start, goal, bounds = self.point(table.start), self.point(table.goal), self.bounds()
+        bounds = self.bounds()
+        start, goal = self.end("start"), self.end("goal")
         threats = []
         for entry in table.threats:
             x, y = self.point([entry.x, entry.y])
@@ -232,19 +256,6 @@ class _Builder:
             projection=self.projection,
             notes=table.notes,
         )
-
-
-def project_area(area: BaseGeometry, projection: LocalProjection) -> BaseGeometry:
-    """
-    Project a lon/lat polygon to metres, its straight edges included.
-
-    Examples
-    --------
-    >>> box = shapely.box(24, 60, 25, 61)
-    >>> round(project_area(box, LocalProjection.centred_on(box.bounds)).area / 1e9, 1)
-    6.1
-    """
-    return projection.project_geometry(shapely.segmentize(area, EDGE_DEGREES))
 
 
 def schema() -> dict[str, Any]:
@@ -285,10 +296,12 @@ def scenario_from_toml(text: str, name: str, *, folder: Path | None = None, wher
     """
     place = where or name
     try:
-        table = ScenarioTable.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        msg = f"{place}: not TOML: {error}"
+        document = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        msg = f"{place}: not TOML that can be read: {error}"
         raise ScenarioError(msg) from error
+    try:
+        table = ScenarioTable.model_validate(document)
     except ValidationError as error:
         msg = f"{place}: {_first_fault(error)}"
         raise ScenarioError(msg) from error
@@ -327,7 +340,7 @@ def load_scenario(name: str | Path) -> Scenario:
     (0.9, 0.9)
     """
     path = Path(name)
-    if path.suffix == ".toml":
+    if path.suffix.lower() == ".toml":
         text = read_text(path, str(path), "a TOML file")
         return scenario_from_toml(text, path.stem, folder=path.parent, where=str(path))
     return scenario_from_toml(shipped_text(str(name)), str(name))
@@ -363,7 +376,8 @@ def _folder() -> Any:  # noqa: ANN401 - importlib's Traversable moved between ve
 def _first_fault(error: ValidationError) -> str:
     """Say in one line what is wrong first: the key's path, the fault, the value and the remedy."""
     fault = error.errors()[0]
-    place = ".".join(str(part) for part in fault["loc"])
+    # pydantic names the member of a union as well; what remains is the path as the file writes it
+    place = ".".join(str(part) for part in fault["loc"] if not str(part).startswith(UNION_MEMBERS))
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     if fault["type"] == "extra_forbidden":
         table = _table_at(fault["loc"][:-1])
@@ -372,7 +386,9 @@ def _first_fault(error: ValidationError) -> str:
         return f"{place}: unknown key; {hint}{more}"
     if fault["type"] == "missing":
         return f"{place}: this key is needed; add it (cgla scenarios --schema says what it holds){more}"
-    return f"{place}: {fault['msg']} (it is {fault['input']!r}); cgla scenarios --schema says what is allowed{more}"
+    return (
+        f"{place}: {fault['msg']} (it is {short(fault['input'])}); cgla scenarios --schema says what is allowed{more}"
+    )
 
 
 def _table_at(loc: tuple[int | str, ...]) -> list[str]:

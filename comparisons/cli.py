@@ -96,7 +96,7 @@ def compare(
     if as_json:
         _print_json({"rows": table, "files": [str(path) for path in written], "interrupted": interrupted})
     else:
-        for group in rows.by_scenario(runs).values():
+        for group in rows.by_scenario(runs):
             _console().print(tables.comparison_table(group[0].scenario, group))
         _say_files(written, folder)
     if interrupted:
@@ -223,12 +223,14 @@ def _open(specs: Sequence[str], start: str | None, goal: str | None, resolution:
     """Open all scenarios before any work, so that a fault in the last one is found first."""
     import dataclasses
 
+    from cgla_graph.comparisons.runner import check_settings
     from cgla_graph.inputs import open_scenarios
     from cgla_graph.lattice import Lattice
 
     ends = _point("--start", start), _point("--goal", goal)
     for spec in specs:
         for scenario in open_scenarios(spec, start=ends[0], goal=ends[1]):
+            check_settings(scenario)
             if resolution is None:
                 yield scenario
             else:
@@ -277,7 +279,7 @@ def _write_comparison(
 
     written = [log.finish(table), files.write_text(folder / "rows.csv", files.csv_text(table))]
     taken: set[str] = set()
-    groups = list(rows.by_scenario(runs).values())
+    groups = rows.by_scenario(runs)
     for group in groups[:pictures]:
         written += _write_pictures(folder / files.file_stem(group[0].scenario.name, taken), group)
     if len(groups) > pictures:

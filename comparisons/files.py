@@ -1,14 +1,17 @@
 """Files of results: rows as JSON Lines and CSV, paths as CSV and GeoJSON. Nothing half-written keeps a final name."""
 
 import csv
+import errno
 import io
 import json
+import os
 import re
 import tempfile
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 from cgla_graph.comparisons.rows import COLUMNS
 from cgla_graph.errors import OutputError
@@ -36,6 +39,11 @@ def make_folder(folder: Path) -> Path:
 
 
 def write_text(path: Path, text: str) -> Path:
+    """Write a text file like `write_bytes`; what is no UTF-8 (from odd file names) becomes an escape."""
+    return write_bytes(path, text.encode("utf-8", errors="backslashreplace"))
+
+
+def write_bytes(path: Path, data: bytes) -> Path:
     """
     Write a file under a temporary name beside it, then rename.
 
@@ -46,10 +54,15 @@ def write_text(path: Path, text: str) -> Path:
     """
     part = path.with_name(f".{path.name}.part")
     try:
-        part.write_text(text, encoding="utf-8", newline="")
-        part.replace(path)
+        try:
+            part.write_bytes(data)
+            part.replace(path)
+        except BaseException:
+            # on Ctrl-C too; what cannot be removed was never there
+            with suppress(OSError):
+                part.unlink(missing_ok=True)
+            raise
     except OSError as error:
-        part.unlink(missing_ok=True)
         raise _cannot_write(path, error) from error
     return path
 
@@ -70,7 +83,8 @@ class RowLog:
         self.path = folder / "rows.jsonl"
         self._part = folder / "rows.jsonl.part"
         try:
-            self._file = self._part.open("w", encoding="utf-8")
+            # unbuffered: what is added is on the disk, and closing has nothing left to write
+            self._file = self._part.open("wb", buffering=0)
         except OSError as error:
             raise _cannot_write(self._part, error) from error
 
@@ -85,12 +99,24 @@ class RowLog:
         self._file.close()
 
     def add(self, row: Mapping[str, Any]) -> None:
-        """Append a row and flush it."""
+        """
+        Append a row.
+
+        Raises
+        ------
+        OutputError
+            If the disk is full or gone; the rows before it stay, none is cut in two.
+        """
+        line = json_lines([row]).encode("utf-8", errors="backslashreplace")
         try:
-            self._file.write(json.dumps(row, ensure_ascii=False, allow_nan=False) + "\n")
-            self._file.flush()
+            before = self._file.tell()
+            whole = self._file.write(line) == len(line)
+            if not whole:
+                self._file.truncate(before)
         except OSError as error:
             raise _cannot_write(self._part, error) from error
+        if not whole:
+            raise _cannot_write(self._part, OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
 
     def finish(self, rows: Iterable[Mapping[str, Any]]) -> Path:
         """Write the rows with what is only known at the end, under their final name."""
@@ -115,9 +141,13 @@ def csv_text(rows: Iterable[Mapping[str, Any]]) -> str:
     ['scenario', 'solver']
     """
     text = io.StringIO()
-    writer = csv.DictWriter(text, fieldnames=COLUMNS, lineterminator="\n")
+    table = list(rows)
+    # Python quotes a carriage return only where it ends lines as well
+    odd = any("\r" in value for row in table for value in row.values() if isinstance(value, str))
+    how: Literal[0, 1] = csv.QUOTE_ALL if odd else csv.QUOTE_MINIMAL
+    writer = csv.DictWriter(text, fieldnames=COLUMNS, lineterminator="\n", quoting=how)
     writer.writeheader()
-    writer.writerows({key: "" if value is None else value for key, value in row.items()} for row in rows)
+    writer.writerows({key: "" if value is None else value for key, value in row.items()} for row in table)
     return text.getvalue()
 
 
@@ -163,7 +193,12 @@ def file_stem(name: str, taken: set[str]) -> str:
     >>> file_stem("arena:3", taken), file_stem("arena/3", taken)
     ('arena-3', 'arena-3-2')
     """
-    base = re.sub(r"[^\w.-]+", "-", name).strip("-.")[:80] or "scenario"
+    # 120 bytes leave room for endings: file systems count bytes
+    base = re.sub(r"[^\w.-]+", "-", name).encode("utf-8", errors="ignore")[:120].decode("utf-8", errors="ignore")
+    base = base.strip("-.") or "scenario"
+    if re.fullmatch(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", base, flags=re.IGNORECASE):
+        # Windows keeps these names for devices
+        base = f"scenario-{base}"
     stem, number = base, 1
     while stem.lower() in taken:
         number += 1

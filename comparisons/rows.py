@@ -6,7 +6,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from cgla_graph.comparisons.runner import Run
+from cgla_graph.solution import Solution, Status
 
 #: The columns of files, in order.
 COLUMNS = (
@@ -61,24 +64,24 @@ def row(run: Run, best_exact: float = math.nan) -> dict[str, Any]:
         "gap": _number(solution.gap),
         "seconds": _number(solution.seconds),
         "build_seconds": _number(solution.build_seconds),
-        "evaluations": solution.evaluations,
-        "waypoints": len(solution.path),
-        "message": solution.message,
+        "evaluations": int(solution.evaluations) if math.isfinite(solution.evaluations) else None,
+        "waypoints": np.size(solution.path, 0) if solution.status.is_path else 0,
+        "message": str(solution.message),
     }
 
 
 def rows_of(runs: Sequence[Run]) -> list[dict[str, Any]]:
     """Turn the runs of any scenarios into rows."""
-    best = {name: best_exact(group) for name, group in by_scenario(runs).items()}
-    return [row(run, best[run.scenario.name]) for run in runs]
+    best = {id(group[0].scenario): best_exact(group) for group in by_scenario(runs)}
+    return [row(run, best[id(run.scenario)]) for run in runs]
 
 
-def by_scenario(runs: Iterable[Run]) -> dict[str, list[Run]]:
-    """Group runs by their scenario, in order."""
-    groups: dict[str, list[Run]] = {}
+def by_scenario(runs: Iterable[Run]) -> list[list[Run]]:
+    """Group runs by their scenario, in order; scenarios of the same name stay apart."""
+    groups: dict[int, list[Run]] = {}
     for run in runs:
-        groups.setdefault(run.scenario.name, []).append(run)
-    return groups
+        groups.setdefault(id(run.scenario), []).append(run)
+    return list(groups.values())
 
 
 def best_exact(runs: Iterable[Run]) -> float:
@@ -112,6 +115,8 @@ class Summary:
         The contender's label.
     status
         The common status, or how many of the runs found a path.
+    n_paths
+        How many of the runs found a path.
     cost, length, risk, clearance
         Of the run of median cost (the lower of two middle ones); a run without a path counts as infinitely costly.
     seconds, build_seconds, evaluations
@@ -126,6 +131,7 @@ class Summary:
 
     solver: str
     status: str
+    n_paths: int
     cost: float
     excess: float
     length: float
@@ -145,21 +151,26 @@ def summaries(runs: Sequence[Run]) -> list[Summary]:
         groups.setdefault(run.solver, []).append(run)
     best = best_exact(runs)
     found = [_summary(solver, group, best) for solver, group in groups.items()]
-    return sorted(found, key=lambda summary: (summary.status == "infeasible", summary.cost))
+    # what found no path that may be flown comes last, whatever its path would cost
+    return sorted(found, key=lambda summary: (summary.n_paths == 0, summary.cost))
 
 
 def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
     solutions = [run.solution for run in runs]
     labels = {solution.status.label for solution in solutions}
-    paths = sum(solution.status.is_path for solution in solutions)
-    costs = [solution.cost for solution in solutions]
+    n_paths = sum(solution.status.is_path for solution in solutions)
+    costs = [solution.cost if solution.status.is_path else math.inf for solution in solutions]
+    if n_paths == 0:
+        # of a solver that found nothing that may be flown, the table shows what its path would cost
+        costs = [solution.cost for solution in solutions]
     # the numbers of one run, so that cost = length + k * risk holds in every line
     cost = statistics.median_low(costs)
-    typical = solutions[costs.index(cost)]
+    typical = solutions[costs.index(cost)] if math.isfinite(cost) else Solution(Status.NOT_FOUND)
     spread = max(costs) / min(costs) - 1.0 if len(costs) > 1 and 0.0 < min(costs) < math.inf else math.nan
     return Summary(
         solver=solver,
-        status=labels.pop() if len(labels) == 1 else f"found {paths}/{len(solutions)}",
+        status=labels.pop() if len(labels) == 1 else f"found {n_paths}/{len(solutions)}",
+        n_paths=n_paths,
         cost=cost,
         excess=excess_over(cost, best),
         length=typical.length,
@@ -169,7 +180,7 @@ def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
         build_seconds=statistics.median(solution.build_seconds for solution in solutions),
         evaluations=statistics.median(solution.evaluations for solution in solutions),
         spread=spread,
-        message=next((solution.message for solution in solutions if solution.message), ""),
+        message=next((str(solution.message) for solution in solutions if solution.message), ""),
     )
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from cgla_graph import risk_kernels
 from cgla_graph.cost_model import CostModel
-from cgla_graph.errors import CglaError, SolverSettingError
+from cgla_graph.errors import CglaError, ScenarioError, SolverSettingError
 from cgla_graph.no_fly_kernels import point_inside, segment_crosses
 from cgla_graph.problem import GraphProblem, Problem
 from cgla_graph.scenario import Scenario
@@ -147,12 +147,33 @@ def compare(scenarios: Iterable[Scenario], contenders: Sequence[Contender], n_se
                 yield Run(scenario, contender.label, seed, _is_exact(contender), solution)
 
 
+def check_settings(scenario: Scenario) -> None:
+    """
+    Check the settings of solvers that a scenario brings.
+
+    Raises
+    ------
+    ScenarioError
+        If a solver or a setting is unknown, or a value is not allowed.
+    """
+    for name, settings in scenario.settings.items():
+        try:
+            registry.solver_class(name)
+            if registry.missing(name) is None:
+                registry.get(name, **settings)
+        except CglaError as error:
+            msg = f"{scenario.name}: solvers.{name}: {error}"
+            raise ScenarioError(msg) from error
+
+
 def _is_seeded(contender: Contender) -> bool:
+    if registry.missing(contender.name) is not None:
+        return False
     return registry.traits(contender.name).seeded and "seed" not in contender.settings
 
 
 def _is_exact(contender: Contender) -> bool:
-    return registry.traits(contender.name).exact
+    return registry.missing(contender.name) is None and registry.traits(contender.name).exact
 
 
 @dataclass(eq=False)
@@ -206,7 +227,7 @@ def _run(ground: _Ground, contender: Contender, seed: int | None) -> Solution:
         return dataclasses.replace(solution, build_seconds=ground.build_seconds + solution.build_seconds)
     except CglaError as error:
         return Solution(Status.FAILED, solver=contender.name, message=str(error))
-    except Exception as error:  # noqa: BLE001 - a comparison survives any solver
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - a comparison survives any solver
         message = f"{type(error).__name__}: {error}".splitlines()[0]
         return Solution(Status.FAILED, solver=contender.name, message=message)
 

@@ -4,19 +4,22 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from cgla_graph.comparisons.rows import Summary, summaries
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.scenario import Scenario
 
+#: Numbers from here on are written with an exponent.
+MOST_DIGITS = 1e12
+
 
 def comparison_table(scenario: Scenario, runs: Sequence[Run]) -> Table:
-    """Show one scenario: a line a solver, cheapest first."""
+    """Show one scenario: a line a solver, cheapest first. Names appear as they are: no markup, no emoji codes."""
     unit = "m" if scenario.projection else "map units"
-    title = f"{escape(scenario.name)}: {escape(scenario.title)} (k = {scenario.problem.k:g}, lengths in {unit})"
-    table = Table(title=title, title_justify="left", title_style="bold", caption_justify="left")
+    title = f"{scenario.name}: {scenario.title} (k = {scenario.problem.k:g}, lengths in {unit})"
+    table = Table(title=Text(title), title_justify="left", title_style="bold", caption_justify="left")
     table.add_column("solver", no_wrap=True)
     table.add_column("status", no_wrap=True)
     heads = ("cost", "excess", "length", "risk", "clearance", "time", "build", "evaluations", "spread")
@@ -24,13 +27,13 @@ def comparison_table(scenario: Scenario, runs: Sequence[Run]) -> Table:
         table.add_column(head, justify="right", no_wrap=True)
     remarks = []
     for summary in summaries(runs):
-        table.add_row(*_cells(summary))
+        table.add_row(*(Text(cell) for cell in _cells(summary)))
         if summary.message and not _is_quiet(summary):
             remarks.append(f"{summary.solver}: {summary.message}")
     notes = [
         "excess: over the best exact optimum on the lattice; time: to solve; build: to weigh and hand over the graph"
     ]
-    table.caption = escape("\n".join(notes + remarks))
+    table.caption = Text("\n".join(notes + remarks))
     return table
 
 
@@ -41,7 +44,7 @@ def _is_quiet(summary: Summary) -> bool:
 
 def _cells(summary: Summary) -> list[str]:
     return [
-        escape(summary.solver),
+        summary.solver,
         summary.status,
         figure(summary.cost, 6),
         percent(summary.excess),
@@ -66,7 +69,8 @@ def figure(value: float, digits: int) -> str:
     """
     if not math.isfinite(value):
         return "-"
-    return f"{value:.0f}" if abs(value) >= 10**digits else f"{value:#.{digits}g}".rstrip(".")
+    text = f"{value:#.{digits}g}".rstrip(".")
+    return f"{value:.0f}" if "e+" in text and abs(value) < MOST_DIGITS else text
 
 
 def percent(value: float) -> str:
@@ -90,7 +94,8 @@ def duration(seconds: float) -> str:
     >>> duration(0.000123), duration(2.5)
     ('0.123 ms', '2.50 s')
     """
-    return f"{1e3 * seconds:.3g} ms" if seconds < 1.0 else f"{seconds:.2f} s"
+    milliseconds = f"{1e3 * seconds:.3g}"
+    return f"{seconds:.2f} s" if "e+" in milliseconds or seconds >= 1.0 else f"{milliseconds} ms"
 
 
 def listing(title: str, heads: Sequence[str], lines: Iterable[Mapping[str, Any]]) -> Table:
@@ -99,5 +104,5 @@ def listing(title: str, heads: Sequence[str], lines: Iterable[Mapping[str, Any]]
     for head in heads:
         table.add_column(head, overflow="fold")
     for line in lines:
-        table.add_row(*(escape(str(line[head])) for head in heads))
+        table.add_row(*(Text(str(line[head])) for head in heads))
     return table

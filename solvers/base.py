@@ -1,7 +1,7 @@
 """What a solver is: settings, traits and one method."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Protocol, TypeAlias, runtime_checkable
+from typing import ClassVar, Literal, Protocol, TypeAlias, runtime_checkable
 
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.problem import GraphProblem, Problem
@@ -73,21 +73,25 @@ class PlaneSolver(Protocol):
 Solver: TypeAlias = GraphSolver | PlaneSolver
 
 
-def whole_setting(solver: str, name: str, value: Any, *, at_least: int) -> int:  # noqa: ANN401 - a check of anything
+#: OMPL's random numbers start from 32 bits, and refuse 0.
+LARGEST_SEED = 2**32 - 1
+
+
+def whole_setting(solver: str, name: str, value: object, *, at_least: int, at_most: int = 10**9) -> int:
     """
     Return a setting that must be a whole number.
 
     Raises
     ------
     SolverSettingError
-        If it is not, or is below `at_least`.
+        If it is not, or is out of range.
 
     Examples
     --------
     >>> whole_setting("rrt-star", "iterations", 100, at_least=1)
     100
     """
-    if isinstance(value, bool) or not isinstance(value, int) or value < at_least:
-        msg = f"{solver}: {name} is {value!r}; give a whole number of at least {at_least}"
+    if isinstance(value, bool) or not isinstance(value, int) or not at_least <= value <= at_most:
+        msg = f"{solver}: {name} is {value!r}; give a whole number from {at_least} to {at_most}"
         raise SolverSettingError(msg)
     return value

@@ -26,7 +26,7 @@ class Cgla:
     Raises
     ------
     SolverSettingError
-        If the schedule is unknown.
+        If the schedule is unknown, or `early_stop` is no truth value.
 
     Examples
     --------
@@ -46,6 +46,9 @@ class Cgla:
         allowed = get_args(Cgla.__annotations__["schedule"])
         if self.schedule not in allowed:
             msg = f"cgla: unknown schedule {self.schedule!r}; choose one of {', '.join(allowed)}"
+            raise SolverSettingError(msg)
+        if not isinstance(self.early_stop, bool):
+            msg = f"cgla: early_stop is {self.early_stop!r}; give True or False"
             raise SolverSettingError(msg)
 
     def solve(self, problem: GraphProblem) -> Solution:

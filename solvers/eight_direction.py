@@ -2,9 +2,10 @@
 
 import time
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, get_args
 
 from cgla_graph.edges import CornerRule
+from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.lattice import Lattice
 from cgla_graph.problem import Problem
 from cgla_graph.solution import Solution
@@ -28,6 +29,11 @@ class EightDirection:
         ``touch``: a diagonal move may touch a corner of a no-fly area; ``both-free``: both lattice points beside it
         must be outside, the rule of grid benchmarks.
 
+    Raises
+    ------
+    SolverSettingError
+        If the resolution is below 2 or the rule is unknown.
+
     Examples
     --------
     >>> problem = Problem(start=(0, 0), goal=(1, 0.5))
@@ -40,10 +46,24 @@ class EightDirection:
 
     traits: ClassVar[Traits] = Traits("eight-direction", "optimum of the 8-connected lattice", domain="plane")
 
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        if self.corner_rule not in get_args(CornerRule):
+            msg = f"eight-direction: unknown corner_rule {self.corner_rule!r}; choose touch or both-free"
+            raise SolverSettingError(msg)
+        if self.resolution is None or isinstance(self.resolution, Lattice):
+            return
+        try:
+            Lattice(self.resolution, bounds=(0.0, 0.0, 1.0, 1.0))
+        except ProblemError as error:
+            msg = f"eight-direction: {error}"
+            raise SolverSettingError(msg) from error
+
     def solve(self, problem: Problem) -> Solution:
         """Lay the lattice, which is reported as time to build, and search it."""
         began = time.perf_counter()
-        on = problem.on_eight_connected(self.resolution or 20, corner_rule=self.corner_rule)
+        resolution = 20 if self.resolution is None else self.resolution
+        on = problem.on_eight_connected(resolution, corner_rule=self.corner_rule)
         laid = time.perf_counter() - began
         answer = on.judge(Dijkstra().solve(on))
         return Solution(

@@ -11,7 +11,7 @@ from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.graph import GeometricGraph
 from cgla_graph.problem import GraphProblem, Problem
 from cgla_graph.solution import Solution, Status
-from cgla_graph.solvers.base import Traits, whole_setting
+from cgla_graph.solvers.base import LARGEST_SEED, Traits, whole_setting
 from cgla_graph.solvers.dijkstra import Dijkstra
 
 
@@ -28,7 +28,7 @@ class PrmStar:
     milestones
         Size of the roadmap, start and goal included.
     seed
-        At least 1 (OMPL refuses 0).
+        From 1 (OMPL refuses 0) to 2^32 - 1.
 
     Raises
     ------
@@ -52,7 +52,7 @@ class PrmStar:
     def __post_init__(self) -> None:
         """Check the settings."""
         whole_setting("prm-star", "milestones", self.milestones, at_least=2)
-        whole_setting("prm-star", "seed", self.seed, at_least=1)
+        whole_setting("prm-star", "seed", self.seed, at_least=1, at_most=LARGEST_SEED)
 
     def solve(self, problem: Problem) -> Solution:
         """Grow the roadmap, weigh its edges, and search it."""

@@ -70,16 +70,26 @@ def solver_class(name: str) -> type[Solver]:
         module, _, attribute = _BUILT_IN[name].partition(":")
         return cast("type[Solver]", getattr(importlib.import_module(module), attribute))
     if name in plug_ins:
-        try:
-            return cast("type[Solver]", plug_ins[name].load())
-        except ImportError as error:
-            msg = f"solver {name!r} ({plug_ins[name].value}) cannot be imported: {error}"
-            raise SolverUnavailableError(msg) from error
+        return _load(plug_ins[name])
     every = [*_BUILT_IN, *plug_ins]
     near = difflib.get_close_matches(name, every, n=3, cutoff=0.4)
     hint = f"did you mean {' or '.join(near)}?" if near else f"known solvers: {', '.join(every)}"
     msg = f"unknown solver {name!r}; {hint}"
     raise UnknownSolverError(msg)
+
+
+def _load(plug_in: EntryPoint) -> type[Solver]:
+    """Import the class of a plug-in; whatever is wrong with it is its own fault and nobody else's."""
+    place = f"solver {plug_in.name!r} ({plug_in.value})"
+    try:
+        kind = plug_in.load()
+    except Exception as error:
+        msg = f"{place} cannot be imported: {error}"
+        raise SolverUnavailableError(msg) from error
+    if not (dataclasses.is_dataclass(kind) and isinstance(getattr(kind, "traits", None), Traits)):
+        msg = f"{place} is no solver: it has to be a dataclass with traits"
+        raise SolverUnavailableError(msg)
+    return cast("type[Solver]", kind)
 
 
 def traits(name: str) -> Traits:
@@ -102,10 +112,18 @@ def missing(name: str) -> str | None:
     True
     """
     try:
-        lacking = [package for package in traits(name).needs if find_spec(package) is None]
+        lacking = [package for package in traits(name).needs if not _is_installed(package)]
     except SolverUnavailableError as error:
         return str(error)
     return f"needs {', '.join(lacking)}, which is not installed (pip install {' '.join(lacking)})" if lacking else None
+
+
+def _is_installed(package: str) -> bool:
+    try:
+        return find_spec(package) is not None
+    except ModuleNotFoundError:
+        # the package above a missing submodule is missing itself
+        return False
 
 
 def get(name: str, **settings: Any) -> Solver:  # noqa: ANN401 - each solver has settings of its own

@@ -5,10 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from cgla_graph.errors import SolverSettingError
+from cgla_graph._validate import positive_number
+from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.problem import Problem
 from cgla_graph.solution import Solution, Status
-from cgla_graph.solvers.base import Traits, whole_setting
+from cgla_graph.solvers.base import LARGEST_SEED, Traits, whole_setting
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class RrtStar:
     iterations
         Budget; iterations and not seconds, so that a seed gives the same path on every machine.
     seed
-        At least 1 (OMPL refuses 0).
+        From 1 (OMPL refuses 0) to 2^32 - 1.
     rewire_factor
         Scales the number of neighbours looked at; OMPL's default is 1.1. Below 1 the proof of optimality is void,
         yet more iterations fit into the same time.
@@ -49,10 +50,12 @@ class RrtStar:
     def __post_init__(self) -> None:
         """Check the settings."""
         whole_setting("rrt-star", "iterations", self.iterations, at_least=1)
-        whole_setting("rrt-star", "seed", self.seed, at_least=1)
-        if not 0.0 < self.rewire_factor < np.inf:
-            msg = f"rrt-star: rewire_factor is {self.rewire_factor!r}; it must be above 0"
-            raise SolverSettingError(msg)
+        whole_setting("rrt-star", "seed", self.seed, at_least=1, at_most=LARGEST_SEED)
+        try:
+            positive_number("rewire_factor", self.rewire_factor)
+        except ProblemError as error:
+            msg = f"rrt-star: {error}"
+            raise SolverSettingError(msg) from error
 
     def solve(self, problem: Problem) -> Solution:
         """Grow the tree until the budget is used up."""

@@ -21,6 +21,9 @@ from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike
 
 from cgla_graph.comparisons import plots
+from cgla_graph.comparisons.plot_risk import risk_colours
+from cgla_graph.comparisons.plot_solvers import COLOURS
+from cgla_graph.comparisons.plot_text import plain
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.errors import OutputError
 from cgla_graph.lattice import Lattice
@@ -230,7 +233,7 @@ def test_exact_paths_lie_below_whatever_the_order() -> None:
     exact, other = sorted(paths(figure), key=Line2D.get_zorder)
     assert exact.get_linewidth() > other.get_linewidth()
     assert labels(figure)[:2] == ["other: 1.1314", "exact: 1.1314"]
-    assert [to_hex(line.get_color()) for line in (other, exact)] == [to_hex(c) for c in plots._COLOURS[:2]]
+    assert [to_hex(line.get_color()) for line in (other, exact)] == [to_hex(c) for c in COLOURS[:2]]
 
 
 def test_of_several_seeds_the_best_is_drawn() -> None:
@@ -258,7 +261,7 @@ def test_risk_has_a_colour_bar_and_no_risk_has_none() -> None:
     assert bar.get_ylabel() == "risk per unit length"
     assert bar.get_ylim() == pytest.approx((0.0, 0.8))
     assert pixel(figure, 0.95, 0.1) == WHITE
-    assert pixel(figure, 0.5, 0.5) == pytest.approx(np.array(plots._risk_colours()(1.0)[:3]) * 255, abs=6)
+    assert pixel(figure, 0.5, 0.5) == pytest.approx(np.array(risk_colours()(1.0)[:3]) * 255, abs=6)
 
 
 def test_a_threat_smaller_than_a_pixel_counts_on_the_colour_bar() -> None:
@@ -267,7 +270,7 @@ def test_a_threat_smaller_than_a_pixel_counts_on_the_colour_bar() -> None:
 
 
 def test_risk_colours_get_darker_in_equal_steps_from_white() -> None:
-    rgb = plots._risk_colours()(np.linspace(0.0, 1.0, 256))[:, :3]
+    rgb = risk_colours()(np.linspace(0.0, 1.0, 256))[:, :3]
     linear = np.where(rgb > 0.04045, ((rgb + 0.055) / 1.055) ** 2.4, rgb / 12.92)
     lightness = 116.0 * np.cbrt(linear @ (0.2126, 0.7152, 0.0722)) - 16.0
     assert rgb[0] == pytest.approx(1.0, abs=1e-3)
@@ -467,7 +470,7 @@ def test_hostile_names_are_shown_as_they_are(name: str, tmp_path: Path) -> None:
 
 
 def test_shortened_names_keep_both_ends() -> None:
-    text = plots._plain("rrt-star:iterations=500000:rewire_factor=1.1:seed=7", 36)
+    text = plain("rrt-star:iterations=500000:rewire_factor=1.1:seed=7", 36)
     assert len(text) == 36
     assert text.startswith("rrt-star:iter")
     assert text.endswith("=1.1:seed=7")
