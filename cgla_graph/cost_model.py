@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -63,7 +63,7 @@ class CostModel:
     @cached_property
     def area(self) -> NoFlyArea:
         """The no-fly polygons, made ready for exact crossing tests."""
-        return NoFlyArea(self.no_fly)
+        return _area(self.no_fly)
 
     def kernel_model(self) -> graph_kernels.Model:
         """Hand the model to a kernel, with scratch memory of its own (one call for each thread)."""
@@ -146,6 +146,12 @@ class CostModel:
                 area = self.area.kernel_arrays
                 share_out(lambda share: graph_kernels.complete_crossings(positions, area, share, n_shares, out))
         return out
+
+
+@lru_cache(maxsize=8)
+def _area(no_fly: BaseGeometry | None) -> NoFlyArea:
+    """Index an area once for all the problems on one map."""
+    return NoFlyArea(no_fly)
 
 
 def n_cores() -> int:

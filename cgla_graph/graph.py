@@ -1,4 +1,8 @@
-"""The geometric graph that every graph solver plans on: complete, 8-connected, or the user's own."""
+"""
+The geometric graph that every graph solver plans on: complete, 8-connected, or the user's own.
+
+Longer than most modules: each way to make a graph says in full what it takes and refuses.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -366,6 +370,15 @@ class GeometricGraph:
         if self.model is None:
             return 0
         return self.n_edges if self.is_sparse else self.n_nodes * (self.n_nodes - 1) // 2
+
+    @property
+    def has_negative_weights(self) -> bool:
+        """Whether a weight is below 0, against the assumption of Theorem 1; only an improper risk field does that."""
+        if self.model is None or not self.model.field.improper:
+            return False
+        stored = self._stored
+        weights = stored.data if stored is not None and not isinstance(stored, np.ndarray) else self.weight_matrix()
+        return bool((weights < 0.0).any())
 
     @cached_property
     def _indices(self) -> Mapping[Node, int]:

@@ -171,9 +171,17 @@ def _even_lattice(bounds: tuple[float, float, float, float], n_points: int) -> L
     return Lattice((columns, max(2, round(n_points / columns))), bounds=bounds)
 
 
-@lru_cache(maxsize=2)
 def _grid(path: Path) -> tuple[GridMap, BaseGeometry]:
-    """Read a map and unite its cells once for all rows of a scenario file."""
+    """Read a map and unite its cells, once for all rows of a scenario file, and again when the file changes."""
+    try:
+        stamp = path.stat().st_mtime_ns, path.stat().st_size
+    except (OSError, ValueError):
+        stamp = (0, 0)
+    return _grid_as_of(path, stamp)
+
+
+@lru_cache(maxsize=2)
+def _grid_as_of(path: Path, stamp: tuple[int, int]) -> tuple[GridMap, BaseGeometry]:  # noqa: ARG001 - part of the key
     grid = read_map(path)
     return grid, grid.no_fly()
 

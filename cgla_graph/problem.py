@@ -328,7 +328,16 @@ def _honest(claimed: Solution, judged: Solution) -> Solution:
 
 
 def _refuse(solution: Solution, message: str) -> Solution:
-    """Return a failure without any of the solver's own numbers."""
+    """Return a failure with nothing of the solver's own answer."""
+    nothing = Solution(Status.FAILED)
     return replace(
-        solution, status=Status.FAILED, cost=np.inf, length=np.inf, risk=np.inf, lower_bound=np.nan, message=message
+        solution,
+        status=nothing.status,
+        path=nothing.path,
+        nodes=nothing.nodes,
+        cost=nothing.cost,
+        length=nothing.length,
+        risk=nothing.risk,
+        lower_bound=nothing.lower_bound,
+        message=message,
     )

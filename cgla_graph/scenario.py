@@ -63,6 +63,9 @@ class Scenario:
     notes: str = ""
 
 
+#: Centres in a row that fall too near to start or goal before there is no room.
+MOST_MISSES = 10_000
+
 #: What pydantic calls the members of the unions below.
 UNION_MEMBERS = ("int", "float", "str", "bool", "list[")
 
@@ -117,15 +120,17 @@ class RandomThreatsTable(_Table):
         """Draw the threats."""
         random = np.random.default_rng(self.seed)
         threats: list[Threat] = []
-        for _ in range(1000 * self.count):
+        misses = 0
+        while len(threats) < self.count:
             x, y = random.uniform(bounds[0], bounds[2]), random.uniform(bounds[1], bounds[3])
             spread, peak = (random.uniform(low, high) for low, high in (self.spread, self.peak))
             if min(float(np.hypot(x - a, y - b)) for a, b in ends) >= self.clear:
                 threats.append(Threat(x, y, spread=spread, peak=peak))
-            if len(threats) == self.count:
-                return threats
-        msg = f"no room for {self.count} threats that keep {self.clear:g} from start and goal; lower clear"
-        raise ValueError(msg)
+                misses = 0
+            elif (misses := misses + 1) > MOST_MISSES:
+                msg = f"random_threats.clear: no room that keeps {self.clear:g} from start and goal; lower it"
+                raise ValueError(msg)
+        return threats
 
 
 class NoFlyTable(_Table):

@@ -60,6 +60,10 @@ class TracePoint:
     cost: float
 
 
+#: Why no search answers where the assumption of Theorem 1 fails.
+NEGATIVE_WEIGHTS = "weights below 0, where no search is known to end at the optimum (Theorem 1 needs positive ones)"
+
+
 def _no_waypoints() -> FloatArray:
     return np.empty((0, 2))
 

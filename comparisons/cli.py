@@ -4,19 +4,20 @@ The command line, `cgla`.
 Everything heavy is imported where it is used, so that ``cgla --help`` answers at once.
 """
 
+import io
 import json
-import os
+import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-if TYPE_CHECKING:
-    from rich.console import Console
+from cgla_graph.comparisons import terminal
 
+if TYPE_CHECKING:
     from cgla_graph._types import Point
     from cgla_graph.comparisons.files import RowLog
     from cgla_graph.comparisons.runner import Contender, Run
@@ -29,7 +30,6 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    help="Risk-aware path planning: every solver over one and the same cost, length + k * risk.",
 )
 
 ScenarioArg = Annotated[
@@ -47,6 +47,25 @@ GoalOption = Annotated[
 ResolutionOption = Annotated[
     int | None, typer.Option("--resolution", metavar="N", help="points a side of a closed lattice")
 ]
+
+
+def _version(asked: bool) -> None:
+    """Print the version and leave."""
+    if asked:
+        from cgla_graph import __version__
+
+        terminal.out(f"cgla-graph {__version__}\n")
+        raise typer.Exit
+
+
+@app.callback()
+def cgla(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version and exit")
+    ] = False,
+) -> None:
+    """Plan over risk maps with every solver, over one and the same cost: length + k * risk."""
+    del version
 
 
 @app.command()
@@ -78,12 +97,12 @@ def compare(
     contenders = _contenders(solvers)
     opened = list(_open(scenarios or ["paper"], start, goal, resolution))
     folder = files.make_folder(out) if out else None
-    total = runner.count_runs(len(opened), contenders, seeds)
+    total = runner.count_runs(opened, contenders, seeds)
     runs: list[Run] = []
     interrupted = False
     with _row_log(folder) as log:
         try:
-            with _progress(total) as tick:
+            with terminal.output_to_stderr(), terminal.progress(total) as tick:
                 for run in runner.compare(opened, contenders, seeds):
                     runs.append(run)
                     if log:
@@ -97,11 +116,12 @@ def compare(
         _print_json({"rows": table, "files": [str(path) for path in written], "interrupted": interrupted})
     else:
         for group in rows.by_scenario(runs):
-            _console().print(tables.comparison_table(group[0].scenario, group))
+            terminal.out_table(tables.comparison_table(group[0].scenario, group))
         _say_files(written, folder)
     if interrupted:
-        _say(f"interrupted: {len(runs)} of {total} runs are done" + (f" and kept in {folder}" if folder else ""))
-        raise typer.Exit(INTERRUPTED)
+        kept = f" and kept in {folder}" if folder else ""
+        msg = f"{len(runs)} of {total} runs are done{kept}"
+        raise terminal.InterruptedRunError(msg)
     if strict and not all(run.solution.status.is_path for run in runs):
         raise typer.Exit(MISSING)
 
@@ -132,7 +152,8 @@ def plan(
     if len(opened) != 1:
         _fail(f"{scenario} has {len(opened)} rows; plan takes one, as FILE.scen:ROW")
     folder = files.make_folder(out) if out else None
-    run = next(iter(runner.compare(opened, [contender], 1)))
+    with terminal.output_to_stderr():
+        run = next(iter(runner.compare(opened, [contender], 1)))
     written = _write_plan(folder, run) if folder and run.solution.status.is_path else []
     document = {**rows.row(run), "path": run.solution.path.tolist(), "files": [str(path) for path in written]}
     if run.scenario.projection is not None and run.solution.status.is_path:
@@ -156,27 +177,11 @@ def solvers(as_json: JsonOption = False) -> None:
     from cgla_graph.comparisons import tables
     from cgla_graph.solvers import registry
 
-    lines = []
-    for name in registry.names(installed=False):
-        traits = registry.traits(name)
-        lines.append(
-            {
-                "name": name,
-                "domain": traits.domain,
-                "promises": ", ".join(
-                    word
-                    for word, holds in (("exact", traits.exact), ("anytime", traits.anytime), ("seeded", traits.seeded))
-                    if holds
-                ),
-                "settings": ", ".join(registry.setting_names(registry.solver_class(name))),
-                "available": registry.missing(name) or "yes",
-                "summary": traits.summary,
-            }
-        )
+    lines = [registry.describe(name) for name in registry.names(installed=False)]
     if as_json:
         _print_json({"solvers": lines})
     else:
-        _console().print(tables.listing("solvers", list(lines[0]), lines))
+        terminal.out_table(tables.listing("solvers", list(lines[0]), lines))
 
 
 @app.command()
@@ -198,14 +203,14 @@ def scenarios(
     if schema:
         _print_json(scenario.schema())
     elif show is not None:
-        typer.echo(scenario.shipped_text(show), nl=False)
+        terminal.out(scenario.shipped_text(show))
     else:
         opened = [scenario.load_scenario(name) for name in scenario.shipped()]
         lines = [{"name": one.name, "title": one.title, "notes": one.notes} for one in opened]
         if as_json:
             _print_json({"scenarios": lines})
         else:
-            _console().print(tables.listing("scenarios", ["name", "title"], lines))
+            terminal.out_table(tables.listing("scenarios", ["name", "title"], lines))
 
 
 def _contenders(text: str | None) -> "list[Contender]":
@@ -213,7 +218,9 @@ def _contenders(text: str | None) -> "list[Contender]":
 
     if text is None:
         return every_solver()
-    chosen = [Contender.parse(part) for part in text.split(",") if part.strip()]
+    # a comma inside brackets belongs to a setting
+    parts = re.split(r",(?![^(\[]*[)\]])", text)
+    chosen = [Contender.parse(part) for part in parts if part.strip()]
     if not chosen:
         _fail("--solvers names no solver; cgla solvers lists them")
     return list({contender.label: contender for contender in chosen}.values())
@@ -258,19 +265,6 @@ def _row_log(folder: Path | None) -> "Iterator[RowLog | None]":
             yield log
 
 
-@contextmanager
-def _progress(total: int) -> "Iterator[Callable[[str], None]]":
-    """Show progress on standard error while it is a terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    console = Console(stderr=True)
-    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("", total=total)
-        yield lambda text: progress.update(task, advance=1, description=text)
-
-
 def _write_comparison(
     folder: Path, log: "RowLog", table: list[dict[str, Any]], runs: "Sequence[Run]", pictures: int
 ) -> list[Path]:
@@ -283,7 +277,7 @@ def _write_comparison(
     for group in groups[:pictures]:
         written += _write_pictures(folder / files.file_stem(group[0].scenario.name, taken), group)
     if len(groups) > pictures:
-        _say(f"pictures of the first {pictures} of {len(groups)} scenarios; --pictures N draws more")
+        terminal.say(f"pictures of the first {pictures} of {len(groups)} scenarios; --pictures N draws more")
     return written
 
 
@@ -336,29 +330,17 @@ def _print_plan(scenario: "Scenario", solution: "Solution") -> None:
     }
     for key, text in lines.items():
         if text:
-            typer.echo(f"{key:10} {text}")
+            terminal.out(f"{key:10} {text}" + "\n")
 
 
 def _print_json(document: dict[str, Any]) -> None:
-    typer.echo(json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1))
-
-
-def _console() -> "Console":
-    """Return a console for tables: as wide as the terminal, and wide enough where there is none."""
-    from rich.console import Console
-
-    console = Console()
-    return console if console.is_terminal else Console(width=160)
+    terminal.out(json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n")
 
 
 def _say_files(written: Iterable[Path], folder: Path | None) -> None:
     names = [path.name for path in written]
     if names:
-        typer.echo(f"written to {folder}: {', '.join(names)}")
-
-
-def _say(text: str) -> None:
-    typer.echo(text, err=True)
+        terminal.out(f"written to {folder}: {', '.join(names)}\n")
 
 
 def _fail(text: str) -> NoReturn:
@@ -371,19 +353,32 @@ def main() -> None:
     """Run the command line: wrong input is one line on standard error and exit code 2, never a traceback."""
     from cgla_graph.errors import CglaError
 
+    for stream in (sys.stdout, sys.stderr):
+        # a terminal of few letters gets escapes instead of a failure
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     try:
         code = app(sys.argv[1:] or ["--help"], standalone_mode=False)
+        # typer turns Ctrl-C into this code
+        if code == INTERRUPTED:
+            terminal.say("cgla: interrupted")
+    except terminal.InterruptedRunError as error:
+        terminal.say(f"cgla: interrupted: {error}")
+        code = INTERRUPTED
     except CglaError as error:
-        _say(f"cgla: {' '.join(str(error).split())}")
+        terminal.say(f"cgla: {' '.join(str(error).split())}")
         code = WRONG_INPUT
     except typer.TyperException as error:
-        _say(f"cgla: {' '.join(error.format_message().split())} (cgla --help shows the usage)")
+        terminal.say(f"cgla: {' '.join(error.format_message().split())} (cgla --help shows the usage)")
         code = WRONG_INPUT
     except KeyboardInterrupt:
-        _say("cgla: interrupted")
+        terminal.say("cgla: interrupted")
         code = INTERRUPTED
-    except BrokenPipeError:
-        # whoever reads our output has gone, as with `cgla compare | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except terminal.ReaderGoneError:
+        terminal.forget_stdout()
         code = DONE
+    except OSError as error:
+        terminal.say(f"cgla: standard output: {error.strerror or error}; choose another place for it")
+        terminal.forget_stdout()
+        code = WRONG_INPUT
     sys.exit(code or DONE)

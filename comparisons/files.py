@@ -200,8 +200,9 @@ def file_stem(name: str, taken: set[str]) -> str:
         # Windows keeps these names for devices
         base = f"scenario-{base}"
     stem, number = base, 1
-    while stem.lower() in taken:
+    # a scenario's files end in nothing, or in -cost
+    while taken & {stem.lower(), f"{stem.lower()}-cost"}:
         number += 1
         stem = f"{base}-{number}"
-    taken.add(stem.lower())
+    taken |= {stem.lower(), f"{stem.lower()}-cost"}
     return stem

@@ -2,6 +2,7 @@
 
 import ast
 import dataclasses
+import importlib
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -52,7 +53,7 @@ class Contender:
         UnknownSolverError
             If there is no such solver.
         SolverSettingError
-            If a setting is not written as ``setting=value``, unknown, or its value is not allowed.
+            If a setting is not written as ``setting=value``, unknown, set twice, or its value is not allowed.
         """
         name, *parts = text.strip().split(":")
         settings: dict[str, Any] = {}
@@ -60,6 +61,9 @@ class Contender:
             key, equals, value = part.partition("=")
             if not equals:
                 msg = f"{text}: {part!r} is no setting; write NAME:SETTING=VALUE"
+                raise SolverSettingError(msg)
+            if key in settings:
+                msg = f"{text}: {key!r} is set twice; set it once"
                 raise SolverSettingError(msg)
             settings[key] = _literal(value)
         registry.solver_class(name)
@@ -106,9 +110,9 @@ def every_solver() -> list[Contender]:
     return [Contender(name, name) for name in registry.names(installed=False)]
 
 
-def count_runs(n_scenarios: int, contenders: Sequence[Contender], n_seeds: int) -> int:
+def count_runs(scenarios: Sequence[Scenario], contenders: Sequence[Contender], n_seeds: int) -> int:
     """Count the runs of a comparison."""
-    return n_scenarios * sum(n_seeds if _is_seeded(contender) else 1 for contender in contenders)
+    return sum(len(_seeds(scenario, contender, n_seeds)) for scenario in scenarios for contender in contenders)
 
 
 def compare(scenarios: Iterable[Scenario], contenders: Sequence[Contender], n_seeds: int = 3) -> Iterator[Run]:
@@ -136,13 +140,13 @@ def compare(scenarios: Iterable[Scenario], contenders: Sequence[Contender], n_se
     >>> [(run.solver, run.solution.status.label) for run in runs]
     [('cgla', 'optimal'), ('straight-line', 'found')]
     """
-    _warm_up()
+    _warm_up(contenders)
     ground = None
     for scenario in scenarios:
         for contender in contenders:
             if ground is None or ground.scenario is not scenario:
                 ground = _Ground.lay(scenario, ground)
-            for seed in range(1, n_seeds + 1) if _is_seeded(contender) else (None,):
+            for seed in _seeds(scenario, contender, n_seeds):
                 solution = _run(ground, contender, seed)
                 yield Run(scenario, contender.label, seed, _is_exact(contender), solution)
 
@@ -166,10 +170,12 @@ def check_settings(scenario: Scenario) -> None:
             raise ScenarioError(msg) from error
 
 
-def _is_seeded(contender: Contender) -> bool:
-    if registry.missing(contender.name) is not None:
-        return False
-    return registry.traits(contender.name).seeded and "seed" not in contender.settings
+def _seeds(scenario: Scenario, contender: Contender, n_seeds: int) -> Sequence[int | None]:
+    """List the seeds of a contender: none, the one that the user or the scenario set, or 1 to `n_seeds`."""
+    if registry.missing(contender.name) is not None or not registry.traits(contender.name).seeded:
+        return [None]
+    settings = {**scenario.settings.get(contender.name, {}), **contender.settings}
+    return [settings["seed"]] if "seed" in settings else range(1, n_seeds + 1)
 
 
 def _is_exact(contender: Contender) -> bool:
@@ -232,8 +238,12 @@ def _run(ground: _Ground, contender: Contender, seed: int | None) -> Solution:
         return Solution(Status.FAILED, solver=contender.name, message=message)
 
 
-def _warm_up() -> None:
-    """Load the compiled kernels, so that no solver is charged for that."""
+def _warm_up(contenders: Iterable[Contender]) -> None:
+    """Load the compiled kernels and the solvers' packages, so that no solver is charged for that."""
+    for contender in contenders:
+        if registry.missing(contender.name) is None:
+            for package in registry.traits(contender.name).needs:
+                importlib.import_module(package)
     problem = Problem((0.0, 0.0), (1.0, 1.0), k=1.0)
     solve(problem, "cgla", resolution=2)
     model = CostModel(problem.field, 1.0)

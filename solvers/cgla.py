@@ -6,7 +6,7 @@ from typing import ClassVar, Literal, get_args
 from cgla_graph.cgla_matrix import cost_matrix
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.problem import GraphProblem
-from cgla_graph.solution import Solution, Status
+from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import Traits
 
 
@@ -54,6 +54,8 @@ class Cgla:
     def solve(self, problem: GraphProblem) -> Solution:
         """Compute the cost matrix and read the path off it."""
         graph = problem.graph
+        if graph.has_negative_weights:
+            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         if self.schedule == "label-setting":
             source = problem.source if self.early_stop else None
             matrix = cost_matrix(graph, problem.target, source=source)

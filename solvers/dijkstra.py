@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import csgraph
 
 from cgla_graph.problem import GraphProblem
-from cgla_graph.solution import Solution, Status
+from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import Traits
 
 
@@ -30,6 +30,8 @@ class Dijkstra:
     def solve(self, problem: GraphProblem) -> Solution:
         """Run scipy's Dijkstra from the source and walk back; handing the weights over is reported as time to build."""
         graph = problem.graph
+        if graph.has_negative_weights:
+            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         began = time.perf_counter()
         weights = graph.to_csgraph()
         build_seconds = time.perf_counter() - began

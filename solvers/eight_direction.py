@@ -73,4 +73,5 @@ class EightDirection:
             cost=answer.cost,
             build_seconds=laid + answer.build_seconds,
             evaluations=on.graph.n_pairs,
+            message=answer.message,
         )

@@ -10,7 +10,7 @@ import networkx as nx
 
 from cgla_graph.edges import Node
 from cgla_graph.problem import GraphProblem
-from cgla_graph.solution import Solution, Status
+from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import Traits
 
 #: A networkx graph takes about a kilobyte an edge; beyond this it is no use.
@@ -71,6 +71,8 @@ class NetworkxAstar:
 
 
 def _search(problem: GraphProblem, find: "Callable[[nx.Graph[Any]], Sequence[Node]]") -> Solution:
+    if problem.graph.has_negative_weights:
+        return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
     if problem.graph.n_edges > MAX_EDGES:
         return Solution(Status.UNSUPPORTED, message=f"{problem.graph.n_edges} edges; networkx takes {MAX_EDGES} here")
     began = time.perf_counter()

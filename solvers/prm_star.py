@@ -10,7 +10,7 @@ from scipy import sparse
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.graph import GeometricGraph
 from cgla_graph.problem import GraphProblem, Problem
-from cgla_graph.solution import Solution, Status
+from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import LARGEST_SEED, Traits, whole_setting
 from cgla_graph.solvers.dijkstra import Dijkstra
 
@@ -56,6 +56,8 @@ class PrmStar:
 
     def solve(self, problem: Problem) -> Solution:
         """Grow the roadmap, weigh its edges, and search it."""
+        if problem.field.improper:
+            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         began = time.perf_counter()
         positions, tails, heads, source, target = self._roadmap(problem)
         if source is None or target is None:

@@ -172,3 +172,28 @@ def get(name: str, **settings: Any) -> Solver:  # noqa: ANN401 - each solver has
 def setting_names(kind: type[Solver]) -> list[str]:
     """List the settings of a solver class."""
     return [field.name for field in dataclasses.fields(cast("Any", kind))]
+
+
+def describe(name: str) -> dict[str, str]:
+    """
+    Say in words what a solver is, its settings, and whether it can run here.
+
+    Examples
+    --------
+    >>> describe("cgla")["promises"]
+    'exact'
+    """
+    lacking = missing(name)
+    try:
+        kind = solver_class(name)
+    except SolverUnavailableError:
+        return {"name": name, "domain": "", "promises": "", "settings": "", "available": str(lacking), "summary": ""}
+    promises = {"exact": kind.traits.exact, "anytime": kind.traits.anytime, "seeded": kind.traits.seeded}
+    return {
+        "name": name,
+        "domain": kind.traits.domain,
+        "promises": ", ".join(word for word, holds in promises.items() if holds),
+        "settings": ", ".join(setting_names(kind)),
+        "available": lacking or "yes",
+        "summary": kind.traits.summary,
+    }

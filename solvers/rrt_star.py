@@ -8,7 +8,7 @@ import numpy as np
 from cgla_graph._validate import positive_number
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.problem import Problem
-from cgla_graph.solution import Solution, Status
+from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import LARGEST_SEED, Traits, whole_setting
 
 
@@ -59,6 +59,8 @@ class RrtStar:
 
     def solve(self, problem: Problem) -> Solution:
         """Grow the tree until the budget is used up."""
+        if problem.field.improper:
+            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         from ompl import base as ob  # noqa: PLC0415 - optional
         from ompl import geometric as og  # noqa: PLC0415 - optional
 

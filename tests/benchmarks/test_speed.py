@@ -11,6 +11,7 @@ from collections.abc import Callable
 import networkx as nx
 import numpy as np
 import pytest
+from pytest_benchmark.fixture import BenchmarkFixture
 from scipy.integrate import quad
 from scipy.sparse.csgraph import dijkstra
 
@@ -30,7 +31,7 @@ def seconds(run: Callable[[], object]) -> float:
 
 
 def report(
-    benchmark: pytest.FixtureRequest,
+    benchmark: BenchmarkFixture,
     name: str,
     ours: Callable[[], object],
     other: Callable[[], object],
@@ -74,7 +75,7 @@ def weigh(side: int, field: cg.RiskField = EIGHT) -> np.ndarray:
     return cg.GeometricGraph.complete(cg.Lattice(side, bounds=UNIT), field, k=10.0).weight_matrix()
 
 
-def test_complete_20_against_quad(benchmark: pytest.FixtureRequest) -> None:
+def test_complete_20_against_quad(benchmark: BenchmarkFixture) -> None:
     """Eq. 5 for 79 800 edges against `scipy.integrate.quad` edge by edge (a sample of 200, scaled)."""
     starts, ends = pairs(20)
     sample = np.random.default_rng(0).choice(len(starts), 200, replace=False)
@@ -100,7 +101,7 @@ def test_complete_20_against_quad(benchmark: pytest.FixtureRequest) -> None:
 @pytest.mark.parametrize(
     ("block", "target"), [(79_800, 10), (2000, None)], ids=["whole arrays", "blocks that fit the cache"]
 )
-def test_complete_20_against_numpy(benchmark: pytest.FixtureRequest, block: int, target: int | None) -> None:
+def test_complete_20_against_numpy(benchmark: BenchmarkFixture, block: int, target: int | None) -> None:
     """Eq. 5 for the same edges by a vectorised 64-point rule, as one writes it and as one tunes it."""
     starts, ends = pairs(20)
     ratio = report(
@@ -112,7 +113,7 @@ def test_complete_20_against_numpy(benchmark: pytest.FixtureRequest, block: int,
     assert target is None or ratio >= target
 
 
-def test_complete_50(benchmark: pytest.FixtureRequest) -> None:
+def test_complete_50(benchmark: BenchmarkFixture) -> None:
     """Eq. 5 for the complete 50 x 50 lattice against the tuned NumPy rule."""
     starts, ends = pairs(50)
     report(
@@ -124,7 +125,7 @@ def test_complete_50(benchmark: pytest.FixtureRequest) -> None:
     )
 
 
-def test_cgla_against_scipy(benchmark: pytest.FixtureRequest) -> None:
+def test_cgla_against_scipy(benchmark: BenchmarkFixture) -> None:
     """Label setting against scipy's Dijkstra on the same dense matrix."""
     graph = cg.GeometricGraph.complete(cg.Lattice(50, bounds=UNIT), EIGHT, k=10.0)
     matrix = graph.weight_matrix()
@@ -144,7 +145,7 @@ def test_cgla_against_scipy(benchmark: pytest.FixtureRequest) -> None:
     )
 
 
-def test_cgla_against_networkx(benchmark: pytest.FixtureRequest) -> None:
+def test_cgla_against_networkx(benchmark: BenchmarkFixture) -> None:
     """Label setting against networkx's Dijkstra, graph given."""
     graph = cg.GeometricGraph.complete(cg.Lattice(20, bounds=UNIT), EIGHT, k=10.0)
     graph.weight_matrix()
@@ -158,7 +159,7 @@ def test_cgla_against_networkx(benchmark: pytest.FixtureRequest) -> None:
     assert ratio >= 100
 
 
-def test_thousand_segments(benchmark: pytest.FixtureRequest) -> None:
+def test_thousand_segments(benchmark: BenchmarkFixture) -> None:
     """One thousand segments in one call, on the paper's ten threats, against the tuned NumPy rule."""
     starts, ends = np.random.default_rng(1).random((2, 1000, 2))
     model = cg.CostModel(PAPER, 10.0)

@@ -1,0 +1,83 @@
+"""Standard output and standard error: results go to the one, progress and words to the other."""
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, redirect_stdout, suppress
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+
+class ReaderGoneError(Exception):
+    """Whoever read standard output has gone, as in ``cgla compare | head``: there is no one left to tell."""
+
+
+class InterruptedRunError(Exception):
+    """Ctrl-C ended a comparison; the message says what is kept."""
+
+
+def out(text: str) -> None:
+    """
+    Write to standard output, at once.
+
+    Raises
+    ------
+    ReaderGoneError
+        If nobody reads it any more.
+    """
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except BrokenPipeError as error:
+        raise ReaderGoneError from error
+
+
+def out_table(table: "RenderableType") -> None:
+    """Write a table: as wide as the terminal, and wide enough where there is none (errors as `out`)."""
+    from rich.console import Console  # noqa: PLC0415 - `cgla --help` answers at once
+
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=160)
+    with console.capture() as capture:
+        console.print(table)
+    out(capture.get())
+
+
+def say(text: str) -> None:
+    """Write a line to standard error."""
+    sys.stderr.write(f"{text}\n")
+
+
+@contextmanager
+def progress(total: int) -> Iterator[Callable[[str], None]]:
+    """Show progress on standard error while it is a terminal; the body calls what it gets after each step."""
+    from rich.console import Console  # noqa: PLC0415 - `cgla --help` answers at once
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
+
+    console = Console(stderr=True)
+    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("", total=total)
+        yield lambda text: bar.update(task, advance=1, description=text)
+
+
+@contextmanager
+def output_to_stderr() -> Iterator[None]:
+    """Send what solvers print to standard error, their compiled parts' output as well: standard output is ours."""
+    with ExitStack() as stack:
+        stack.enter_context(redirect_stdout(sys.stderr))
+        with suppress(OSError):
+            saved = os.dup(1)
+            stack.callback(os.close, saved)
+            stack.callback(os.dup2, saved, 1)
+            os.dup2(2, 1)
+        yield
+
+
+def forget_stdout() -> None:
+    """Point standard output at nothing, so that closing it does not fail at exit."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
