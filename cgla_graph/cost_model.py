@@ -63,7 +63,8 @@ class CostModel:
     @cached_property
     def area(self) -> NoFlyArea:
         """The no-fly polygons, made ready for exact crossing tests."""
-        return _area(self.no_fly)
+        # what is no geometry is refused by name, not by the cache
+        return _area(self.no_fly) if isinstance(self.no_fly, BaseGeometry) else NoFlyArea(self.no_fly)
 
     def kernel_model(self) -> graph_kernels.Model:
         """Hand the model to a kernel, with scratch memory of its own (one call for each thread)."""
@@ -149,7 +150,7 @@ class CostModel:
 
 
 @lru_cache(maxsize=8)
-def _area(no_fly: BaseGeometry | None) -> NoFlyArea:
+def _area(no_fly: BaseGeometry) -> NoFlyArea:
     """Index an area once for all the problems on one map."""
     return NoFlyArea(no_fly)
 

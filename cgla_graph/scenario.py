@@ -128,7 +128,7 @@ class RandomThreatsTable(_Table):
                 threats.append(Threat(x, y, spread=spread, peak=peak))
                 misses = 0
             elif (misses := misses + 1) > MOST_MISSES:
-                msg = f"random_threats.clear: no room that keeps {self.clear:g} from start and goal; lower it"
+                msg = f"random_threats: no room that keeps {self.clear:g} from start and goal; lower clear"
                 raise ValueError(msg)
         return threats
 

@@ -1,0 +1,231 @@
+"""Independent references: plain Python, NumPy, scipy, networkx and shapely; none of the toolkit's own kernels."""
+
+import itertools
+import math
+from collections.abc import Callable, Iterable, Sequence
+
+import networkx as nx
+import numpy as np
+import shapely
+from scipy import special
+from scipy.integrate import quad
+from scipy.sparse import csgraph, csr_array
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
+from cgla_graph.lattice import LatticeKind
+from cgla_graph.risk import Threat
+
+# Risk
+
+
+def density(threats: Sequence[Threat], points: FloatArray) -> FloatArray:
+    """Evaluate Eq. 2 as it is written, at points of shape ``(..., 2)``."""
+    clear = np.ones(points.shape[:-1])
+    for threat in threats:
+        squared = ((points - (threat.x, threat.y)) ** 2).sum(axis=-1)
+        clear = clear * (1.0 - threat.peak * np.exp(-squared / (2.0 * threat.spread**2)))
+    return np.asarray(1.0 - clear)
+
+
+def _along(threats: Sequence[Threat], start: FloatArray, end: FloatArray) -> tuple[FloatArray, ...]:
+    """Return, for each threat, its foot on the line (from the start), the square of its miss distance, spread, peak."""
+    table = np.array([(t.x, t.y, t.spread, t.peak) for t in threats]).reshape(-1, 4)
+    u = (end - start) / math.dist(start, end)
+    relative = table[:, :2] - start
+    return relative @ u, (relative @ np.array([-u[1], u[0]])) ** 2, table[:, 2], table[:, 3]
+
+
+def line_integral(threats: Sequence[Threat], start: FloatArray, end: FloatArray) -> float:
+    """
+    Integrate Eq. 2 with `scipy.integrate.quad`, piece by piece between the threats' rims.
+
+    Pieces where all threats are beyond 9 spreads are left out: they hold less than 1e-17 for each threat.
+    """
+    length = math.dist(start, end)
+    if length == 0.0 or not threats:
+        return 0.0
+    foot, miss2, spread, peak = _along(threats, start, end)
+    near = miss2 < (9.0 * spread) ** 2
+    foot, miss2, spread, peak = foot[near], miss2[near], spread[near], peak[near]
+    rims = np.add.outer(np.arange(-9.0, 10.0, 1.5), np.zeros(len(foot))) * spread + foot
+    cuts = np.unique(np.round(np.clip(np.concatenate([rims.ravel(), [0.0, length]]), 0.0, length), 15))
+    cuts[0], cuts[-1] = 0.0, length
+    scale, log_peak = -0.5 / spread**2, np.log(peak) - 0.5 * miss2 / spread**2
+    pieces = []
+    for low, high in itertools.pairwise(cuts.tolist()):
+        active = (foot - 9.0 * spread < high) & (foot + 9.0 * spread > low)
+        if active.any():
+            piece = _piece(foot[active], scale[active], log_peak[active])
+            # full output: no warning where rounding stops it before 1e-14
+            pieces.append(quad(piece, low, high, epsabs=1e-14, epsrel=1e-13, limit=200, full_output=1)[0])
+    return math.fsum(pieces)
+
+
+def _piece(foot: FloatArray, scale: FloatArray, log_peak: FloatArray) -> Callable[[float], float]:
+    def risk(t: float) -> float:
+        return 1.0 - float(np.prod(1.0 - np.exp(log_peak + scale * (t - foot) ** 2)))
+
+    return risk
+
+
+def inclusion_exclusion(threats: Sequence[Threat], start: FloatArray, end: FloatArray, *, largest: int = 99) -> float:
+    """
+    Add up all ``2^m - 1`` products of threats; `largest` 1 drops the pairs and what follows, and so is wrong.
+
+    A product of Gaussians of precision ``q_i`` at ``t_i`` is a Gaussian of precision ``sum q_i`` at the mean.
+    """
+    length = math.dist(start, end)
+    if length == 0.0:
+        return 0.0
+    foot, miss2, spread, peak = _along(threats, start, end)
+    terms = []
+    for size in range(1, min(len(threats), largest) + 1):
+        for subset in itertools.combinations(range(len(threats)), size):
+            some = list(subset)
+            q = spread[some] ** -2.0
+            mean = float((q * foot[some]).sum() / q.sum())
+            exponent = -0.5 * float((q * ((foot[some] - mean) ** 2 + miss2[some])).sum())
+            height = float(np.prod(peak[some])) * math.exp(exponent)
+            root = math.sqrt(0.5 * q.sum())
+            mass = height * math.sqrt(math.pi) / (2.0 * root)
+            both = special.erf(root * (length - mean)) + special.erf(root * mean)
+            terms.append((-1.0) ** (size + 1) * mass * float(both))
+    return math.fsum(terms)
+
+
+def path_risk(threats: Sequence[Threat], path: FloatArray) -> float:
+    """Add up the integrals along a polyline."""
+    return math.fsum(line_integral(threats, a, b) for a, b in itertools.pairwise(path))
+
+
+# Lattices and polygons
+
+
+def lattice_points(shape: tuple[int, int], bounds: Bounds, kind: LatticeKind) -> list[Point]:
+    """List the points of a lattice, row by row from below."""
+    first, gaps = {
+        "closed": (0.0, lambda n: n - 1),
+        "upper": (1.0, lambda n: n),
+        "lower": (0.0, lambda n: n),
+        "centre": (0.5, lambda n: n),
+    }[kind]
+    (x0, y0, x1, y1), (nx_, ny) = bounds, shape
+    return [
+        (x0 + (x1 - x0) * (first + i) / gaps(nx_), y0 + (y1 - y0) * (first + j) / gaps(ny))
+        for j in range(ny)
+        for i in range(nx_)
+    ]
+
+
+def crosses(area: BaseGeometry, starts: FloatArray, ends: FloatArray) -> BoolArray:
+    """Tell by shapely which segments meet the interior of the area; exact where all coordinates are small halves."""
+    lines = shapely.linestrings(np.stack([starts, ends], axis=-2))
+    by_line = shapely.relate_pattern(lines, area, "T********")
+    return np.where((starts == ends).all(axis=-1), shapely.contains(area, shapely.points(starts)), by_line)
+
+
+def octile(step: tuple[int, int]) -> float:
+    """Return the length of a shortest path of eight-direction steps."""
+    a, b = sorted(abs(d) for d in step)
+    return b - a + math.sqrt(2.0) * a
+
+
+# Graphs: `weights[i, j]` weighs the edge from i to j, infinity is no edge.
+
+
+def stored(weights: FloatArray) -> csr_array:
+    """Return the finite weights with zeros stored, for scipy."""
+    kept = np.isfinite(weights) & ~np.eye(len(weights), dtype=bool)
+    tails, heads = np.nonzero(kept)
+    counts = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
+    return csr_array((weights[tails, heads], heads, counts), shape=weights.shape)
+
+
+def least_costs(weights: FloatArray, target: int) -> FloatArray:
+    """Return the least cost from each node to the target, by scipy's Dijkstra on the reversed graph."""
+    return np.asarray(csgraph.dijkstra(stored(np.ascontiguousarray(weights.T)), indices=target))
+
+
+def least_costs_networkx(weights: FloatArray, target: int) -> FloatArray:
+    """Return the least cost from each node to the target, by networkx."""
+    graph: nx.DiGraph[int] = nx.DiGraph()
+    graph.add_nodes_from(range(len(weights)))
+    tails, heads = np.nonzero(np.isfinite(weights))
+    graph.add_weighted_edges_from(
+        (int(j), int(i), float(weights[i, j])) for i, j in zip(tails, heads, strict=True) if i != j
+    )
+    found = nx.single_source_dijkstra_path_length(graph, target)
+    return np.array([found.get(i, math.inf) for i in range(len(weights))])
+
+
+def path_cost(weights: FloatArray, nodes: Sequence[int]) -> float:
+    """Add up the weights along some nodes."""
+    return float(sum(float(weights[i, j]) for i, j in itertools.pairwise(nodes)))
+
+
+def apply_eq9(weights: FloatArray, target: int, order: Iterable[int]) -> FloatArray:
+    """Apply Eq. 9 with one p_r after the other, to every node."""
+    values = np.full(len(weights), np.inf)
+    values[target] = 0.0
+    for r in order:
+        for i in range(len(values)):
+            values[i] = min(values[i], weights[i, r] + values[r])
+    return values
+
+
+def delta_rounds(
+    weights: FloatArray, target: int, choose: Callable[[Iterable[float]], float] = min
+) -> tuple[list[set[int]], dict[int, float]]:
+    """
+    Run Eqs 9-12: list Delta_k of each round, and the values that were frozen when their nodes were settled.
+
+    The paper takes the unsettled nodes of least value; `choose` = max is wrong on purpose.
+    """
+    values = dict.fromkeys(range(len(weights)), math.inf)
+    values[target] = 0.0
+    frozen: dict[int, float] = {}
+    sets = []
+    while unsettled := {i: v for i, v in values.items() if i not in frozen and v < math.inf}:
+        chosen = choose(unsettled.values())
+        delta = {i for i, v in unsettled.items() if v == chosen}
+        sets.append(delta)
+        r = min(delta)
+        frozen[r] = values[r]
+        for i, value in values.items():
+            if i not in frozen:
+                values[i] = min(value, float(weights[i, r]) + frozen[r])
+    return sets, frozen
+
+
+def least_hops(weights: FloatArray, target: int) -> dict[int, int]:
+    """Return, for each node that reaches the target, the edges of the shortest of its optimal paths."""
+    values = least_costs(weights, target)
+    optimal: nx.DiGraph[int] = nx.DiGraph()
+    optimal.add_node(target)
+    for i, j in itertools.permutations(range(len(weights)), 2):
+        if math.isfinite(values[i]) and values[i] == weights[i, j] + values[j]:
+            optimal.add_edge(j, i)
+    return dict(nx.single_source_shortest_path_length(optimal, target))
+
+
+def optimal_paths(weights: FloatArray, source: int, target: int) -> list[tuple[int, ...]]:
+    """List all simple paths of least cost by trying them all."""
+    others = [i for i in range(len(weights)) if i not in {source, target}]
+    tried = [
+        (source, *middle, target) for size in range(len(others) + 1) for middle in itertools.permutations(others, size)
+    ]
+    best = min(path_cost(weights, path) for path in tried)
+    return [path for path in tried if path_cost(weights, path) == best]
+
+
+def eight_connected_edges(free: BoolArray, *, both_free: bool) -> set[frozenset[int]]:
+    """List the steps of a grid map, cell by cell; `free` has shape ``(ny, nx)``."""
+    ny, nx_ = free.shape
+    edges = set()
+    for y, x, dy, dx in itertools.product(range(ny), range(nx_), (-1, 0, 1), (-1, 0, 1)):
+        if (dx or dy) and 0 <= x + dx < nx_ and 0 <= y + dy < ny and free[y, x] and free[y + dy, x + dx]:
+            beside = free[y, x + dx] and free[y + dy, x]
+            if not (dx and dy and both_free) or beside:
+                edges.add(frozenset({x + y * nx_, x + dx + (y + dy) * nx_}))
+    return edges

@@ -1,0 +1,703 @@
+"""Graphs: complete, 8-connected and the user's own, against dense references."""
+
+import itertools
+import math
+from collections.abc import Callable, Hashable
+
+import networkx as nx
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+from oracles import crosses, eight_connected_edges, inclusion_exclusion, least_costs, stored
+from scipy import sparse
+from scipy.sparse import csgraph
+from shapely.geometry.base import BaseGeometry
+from strategies import (
+    fast,
+    fields,
+    lattices,
+    networks,
+    off_lattice_points,
+    points,
+    polygons,
+    risk_weights,
+    slow,
+    usual,
+    weight_matrices,
+)
+
+from cgla_graph._types import Bounds, FloatArray, Point
+from cgla_graph.cost_model import THREADED_FROM, CostModel
+from cgla_graph.edges import CornerRule
+from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
+from cgla_graph.graph import GeometricGraph
+from cgla_graph.lattice import Lattice
+from cgla_graph.no_fly import NoFlyArea
+from cgla_graph.problem import Problem
+from cgla_graph.risk import RiskField, Threat
+
+UNIT: Bounds = (0.0, 0.0, 1.0, 1.0)
+# Four steps a side of length 1: whole coordinates without rounding, for which shapely is exact.
+BOARD = Lattice(5, bounds=(0, 0, 4, 4))
+THREATS = RiskField([Threat(0.5, 0.5, spread=0.1), Threat(0.6, 0.4, spread=0.05), Threat(0.2, 0.7, spread=0.2)])
+
+
+def rows(graph: GeometricGraph) -> FloatArray:
+    """Ask for all weights row by row."""
+    return np.array([graph.weights_from(i) for i in range(graph.n_nodes)]).reshape(graph.n_nodes, graph.n_nodes)
+
+
+def columns(graph: GeometricGraph) -> FloatArray:
+    """Ask for all weights column by column."""
+    return np.array([graph.weights_to(i) for i in range(graph.n_nodes)]).reshape(graph.n_nodes, graph.n_nodes).T
+
+
+def off_diagonal(matrix: FloatArray) -> FloatArray:
+    return matrix[~np.eye(len(matrix), dtype=bool)]
+
+
+def where(graph: GeometricGraph) -> FloatArray:
+    assert graph.positions is not None
+    return graph.positions
+
+
+def lengths(graph: GeometricGraph) -> FloatArray:
+    at = where(graph)
+    return np.asarray(np.hypot(*(at[:, None] - at).transpose(2, 0, 1)))
+
+
+# The complete graph
+
+
+@usual
+@given(lattices(unit=True), fields(0, 4), risk_weights, off_lattice_points())
+def test_rows_computed_when_asked_equal_the_dense_matrix(
+    lattice: Lattice, field: RiskField, k: float, extra: list[Point]
+) -> None:
+    implicit = GeometricGraph.complete(lattice, field, k, extra=extra)
+    dense = GeometricGraph.complete(lattice, field, k, extra=extra)
+    matrix = dense.weight_matrix()
+    assert implicit.is_implicit
+    assert not dense.is_implicit
+    assert (rows(implicit) == matrix).all()
+    assert implicit.is_implicit
+    assert (rows(dense) == matrix).all()
+    assert (columns(dense) == matrix).all()
+    assert (columns(implicit) == rows(implicit)).all()
+    assert dense.weight_matrix_to() is matrix
+
+
+@usual
+@given(lattices(), fields(0, 4), risk_weights, off_lattice_points())
+def test_complete_weights_are_symmetric_to_the_bit(
+    lattice: Lattice, field: RiskField, k: float, extra: list[Point]
+) -> None:
+    graph = GeometricGraph.complete(lattice, field, k, extra=extra)
+    by_rows = rows(graph)
+    matrix = graph.weight_matrix()
+    assert (by_rows == by_rows.T).all()
+    assert (matrix == matrix.T).all()
+    assert not np.diag(matrix).any()
+    assert not matrix.flags.writeable
+
+
+@usual
+@given(lattices(unit=True, max_side=4), fields(0, 3), risk_weights)
+def test_complete_weights_are_eq5(lattice: Lattice, field: RiskField, k: float) -> None:
+    graph = GeometricGraph.complete(lattice, field, k)
+    at = where(graph)
+    expected = np.array([[math.dist(p, q) + k * inclusion_exclusion(field.threats, p, q) for q in at] for p in at])
+    np.testing.assert_allclose(graph.weight_matrix(), expected, rtol=0.0, atol=1e-10 * (1.0 + k))
+
+
+@usual
+@given(lattices(), fields(0, 4), risk_weights)
+def test_weights_are_at_least_the_lengths(lattice: Lattice, field: RiskField, k: float) -> None:
+    graph = GeometricGraph.complete(lattice, field, k)
+    slack = 1e-12 * max(abs(bound) for bound in lattice.bounds)
+    assert (rows(graph) >= lengths(graph) - slack).all()
+    assert (graph.weight_matrix() >= lengths(graph) - slack).all()
+
+
+@usual
+@given(st.lists(points, min_size=1, max_size=8))
+def test_without_risk_weights_are_euclidean(at: list[Point]) -> None:
+    graph = GeometricGraph.complete(at, THREATS, k=0.0)
+    matrix = graph.weight_matrix()
+    np.testing.assert_allclose(matrix, lengths(graph), rtol=1e-15)
+    assert (matrix[:, None, :] <= (matrix[:, :, None] + matrix[None, :, :]) * (1.0 + 1e-15)).all()
+
+
+def test_with_risk_the_triangle_inequality_fails() -> None:
+    # Straight through the threat costs more than around it: else there would be nothing to plan.
+    threat = RiskField([Threat(0.5, 0.5, spread=0.05)])
+    graph = GeometricGraph.complete([(0, 0.5), (0.5, 1), (1, 0.5)], threat, k=50.0)
+    around = graph.weights_from(0)[1] + graph.weights_from(1)[2]
+    assert around < graph.weights_from(0)[2]
+
+
+@usual
+@given(lattices(unit=True), fields(0, 4), risk_weights)
+def test_weights_add_up_along_a_line(lattice: Lattice, field: RiskField, k: float) -> None:
+    nx_, ny = lattice.shape
+    for graph in [GeometricGraph.complete(lattice, field, k) for _ in range(2)]:
+        matrix = rows(graph)
+        for a, step in itertools.product(range(lattice.n_points), [(1, 0), (0, 1), (1, 1), (-1, 1), (2, 1)]):
+            x, y = a % nx_ + 2 * step[0], a // nx_ + 2 * step[1]
+            if 0 <= x < nx_ and y < ny:
+                b, c = a + step[0] + step[1] * nx_, x + y * nx_
+                assert abs(matrix[a, b] + matrix[b, c] - matrix[a, c]) <= 1e-10 * (1.0 + k)
+        graph.weight_matrix()  # the second time, the rows are those of the dense matrix
+
+
+@fast
+@given(polygons(), fields(0, 2), st.floats(0.0, 5.0))
+def test_edges_that_cross_a_no_fly_polygon_are_not_there(
+    area: shapely.MultiPolygon, field: RiskField, k: float
+) -> None:
+    graph = GeometricGraph.complete(BOARD, field, k, no_fly=area)
+    at = where(graph)
+    starts, ends = (np.array(side) for side in zip(*itertools.product(at, at), strict=True))
+    expected = crosses(area, starts, ends).reshape(len(at), len(at))
+    assert (off_diagonal(np.isinf(rows(graph))) == off_diagonal(expected)).all()
+    matrix = graph.weight_matrix()
+    assert (off_diagonal(np.isinf(matrix)) == off_diagonal(expected)).all()
+    free = GeometricGraph.complete(BOARD, field, k)
+    kept = np.isfinite(matrix)
+    assert (matrix[kept] == free.weight_matrix()[kept]).all()
+
+
+def test_a_dense_edge_is_there_where_the_segment_itself_may_be_flown() -> None:
+    # Nodes 7, 24 and 41 of a lattice of 7 points are in line, but not as doubles; a corner lies on 24.
+    seven = Lattice(7, bounds=UNIT)
+    area = shapely.Polygon([(0.5, 0.5), (1 / 6, 0.5), (2 / 6, 5 / 6)])
+    check_crossings(seven, area)
+
+
+def check_crossings(lattice: Lattice, area: BaseGeometry) -> None:
+    """Compare rows and matrix with whole segments, by the exact test of `NoFlyArea`."""
+    graph = GeometricGraph.complete(lattice, no_fly=area)
+    expected = off_diagonal(NoFlyArea(area).crosses(lattice.points[:, None], lattice.points))
+    assert (off_diagonal(np.isinf(rows(graph))) == expected).all()
+    assert (off_diagonal(np.isinf(graph.weight_matrix())) == expected).all()
+
+
+@usual
+@given(st.sampled_from([3, 4, 6, 7]), st.lists(st.integers(0, 48), min_size=3, max_size=3, unique=True))
+def test_areas_with_corners_on_rounded_nodes_take_the_same_edges_away(n: int, corners: list[int]) -> None:
+    lattice = Lattice(n, bounds=UNIT)
+    area = shapely.Polygon(lattice.points[np.array(corners) % n**2])
+    assume(area.is_valid)
+    check_crossings(lattice, area)
+
+
+def test_rows_have_a_zero_diagonal_inside_an_area() -> None:
+    graph = GeometricGraph.complete(BOARD, no_fly=shapely.box(0.5, 0.5, 1.5, 1.5))
+    assert np.diag(rows(graph)).tolist() == [0.0] * graph.n_nodes
+
+
+def test_threads_weigh_like_one_thread() -> None:
+    side = math.isqrt(THREADED_FROM) + 1
+    graph = GeometricGraph.complete(Lattice(side, bounds=UNIT), THREATS, k=10.0, extra=[(0.123, 0.456)])
+    assert graph.n_nodes > THREADED_FROM
+    by_rows = rows(graph)
+    assert (graph.weight_matrix() == by_rows).all()
+
+
+@usual
+@given(lattices(unit=True), off_lattice_points(6))
+def test_extra_points_become_nodes_once(lattice: Lattice, extra: list[Point]) -> None:
+    graph = GeometricGraph.complete(lattice, extra=extra)
+    at = [tuple(point) for point in where(graph).tolist()]
+    for point in extra:
+        assert at.count(point) == 1
+    assert set(at[lattice.n_points :]) <= set(extra)
+    assert len(set(at)) == len(at)
+    np.testing.assert_allclose(at[: lattice.n_points], lattice.points, rtol=0.0, atol=1e-9)
+    off = {point for point in extra if lattice.index_of(point) is None}
+    assert off <= set(at[lattice.n_points :])
+
+
+def test_points_without_a_lattice_are_taken_as_they_are() -> None:
+    at = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]])
+    graph = GeometricGraph.complete(at, extra=[(2.0, 0.0)])
+    assert graph.weight_matrix()[0].tolist() == [0.0, 1.0, 1.0, 2.0]
+    assert graph.weight_matrix()[1, 2] == 0.0
+    assert graph.lattice is None
+    assert where(graph) is not at
+    assert GeometricGraph.complete(np.empty((0, 2))).weight_matrix().shape == (0, 0)
+
+
+@pytest.mark.parametrize("n", [2, 3, 7])
+def test_a_complete_graph_counts_its_edges(n: int) -> None:
+    graph = GeometricGraph.complete(Lattice(n, bounds=UNIT))
+    assert graph.n_edges == graph.n_pairs == n**2 * (n**2 - 1) // 2
+    fewer = GeometricGraph.complete(Lattice(n, bounds=UNIT), no_fly=shapely.box(0.1, 0.1, 0.9, 0.9))
+    assert fewer.n_edges < graph.n_edges
+    assert fewer.n_pairs == graph.n_pairs
+
+
+# The 8-connected graph
+
+
+@usual
+@given(lattices(unit=True), fields(0, 4), risk_weights, off_lattice_points())
+def test_eight_connected_edges_are_edges_of_the_complete_graph(
+    lattice: Lattice, field: RiskField, k: float, extra: list[Point]
+) -> None:
+    eight = GeometricGraph.eight_connected(lattice, field, k, extra=extra)
+    complete = GeometricGraph.complete(lattice, field, k, extra=extra)
+    matrix = eight.weight_matrix()
+    kept = np.isfinite(matrix)
+    assert (matrix == matrix.T).all()
+    assert (where(eight) == where(complete)).all()
+    assert (matrix[kept] == rows(complete)[kept]).all()
+    assert (rows(eight) == matrix).all()
+    assert (columns(eight) == matrix).all()
+
+
+@usual
+@given(lattices(unit=True))
+def test_eight_connected_joins_the_eight_neighbours(lattice: Lattice) -> None:
+    nx_, ny = lattice.shape
+    graph = GeometricGraph.eight_connected(lattice)
+    found = set(map(frozenset, np.argwhere(np.isfinite(graph.weight_matrix())).tolist()))
+    expected = eight_connected_edges(np.ones((ny, nx_), dtype=bool), both_free=False)
+    assert {edge for edge in found if len(edge) == 2} == expected
+    assert graph.n_edges == graph.n_pairs == len(expected)
+
+
+@fast
+@given(st.integers(0, 2**16 - 1), st.sampled_from(["touch", "both-free"]))
+@example(blocked=0b0000_0010_0100_0000, rule="touch")
+def test_corner_rules_are_those_of_a_grid_map(blocked: int, rule: CornerRule) -> None:
+    free = np.array([not blocked >> i & 1 for i in range(16)]).reshape(4, 4)
+    area = shapely.union_all([shapely.box(x, y, x + 1, y + 1) for y, x in np.argwhere(~free).tolist()])
+    cells = Lattice(4, bounds=(0, 0, 4, 4), kind="centre")
+    graph = GeometricGraph.eight_connected(cells, no_fly=area, corner_rule=rule)
+    found = {frozenset(pair) for pair in np.argwhere(np.isfinite(graph.weight_matrix())).tolist()}
+    expected = eight_connected_edges(free, both_free=rule == "both-free")
+    assert {edge for edge in found if len(edge) == 2} == expected
+
+
+@usual
+@given(lattices(unit=True), off_lattice_points(6))
+def test_extra_points_reach_the_corners_of_their_cell(lattice: Lattice, extra: list[Point]) -> None:
+    graph = GeometricGraph.eight_connected(lattice, extra=extra)
+    matrix, at, n = graph.weight_matrix(), where(graph), lattice.n_points
+    step = np.array(lattice.spacing)
+    for i in range(n, graph.n_nodes):
+        neighbours = np.nonzero(np.isfinite(matrix[i, :n]))[0]
+        assert len(neighbours) == 4
+        corners = at[neighbours]
+        assert (np.ptp(corners, axis=0) <= 1.001 * step).all()
+        nearest = np.abs(lattice.points - at[i]).max(axis=1).min()
+        # a point beyond the outermost nodes is joined to the nearest cell
+        assert np.abs(corners - at[i]).max(axis=1).min() <= nearest + 0.5 * step.max() + 1e-9
+        inside = ((at[i] >= lattice.points[0]) & (at[i] <= lattice.points[-1])).all()
+        if inside:
+            assert (corners.min(axis=0) <= at[i] + 1e-9).all()
+            assert (corners.max(axis=0) >= at[i] - 1e-9).all()
+    for i, j in itertools.combinations(range(n, graph.n_nodes), 2):
+        mates = set(np.nonzero(np.isfinite(matrix[i, :n]))[0]) == set(np.nonzero(np.isfinite(matrix[j, :n]))[0])
+        assert bool(np.isfinite(matrix[i, j])) == mates
+
+
+@usual
+@given(points, points, st.integers(2, 6), st.booleans())
+def test_start_and_goal_are_nodes(start: Point, goal: Point, n: int, eight: bool) -> None:
+    problem = Problem(start, goal)
+    on_graph = problem.on_eight_connected(n) if eight else problem.on_lattice(n)
+    at = where(on_graph.graph)
+    assert tuple(at[on_graph.graph.index_of(on_graph.source)]) == start
+    assert tuple(at[on_graph.graph.index_of(on_graph.target)]) == goal
+
+
+@pytest.mark.parametrize("eight", [False, True])
+def test_start_and_goal_near_one_lattice_point_are_nodes(eight: bool) -> None:
+    problem = Problem((0.5, 0.5), (0.5 + 1e-12, 0.5))
+    on_graph = problem.on_eight_connected(3) if eight else problem.on_lattice(3)
+    at = where(on_graph.graph)
+    assert tuple(at[on_graph.graph.index_of(on_graph.source)]) == problem.start
+    assert tuple(at[on_graph.graph.index_of(on_graph.target)]) == problem.goal
+
+
+# The user's own graph: networkx
+
+
+def lightest(graph: "nx.Graph[Hashable]", u: Hashable, v: Hashable) -> float:
+    """Find the weight from u to v by looking at every edge."""
+    found = [
+        data["weight"]
+        for a, b, data in graph.edges(data=True)
+        if (a, b) == (u, v) or (not graph.is_directed() and (b, a) == (u, v))
+    ]
+    return 0.0 if u == v else min(found, default=math.inf)
+
+
+@fast
+@given(networks())
+def test_a_networkx_graph_is_taken_over_edge_by_edge(graph: "nx.Graph[Hashable]") -> None:
+    before = nx.to_dict_of_dicts(graph.copy())
+    mine = GeometricGraph.from_networkx(graph)
+    assert list(mine.labels) == list(graph.nodes)
+    assert mine.directed == graph.is_directed()
+    assert mine.positions is None
+    expected = np.array([[lightest(graph, u, v) for v in graph] for u in graph])
+    assert (rows(mine) == expected).all()
+    assert (columns(mine) == expected).all()
+    assert (mine.weight_matrix() == expected).all()
+    assert (mine.weight_matrix_to() == expected.T).all()
+    pairs = int(np.isfinite(off_diagonal(expected)).sum())
+    assert mine.n_edges == (pairs if mine.directed else pairs // 2)
+    assert mine.n_pairs == 0
+    assert [mine.index_of(label) for label in graph] == list(range(len(graph)))
+    assert nx.to_dict_of_dicts(graph) == before
+
+
+@usual
+@given(networks(positioned=True))
+def test_networkx_round_trip(graph: "nx.Graph[Hashable]") -> None:
+    mine = GeometricGraph.from_networkx(graph)
+    back = mine.to_networkx()
+    assert type(back) is (nx.DiGraph if graph.is_directed() else nx.Graph)
+    assert list(back.nodes) == list(graph.nodes)
+    assert dict(back.nodes(data="pos")) == dict(graph.nodes(data="pos"))
+    again = GeometricGraph.from_networkx(back)
+    assert (again.weight_matrix() == mine.weight_matrix()).all()
+    assert (where(again) == where(mine)).all()
+    assert again.labels == mine.labels
+
+
+@usual
+@given(networks(positioned=True), fields(0, 3), risk_weights)
+def test_weight_none_weighs_the_edges_by_eq5(graph: "nx.Graph[Hashable]", field: RiskField, k: float) -> None:
+    mine = GeometricGraph.from_networkx(graph, weight=None, field=field, k=k)
+    complete = rows(GeometricGraph.complete([graph.nodes[v]["pos"] for v in graph], field, k))
+    joined = nx.to_numpy_array(graph, weight=None) > 0
+    expected = np.where(joined | np.eye(len(joined), dtype=bool), complete, np.inf)
+    assert (rows(mine) == expected).all()
+    assert mine.n_pairs == mine.n_edges
+
+
+def test_a_self_loop_changes_nothing() -> None:
+    graph = nx.Graph()
+    graph.add_weighted_edges_from([("a", "a", 5.0), ("a", "b", 1.0)])
+    assert GeometricGraph.from_networkx(graph).weight_matrix().tolist() == [[0.0, 1.0], [1.0, 0.0]]
+    bad = nx.Graph([("a", "a", {"weight": -1.0})])
+    assert GeometricGraph.from_networkx(bad).n_edges == 0
+
+
+def test_other_attribute_names_serve() -> None:
+    graph = nx.DiGraph()
+    graph.add_node("a", at=(0, 0))
+    graph.add_node("b", at=(3, 4))
+    graph.add_edge("a", "b", cost=np.float32(2))
+    mine = GeometricGraph.from_networkx(graph, weight="cost", pos="at")
+    assert mine.weights_from(0).tolist() == [0.0, 2.0]
+    assert where(mine).tolist() == [[0.0, 0.0], [3.0, 4.0]]
+
+
+def test_positions_are_taken_if_every_node_has_one() -> None:
+    graph = nx.path_graph(2)
+    graph.nodes[0]["pos"] = (0, 0)
+    nx.set_edge_attributes(graph, 1.0, "weight")
+    assert GeometricGraph.from_networkx(graph).positions is None
+
+
+def test_an_empty_networkx_graph_is_a_graph_without_nodes() -> None:
+    for empty in (nx.Graph(), nx.MultiDiGraph()):
+        for weight in ("weight", None):
+            graph = GeometricGraph.from_networkx(empty, weight=weight)
+            assert (graph.n_nodes, graph.n_edges) == (0, 0)
+            assert graph.to_networkx().number_of_nodes() == 0
+
+
+@pytest.mark.parametrize("weight", [-1.0, -math.inf, math.nan, "heavy", None, (1,), -1e-300])
+@pytest.mark.parametrize("kind", [nx.Graph, nx.MultiDiGraph])
+def test_a_bad_weight_of_networkx_is_named(weight: object, kind: type) -> None:
+    graph = kind()
+    graph.add_edge("here", ("there", 1), weight=weight)
+    with pytest.raises(GraphError, match=r"'here'.*\('there', 1\).*at least 0") as caught:
+        GeometricGraph.from_networkx(graph)
+    assert repr(weight) in str(caught.value)
+
+
+def test_what_a_networkx_graph_lacks_is_named() -> None:
+    graph = nx.path_graph(["a", "b"])
+    with pytest.raises(GraphError, match=r"'a' - 'b' has no attribute 'weight'.*weight=None"):
+        GeometricGraph.from_networkx(graph)
+    graph.nodes["a"]["pos"] = (0, 0)
+    with pytest.raises(GraphError, match="node 'b' has no attribute 'pos'"):
+        GeometricGraph.from_networkx(graph, weight=None)
+
+
+@pytest.mark.parametrize(
+    "spots",
+    [
+        [(0, 0), (math.nan, 0)],
+        [(0, 0), (0, 0, 1)],
+        [(0, 0), "ab"],
+    ],
+)
+def test_malformed_positions_of_networkx_are_refused(spots: list[object]) -> None:
+    graph = nx.path_graph(2)
+    nx.set_node_attributes(graph, dict(enumerate(spots)), "pos")
+    with pytest.raises((GraphError, ProblemError), match="position"):
+        GeometricGraph.from_networkx(graph, weight=None)
+
+
+# The user's own graph: matrices
+
+
+@fast
+@given(weight_matrices(elements=st.sampled_from([0.0, 0.0, 1.0, 2.5])))
+def test_a_dense_matrix_is_taken_over_entry_by_entry(weights: FloatArray) -> None:
+    given_weights = weights.copy()
+    np.fill_diagonal(given_weights, np.nan)  # the diagonal is ignored
+    before = given_weights.copy()
+    graph = GeometricGraph.from_matrix(given_weights)
+    assert (rows(graph) == weights).all()
+    assert (columns(graph) == weights).all()
+    assert (graph.weight_matrix_to() == weights.T).all()
+    assert graph.directed == (weights != weights.T).any()
+    np.testing.assert_array_equal(given_weights, before)
+    assert not np.shares_memory(given_weights, graph.weight_matrix())
+    pairs = int(np.isfinite(off_diagonal(weights)).sum())
+    assert graph.n_edges == (pairs if graph.directed else pairs // 2)
+
+
+@fast
+@given(weight_matrices(elements=st.sampled_from([0.0, 0.0, 1.0, 2.5])), st.sampled_from(["csr", "csc", "coo", "lil"]))
+def test_a_sparse_matrix_is_taken_over_with_its_zeros(weights: FloatArray, form: str) -> None:
+    kept = np.isfinite(weights)
+    tails, heads = np.nonzero(kept)
+    matrix = sparse.coo_array((weights[kept], (tails, heads)), shape=weights.shape)
+    if form != "lil":  # a list of lists does not store zeros
+        matrix = matrix.asformat(form)
+        graph = GeometricGraph.from_sparse(matrix)
+        assert (rows(graph) == weights).all()
+        assert (columns(graph) == weights).all()
+        assert matrix.nnz == kept.sum()
+    both = GeometricGraph.from_sparse(matrix, directed=False)
+    assert not both.directed
+    assert (rows(both) == np.minimum(weights, weights.T)).all()
+    assert (columns(both) == rows(both)).all()
+
+
+def test_duplicates_of_a_sparse_matrix_add_up() -> None:
+    entries = sparse.coo_array(([1.0, 2.0, 0.0, 0.0], ([0, 0, 1, 1], [1, 1, 0, 0])), shape=(2, 2))
+    graph = GeometricGraph.from_sparse(entries)
+    assert graph.weight_matrix().tolist() == [[0.0, 3.0], [0.0, 0.0]]
+    assert entries.nnz == 4
+
+
+def test_duplicates_of_a_csr_matrix_add_up() -> None:
+    entries = sparse.csr_array((np.array([1.0, 2.0]), np.array([1, 1]), np.array([0, 2, 2])), shape=(2, 2))
+    assert GeometricGraph.from_sparse(entries).weights_from(0).tolist() == entries.toarray()[0].tolist()
+
+
+def test_infinity_and_diagonal_of_a_sparse_matrix_are_no_edges() -> None:
+    entries = sparse.coo_array(([math.inf, -7.0, math.nan, 2.0], ([0, 0, 1, 1], [1, 0, 1, 0])), shape=(2, 2))
+    graph = GeometricGraph.from_sparse(entries)
+    assert graph.weight_matrix().tolist() == [[0.0, math.inf], [2.0, 0.0]]
+    assert graph.n_edges == 1
+
+
+@usual
+@given(weight_matrices(elements=st.sampled_from([0.0, 1.0, 3.0])), st.integers(0, 8))
+def test_zero_weights_survive_csgraph_and_scipy_agrees(weights: FloatArray, source: int) -> None:
+    source %= len(weights)
+    graph = GeometricGraph.from_matrix(weights)
+    found = csgraph.dijkstra(graph.to_csgraph(), indices=source)
+    assert (found == least_costs(np.ascontiguousarray(weights.T), source)).all()
+    assert graph.to_csgraph().nnz == np.isfinite(off_diagonal(weights)).sum()
+    again = GeometricGraph.from_sparse(graph.to_csgraph(), directed=graph.directed)
+    assert (again.weight_matrix() == weights).all()
+    assert again.n_edges == graph.n_edges
+
+
+def test_scipy_loses_zeros_of_a_dense_matrix() -> None:
+    # The trap that `to_csgraph` is there to avoid.
+    weights = np.array([[0.0, 0.0], [np.inf, 0.0]])
+    assert csgraph.dijkstra(weights, indices=0).tolist() == [0.0, math.inf]
+    assert csgraph.dijkstra(GeometricGraph.from_matrix(weights).to_csgraph(), indices=0).tolist() == [0.0, 0.0]
+
+
+@usual
+@given(weight_matrices(elements=st.sampled_from([0.0, 1.0, 3.0])))
+def test_matrix_to_networkx_round_trip(weights: FloatArray) -> None:
+    graph = GeometricGraph.from_matrix(weights, labels=[f"n{i}" for i in range(len(weights))])
+    again = GeometricGraph.from_networkx(graph.to_networkx())
+    assert (again.weight_matrix() == weights).all()
+    assert tuple(again.labels) == graph.labels
+    assert again.directed == graph.directed
+
+
+def test_csgraph_is_a_copy() -> None:
+    for graph in (
+        GeometricGraph.eight_connected(Lattice(3, bounds=UNIT)),
+        GeometricGraph.complete(Lattice(3, bounds=UNIT)),
+    ):
+        before = graph.weight_matrix().copy()
+        matrix = graph.to_csgraph()
+        matrix.data[:] = -1.0
+        assert (graph.weight_matrix() == before).all()
+
+
+@pytest.mark.parametrize("weight", [-1.0, math.nan, -math.inf, -1e-300])
+def test_a_bad_weight_of_a_matrix_is_named(weight: float) -> None:
+    dense = np.array([[0.0, 1.0], [weight, 0.0]])
+    with pytest.raises(GraphError, match=r"'b' - 'a' has weight .*at least 0"):
+        GeometricGraph.from_matrix(dense, labels="ab")
+    with pytest.raises(GraphError, match=r"1 - 0 has weight .*at least 0"):
+        GeometricGraph.from_sparse(sparse.coo_array(dense))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: GeometricGraph.from_matrix(np.zeros((2, 3))), r"\(2, 3\)"),
+        (lambda: GeometricGraph.from_matrix(np.zeros(4)), r"\(4,\)"),
+        (lambda: GeometricGraph.from_matrix(None), "weight matrix"),
+        (lambda: GeometricGraph.from_sparse(sparse.csr_array((2, 3))), r"\(2, 3\)"),
+        (lambda: GeometricGraph.from_sparse(sparse.coo_array(np.ones(4))), r"\(4,\)"),
+        (lambda: GeometricGraph.from_matrix(np.zeros((2, 2)), labels="a"), "1 labels, 1 of them different"),
+        (lambda: GeometricGraph.from_matrix(np.zeros((2, 2)), labels="aa"), "2 labels, 1 of them different"),
+        (lambda: GeometricGraph.from_matrix(np.zeros((2, 2)), positions=[(0, 0)]), r"\(1, 2\) for 2 nodes"),
+        (lambda: GeometricGraph((0, 1)).weights_from(0), "neither weights nor a cost model"),
+        (lambda: GeometricGraph.from_matrix([[0, 1], [2]]), "matrix"),
+        (lambda: GeometricGraph.from_matrix("ab"), "matrix"),
+        (lambda: GeometricGraph.from_sparse(None), "matrix"),
+        (lambda: GeometricGraph.from_matrix(np.zeros((2, 2)), labels=[[1], [2]]), "label"),
+    ],
+)
+def test_malformed_graphs_are_refused(make: Callable[[], object], words: str) -> None:
+    with pytest.raises(GraphError, match=words):
+        make()
+
+
+# Malformed geometric graphs
+
+TINY = Lattice(2, bounds=UNIT)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: GeometricGraph.complete([1.0, 2.0]), r"points have shape \(2,\)"),
+        (lambda: GeometricGraph.complete([[1.0, math.nan]]), "points holds"),
+        (lambda: GeometricGraph.complete(np.zeros((2, 3, 2))), r"points have shape \(2, 3, 2\)"),
+        (lambda: GeometricGraph.complete(TINY, k=-1.0), "k is -1"),
+        (lambda: GeometricGraph.complete(TINY, k=math.nan), "k is nan"),
+        (lambda: GeometricGraph.complete(TINY, "risk"), "field is 'risk'"),  # type: ignore[arg-type]
+        (lambda: GeometricGraph.complete(TINY, no_fly=shapely.Point(0, 0)), "Point"),
+        (lambda: GeometricGraph.eight_connected(TINY, corner_rule="round"), "round.*touch or both-free"),  # type: ignore[arg-type]
+        (lambda: GeometricGraph.complete(TINY, extra=[(math.nan, 0.0)]), "extra"),
+        (lambda: GeometricGraph.complete(TINY, extra=[(0.0, math.inf)]), "extra"),
+        (lambda: GeometricGraph.complete(TINY, extra=[(0.0, 0.5, 1.0)]), "extra"),  # type: ignore[list-item]
+        (lambda: GeometricGraph.complete(TINY, extra=["ab"]), "extra"),  # type: ignore[list-item]
+        (lambda: GeometricGraph.eight_connected(TINY, extra=[(math.nan, 0.5)]), "extra"),
+        (lambda: GeometricGraph.eight_connected(np.zeros((4, 2))), "lattice"),  # type: ignore[arg-type]
+        (lambda: GeometricGraph.complete(TINY, []), "field is"),  # type: ignore[arg-type]
+        (lambda: GeometricGraph.complete(TINY, 0), "field is"),  # type: ignore[arg-type]
+    ],
+)
+def test_malformed_geometric_graphs_are_refused(make: Callable[[], object], words: str) -> None:
+    with pytest.raises(ProblemError, match=words):
+        make()
+
+
+def test_extra_points_may_be_an_array() -> None:
+    extra = np.array([[0.1, 0.2], [0.3, 0.4]])
+    graph = GeometricGraph.complete(TINY, extra=extra)  # type: ignore[arg-type]
+    assert where(graph)[4:].tolist() == extra.tolist()
+
+
+def test_starts_and_ends_of_different_number_are_refused() -> None:
+    with pytest.raises(ProblemError, match="ends"):
+        CostModel().weights(np.zeros((3, 2)), np.ones((2, 2)))
+
+
+def test_ends_that_are_no_lists_of_points_are_refused() -> None:
+    with pytest.raises(ProblemError, match="starts"):
+        CostModel().weights((0.0, 0.0), (1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    "graph",
+    [
+        GeometricGraph.from_matrix(np.ones((4, 4))),
+        GeometricGraph.eight_connected(TINY),
+        GeometricGraph.complete(TINY),
+    ],
+)
+def test_an_index_beyond_the_nodes_is_refused(graph: GeometricGraph) -> None:
+    with pytest.raises(IndexError):
+        graph.weights_from(graph.n_nodes)
+
+
+@pytest.mark.parametrize("node", [4, -1, "a", None, (0,), [0], {}, 0.5])
+def test_a_node_that_is_not_there_is_named(node: Hashable) -> None:
+    with pytest.raises(NodeNotFoundError, match="4 nodes: 0, 1, 2") as caught:
+        GeometricGraph.complete(TINY).index_of(node)
+    assert repr(node) in str(caught.value)
+    assert isinstance(caught.value, KeyError)
+
+
+# Immutability
+
+
+def test_nothing_passed_in_is_changed() -> None:
+    at = np.random.default_rng(0).random((5, 2))
+    area = shapely.box(0.4, 0.4, 0.6, 0.6)
+    entries = sparse.csr_array(np.array([[0.0, 1.0], [2.0, 0.0]]))
+    before = at.copy(), area.wkb, entries.toarray()
+    at.flags.writeable = False
+    extra = [(0.1, 0.2)]
+    for graph in (
+        GeometricGraph.complete(at, THREATS, 10.0, no_fly=area, extra=extra),
+        GeometricGraph.eight_connected(TINY, THREATS, 10.0, no_fly=area, extra=extra),
+    ):
+        graph.weight_matrix()
+        graph.to_networkx()
+        assert not where(graph).flags.writeable
+    graph = GeometricGraph.from_sparse(entries, positions=at[:2])
+    graph.to_csgraph()
+    assert not np.shares_memory(where(graph), at)
+    assert (at == before[0]).all()
+    assert area.wkb == before[1]
+    assert (entries.toarray() == before[2]).all()
+    assert extra == [(0.1, 0.2)]
+    assert (TINY.points == Lattice(2, bounds=UNIT).points).all()
+
+
+@pytest.mark.parametrize(
+    "graph",
+    [
+        GeometricGraph.complete(TINY),
+        GeometricGraph.from_matrix([[0.0, 1.0], [2.0, 0.0]]),
+        GeometricGraph.eight_connected(TINY),
+    ],
+)
+def test_the_dense_matrix_is_kept_and_read_only(graph: GeometricGraph) -> None:
+    assert not graph.weight_matrix().flags.writeable
+    assert graph.weight_matrix() is graph.weight_matrix()
+
+
+@slow
+@given(polygons(), st.booleans())
+def test_a_path_never_crosses_an_area_that_it_may_not(area: BaseGeometry, eight: bool) -> None:
+    make = GeometricGraph.eight_connected if eight else GeometricGraph.complete
+    graph = make(BOARD, no_fly=area)
+    found, before = csgraph.dijkstra(graph.to_csgraph(), indices=0, return_predecessors=True)
+    at = where(graph)
+    for node in np.nonzero(np.isfinite(found))[0].tolist():
+        if before[node] >= 0:
+            assert not crosses(area, at[[before[node]]], at[[node]])[0]
+
+
+def test_references_keep_zeros() -> None:
+    assert stored(np.array([[0.0, 0.0], [np.inf, 0.0]])).nnz == 1

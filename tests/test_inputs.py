@@ -1,0 +1,335 @@
+"""What a user may name on the command line: names, TOML, GeoJSON, grid maps and their rows."""
+
+import json
+import math
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.sparse import csgraph
+
+from cgla_graph.errors import ScenarioError
+from cgla_graph.graph import GeometricGraph
+from cgla_graph.inputs import MOST_CELLS, open_scenarios
+from cgla_graph.lattice import Lattice
+from cgla_graph.movingai import map_beside, read_map, read_scenario_rows
+from cgla_graph.scenario import Scenario, shipped
+from cgla_graph.solvers.bridge import solve
+
+DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+GRIDS = DATA / "movingai"
+needs_grids = pytest.mark.skipif(not GRIDS.is_dir(), reason=f"no grid maps in {GRIDS}")
+needs_areas = pytest.mark.skipif(not (DATA / "airspace").is_dir(), reason=f"no areas in {DATA / 'airspace'}")
+SCENS = sorted(GRIDS.glob("*.scen"))
+BASE = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 1.0\n"
+OPEN = "type octile\nheight 3\nwidth 4\nmap\n....\n.@@.\n....\n"
+SQUARE = shapely.box(24.0, 60.0, 25.0, 60.5)
+
+
+def only(spec: object, **ends: tuple[float, float]) -> Scenario:
+    (scenario,) = open_scenarios(str(spec), **ends)
+    return scenario
+
+
+def message_of(spec: object, **ends: tuple[float, float]) -> str:
+    with pytest.raises(ScenarioError) as caught:
+        list(open_scenarios(str(spec), **ends))
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
+
+
+def written(folder: Path, name: str, text: str) -> Path:
+    file = folder / name
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+@pytest.fixture
+def scen(tmp_path: Path) -> Path:
+    """Write a map of 4 x 3 cells, and a scenario file of three rows."""
+    written(tmp_path, "tiny.map", OPEN)
+    lines = [f"0 tiny.map 4 3 {row}\n" for row in ("0 0 2 2 4", "0 0 3 0 3", "0 1 3 1 5.0")]
+    return written(tmp_path, "tiny.map.scen", "version 1\n" + "".join(lines))
+
+
+def test_a_shipped_name() -> None:
+    assert [only(name).name for name in shipped()] == shipped()
+
+
+def test_a_scenario_file(tmp_path: Path) -> None:
+    scenario = only(written(tmp_path, "mine.toml", BASE))
+    assert (scenario.name, scenario.problem.k) == ("mine", 1.0)
+
+
+def test_another_start_and_goal(tmp_path: Path) -> None:
+    file = written(tmp_path, "mine.toml", BASE)
+    problem = only(file, start=(0.25, 0.5), goal=(1.0, 1.0)).problem
+    assert (problem.start, problem.goal) == ((0.25, 0.5), (1.0, 1.0))
+    assert (only(file, goal=(0.5, 0.5)).problem.start, only(file).problem.goal) == ((0.1, 0.1), (0.9, 0.9))
+
+
+def test_another_start_in_degrees() -> None:
+    scenario = only("finland", start=(25.5, 60.1))
+    assert scenario.projection is not None
+    np.testing.assert_allclose(scenario.projection.inverse(scenario.problem.start), (25.5, 60.1), atol=1e-9)
+    assert scenario.problem.goal == only("finland").problem.goal
+
+
+@pytest.mark.parametrize("ends", [{"start": (2.0, 0.0)}, {"goal": (math.nan, 0.0)}, {"goal": (0.0, math.inf)}], ids=str)
+def test_ends_that_are_not_allowed(ends: dict[str, tuple[float, float]]) -> None:
+    message = message_of("paper", **ends)
+    assert message.startswith("paper: ")
+    assert next(iter(ends)) in message
+
+
+@pytest.mark.parametrize("start", [(500.0, 0.0), (math.nan, 60.0)])
+def test_ends_in_degrees_that_are_not_allowed(start: tuple[float, float]) -> None:
+    message = message_of("finland", start=start)
+    assert "finland" in message
+    assert "start" in message
+
+
+# GeoJSON
+
+
+def test_areas_are_crossed_from_corner_to_corner(tmp_path: Path) -> None:
+    file = written(tmp_path, "areas.geojson", shapely.to_geojson(SQUARE))
+    scenario = only(file)
+    assert (scenario.name, scenario.y_down, scenario.problem.k) == ("areas", False, 0.0)
+    assert scenario.projection is not None
+    back = scenario.projection.inverse([scenario.problem.start, scenario.problem.goal])
+    np.testing.assert_allclose(back, [(23.95, 59.975), (25.05, 60.525)], atol=1e-9)
+    assert scenario.problem.no_fly is not None
+    assert scenario.problem.no_fly.contains(shapely.Point(scenario.projection.forward((24.5, 60.25))))
+    columns, rows = scenario.lattice.shape
+    assert 700 <= columns * rows <= 1100
+    dx, dy = scenario.lattice.spacing
+    assert dx == pytest.approx(dy, rel=0.1)
+
+
+def test_areas_with_ends_of_the_users_own(tmp_path: Path) -> None:
+    file = written(tmp_path, "areas.json", shapely.to_geojson(SQUARE))
+    scenario = only(file, start=(22.0, 60.2), goal=(26.0, 60.7))
+    assert scenario.projection is not None
+    back = scenario.projection.inverse([scenario.problem.start, scenario.problem.goal])
+    np.testing.assert_allclose(back, [(22.0, 60.2), (26.0, 60.7)], atol=1e-9)
+
+
+def test_an_end_inside_an_area(tmp_path: Path) -> None:
+    file = written(tmp_path, "areas.geojson", shapely.to_geojson(SQUARE))
+    message = message_of(file, start=(24.5, 60.25))
+    assert message.startswith(f"{file}: start")
+    assert "no-fly" in message
+
+
+@given(
+    west=st.floats(-170.0, 165.0),
+    south=st.floats(-80.0, 75.0),
+    width=st.floats(0.01, 5.0),
+    height=st.floats(0.01, 5.0),
+)
+def test_areas_anywhere_have_their_ends_inside_the_bounds(
+    tmp_path_factory: pytest.TempPathFactory, west: float, south: float, width: float, height: float
+) -> None:
+    area = shapely.box(west, south, west + width, south + height)
+    file = written(tmp_path_factory.mktemp("areas"), "areas.geojson", shapely.to_geojson(area))
+    problem = only(file).problem
+    assert problem.no_fly is not None
+    assert problem.no_fly.is_valid or all(part.is_valid for part in problem.no_fly.geoms)  # type: ignore[attr-defined]
+    assert shapely.box(*problem.bounds).covers(problem.no_fly)
+    assert problem.start[0] < problem.goal[0]
+    assert problem.start[1] < problem.goal[1]
+
+
+def test_areas_on_both_sides_of_the_antimeridian(tmp_path: Path) -> None:
+    areas = shapely.MultiPolygon([shapely.box(179.5, -17.0, 180.0, -16.0), shapely.box(-180.0, -17.0, -179.5, -16.0)])
+    problem = only(written(tmp_path, "areas.geojson", shapely.to_geojson(areas))).problem
+    assert problem.bounds[2] - problem.bounds[0] < 200e3
+
+
+def test_a_ring_that_crosses_itself(tmp_path: Path) -> None:
+    ring = [[24, 60], [25, 61], [25, 60], [24, 61], [24, 60]]
+    file = written(tmp_path, "areas.geojson", json.dumps({"type": "Polygon", "coordinates": [ring]}))
+    message = message_of(file)
+    assert str(file) in message
+    assert "24.5 60.5" in message
+
+
+@needs_areas
+@pytest.mark.parametrize("name", ["finland_controlled", "finland_restricted"])
+def test_real_areas_can_be_crossed(name: str) -> None:
+    scenario = only(DATA / "airspace" / f"{name}.geojson")
+    answer = solve(scenario.problem, "cgla", resolution=scenario.lattice)
+    assert answer.status.label == "optimal"
+    assert scenario.problem.evaluate(answer.path).feasible
+
+
+# Grid maps
+
+
+def test_a_map_alone(tmp_path: Path) -> None:
+    scenario = only(written(tmp_path, "tiny.map", OPEN))
+    assert (scenario.name, scenario.y_down) == ("tiny", True)
+    assert scenario.problem.bounds == (0.0, 0.0, 4.0, 3.0)
+    assert scenario.lattice == Lattice((4, 3), bounds=(0, 0, 4, 3), kind="centre")
+    assert solve(scenario.problem, "cgla", resolution=scenario.lattice).status.is_path
+
+
+def test_a_map_with_ends_of_the_users_own(tmp_path: Path) -> None:
+    file = written(tmp_path, "tiny.map", OPEN)
+    problem = only(file, start=(0.25, 0.75)).problem
+    assert problem.start == (0.25, 0.75)
+    assert problem.goal == only(file).problem.goal
+    assert "no-fly" in message_of(file, goal=(1.5, 1.5))
+    assert "bounds" in message_of(file, goal=(1.5, 7.5))
+
+
+def test_rows_of_a_map(scen: Path) -> None:
+    names = ["tiny:0", "tiny:1", "tiny:2"]
+    assert [one.name for one in open_scenarios(str(scen))] == names
+    assert [one.name for one in open_scenarios(f"{scen}:0-2")] == names
+    assert [one.name for one in open_scenarios(f"{scen}:1-2")] == names[1:]
+    assert [one.name for one in open_scenarios(f"{scen}:1-1")] == names[1:2]
+    assert only(f"{scen}:2").problem.start == (0.5, 1.5)
+    assert "row 2 of tiny.map.scen" in only(f"{scen}:2").title
+
+
+@pytest.mark.parametrize("row", [0, 1, 2])
+def test_rows_have_their_published_length(scen: Path, row: int) -> None:
+    scenario = only(f"{scen}:{row}")
+    answer = solve(scenario.problem, "eight-direction", **scenario.settings["eight-direction"])
+    assert answer.status.label == "optimal"
+    # no step cuts a corner of the wall
+    assert answer.cost == pytest.approx([4.0, 3.0, 5.0][row])
+    assert f"{[4, 3, 5][row]}" in scenario.title
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        (":3", "no row 3; it has rows 0 to 2"),
+        (":0-3", "no row 3; it has rows 0 to 2"),
+        (":0-99999999999999999999", "no row 99999999999999999999"),
+        (":2-1", "the last row 1 is before the first 2; write FIRST-LAST"),
+    ],
+)
+def test_rows_out_of_range(scen: Path, rows: str, words: str) -> None:
+    message = message_of(f"{scen}{rows}")
+    assert words in message
+    assert str(scen) in message
+
+
+@pytest.mark.parametrize("rows", [":", ":-1", ":a", ":1-", ":0,2", ": 0", ":0:1", ":1.5"])
+def test_rows_that_are_none(scen: Path, rows: str) -> None:
+    assert "FIRST-LAST" in message_of(f"{scen}{rows}")
+
+
+def test_a_row_with_thousands_of_digits(scen: Path) -> None:
+    assert "no row" in message_of(f"{scen}:{'9' * 5000}")
+
+
+@pytest.mark.parametrize("name", ["mine.toml", "areas.geojson", "tiny.map"])
+def test_only_a_scen_file_has_rows(tmp_path: Path, name: str) -> None:
+    assert "only a .scen file has rows" in message_of(f"{tmp_path / name}:1")
+
+
+def test_a_scen_file_without_its_map(scen: Path) -> None:
+    (scen.parent / "tiny.map").unlink()
+    message = message_of(f"{scen}:0")
+    assert "tiny.map" in message
+    assert "same folder" in message
+
+
+def test_a_truncated_map(tmp_path: Path) -> None:
+    for cut in (1, 5, 9, 15, 25, 35, 45):
+        message = message_of(written(tmp_path, f"cut{cut}.map", OPEN[:-cut]) if cut > 1 else tmp_path / "none.map")
+        assert "none.map" in message or "line" in message
+
+
+def test_a_row_on_a_blocked_cell(tmp_path: Path) -> None:
+    written(tmp_path, "tiny.map", OPEN)
+    file = written(tmp_path, "tiny.map.scen", "version 1\n0\ttiny.map\t4\t3\t1\t1\t0\t0\t1.5\n")
+    assert "row 0 (column 1, row 1) is blocked" in message_of(file)
+
+
+def test_another_end_on_a_row(scen: Path) -> None:
+    scenario = only(f"{scen}:0", start=(3.5, 2.5))
+    assert scenario.problem.start == (3.5, 2.5)
+    assert scenario.problem.goal == only(f"{scen}:0").problem.goal
+
+
+def test_a_map_that_was_written_anew(tmp_path: Path) -> None:
+    assert only(written(tmp_path, "tiny.map", OPEN)).problem.bounds == (0.0, 0.0, 4.0, 3.0)
+    anew = "type octile\nheight 2\nwidth 5\nmap\n.....\n.....\n"
+    assert only(written(tmp_path, "tiny.map", anew)).problem.bounds == (0.0, 0.0, 5.0, 2.0)
+
+
+def test_a_large_map_gets_a_smaller_lattice(tmp_path: Path) -> None:
+    side = math.isqrt(MOST_CELLS) + 1
+    file = written(tmp_path, "wide.map", f"type octile\nheight {side}\nwidth {side}\nmap\n" + f"{'.' * side}\n" * side)
+    scenario = only(file)
+    assert scenario.lattice.shape == (50, 50)
+    assert scenario.settings["eight-direction"]["resolution"].shape == (side, side)
+
+
+@pytest.mark.parametrize(("height", "width"), [(1, 4), (4, 1)])
+def test_a_map_of_one_row(tmp_path: Path, height: int, width: int) -> None:
+    text = f"type octile\nheight {height}\nwidth {width}\nmap\n" + f"{'.' * width}\n" * height
+    scenario = only(written(tmp_path, "line.map", text))
+    answer = solve(scenario.problem, "eight-direction", **scenario.settings["eight-direction"])
+    assert answer.cost == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("ending", ["toml", "geojson", "json", "map", "scen"])
+def test_files_that_cannot_be_read(tmp_path: Path, ending: str) -> None:
+    (tmp_path / f"folder.{ending}").mkdir()
+    (tmp_path / f"junk.{ending}").write_bytes(bytes(range(256)) * 4)
+    (tmp_path / f"null.{ending}").write_bytes(bytes(64))
+    (tmp_path / f"empty.{ending}").touch()
+    for name in ("folder", "junk", "null", "empty", "missing"):
+        file = tmp_path / f"{name}.{ending}"
+        assert str(file) in message_of(file)
+
+
+# The published lengths
+
+
+@needs_grids
+@pytest.mark.parametrize("file", SCENS, ids=lambda file: file.name.partition(".")[0])
+def test_every_published_length(file: Path) -> None:
+    """Eight directions with the corner rule reach the published optimum of every row."""
+    rows = read_scenario_rows(file)
+    grid = read_map(map_beside(file, rows[0]))
+    height, width = grid.blocked.shape
+    lattice = Lattice((width, height), bounds=grid.bounds, kind="centre")
+    graph = GeometricGraph.eight_connected(lattice, no_fly=grid.no_fly(), corner_rule="both-free")
+    cells = {row.index: [column + line * width for column, line in (row.start, row.goal)] for row in rows}
+    assert lattice.points[cells[0][0]].tolist() == list(grid.centre(*rows[0].start))
+    by_end = defaultdict(list)
+    for row in rows:
+        by_end[cells[row.index][1]].append(row)
+    matrix = graph.to_csgraph()
+    found = {}
+    for goal, group in by_end.items():
+        # no farther than the published lengths: the greatest part of the time
+        limit = max(row.optimal_length for row in group) * 1.001 + 0.001
+        costs = csgraph.dijkstra(matrix, indices=goal, limit=limit)
+        found |= {row.index: costs[cells[row.index][0]] for row in group}
+    published = [row.optimal_length for row in rows]
+    np.testing.assert_allclose([found[row.index] for row in rows], published, rtol=1e-4, atol=1e-6)
+
+
+@needs_grids
+@pytest.mark.parametrize("file", SCENS, ids=lambda file: file.name.partition(".")[0])
+def test_published_lengths_from_file_to_solver(file: Path) -> None:
+    rows = read_scenario_rows(file)
+    for index in range(0, len(rows), 50):
+        scenario = only(f"{file}:{index}")
+        answer = solve(scenario.problem, "eight-direction", **scenario.settings["eight-direction"])
+        expected = pytest.approx(rows[index].optimal_length, rel=1e-4, abs=1e-6)
+        assert (answer.status.is_path, answer.cost) == (True, expected)

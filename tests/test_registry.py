@@ -1,0 +1,207 @@
+"""The table of solvers: names, settings, what is missing, and plug-ins."""
+
+import dataclasses
+import importlib.util
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib.machinery import ModuleSpec
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any, get_args
+
+import pytest
+
+from cgla_graph.errors import SolverSettingError, SolverUnavailableError, UnknownSolverError
+from cgla_graph.solvers import registry
+from cgla_graph.solvers.base import Traits
+
+PlugIns = Callable[..., None]
+
+
+@pytest.fixture
+def plug_ins(monkeypatch: pytest.MonkeyPatch) -> PlugIns:
+    """Install entry points, given as ``name="module:attribute"``."""
+
+    def install(**values: str) -> None:
+        points = [EntryPoint(name, value, registry.ENTRY_POINT_GROUP) for name, value in values.items()]
+        monkeypatch.setattr(registry, "entry_points", lambda **_: points)
+
+    return install
+
+
+@pytest.fixture
+def no_ompl(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make OMPL look like a package that is not installed."""
+
+    def find(name: str, package: str | None = None) -> ModuleSpec | None:
+        return None if name.partition(".")[0] == "ompl" else importlib.util.find_spec(name, package)
+
+    monkeypatch.setattr(registry, "find_spec", find)
+
+
+def test_the_names_of_the_issue_are_there() -> None:
+    assert {"cgla", "dijkstra", "eight-direction", "straight-line", "rrt-star", "prm-star"} <= set(
+        registry.names(installed=False)
+    )
+
+
+@pytest.mark.parametrize("name", registry.names(installed=False))
+def test_every_row_leads_to_a_solver_of_that_name(name: str) -> None:
+    kind, traits = registry.solver_class(name), registry.traits(name)
+    assert traits.name == name
+    assert traits.domain in get_args(Traits.__annotations__["domain"])
+    assert traits.summary
+    assert "\n" not in traits.summary
+    assert dataclasses.is_dataclass(kind)
+    assert ("seed" in registry.setting_names(kind)) == traits.seeded
+
+
+@pytest.mark.parametrize("name", registry.names())
+def test_solvers_are_frozen_and_equal_by_their_settings(name: str) -> None:
+    solver = registry.get(name)
+    assert solver == registry.get(name)
+    assert hash(solver) == hash(registry.get(name))
+    setting: Any = next(iter(registry.setting_names(type(solver))), "seed")
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        setattr(solver, setting, 1)
+
+
+@pytest.mark.parametrize(
+    ("name", "near"), [("cgl", "cgla"), ("djikstra", "dijkstra"), ("rrtstar", "rrt-star"), ("eightdirection", "eight")]
+)
+def test_unknown_solver_offers_the_nearest(name: str, near: str) -> None:
+    for ask in (registry.solver_class, registry.traits, registry.missing, registry.get):
+        with pytest.raises(UnknownSolverError, match=near) as caught:
+            ask(name)
+        assert repr(name) in str(caught.value)
+        assert isinstance(caught.value, KeyError)
+
+
+def test_a_name_like_no_other_gets_the_whole_list() -> None:
+    with pytest.raises(UnknownSolverError) as caught:
+        registry.get("\N{SNOWMAN}")
+    assert all(name in str(caught.value) for name in registry.names(installed=False))
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "words"),
+    [
+        ("cgla", {"scheduel": "sweeps"}, "scheduel"),
+        ("dijkstra", {"anything": 1}, "none"),
+        ("cgla", {"schedule": "bogus"}, "label-setting"),
+        ("cgla", {"traits": None}, "traits"),
+    ],
+)
+def test_wrong_settings(name: str, settings: dict[str, Any], words: str) -> None:
+    with pytest.raises(SolverSettingError, match=words) as caught:
+        registry.get(name, **settings)
+    assert str(caught.value).startswith(name)
+
+
+@pytest.mark.parametrize("value", ["nan", "x", None, [1], 1j])
+def test_a_factor_that_is_no_number(value: object) -> None:
+    pytest.importorskip("ompl")
+    with pytest.raises(SolverSettingError, match="rewire_factor"):
+        registry.get("rrt-star", rewire_factor=value)
+
+
+@pytest.mark.parametrize("value", ["false", "maybe", 5, None])
+def test_a_switch_that_is_no_truth_value(value: object) -> None:
+    with pytest.raises(SolverSettingError, match="early_stop"):
+        registry.get("cgla", early_stop=value)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"resolution": 0}, {"resolution": 1}, {"resolution": "x"}, {"resolution": (3, 1)}, {"corner_rule": "bogus"}],
+    ids=str,
+)
+def test_eight_direction_checks_its_settings(settings: dict[str, Any]) -> None:
+    with pytest.raises(SolverSettingError, match=next(iter(settings))):
+        registry.get("eight-direction", **settings)
+
+
+@pytest.mark.parametrize("seed", [2**32, 2**64, 10**30])
+def test_a_seed_that_is_too_large(seed: int) -> None:
+    pytest.importorskip("ompl")
+    with pytest.raises(SolverSettingError, match="seed"):
+        registry.get("rrt-star", seed=seed)
+
+
+@pytest.mark.usefixtures("no_ompl")
+def test_without_ompl_its_solvers_are_named_with_the_reason() -> None:
+    gone = set(registry.names(installed=False)) - set(registry.names())
+    assert gone == {"rrt-star", "prm-star"}
+    for name in gone:
+        assert "ompl" in str(registry.missing(name))
+        assert "pip install ompl" in str(registry.missing(name))
+        with pytest.raises(SolverUnavailableError, match=rf"{name}.*ompl") as caught:
+            registry.get(name)
+        assert isinstance(caught.value, ImportError)
+    assert registry.missing("cgla") is None
+
+
+BLOCKED = """
+import json, sys
+
+class Block:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] == "ompl":
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Block())
+sys.modules.pop("ompl", None)
+import importlib.util
+found = importlib.util.find_spec
+importlib.util.find_spec = lambda name, package=None: None if name == "ompl" else found(name, package)
+from cgla_graph.comparisons.cli import main
+sys.argv = ["cgla", "compare", "one-threat", "--resolution", "4", "--seeds", "2", "--json"]
+main()
+"""
+
+
+def test_a_process_without_ompl_runs_everything_else(tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, "-c", BLOCKED], capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    rows = json.loads(done.stdout)["rows"]
+    states = {row["solver"]: row["status"] for row in rows}
+    assert states.pop("rrt-star") == states.pop("prm-star") == "unavailable"
+    assert set(states.values()) <= {"optimal", "found"}
+    assert len(states) >= 5
+    assert all("ompl" in row["message"] for row in rows if row["status"] == "unavailable")
+
+
+def test_a_plug_in_is_a_solver_like_any_other(plug_ins: PlugIns) -> None:
+    plug_ins(mine="cgla_graph.solvers.dijkstra:Dijkstra")
+    assert registry.names()[-1] == "mine"
+    assert registry.get("mine") == registry.get("dijkstra")
+
+
+def test_a_built_in_wins_over_a_plug_in(plug_ins: PlugIns) -> None:
+    plug_ins(cgla="cgla_graph.solvers.dijkstra:Dijkstra")
+    assert registry.traits("cgla").name == "cgla"
+    assert registry.names().count("cgla") == 1
+
+
+def test_a_plug_in_that_cannot_be_imported_is_missing(plug_ins: PlugIns) -> None:
+    plug_ins(broken="no_such_module_of_anyone:Solver")
+    assert "broken" not in registry.names()
+    assert "broken" in registry.names(installed=False)
+    assert "no_such_module_of_anyone" in str(registry.missing("broken"))
+    with pytest.raises(SolverUnavailableError, match="no_such_module_of_anyone"):
+        registry.get("broken")
+
+
+@pytest.mark.parametrize("value", ["cgla_graph.solvers.dijkstra:NoSuchClass", "json:loads", "json"])
+def test_a_plug_in_that_is_no_solver_is_missing(plug_ins: PlugIns, value: str) -> None:
+    plug_ins(broken=value)
+    assert "broken" not in registry.names()
+    assert "broken" in str(registry.missing("broken"))
+
+
+def test_a_needed_submodule_may_be_missing_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    kind = registry.solver_class("dijkstra")
+    monkeypatch.setattr(kind, "traits", dataclasses.replace(kind.traits, needs=("no_such_parent.child",)))
+    assert "no_such_parent.child" in str(registry.missing("dijkstra"))

@@ -1,0 +1,475 @@
+"""The risk field: density, gradient and line integral against plain NumPy and `scipy.integrate.quad`."""
+
+import math
+import subprocess
+import sys
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+from numpy.typing import ArrayLike
+from oracles import density, inclusion_exclusion, line_integral
+from strategies import (
+    Segment,
+    coordinates,
+    crowds,
+    fast,
+    fields,
+    fields_and_segments,
+    peaks,
+    points,
+    segments,
+    slow,
+    spreads,
+    threats,
+    usual,
+)
+
+from cgla_graph._types import FloatArray, Point
+from cgla_graph.errors import CglaError, ProblemError
+from cgla_graph.risk import ImproperFieldWarning, Reading, RiskField, Threat
+
+TOLERANCE = 1e-10
+
+
+def integral(field: RiskField, segment: Segment) -> float:
+    return float(field.line_integral(*segment))
+
+
+def check_quad(field: RiskField, segment: Segment) -> None:
+    assert abs(integral(field, segment) - line_integral(field.threats, *segment)) <= TOLERANCE
+
+
+# The line integral against quad, in both of its code paths
+
+
+@fast
+@given(fields_and_segments(fields(1, 4)))
+def test_closed_form_equals_quad(case: tuple[RiskField, Segment]) -> None:
+    # Up to four threats never leave the closed form: at most 6 pairs and 15 terms.
+    field, segment = case
+    assert abs(integral(field, segment) - line_integral(field.threats, *segment)) <= TOLERANCE
+
+
+@usual
+@given(fields_and_segments(crowds()))
+def test_integral_over_a_crowd_equals_quad(case: tuple[RiskField, Segment]) -> None:
+    check_quad(*case)
+
+
+@usual
+@given(st.integers(5, 100), points, spreads, st.data())
+def test_integral_over_coincident_threats_of_peak_1_equals_quad(
+    n: int, centre: Point, spread: float, data: st.DataObject
+) -> None:
+    field = RiskField([Threat(*centre, spread=spread)] * n)
+    check_quad(field, data.draw(segments(field)))
+
+
+@usual
+@given(fields_and_segments(fields(1, 4)))
+def test_quadrature_equals_the_closed_form(case: tuple[RiskField, Segment]) -> None:
+    # Threats too weak to count, but over everything: their pairs switch to the quadrature.
+    field, segment = case
+    assume(math.dist(*segment) <= 2.0)
+    ghosts = [Threat(0.5, 0.5, spread=1e3, peak=1e-12)] * 12
+    assert abs(integral(field.with_threats(ghosts), segment) - integral(field, segment)) <= TOLERANCE
+
+
+@pytest.mark.parametrize("spread", [0.18, 0.25, 0.5])
+def test_many_products_just_below_the_cutoff_still_count(spread: float) -> None:
+    field = RiskField([Threat(0.0, 0.0, spread=spread)] * 100)
+    segment = np.array([-1.0, 5.49 * spread]), np.array([1.0, 5.49 * spread])
+    assert abs(integral(field, segment) - line_integral(field.threats, *segment)) <= TOLERANCE
+
+
+@fast
+@given(points, spreads, peaks, points, points)
+def test_single_threat_has_its_closed_form(centre: Point, spread: float, peak: float, start: Point, end: Point) -> None:
+    length = math.dist(start, end)
+    assume(length > 1e-6)
+    ux, uy = (end[0] - start[0]) / length, (end[1] - start[1]) / length
+    rx, ry = centre[0] - start[0], centre[1] - start[1]
+    along, miss = rx * ux + ry * uy, rx * uy - ry * ux
+    root = 1.0 / (math.sqrt(2.0) * spread)
+    height = peak * math.exp(-((miss * root) ** 2))
+    expected = height * spread * math.sqrt(math.pi / 2) * (math.erf((length - along) * root) + math.erf(along * root))
+    found = integral(RiskField([Threat(*centre, spread=spread, peak=peak)]), (np.array(start), np.array(end)))
+    assert abs(found - expected) <= 1e-12
+
+
+@usual
+@given(fields_and_segments(fields(1, 8)))
+def test_integral_equals_inclusion_exclusion(case: tuple[RiskField, Segment]) -> None:
+    field, segment = case
+    assert abs(integral(field, segment) - inclusion_exclusion(field.threats, *segment)) <= TOLERANCE
+
+
+def test_dropping_the_pairs_would_be_seen() -> None:
+    pair = [Threat(0.4, 0.5, spread=0.1), Threat(0.6, 0.5, spread=0.1)]
+    ends = np.array([0.0, 0.5]), np.array([1.0, 0.5])
+    broken = inclusion_exclusion(pair, *ends, largest=1)
+    assert broken > line_integral(pair, *ends) + 1e-2
+    assert abs(inclusion_exclusion(pair, *ends) - line_integral(pair, *ends)) <= TOLERANCE
+
+
+# Laws of the line integral
+
+
+@fast
+@given(fields_and_segments(crowds()))
+def test_both_directions_give_the_same_float(case: tuple[RiskField, Segment]) -> None:
+    field, (start, end) = case
+    assert integral(field, (start, end)) == integral(field, (end, start))
+
+
+@fast
+@given(fields_and_segments(crowds()), st.floats(0.0, 1.0))
+def test_integral_is_additive_over_collinear_pieces(case: tuple[RiskField, Segment], t: float) -> None:
+    field, (start, end) = case
+    assume(math.dist(start, end) <= 10.0)
+    middle = start + t * (end - start)
+    parts = integral(field, (start, middle)) + integral(field, (middle, end))
+    assert abs(integral(field, (start, end)) - parts) <= TOLERANCE
+
+
+@usual
+@given(crowds(), points)
+def test_segment_without_length_has_no_risk(field: RiskField, point: Point) -> None:
+    assert field.line_integral(point, point) == 0.0
+
+
+@fast
+@given(fields_and_segments(crowds()))
+def test_integral_is_at_most_the_length(case: tuple[RiskField, Segment]) -> None:
+    field, segment = case
+    assert 0.0 <= integral(field, segment) <= math.dist(*segment) + TOLERANCE
+
+
+@usual
+@given(fields_and_segments(crowds(30)), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
+def test_moving_the_map_changes_nothing(case: tuple[RiskField, Segment], dx: float, dy: float) -> None:
+    field, (start, end) = case
+    moved = RiskField([Threat(t.x + dx, t.y + dy, spread=t.spread, peak=t.peak) for t in field.threats])
+    shift = np.array([dx, dy])
+    assert abs(integral(moved, (start + shift, end + shift)) - integral(field, (start, end))) <= TOLERANCE
+
+
+@usual
+@given(fields_and_segments(crowds(30)), st.integers(-6, 6), st.floats(1.0, 10.0))
+def test_scaling_the_map_scales_the_integral(case: tuple[RiskField, Segment], power: int, factor: float) -> None:
+    field, (start, end) = case
+    s = factor * 10.0**power
+    scaled = RiskField([Threat(s * t.x, s * t.y, spread=s * t.spread, peak=t.peak) for t in field.threats])
+    expected = s * integral(field, (start, end))
+    assert integral(scaled, (s * start, s * end)) == pytest.approx(expected, rel=1e-9, abs=s * 1e-11)
+
+
+@fast
+@given(crowds(30), threats(), st.lists(points, min_size=1, max_size=20))
+def test_one_more_threat_never_lowers_the_density(field: RiskField, more: Threat, where: list[Point]) -> None:
+    assert (field.with_threats([more]).density(where) >= field.density(where)).all()
+
+
+@fast
+@given(fields_and_segments(crowds(30)), threats())
+def test_one_more_threat_never_lowers_the_integral(case: tuple[RiskField, Segment], more: Threat) -> None:
+    field, segment = case
+    assert integral(field.with_threats([more]), segment) >= integral(field, segment) - TOLERANCE
+
+
+# Density and gradient
+
+
+@fast
+@given(crowds(), st.lists(points, max_size=20))
+def test_density_is_eq2_and_a_probability(field: RiskField, where: list[Point]) -> None:
+    at = np.array(where).reshape(-1, 2)
+    found = field.density(at)
+    assert ((found >= 0.0) & (found <= 1.0)).all()
+    np.testing.assert_allclose(found, density(field.threats, at), rtol=0.0, atol=1e-13)
+
+
+def difference_error(
+    field: RiskField, gradient: Callable[[FloatArray], FloatArray], at: FloatArray, step: float
+) -> float:
+    """Return the greatest difference between a gradient and central differences of the density."""
+    moves = step * np.eye(2)
+    slopes = [(field.density(at + move) - field.density(at - move)) / (2.0 * step) for move in moves]
+    return float(np.abs(np.stack(slopes, axis=-1) - gradient(at)).max())
+
+
+def rate(errors: list[float]) -> float:
+    """Return the order of convergence where each step is half of the one before."""
+    return float(-np.polyfit(np.arange(len(errors)), np.log2(errors), 1)[0])
+
+
+@slow
+@given(st.integers(0, 2**32 - 1), st.integers(1, 12), st.floats(0.02, 0.3))
+def test_central_differences_converge_to_the_gradient_with_order_2(seed: int, n: int, spread: float) -> None:
+    rng = np.random.default_rng(seed)
+    where = 0.5 + 2.0 * spread * rng.uniform(-1.0, 1.0, (n, 2))
+    field = RiskField([Threat(x, y, spread=spread, peak=p) for (x, y), p in zip(where, rng.random(n), strict=True)])
+    at = 0.5 + 4.0 * spread * rng.uniform(-1.0, 1.0, (200, 2))
+    steps = [spread * 0.02 / 2**i for i in range(4)]
+    assert 1.9 <= rate([difference_error(field, field.gradient, at, step) for step in steps]) <= 2.1
+
+
+def test_a_gradient_without_the_other_factors_does_not_converge() -> None:
+    field = RiskField([Threat(0.4, 0.5, spread=0.1, peak=0.9), Threat(0.6, 0.5, spread=0.1, peak=0.9)])
+    at = np.random.default_rng(0).random((200, 2))
+
+    def wrong(where: FloatArray) -> FloatArray:
+        return np.asarray(sum(RiskField([threat]).gradient(where) for threat in field.threats))
+
+    assert rate([difference_error(field, wrong, at, 0.002 / 2**i) for i in range(4)]) < 0.1
+
+
+@usual
+@given(points, spreads, peaks)
+def test_gradient_is_nought_at_the_centre_of_a_lone_threat(centre: Point, spread: float, peak: float) -> None:
+    gradient = RiskField([Threat(*centre, spread=spread, peak=peak)]).gradient(centre)
+    assert gradient.tolist() == [0.0, 0.0]
+    assert not np.signbit(gradient).any()
+
+
+# Shapes and arrays
+
+
+@pytest.mark.parametrize("shape", [(), (0,), (1,), (3,), (2, 3), (2, 0, 3), (2, 1, 3)])
+def test_answers_have_the_shape_of_the_points(shape: tuple[int, ...]) -> None:
+    field = RiskField([Threat(0.5, 0.5, spread=0.1), Threat(0.5, 0.6, spread=0.2, peak=0.5)])
+    at = np.random.default_rng(0).random((*shape, 2))
+    assert field.density(at).shape == shape
+    assert field.gradient(at).shape == (*shape, 2)
+    assert field.line_integral(at, at[..., ::-1]).shape == shape
+    flat = at.reshape(-1, 2)
+    assert (field.density(at).ravel() == field.density(flat)).all()
+    assert (field.gradient(at).reshape(-1, 2) == field.gradient(flat)).all()
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "both"),
+    [
+        ((), (), ()),
+        ((3,), (), (3,)),
+        ((), (3,), (3,)),
+        ((3, 1), (4,), (3, 4)),
+        ((0,), (), (0,)),
+        ((2, 1), (1, 2), (2, 2)),
+    ],
+)
+def test_ends_broadcast(first: tuple[int, ...], second: tuple[int, ...], both: tuple[int, ...]) -> None:
+    rng = np.random.default_rng(0)
+    field = RiskField([Threat(0.5, 0.5, spread=0.1), Threat(0.5, 0.6, spread=0.2)])
+    starts, ends = rng.random((*first, 2)), rng.random((*second, 2))
+    found = field.line_integral(starts, ends)
+    assert found.shape == both
+    wide = (np.broadcast_to(a, (*both, 2)) for a in (starts, ends))
+    one_by_one = [integral(field, (a, b)) for a, b in zip(*(w.reshape(-1, 2) for w in wide), strict=True)]
+    assert found.ravel().tolist() == one_by_one
+
+
+@pytest.mark.parametrize("field", [RiskField(), RiskField([Threat(0.0, 0.0, spread=1.0, peak=1e-14)])])
+def test_a_field_of_nothing_has_no_risk(field: RiskField) -> None:
+    assert field.line_integral([[0, 0]], [[1, 1]]).tolist() == [0.0]
+    assert field.density((0, 0)) <= 1e-13
+    assert np.abs(field.gradient((1, 0))).max() <= 1e-13
+    assert len(RiskField()) == 0
+
+
+def test_nothing_passed_in_is_changed() -> None:
+    threat_list = [Threat(0.5, 0.5, spread=0.1)]
+    field = RiskField(threat_list)
+    more = field.with_threats([Threat(0.1, 0.1, spread=0.1)])
+    starts, ends = np.random.default_rng(0).random((2, 5, 2))
+    frozen = starts.copy(), ends.copy()
+    for array in (starts, ends):
+        array.flags.writeable = False
+    field.density(starts)
+    field.gradient(starts)
+    field.line_integral(starts, ends)
+    field.line_integral(np.asfortranarray(starts), ends[::-1])
+    assert (starts == frozen[0]).all()
+    assert (ends == frozen[1]).all()
+    assert (len(threat_list), len(field), len(more)) == (1, 1, 2)
+    assert more.threats[0] is field.threats[0]
+    with pytest.raises(ValueError, match="read-only"):
+        field.table[0, 0] = 1.0
+
+
+def test_the_order_of_the_threats_does_not_matter() -> None:
+    rng = np.random.default_rng(3)
+    members = [Threat(*rng.random(2).tolist(), spread=float(rng.uniform(0.02, 0.2))) for _ in range(12)]
+    forth, back = RiskField(members), RiskField(members[::-1])
+    starts, ends = rng.random((2, 50, 2))
+    np.testing.assert_allclose(forth.line_integral(starts, ends), back.line_integral(starts, ends), atol=TOLERANCE)
+    np.testing.assert_allclose(forth.density(starts), back.density(starts), atol=1e-14)
+
+
+# Improper fields: the readings of Eq. 1
+
+
+def literal_pair(gap: float = 0.05) -> RiskField:
+    """Build two threats by Eq. 1 as it is printed: both peak at 8."""
+    members = [Threat.from_eq1(0.5 + x, 0.5, 0.05, reading="literal") for x in (0.0, gap)]
+    with pytest.warns(ImproperFieldWarning, match="2 of 2 threats peak above 1"):
+        return RiskField(members, improper=True)
+
+
+def test_two_overlapping_threats_of_eq1_as_printed_make_a_negative_risk() -> None:
+    field = literal_pair()
+    assert field.improper
+    assert field.density((0.525, 0.5)) < 0.0
+    assert field.line_integral((0.4, 0.5), (0.6, 0.5)) < 0.0
+
+
+@slow
+@example(n=2, sigma=0.05, reading="literal", ends=((0.0, 0.5), (1.0, 0.5)))
+@given(
+    n=st.integers(1, 12),
+    sigma=st.floats(0.02, 0.3),
+    reading=st.sampled_from(["literal", "sigma2", "gauss2d"]),
+    ends=st.tuples(points, points),
+)
+def test_improper_integral_equals_quad(n: int, sigma: float, reading: Reading, ends: tuple[Point, Point]) -> None:
+    rng = np.random.default_rng(n)
+    members = [Threat.from_eq1(*rng.uniform(0.3, 0.7, 2).tolist(), sigma, reading=reading) for _ in range(n)]
+    assume(any(threat.peak > 1.0 for threat in members))
+    with pytest.warns(ImproperFieldWarning):
+        field = RiskField(members, improper=True)
+    start, end = np.array(ends[0]), np.array(ends[1])
+    along = start + np.linspace(0.0, 1.0, 500)[:, None] * (end - start)
+    # F has no bound here; float can only be exact relative to its size
+    scale = max(1.0, float(np.abs(density(members, along)).max()))
+    assert abs(integral(field, (start, end)) - line_integral(members, start, end)) <= TOLERANCE * scale
+
+
+def test_an_improper_field_without_high_peaks_is_a_proper_one() -> None:
+    field = RiskField([Threat(0.0, 0.0, spread=1.0)], improper=True)
+    assert not field.improper
+    assert field == RiskField([Threat(0.0, 0.0, spread=1.0)])
+
+
+@usual
+@given(st.floats(0.01, 5.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+def test_readings_of_eq1_are_the_formulas_of_the_paper(sigma: float, x: float, y: float) -> None:
+    d2 = x * x + y * y
+    printed = 1.0 / (math.sqrt(2.0 * math.pi) * sigma)
+    formulas: dict[Reading, float] = {
+        "membership": math.exp(-d2 / (2.0 * sigma**2)),
+        "literal": printed * math.exp(-d2 / (2.0 * sigma)),
+        "sigma2": printed * math.exp(-d2 / (2.0 * sigma**2)),
+        "gauss2d": math.exp(-d2 / (2.0 * sigma**2)) / (2.0 * math.pi * sigma**2),
+    }
+    for reading, expected in formulas.items():
+        threat = Threat.from_eq1(0.0, 0.0, sigma, reading=reading)
+        found = threat.peak * math.exp(-d2 / (2.0 * threat.spread**2))
+        assert found == pytest.approx(expected, rel=1e-12, abs=1e-300)
+    assert Threat.from_eq1(0.0, 0.0, sigma) == Threat.from_eq1(0.0, 0.0, sigma, reading="membership")
+
+
+# Extremes
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e3, 1e6])
+def test_accuracy_is_relative_to_the_size_of_the_map(size: float) -> None:
+    field = RiskField([Threat(0.3 * size, 0.4 * size, spread=s * size) for s in (0.01, 0.05, 0.1, 0.2, 0.4, 0.5)])
+    ends = np.array([0.0, 0.0]), np.array([size, size])
+    assert abs(integral(field, ends) - line_integral(field.threats, *ends)) <= size * TOLERANCE
+
+
+HANG = """
+import sys
+from cgla_graph.risk import RiskField, Threat
+field = lambda spread: RiskField([Threat(0.5, 0.5, spread=spread)] * 8)
+field(0.1).line_integral((0, 0.5), (1, 0.5))
+print("compiled", file=sys.stderr, flush=True)
+print(field(1e-17).line_integral((0, 0.5), (1, 0.5)))
+"""
+
+
+def test_spreads_below_an_ulp_of_the_map_do_not_hang() -> None:
+    child = subprocess.Popen([sys.executable, "-c", HANG], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        assert child.stderr is not None
+        assert child.stderr.readline() == "compiled\n"
+        risk, _ = child.communicate(timeout=2.0)
+        assert abs(float(risk)) <= TOLERANCE
+    finally:
+        child.kill()
+        child.communicate()
+
+
+@pytest.mark.parametrize("spread", [1e-200, 1e200])
+def test_extreme_spreads_are_refused_or_right(spread: float) -> None:
+    try:
+        field = RiskField([Threat(0.0, 0.0, spread=spread, peak=0.5)] * 2)
+    except ProblemError:
+        return
+    assert field.density((0.0, 0.0)) == pytest.approx(0.75)
+    assert integral(field, (np.zeros(2), np.ones(2))) == pytest.approx(0.75 * math.sqrt(2.0) * (spread > 1.0))
+
+
+# Refusals
+
+
+@pytest.mark.parametrize("name", ["x", "y", "spread", "peak"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, "1", None, True, [1.0], (1.0, 2.0), 10**400, 1j])
+def test_a_threat_names_the_number_that_is_wrong(name: str, value: object) -> None:
+    numbers: dict[str, object] = {"x": 0.5, "y": 0.5, "spread": 0.1, "peak": 1.0, name: value}
+    with pytest.raises(ProblemError, match=f"threat {name}"):
+        Threat(**numbers)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["spread", "peak"])
+@pytest.mark.parametrize("value", [0.0, -0.0, -1.0])
+def test_spread_and_peak_must_be_above_0(name: str, value: float) -> None:
+    with pytest.raises(ProblemError, match=f"threat {name} is .*above 0"):
+        Threat(**{"x": 0.0, "y": 0.0, "spread": 1.0, name: value})
+
+
+@given(peak=st.floats(1.0, 1e6, exclude_min=True))
+def test_a_peak_above_1_needs_an_improper_field(peak: float) -> None:
+    with pytest.raises(ProblemError, match=r"threat 1 has peak .* \(0, 1\]"):
+        RiskField([Threat(0.0, 0.0, spread=1.0), Threat(0.0, 0.0, spread=1.0, peak=peak)])
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: RiskField([(0.5, 0.5, 0.1, 1.0)]), "threat 0 is .*not a Threat"),
+        (lambda: RiskField("ab"), "threat 0 is 'a', not a Threat"),
+        (lambda: RiskField().with_threats([None]), "threat 0 is None"),
+        (lambda: Threat.from_eq1(0.0, 0.0, 0.1, reading="printed"), "printed.*membership, literal"),
+        (lambda: Threat.from_eq1(0.0, 0.0, -0.1), "sigma is -0.1"),
+        (lambda: RiskField(Threat(0.5, 0.5, spread=0.1)), "Threat"),
+        (lambda: RiskField(None), "None"),
+        (lambda: Threat.from_eq1(0.0, 0.0, 1e-200, reading="gauss2d"), "sigma"),
+    ],
+)
+def test_malformed_fields_are_refused(make: Callable[[], object], words: str) -> None:
+    with pytest.raises(ProblemError, match=words) as caught:
+        make()
+    assert isinstance(caught.value, CglaError)
+    assert isinstance(caught.value, ValueError)
+
+
+@pytest.mark.parametrize("bad", [None, "ab", 5.0, [1, 2, 3], [[1, 2], [3]], [math.nan, 0], [0, math.inf], [[0], [1]]])
+def test_malformed_points_are_refused(bad: ArrayLike) -> None:
+    field = RiskField()
+    for ask in (field.density, field.gradient):
+        with pytest.raises(ProblemError, match="points"):
+            ask(bad)
+    with pytest.raises(ProblemError, match="starts"):
+        field.line_integral(bad, (0, 0))
+    with pytest.raises(ProblemError, match="ends"):
+        field.line_integral((0, 0), bad)
+
+
+@given(x=coordinates)
+def test_ends_that_do_not_broadcast_are_refused(x: float) -> None:
+    with pytest.raises(ProblemError, match=r"\(2, 2\).*\(3, 2\).*broadcast"):
+        RiskField().line_integral(np.full((2, 2), x), np.full((3, 2), x))

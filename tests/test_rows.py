@@ -1,0 +1,219 @@
+"""Rows and summaries: what runs become, and that it is strict JSON."""
+
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cgla_graph.comparisons.rows import COLUMNS, best_exact, by_scenario, excess_over, row, rows_of, summaries
+from cgla_graph.comparisons.runner import Contender, Run, compare
+from cgla_graph.scenario import Scenario, scenario_from_toml
+from cgla_graph.solution import Solution, Status
+
+TEXT = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n[lattice]\nresolution = 3\n"
+LINE = np.array([(0.1, 0.1), (0.9, 0.9)])
+SCENARIO = scenario_from_toml(TEXT, "one")
+
+anything = st.floats(allow_nan=True, allow_infinity=True)
+words = st.text(max_size=20)
+
+
+def run_of(
+    cost: float = 1.0,
+    *,
+    solver: str = "cgla",
+    status: Status = Status.FOUND,
+    exact: bool = False,
+    scenario: Scenario = SCENARIO,
+    **more: Any,  # noqa: ANN401 - any field of a solution
+) -> Run:
+    path = LINE if status.is_path else np.empty((0, 2))
+    return Run(scenario, solver, None, exact, Solution(status, **{"path": path, "cost": cost, **more}))
+
+
+def strict(document: object) -> Any:  # noqa: ANN401 - any JSON
+    """Write and read JSON that knows neither NaN nor Infinity."""
+    return json.loads(json.dumps(document, allow_nan=False), parse_constant=pytest.fail)
+
+
+def test_a_row_has_the_columns_of_the_files() -> None:
+    (run,) = compare([SCENARIO], [Contender.parse("cgla")], 1)
+    found = row(run, 1.0)
+    assert tuple(found) == COLUMNS
+    solution = run.solution
+    assert (found["scenario"], found["solver"], found["seed"], found["status"]) == ("one", "cgla", None, "optimal")
+    assert (found["cost"], found["length"], found["risk"]) == (solution.cost, solution.length, solution.risk)
+    assert found["excess"] == pytest.approx(0.8 * math.sqrt(2.0) - 1.0)
+    assert found["waypoints"] == len(solution.path)
+    assert (found["clearance"], found["lower_bound"], found["gap"]) == (None, None, None)
+    assert strict(found) == found
+
+
+def test_the_columns_of_the_issue_are_there() -> None:
+    asked = "scenario solver seed status cost length risk clearance seconds evaluations lower_bound gap message"
+    assert set(asked.split()) <= set(COLUMNS)
+
+
+@given(
+    numbers=st.tuples(*[anything] * 7),
+    best=anything,
+    status=st.sampled_from(Status),
+    evaluations=st.integers(0, 2**60),
+    message=words,
+    label=words,
+)
+def test_every_row_is_strict_json(
+    numbers: tuple[float, ...], best: float, status: Status, evaluations: int, message: str, label: str
+) -> None:
+    names = ("length", "risk", "clearance", "lower_bound", "seconds", "build_seconds")
+    more = dict(zip(names, numbers[1:], strict=True))
+    run = run_of(numbers[0], status=status, solver=label, message=message, evaluations=evaluations, **more)
+    found = row(run, best)
+    assert strict(found) == found
+    assert (found["message"], found["solver"], found["status"]) == (message, label, status.label)
+    assert found["cost"] == (numbers[0] if math.isfinite(numbers[0]) else None)
+
+
+@pytest.mark.parametrize("evaluations", [np.int64(7), np.float32(7.0), math.nan, math.inf])
+def test_evaluations_of_any_type_are_strict_json(evaluations: Any) -> None:  # noqa: ANN401 - that is the point
+    strict(row(run_of(evaluations=evaluations)))
+
+
+def test_a_message_of_any_type_is_strict_json() -> None:
+    strict(row(run_of(message=ValueError("x"))))
+
+
+def test_no_path_at_all() -> None:
+    assert row(run_of(status=Status.NO_PATH, path=None))["waypoints"] == 0
+
+
+def test_rows_keep_the_order_of_the_runs() -> None:
+    runs = [run_of(cost, solver=solver) for cost, solver in ((3.0, "b"), (1.0, "a"), (2.0, "c"))]
+    assert [found["solver"] for found in rows_of(runs)] == ["b", "a", "c"]
+    assert rows_of([]) == []
+
+
+# The lattice optimum
+
+
+def test_best_exact_is_the_least_of_the_exact_ones_with_a_path() -> None:
+    runs = [
+        run_of(3.0, exact=True, status=Status.OPTIMAL),
+        run_of(2.0, exact=True),
+        run_of(1.0, exact=False),
+        run_of(0.5, exact=True, status=Status.INFEASIBLE),
+        run_of(0.1, exact=True, status=Status.FAILED),
+        run_of(math.inf, exact=True, status=Status.NO_PATH),
+    ]
+    assert best_exact(runs) == 2.0
+    assert math.isnan(best_exact(runs[2:]))
+    assert math.isnan(best_exact([]))
+
+
+@given(costs=st.lists(st.floats(1e-6, 1e6), min_size=1, max_size=8))
+def test_excess_is_relative_to_the_lattice_optimum(costs: Sequence[float]) -> None:
+    found = rows_of([run_of(cost, exact=True) for cost in costs])
+    assert min(line["excess"] for line in found) == 0.0
+    for line, cost in zip(found, costs, strict=True):
+        assert (1.0 + line["excess"]) * min(costs) == pytest.approx(cost)
+
+
+@pytest.mark.parametrize(
+    ("cost", "best", "expected"),
+    [(1.1, 1.0, 0.1), (0.9, 1.0, -0.1), (0.0, 0.0, 0.0), (1.0, 0.0, math.inf), (math.inf, 1.0, math.inf)],
+)
+def test_excess_over(cost: float, best: float, expected: float) -> None:
+    assert excess_over(cost, best) == pytest.approx(expected)
+
+
+def test_excess_without_an_optimum_is_no_number() -> None:
+    assert math.isnan(excess_over(1.0, math.nan))
+    assert row(run_of())["excess"] is None
+
+
+# Scenarios
+
+
+def test_runs_are_grouped_in_order() -> None:
+    first, second = scenario_from_toml(TEXT, "b"), scenario_from_toml(TEXT, "a")
+    runs = [run_of(1.0, scenario=first), run_of(2.0, scenario=second), run_of(3.0, scenario=first)]
+    groups = by_scenario(runs)
+    assert [[run.solution.cost for run in group] for group in groups] == [[1.0, 3.0], [2.0]]
+
+
+def test_scenarios_of_one_name_stay_apart() -> None:
+    near, far = SCENARIO, scenario_from_toml(TEXT.replace("0.9, 0.9", "1.0, 1.0"), "one")
+    runs = [run_of(1.0, exact=True, scenario=near), run_of(2.0, exact=True, scenario=far)]
+    assert [line["excess"] for line in rows_of(runs)] == [0.0, 0.0]
+    assert len(by_scenario(runs)) == 2
+
+
+# Summaries
+
+
+def test_a_summary_is_the_median_over_the_seeds() -> None:
+    costs = (3.0, 1.0, 2.0)
+    more = [{"length": cost / 2, "seconds": cost, "evaluations": int(10 * cost)} for cost in costs]
+    runs = [run_of(cost, solver="rrt", **one) for cost, one in zip(costs, more, strict=True)]
+    (found,) = summaries([*runs, run_of(1.0, solver="cgla", exact=True)])[1:]
+    assert (found.solver, found.status, found.cost, found.length) == ("rrt", "found", 2.0, 1.0)
+    assert (found.seconds, found.evaluations) == (2.0, 20)
+    assert found.spread == pytest.approx(2.0)
+    assert found.excess == pytest.approx(1.0)
+
+
+@given(costs=st.lists(st.floats(1.0, 10.0), min_size=1, max_size=6))
+def test_a_line_shows_the_numbers_of_one_run(costs: list[float]) -> None:
+    runs = [run_of(cost, length=cost / 2, risk=cost / 4, clearance=cost / 8) for cost in costs]
+    (found,) = summaries(runs)
+    assert found.cost in costs
+    assert (found.length, found.risk, found.clearance) == (found.cost / 2, found.cost / 4, found.cost / 8)
+
+
+def test_a_single_run_has_no_spread() -> None:
+    (found,) = summaries([run_of(2.0)])
+    assert math.isnan(found.spread)
+    assert math.isnan(found.excess)
+
+
+def test_runs_without_a_path_count_as_infinitely_costly() -> None:
+    runs = [run_of(1.0), *[run_of(math.inf, status=Status.NOT_FOUND, message="none") for _ in range(2)]]
+    (found,) = summaries(runs)
+    assert (found.status, found.cost, found.message) == ("found 1/3", math.inf, "none")
+    (found,) = summaries([*runs, run_of(2.0), run_of(3.0)])
+    assert (found.status, found.cost) == ("found 3/5", 3.0)
+
+
+@pytest.mark.parametrize("status", [Status.INFEASIBLE, Status.FAILED])
+def test_a_path_that_may_not_be_flown_is_none(status: Status) -> None:
+    (found,) = summaries([run_of(5.0), run_of(1.0, status=status), run_of(1.0, status=status)])
+    assert (found.status, found.cost) == ("found 1/3", math.inf)
+
+
+def test_cheapest_comes_first_and_what_has_no_path_comes_last() -> None:
+    runs = [
+        run_of(0.5, solver="wall", status=Status.INFEASIBLE),
+        run_of(math.inf, solver="none", status=Status.NO_PATH),
+        run_of(2.0, solver="dear"),
+        run_of(1.0, solver="cheap"),
+    ]
+    assert [found.solver for found in summaries(runs)] == ["cheap", "dear", "wall", "none"]
+
+
+def test_what_failed_does_not_come_first() -> None:
+    runs = [run_of(0.5, solver="liar", status=Status.FAILED), run_of(1.0, solver="honest")]
+    assert [found.solver for found in summaries(runs)] == ["honest", "liar"]
+
+
+@given(costs=st.lists(st.floats(0.0, 1e9) | st.just(math.inf), min_size=1, max_size=6))
+def test_any_runs_can_be_summarised(costs: list[float]) -> None:
+    runs = [run_of(cost, status=Status.FOUND if math.isfinite(cost) else Status.NOT_FOUND) for cost in costs]
+    (found,) = summaries(runs)
+    assert min(costs) <= found.cost <= max(costs)
+    assert math.isnan(found.spread) or found.spread >= 0.0
+    assert summaries([]) == []

@@ -1,0 +1,433 @@
+"""The runner: contenders, seeds, the shared graph, and solvers that misbehave."""
+
+import dataclasses
+import math
+import signal
+import sys
+import types
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+import pytest
+
+from cgla_graph.comparisons.rows import row
+from cgla_graph.comparisons.runner import Contender, Run, compare, count_runs, every_solver
+from cgla_graph.errors import CglaError, ProblemError, SolverSettingError, UnknownSolverError
+from cgla_graph.inputs import open_scenarios
+from cgla_graph.problem import GraphProblem, Problem
+from cgla_graph.scenario import Scenario, load_scenario, scenario_from_toml
+from cgla_graph.solution import Solution, Status
+from cgla_graph.solvers import registry
+from cgla_graph.solvers.base import Traits
+from cgla_graph.solvers.bridge import solve
+
+SMALL = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\nthreats = [{ x = 0.5, y = 0.5, spread = 0.1 }]\n"
+LATTICE = "[lattice]\nresolution = 6\n"
+WALL = "[no_fly]\npolygons = [[[0.45, -0.1], [0.55, -0.1], [0.55, 0.8], [0.45, 0.8]]]\n"
+QUICK = {"rrt-star": "rrt-star:iterations=200", "prm-star": "prm-star:milestones=100"}
+
+Enter = Callable[..., str]
+
+
+def small(name: str = "small", more: str = "") -> Scenario:
+    return scenario_from_toml(SMALL + LATTICE + more, name)
+
+
+def contenders(*texts: str) -> list[Contender]:
+    return [Contender.parse(QUICK.get(text, text)) for text in texts]
+
+
+def runs_of(scenarios: list[Scenario], *texts: str, seeds: int = 1) -> list[Run]:
+    return list(compare(scenarios, contenders(*texts), seeds))
+
+
+def straight(problem: Problem) -> Solution:
+    path = np.array([problem.start, problem.goal])
+    return Solution(Status.FOUND, path=path, cost=problem.evaluate(path).cost)
+
+
+@pytest.fixture
+def enter(monkeypatch: pytest.MonkeyPatch) -> Enter:
+    """Enter a function as a solver into the registry."""
+    shelf = types.ModuleType("shelf_of_a_test")
+    monkeypatch.setitem(sys.modules, shelf.__name__, shelf)
+
+    def put(solve: Callable[[Any], Any], *, domain: Literal["graph", "plane"] = "plane", **traits: Any) -> str:  # noqa: ANN401 - any trait
+        @dataclasses.dataclass(frozen=True)
+        class Own:
+            traits: ClassVar[Traits] = Traits("own", "a test's own", domain=domain)
+
+            def solve(self, problem: Any) -> Any:  # noqa: ANN401 - what the test wants
+                return solve(problem)
+
+        Own.traits = dataclasses.replace(Own.traits, **traits)
+        vars(shelf)["Own"] = Own
+        monkeypatch.setattr(registry, "_BUILT_IN", {**registry._BUILT_IN, "own": f"{shelf.__name__}:Own"})
+        return "own"
+
+    return put
+
+
+# Contenders
+
+
+@pytest.mark.parametrize(
+    ("text", "settings"),
+    [
+        ("cgla", {}),
+        (" cgla ", {}),
+        ("cgla:schedule=sweeps", {"schedule": "sweeps"}),
+        ("cgla:schedule=sweeps:early_stop=False", {"schedule": "sweeps", "early_stop": False}),
+        ("eight-direction:resolution=(3, 4)", {"resolution": (3, 4)}),
+    ],
+)
+def test_contenders_are_read(text: str, settings: dict[str, Any]) -> None:
+    contender = Contender.parse(text)
+    assert (contender.label, contender.name) == (text.strip(), text.strip().split(":")[0])
+    assert contender.settings == settings
+
+
+@pytest.mark.parametrize(
+    ("text", "words", "kind"),
+    [
+        ("cgl", "did you mean cgla", UnknownSolverError),
+        ("", "known solvers", UnknownSolverError),
+        (":", "no setting", SolverSettingError),
+        ("cgla:", "NAME:SETTING=VALUE", SolverSettingError),
+        ("cgla:schedule", "NAME:SETTING=VALUE", SolverSettingError),
+        ("cgla:scheduel=sweeps", "no setting 'scheduel'; it has schedule", SolverSettingError),
+        ("cgla:schedule=bogus", "bogus.*label-setting", SolverSettingError),
+        ("cgla:=1", "no setting ''", SolverSettingError),
+        ("cgla:schedule=__import__('os').abort()", "unknown schedule", SolverSettingError),
+    ],
+)
+def test_contenders_that_are_wrong(text: str, words: str, kind: type[CglaError]) -> None:
+    with pytest.raises(kind, match=words):
+        Contender.parse(text)
+
+
+@pytest.mark.parametrize(
+    "value", ["0", "-1", "2.5", "abc", "True", "1e9999", "[1]", "None", "", "nan", "2**3", "[" * 99]
+)
+def test_iterations_that_are_no_whole_number(value: str) -> None:
+    pytest.importorskip("ompl")
+    with pytest.raises(SolverSettingError, match="iterations"):
+        Contender.parse(f"rrt-star:iterations={value}")
+
+
+def test_all_solvers_enter() -> None:
+    assert [contender.label for contender in every_solver()] == registry.names(installed=False)
+
+
+# Order and seeds
+
+
+def test_runs_come_scenario_by_scenario_with_seeds_from_one() -> None:
+    pytest.importorskip("ompl")
+    runs = runs_of([small("a"), small("b")], "straight-line", "rrt-star", "cgla", seeds=2)
+    label = QUICK["rrt-star"]
+    of_one = [("straight-line", None), (label, 1), (label, 2), ("cgla", None)]
+    assert [(run.scenario.name, run.solver, run.seed) for run in runs] == [(n, *one) for n in "ab" for one in of_one]
+    assert count_runs([small("a"), small("b")], contenders("straight-line", "rrt-star", "cgla"), 2) == len(runs)
+
+
+def test_a_seed_of_the_users_own_is_the_only_one() -> None:
+    pytest.importorskip("ompl")
+    own = runs_of([small()], "rrt-star:iterations=200:seed=2", seeds=3)
+    assert [run.seed for run in own] == [2]
+    second = runs_of([small()], "rrt-star", seeds=2)[1]
+    np.testing.assert_array_equal(own[0].solution.path, second.solution.path)
+
+
+def test_a_seed_of_the_scenario_counts() -> None:
+    pytest.importorskip("ompl")
+    own = runs_of([small(more="[solvers.rrt-star]\nseed = 5\n")], "rrt-star")
+    users = runs_of([small()], "rrt-star:iterations=200:seed=5")
+    np.testing.assert_array_equal(own[0].solution.path, users[0].solution.path)
+
+
+def test_runs_are_lazy(enter: Enter) -> None:
+    calls = []
+    name = enter(lambda problem: calls.append(1) or straight(problem))
+    runs = compare([small("a"), small("b")], contenders(name))
+    assert calls == []
+    next(runs)
+    assert calls == [1]
+
+
+def test_settings_of_the_scenario_are_used_and_those_of_the_user_win() -> None:
+    scenario = small(more='[solvers.cgla]\nschedule = "synchronous"\n')
+    own, users = runs_of([scenario], "cgla", "cgla:schedule=label-setting")
+    assert own.solution.message != users.solution.message, "rounds are counted differently"
+    assert own.solution.cost == pytest.approx(users.solution.cost, rel=1e-12)
+
+
+def test_the_same_again() -> None:
+    first, second = (runs_of([small()], *registry.names(), seeds=2) for _ in range(2))
+    for one, two in zip(first, second, strict=True):
+        assert (one.solver, one.seed, one.solution.status) == (two.solver, two.seed, two.solution.status)
+        np.testing.assert_array_equal(one.solution.path, two.solution.path)
+        assert one.solution.cost == two.solution.cost
+
+
+# The shared graph
+
+
+@pytest.fixture
+def laid(monkeypatch: pytest.MonkeyPatch) -> list[GraphProblem]:
+    """Collect every lattice that is laid for a scenario, the warm-up's left out."""
+    found: list[GraphProblem] = []
+    lay = Problem.on_lattice
+
+    def on_lattice(problem: Problem, *args: Any, **more: Any) -> GraphProblem:  # noqa: ANN401 - as the method
+        answer = lay(problem, *args, **more)
+        if answer.graph.n_nodes > 4:
+            found.append(answer)
+        return answer
+
+    monkeypatch.setattr(Problem, "on_lattice", on_lattice)
+    return found
+
+
+GRAPH_SOLVERS = ["cgla", "dijkstra", "networkx", "networkx-astar"]
+
+
+@pytest.mark.parametrize("name", ["small", "walled", "paper"])
+def test_costs_are_the_same_whether_the_graph_is_shared_or_not(name: str, laid: list[GraphProblem]) -> None:
+    scenario = load_scenario("paper") if name == "paper" else small(more=WALL if name == "walled" else "")
+    runs = runs_of([scenario], *GRAPH_SOLVERS)
+    assert len(laid) == 1
+    for run in runs:
+        alone = solve(scenario.problem, run.solver, resolution=scenario.lattice)
+        assert run.solution.cost == alone.cost
+        assert run.solution.evaluations == alone.evaluations
+        np.testing.assert_array_equal(run.solution.path, alone.path)
+    assert len(laid) == 1 + len(runs)
+
+
+def test_no_graph_is_laid_for_plane_solvers(laid: list[GraphProblem]) -> None:
+    runs_of([small()], "straight-line", "eight-direction")
+    assert laid == []
+
+
+def test_scenarios_that_differ_share_nothing(laid: list[GraphProblem]) -> None:
+    scenarios = [small("a"), small("b", WALL), scenario_from_toml(SMALL.replace("5.0", "6.0") + LATTICE, "c")]
+    together = runs_of(scenarios, "cgla")
+    assert len(laid) == 3
+    alone = [runs_of([scenario], "cgla")[0] for scenario in scenarios]
+    assert [run.solution.cost for run in together] == [run.solution.cost for run in alone]
+
+
+def write_rows(folder: Path, ends: list[str]) -> Path:
+    (folder / "tiny.map").write_text("type octile\nheight 4\nwidth 5\nmap\n.....\n.@@@.\n.....\n.....\n")
+    file = folder / "tiny.map.scen"
+    file.write_text("version 1\n" + "".join(f"0 tiny.map 5 4 {end} 1\n" for end in ends))
+    return file
+
+
+def test_rows_of_one_map_share_the_graph(tmp_path: Path, laid: list[GraphProblem]) -> None:
+    file = write_rows(tmp_path, ["0 0 4 3", "0 3 4 0", "2 0 2 2", "4 3 0 0"])
+    scenarios = list(open_scenarios(str(file)))
+    together = runs_of(scenarios, "cgla", "dijkstra")
+    assert len(laid) == 1
+    for run in together:
+        alone = solve(run.scenario.problem, run.solver, resolution=run.scenario.lattice)
+        assert run.solution.cost == alone.cost
+        problem = run.scenario.problem
+        np.testing.assert_array_equal(run.solution.path[[0, -1]], [problem.start, problem.goal])
+
+
+def test_a_row_off_the_lattice_between_others(tmp_path: Path) -> None:
+    file = write_rows(tmp_path, ["0 0 4 3", "0 3 4 0"])
+    first, last = open_scenarios(str(file))
+    moved = dataclasses.replace(first.problem, start=(0.25, 0.25))
+    between = dataclasses.replace(first, name="between", problem=moved)
+    for run in runs_of([first, between, last], "cgla"):
+        alone = solve(run.scenario.problem, "cgla", resolution=run.scenario.lattice)
+        assert run.solution.cost == alone.cost
+
+
+# Start is goal, and no path
+
+
+def test_start_equal_to_goal_is_an_answer_of_every_solver() -> None:
+    scenario = scenario_from_toml(SMALL.replace("0.9, 0.9", "0.1, 0.1") + LATTICE + WALL, "stay")
+    for run in runs_of([scenario], *registry.names()):
+        solution = run.solution
+        assert solution.status.is_path, run.solver
+        assert (solution.cost, solution.length, solution.risk) == (0.0, 0.0, 0.0)
+        assert solution.path.tolist() == [[0.1, 0.1]]
+        assert solution.clearance == pytest.approx(0.35)
+
+
+def test_start_equal_to_goal_on_a_graph() -> None:
+    graph = small().problem.on_lattice(3).graph
+    for name in GRAPH_SOLVERS:
+        solution = solve(GraphProblem(graph, 4, 4), name)
+        assert (solution.status.is_path, solution.cost, list(solution.nodes)) == (True, 0.0, [4])
+
+
+def test_where_no_path_exists_every_solver_says_so() -> None:
+    shut = WALL.replace("0.8", "1.1")
+    for run in runs_of([small(more=shut)], *registry.names()):
+        expected = "infeasible" if run.solver == "straight-line" else "not-found" if run.seed else "no-path"
+        assert run.solution.status.label == expected, run.solver
+        assert not run.solution.status.is_path
+        assert not len(run.solution.path) or run.solver == "straight-line"
+
+
+# Solvers that misbehave
+
+
+def raise_lines(_: Problem) -> Solution:
+    msg = "one [bold]line[/bold]\nand another"
+    raise ValueError(msg)
+
+
+def raise_own(_: Problem) -> Solution:
+    msg = "not like this"
+    raise ProblemError(msg)
+
+
+def with_path(points: Any, cost: float = 1.0) -> Callable[[Problem], Solution]:  # noqa: ANN401 - that is the point
+    return lambda _: Solution(Status.FOUND, path=points, cost=cost)
+
+
+def recurse(problem: Problem) -> Solution:
+    return recurse(problem)
+
+
+THROUGH = [(0.1, 0.1), (0.9, 0.9)]
+MISBEHAVIOUR = {
+    "raises": (raise_lines, "failed", "ValueError: one [bold]line[/bold]"),
+    "raises an error of ours": (raise_own, "failed", "not like this"),
+    "divides by zero": (lambda _: 1 / 0, "failed", "ZeroDivisionError"),
+    "recurses": (recurse, "failed", "RecursionError"),
+    "runs out of memory": (lambda _: np.empty(2**57), "failed", "allocate"),
+    "returns nothing": (lambda _: None, "failed", "NoneType"),
+    "returns a number": (lambda _: 3.0, "failed", "float"),
+    "lies": (lambda p: dataclasses.replace(straight(p), cost=1e-3), "failed", "0.001"),
+    "says nan": (lambda p: dataclasses.replace(straight(p), cost=math.nan), "failed", "nan"),
+    "says infinity": (lambda p: dataclasses.replace(straight(p), cost=math.inf), "failed", "inf"),
+    "nan in the path": (with_path([(0.1, 0.1), (math.nan, 0.5), (0.9, 0.9)]), "failed", "finite"),
+    "infinity in the path": (with_path([(0.1, 0.1), (math.inf, 0.5), (0.9, 0.9)]), "failed", "finite"),
+    "an empty path": (with_path(np.empty((0, 2))), "failed", "shape"),
+    "three dimensions": (with_path(np.zeros((4, 3))), "failed", "(4, 3)"),
+    "a ragged path": (with_path([(0.1, 0.1), (0.9,)]), "failed", "inhomogeneous"),
+    "the other way round": (with_path(THROUGH[::-1]), "failed", "start and goal"),
+    "elsewhere": (with_path([(0.2, 0.2), (0.9, 0.9)]), "failed", "start and goal"),
+    "out of bounds": (with_path([(0.1, 0.1), (-5.0, -5.0), (0.9, 0.9)]), "infeasible", "leaves the bounds"),
+}
+
+
+@pytest.mark.parametrize("how", MISBEHAVIOUR)
+def test_a_solver_that_misbehaves_is_a_row(how: str, enter: Enter) -> None:
+    misbehave, status, words = MISBEHAVIOUR[how]
+    bad, good = runs_of([small()], enter(misbehave), "cgla")
+    assert (bad.solution.status.label, good.solution.status.label) == (status, "optimal")
+    assert words in bad.solution.message
+    assert "\n" not in bad.solution.message
+    assert row(bad)["status"] == status
+
+
+@pytest.mark.parametrize("cost", [0.1, 1.0, math.nan])
+def test_a_path_through_a_wall_is_infeasible_whatever_it_is_said_to_cost(enter: Enter, cost: float) -> None:
+    bad, good = runs_of([small(more=WALL)], enter(with_path(THROUGH, cost)), "cgla")
+    assert (bad.solution.status.label, good.solution.status.label) == ("infeasible", "optimal")
+    assert "crosses the no-fly area" in bad.solution.message
+
+
+@pytest.mark.parametrize(
+    ("nodes", "status", "words"),
+    [
+        (lambda _: (), "failed", "nothing"),
+        (lambda p: (p.source, 10**9, p.target), "failed", "1000000000 is not in the graph"),
+        (lambda p: (p.source, [1], p.target), "failed", "not in the graph"),
+        (lambda p: (p.target, p.source), "failed", "the path joins"),
+        (lambda p: (p.source, p.target), "infeasible", "an edge that is not there"),
+    ],
+)
+def test_a_graph_solver_that_misbehaves_is_a_row(
+    enter: Enter, nodes: Callable[[GraphProblem], Any], status: str, words: str
+) -> None:
+    name = enter(lambda p: Solution(Status.OPTIMAL, nodes=nodes(p), cost=1.0), domain="graph", exact=True)
+    bad, good = runs_of([small(more=WALL)], name, "cgla")
+    assert (bad.solution.status.label, good.solution.status.label) == (status, "optimal")
+    assert words in bad.solution.message
+
+
+def test_a_graph_solver_cannot_spoil_the_shared_graph(enter: Enter) -> None:
+    def spoil(problem: GraphProblem) -> Solution:
+        problem.graph.weight_matrix()[:] = 0.0
+        return Solution(Status.NO_PATH)
+
+    bad, good = runs_of([small()], enter(spoil, domain="graph"), "cgla")
+    assert (bad.solution.status.label, "read-only" in bad.solution.message) == ("failed", True)
+    assert good.solution.cost == runs_of([small()], "cgla")[0].solution.cost
+
+
+@pytest.mark.parametrize("how", ["elsewhere", "the other way round", "nan in the path", "three dimensions"])
+def test_a_claimed_cost_is_never_reported(how: str, enter: Enter) -> None:
+    (bad,) = runs_of([small()], enter(MISBEHAVIOUR[how][0]))
+    assert bad.solution.cost == math.inf
+
+
+def test_a_lower_bound_above_the_cost_is_a_lie(enter: Enter) -> None:
+    (bad,) = runs_of([small()], enter(lambda p: dataclasses.replace(straight(p), lower_bound=1e9)))
+    assert bad.solution.status is Status.FAILED
+
+
+def leave(_: Problem) -> Solution:
+    sys.exit(3)
+
+
+def test_a_solver_that_exits_is_a_row(enter: Enter) -> None:
+    bad, _ = runs_of([small()], enter(leave), "cgla")
+    assert bad.solution.status is Status.FAILED
+
+
+def test_an_interrupt_is_no_failure_of_the_solver(enter: Enter) -> None:
+    name = enter(lambda _: signal.raise_signal(signal.SIGINT))
+    with pytest.raises(KeyboardInterrupt):
+        runs_of([small()], name)
+
+
+def test_a_warning_of_a_solver_is_no_failure(enter: Enter) -> None:
+    name = enter(lambda p: warnings.warn("careful", stacklevel=1) or straight(p))
+    with pytest.warns(UserWarning, match="careful"):
+        (run,) = runs_of([small()], name)
+    assert run.solution.status is Status.FOUND
+
+
+def test_a_list_is_a_path_like_any_other(enter: Enter) -> None:
+    (run,) = runs_of([small()], enter(lambda p: dataclasses.replace(straight(p), path=[p.start, p.goal])))
+    assert run.solution.status is Status.FOUND
+    assert isinstance(run.solution.path, np.ndarray)
+
+
+# Missing packages
+
+
+def test_a_solver_that_lacks_a_package_is_a_row(enter: Enter) -> None:
+    name = enter(straight, needs=("no_such_package_of_anyone",))
+    bad, good = runs_of([small()], name, "cgla")
+    assert (bad.solution.status.label, good.solution.status.label) == ("unavailable", "optimal")
+    assert "no_such_package_of_anyone" in bad.solution.message
+    assert "pip install" in bad.solution.message
+
+
+def test_a_plug_in_that_cannot_be_imported_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "_BUILT_IN", {"cgla": registry._BUILT_IN["cgla"]})
+    point = types.SimpleNamespace(name="broken", value="nowhere:Solver", load=lambda: __import__("nowhere_at_all"))
+    monkeypatch.setattr(registry, "entry_points", lambda **_: [point])
+    runs = list(compare([small()], every_solver(), 1))
+    assert [run.solution.status.label for run in runs] == ["optimal", "unavailable"]
+
+
+def test_runs_name_their_solver_as_the_user_did() -> None:
+    (run,) = runs_of([small()], "cgla:schedule=sweeps")
+    assert (run.solver, run.solution.solver, run.exact) == ("cgla:schedule=sweeps", "cgla", True)
+    assert Contender("x", "cgla").settings == {}

@@ -1,0 +1,387 @@
+"""Scenario files: what they hold, what is shipped, and what each mistake is told."""
+
+import json
+import math
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cgla_graph import scenario as module
+from cgla_graph.errors import ScenarioError
+from cgla_graph.projection import LocalProjection
+from cgla_graph.risk import RiskField, Threat
+from cgla_graph.scenario import Scenario, load_scenario, scenario_from_toml, schema, shipped, shipped_text
+from cgla_graph.solvers.bridge import solve
+
+ENDS = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\n"
+BASE = f"{ENDS}k = 1.0\n"
+LONLAT = (
+    'coordinates = "lonlat"\nbounds = [24.0, 60.0, 25.0, 61.0]\nstart = [24.1, 60.1]\ngoal = [24.9, 60.9]\nk = 1.0\n'
+)
+SQUARE = "[[0.4, 0.4], [0.6, 0.4], [0.6, 0.6], [0.4, 0.6]]"
+
+unit = st.floats(0.0, 1.0)
+points = st.tuples(unit, unit)
+
+
+def message_of(text: str) -> str:
+    with pytest.raises(ScenarioError) as caught:
+        scenario_from_toml(text, "mine", where="some/mine.toml")
+    message = str(caught.value)
+    assert message.startswith("some/mine.toml: ")
+    assert "\n" not in message
+    assert isinstance(caught.value, ValueError)
+    return message
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_shipped_scenarios_load_and_fit_the_schema(name: str) -> None:
+    scenario = load_scenario(name)
+    assert scenario.name == name
+    assert scenario.title
+    table = tomllib.loads(shipped_text(name))
+    module.ScenarioTable.model_validate(table)
+    assert set(table) <= set(schema()["properties"])
+    assert set(schema()["required"]) <= set(table)
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_shipped_scenarios_can_be_solved(name: str) -> None:
+    scenario = load_scenario(name)
+    solution = solve(scenario.problem, "cgla", resolution=scenario.lattice)
+    assert solution.status.label == "optimal"
+    straight = scenario.problem.evaluate([scenario.problem.start, scenario.problem.goal])
+    assert solution.cost < straight.cost or straight.violations, "a map on which the straight line wins shows nothing"
+
+
+def test_schema_is_plain_json_and_refuses_unknown_keys() -> None:
+    document = schema()
+    assert json.loads(json.dumps(document)) == document
+    assert document["additionalProperties"] is False
+    assert all(table["additionalProperties"] is False for table in document["$defs"].values())
+    assert {"start", "goal", "k"} == set(document["required"])
+
+
+def test_paper_is_the_paper() -> None:
+    scenario = load_scenario("paper")
+    problem = scenario.problem
+    assert (problem.start, problem.goal, problem.k) == ((0.1, 0.1), (0.9, 0.9), 10.0)
+    assert scenario.lattice.shape == (20, 20)
+    assert scenario.lattice.kind == "upper"
+    assert len(problem.field.threats) == 10
+    assert scenario.lattice.index_of(problem.start) is not None
+
+
+@given(
+    start=points,
+    goal=points,
+    k=st.floats(0.0, 1e6),
+    threats=st.lists(st.tuples(unit, unit, st.floats(1e-3, 10.0), st.floats(1e-6, 1.0)), max_size=5),
+    title=st.text(st.characters(exclude_categories=["Cs", "Cc"])),
+    resolution=st.integers(2, 50),
+)
+def test_what_is_written_is_what_is_read(
+    start: tuple[float, float],
+    goal: tuple[float, float],
+    k: float,
+    threats: list[tuple[float, float, float, float]],
+    title: str,
+    resolution: int,
+) -> None:
+    lines = [f"{{ x = {x!r}, y = {y!r}, spread = {spread!r}, peak = {peak!r} }}" for x, y, spread, peak in threats]
+    # a JSON text is a TOML text, but for code points above U+FFFF when escaped
+    text = (
+        f"title = {json.dumps(title, ensure_ascii=False)}\nstart = {list(start)}\ngoal = {list(goal)}\nk = {k!r}\n"
+        f"threats = [{', '.join(lines)}]\n[lattice]\nresolution = {resolution}\n"
+    )
+    scenario = scenario_from_toml(text, "mine")
+    problem = scenario.problem
+    assert (problem.start, problem.goal, problem.k, problem.bounds) == (start, goal, k, (0.0, 0.0, 1.0, 1.0))
+    assert problem.field == RiskField([Threat(x, y, spread=spread, peak=peak) for x, y, spread, peak in threats])
+    assert (scenario.title, scenario.lattice.shape) == (title, (resolution, resolution))
+    assert scenario_from_toml(text, "mine").problem == problem
+
+
+def test_whole_numbers_are_numbers() -> None:
+    problem = scenario_from_toml("start = [0, 0]\ngoal = [1, 1]\nk = 3", "mine").problem
+    assert (problem.start, problem.k) == ((0.0, 0.0), 3.0)
+
+
+def test_sigma_reads_eq1() -> None:
+    field = scenario_from_toml(f"{BASE}threats = [{{ x = 0.5, y = 0.5, sigma = 0.2 }}]", "mine").problem.field
+    assert field == RiskField([Threat.from_eq1(0.5, 0.5, 0.2)])
+
+
+def test_start_may_be_the_goal() -> None:
+    problem = scenario_from_toml("start = [0.5, 0.5]\ngoal = [0.5, 0.5]\nk = 1", "mine").problem
+    assert problem.start == problem.goal
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (ENDS.replace("0.1, 0.1", "2.0, 0.1") + "k = 1", ["start", "(2.0, 0.1)", "outside the bounds", "move it"]),
+        (ENDS.replace("0.9, 0.9", "0.9, -0.1") + "k = 1", ["goal", "(0.9, -0.1)", "outside the bounds", "move it"]),
+        (f"{BASE}[no_fly]\npolygons = [[[0, 0], [0.2, 0], [0.2, 0.2], [0, 0.2]]]", ["start", "no-fly", "move it"]),
+        (f"{BASE}[no_fly]\npolygons = [[[0.8, 0.8], [1, 0.8], [1, 1], [0.8, 1]]]", ["goal", "no-fly", "move it"]),
+        (f"{ENDS}k = -1.0", ["k:", "-1.0", "greater than or equal to 0"]),
+        (f"{ENDS}k = nan", ["k:", "nan", "finite"]),
+        (f"{ENDS}k = inf", ["k:", "inf", "finite"]),
+        (f'{ENDS}k = "1"', ["k:", "'1'", "number"]),
+        (f"{ENDS}k = true", ["k:", "True", "number"]),
+        (f"{ENDS}k = 1979-05-27", ["k:", "number"]),
+        (f"{BASE}threats = [{{ x = 0.5, y = 0.5, spread = 0.0 }}]", ["threats.0.spread", "0.0", "greater than 0"]),
+        (f"{BASE}threats = [{{ x = 0.5, y = 0.5, spread = -0.1 }}]", ["threats.0.spread", "-0.1", "greater than 0"]),
+        (f"{BASE}threats = [{{ x = 0.5, y = 0.5, spread = nan }}]", ["threats.0.spread", "nan"]),
+        (f"{BASE}threats = [{{ x = 0.5, y = 0.5, spread = 0.1, peak = 0 }}]", ["threats.0.peak", "greater than 0"]),
+        (f"{BASE}threats = [{{ x = 0.5, y = 0.5, spread = 0.1, peak = 2 }}]", ["threat 0", "peak 2", "improper"]),
+        (f"{BASE}threats = [{{ x = 0.5, y = 0.5 }}]", ["spread", "sigma"]),
+        (f"{BASE}threats = [{{ x = 0.5, y = 0.5, spread = 0.1, sigma = 0.1 }}]", ["spread", "sigma"]),
+        (f"{BASE}threats = [{{ x = 0.5, spread = 0.1 }}]", ["threats.0.y", "needed"]),
+        (f"{BASE}threats = [{{ x = 0.5, y = 0.5, spred = 0.1 }}]", ["threats.0.spred", "unknown key", "spread"]),
+        (f"{BASE}threats = 5", ["threats", "list", "5"]),
+        (f"{BASE}treats = []", ["treats", "unknown key", "threats"]),
+        (f"{BASE}zzz = []", ["zzz", "unknown key", "known keys", "start"]),
+        (f"{BASE}[lattice]\nresolution = 1", ["resolution", "1", "at least 2"]),
+        (f"{BASE}[lattice]\nresolution = [5, 0]", ["resolution", "(5, 0)", "at least 2"]),
+        (f"{BASE}[lattice]\nresolution = 5.0", ["lattice.resolution", "5.0", "integer"]),
+        (f"{BASE}[lattice]\nresolution = [5, 5, 5]", ["lattice.resolution"]),
+        (f'{BASE}[lattice]\nkind = "hexagonal"', ["lattice.kind", "hexagonal", "closed"]),
+        (f"{BASE}[lattice]\nresolutions = 5", ["lattice.resolutions", "unknown key", "resolution"]),
+        (f"{BASE}[no_fly]\npolygon = []", ["no_fly.polygon", "unknown key", "polygons"]),
+        (f"{BASE}[no_fly]\npolygons = [[[0.4, 0.4], [0.6, 0.6]]]", ["no_fly.polygons.0", "at least 3"]),
+        (f"{BASE}[no_fly]\npolygons = [[[0.4, inf], [0.6, 0.6], [0.5, 0.5]]]", ["no_fly.polygons.0.0.1", "finite"]),
+        (f"{BASE}[no_fly]\npolygons = [[[0.4, 0.4], [0.6, 0.6], [0.6, 0.4], [0.4, 0.6]]]", ["no-fly", "intersection"]),
+        (f'{BASE}[no_fly]\ngeojson = ["x.geojson"]', ["no_fly.geojson", "x.geojson", "lonlat"]),
+        (f"{BASE}bounds = [0, 0, 1]", ["bounds", "4 items"]),
+        (f"{BASE}bounds = [0, 0, 0, 1]", ["bounds", "empty", "x_min < x_max"]),
+        (f"{BASE}bounds = [1, 1, 0, 0]", ["bounds", "empty", "x_min < x_max"]),
+        (f'{BASE}coordinates = "mars"', ["coordinates", "mars", "lonlat"]),
+        (f"{BASE}title = 5", ["title", "5", "string"]),
+        (f"{BASE}[random_threats]\ncount = 0\nseed = 1\nspread = [0.1, 0.2]", ["random_threats.count", "0"]),
+        (f"{BASE}[random_threats]\ncount = 2\nseed = -1\nspread = [0.1, 0.2]", ["random_threats.seed", "-1"]),
+        (f"{BASE}[random_threats]\ncount = 2\nseed = 1\nspread = [0.1, 0.2]\nclear = 9", ["no room", "lower clear"]),
+        (f"{BASE}[random_threats]\ncount = 2\nseed = 1\nspreads = [0.1, 0.2]", ["random_threats.spread"]),
+        (f"{BASE}[solvers]\ncgla = 5", ["solvers.cgla", "5"]),
+        ("start = [0.1, 0.1]\ngoal = [0.9, 0.9]", ["k", "needed", "add it"]),
+        ("", ["start", "needed", "2 more"]),
+        ("start = [0.1,", ["not TOML"]),
+        ("k = 1\nk = 2", ["not TOML", "overwrite"]),
+        ("\0", ["not TOML"]),
+        (LONLAT.replace("61.0]", "161.0]"), ["bounds", "161.0"]),
+        (LONLAT.replace("60.9]", "160.9]"), ["goal", "160.9"]),
+        (f'{LONLAT}[no_fly]\ngeojson = ["none.geojson"]', ["none.geojson", "no such file"]),
+    ],
+)
+def test_mistakes_are_named(text: str, words: list[str]) -> None:
+    message = message_of(text)
+    assert not [word for word in words if word not in message], message
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        pytest.param(f"{BASE}title = {'[' * 5000}{']' * 5000}", ["not TOML"], id="deep"),
+        pytest.param(f"{ENDS}k = 1{'0' * 5000}", ["not TOML"], id="digits"),
+    ],
+)
+def test_text_that_breaks_the_reader(text: str, words: list[str]) -> None:
+    message = message_of(text)
+    assert not [word for word in words if word not in message], message
+
+
+@pytest.mark.parametrize("spread", ["[0.2, 0.1]", "[-0.2, -0.1]", "[0.0, 0.0]"])
+def test_spreads_of_random_threats(spread: str) -> None:
+    assert "random_threats.spread" in message_of(f"{BASE}[random_threats]\ncount = 2\nseed = 1\nspread = {spread}")
+
+
+def test_the_path_of_a_key_is_as_written() -> None:
+    assert "lattice.resolution:" in message_of(f"{BASE}[lattice]\nresolution = 5.0")
+
+
+@pytest.mark.parametrize(
+    "bounds",
+    [
+        "[24.0, 61.0, 25.0, 60.0]",
+        "[24.0, 60.0, 24.0, 61.0]",
+        "[24.0, 60.0, 25.0, 60.0]",
+    ],
+)
+def test_bounds_in_degrees_are_checked_like_others(bounds: str) -> None:
+    assert "bounds" in message_of(LONLAT.replace("[24.0, 60.0, 25.0, 61.0]", bounds))
+
+
+def test_bounds_across_the_antimeridian() -> None:
+    text = LONLAT.replace("[24.0, 60.0, 25.0, 61.0]", "[179.0, 60.0, -179.0, 61.0]")
+    problem = scenario_from_toml(text.replace("[24.1,", "[179.1,").replace("[24.9,", "[-179.1,"), "mine").problem
+    width, height = np.diff(np.reshape(problem.bounds, (2, 2)), axis=0)[0]
+    assert width == pytest.approx(111.7e3, rel=0.02)
+    assert height == pytest.approx(111.4e3, rel=0.02)
+
+
+def test_a_point_outside_is_told_in_its_own_units() -> None:
+    assert "26.5" in message_of(LONLAT.replace("24.1", "26.5"))
+
+
+def test_a_message_stays_readable() -> None:
+    assert len(message_of(f"{BASE}title = [{'1.5, ' * 10_000}]")) < 1000
+
+
+def test_start_on_the_border_in_degrees() -> None:
+    text = LONLAT.replace("25.0, 61.0", "24.15, 61.0").replace("24.9", "24.1")
+    scenario_from_toml(text.replace("24.1, 60.1", "24.075, 60.0"), "mine")
+
+
+@pytest.mark.parametrize("table", ["[solvers.cglaa]\nx = 1", "[solvers.cgla]\nscheduel = 1"])
+def test_settings_of_solvers_are_checked(
+    tmp_path: Path, table: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from cgla_graph.comparisons.cli import main  # noqa: PLC0415 - only here
+
+    file = tmp_path / "mine.toml"
+    file.write_text(f"{BASE}[lattice]\nresolution = 3\n{table}", encoding="utf-8")
+    monkeypatch.setattr("sys.argv", ["cgla", "compare", str(file), "--solvers", "cgla"])
+    with pytest.raises(SystemExit) as left:
+        main()
+    assert (left.value.code, "cgla" in capsys.readouterr().err) == (2, True)
+
+
+def test_random_threats_are_the_same_every_time_and_keep_clear() -> None:
+    text = f"{BASE}[random_threats]\ncount = 40\nseed = 7\nspread = [0.01, 0.05]\npeak = [0.2, 0.9]\nclear = 0.2"
+    problem = scenario_from_toml(text, "mine").problem
+    assert scenario_from_toml(text, "mine").problem == problem
+    assert scenario_from_toml(text.replace("seed = 7", "seed = 8"), "mine").problem != problem
+    threats = problem.field.threats
+    assert len(threats) == 40
+    assert all(0.01 <= threat.spread <= 0.05 and 0.2 <= threat.peak <= 0.9 for threat in threats)
+    assert all(0.0 <= threat.x <= 1.0 and 0.0 <= threat.y <= 1.0 for threat in threats)
+    ends = (problem.start, problem.goal)
+    assert min(math.dist((threat.x, threat.y), end) for threat in threats for end in ends) >= 0.2
+
+
+def test_random_threats_join_those_written() -> None:
+    text = f"{BASE}threats = [{{ x = 0.5, y = 0.5, spread = 0.1 }}]\n"
+    more = "[random_threats]\ncount = 3\nseed = 1\nspread = [0.1, 0.1]"
+    threats = scenario_from_toml(text + more, "mine").problem.field.threats
+    assert len(threats) == 4
+    assert threats[0] == Threat(0.5, 0.5, spread=0.1)
+
+
+def test_rings_may_be_closed_or_not() -> None:
+    shut = SQUARE[:-1] + ", [0.4, 0.4]]"
+    areas = [scenario_from_toml(f"{BASE}[no_fly]\npolygons = [{ring}]", "m").problem.no_fly for ring in (SQUARE, shut)]
+    assert areas[0] is not None
+    assert areas[0].equals(areas[1])
+    assert areas[0].area == pytest.approx(0.04)
+
+
+def test_degrees_become_metres() -> None:
+    text = f"{LONLAT}threats = [{{ x = 24.5, y = 60.5, spread = 5000 }}]\n"
+    scenario = scenario_from_toml(text, "mine")
+    assert isinstance(scenario.projection, LocalProjection)
+    back = scenario.projection.inverse([scenario.problem.start, scenario.problem.goal])
+    np.testing.assert_allclose(back, [(24.1, 60.1), (24.9, 60.9)], atol=1e-9)
+    (threat,) = scenario.problem.field.threats
+    assert math.hypot(threat.x, threat.y) < 1e-6, "the projection is centred on the bounds"
+    assert threat.spread == 5000.0
+    width, height = np.diff(np.reshape(scenario.problem.bounds, (2, 2)), axis=0)[0]
+    assert width == pytest.approx(55.8e3, rel=0.01)
+    assert height == pytest.approx(111.4e3, rel=0.01)
+
+
+def test_geojson_is_found_beside_the_scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    area = shapely.box(24.4, 60.4, 24.6, 60.6)
+    (tmp_path / "areas").mkdir()
+    (tmp_path / "areas" / "one.geojson").write_text(shapely.to_geojson(area), encoding="utf-8")
+    file = tmp_path / "mine.toml"
+    file.write_text(f'{LONLAT}[no_fly]\ngeojson = ["areas/one.geojson"]', encoding="utf-8")
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    scenario = load_scenario(file)
+    assert scenario.problem.no_fly is not None
+    assert scenario.projection is not None
+    assert scenario.problem.no_fly.covers(shapely.Point(scenario.projection.forward((24.5, 60.5))))
+    assert scenario.problem.no_fly.area == pytest.approx(11.05e3 * 22.28e3, rel=0.01)
+
+
+def test_a_file_may_have_any_name(tmp_path: Path) -> None:
+    for name in ("ünïcode 漢字", "with blanks", "[bold]x[bold]", "quo\"te'", "line\nbreak", "-dash", ".dot"):
+        file = tmp_path / f"{name}.toml"
+        file.write_text(BASE, encoding="utf-8")
+        assert load_scenario(file).name == name
+        assert load_scenario(str(file)).name == name
+
+
+def make_folder(path: Path) -> None:
+    path.mkdir()
+
+
+def make_junk(path: Path) -> None:
+    path.write_bytes(bytes(range(256)))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [(lambda _: None, "no such file"), (make_folder, "directory"), (make_junk, "utf-8"), (Path.touch, "needed")],
+    ids=["missing", "folder", "junk", "empty"],
+)
+def test_files_that_cannot_be_read(tmp_path: Path, make: Callable[[Path], Any], words: str) -> None:
+    file = tmp_path / "mine.toml"
+    make(file)
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(file)
+    assert str(caught.value).startswith(f"{file}: ")
+    assert words in str(caught.value).lower()
+
+
+def test_a_name_that_no_file_can_have() -> None:
+    with pytest.raises(ScenarioError, match="name"):
+        load_scenario("a\0b.toml")
+
+
+def test_the_ending_may_be_in_capitals(tmp_path: Path) -> None:
+    file = tmp_path / "MINE.TOML"
+    file.write_text(BASE, encoding="utf-8")
+    assert load_scenario(file).name == "MINE"
+
+
+@pytest.mark.parametrize(("name", "near"), [("papr", "paper"), ("fifty-treats", "fifty-threats"), ("mazes", "maze")])
+def test_unknown_names_offer_the_nearest(name: str, near: str) -> None:
+    for ask in (load_scenario, shipped_text):
+        with pytest.raises(ScenarioError, match=f"{name}.*did you mean.*{near}.*[.]toml"):
+            ask(name)
+
+
+@pytest.mark.parametrize("name", ["", ".", "/", "..", "../paper", "a\0b", "\N{SNOWMAN}"])
+def test_names_that_are_nothing(name: str) -> None:
+    with pytest.raises(ScenarioError, match="unknown scenario"):
+        load_scenario(name)
+
+
+def test_shipped_come_in_order_without_doubles() -> None:
+    names = shipped()
+    assert names[0] == "paper"
+    assert names[1:] == sorted(set(names) - {"paper"})
+
+
+@pytest.mark.parametrize("spread", ["1e-320", "1e300"])
+def test_spreads_at_the_ends_of_the_numbers(spread: str) -> None:
+    text = f"{BASE}threats = [{{ x = 0.5, y = 0.5, spread = {spread} }}]"
+    try:
+        problem = scenario_from_toml(text, "mine").problem
+    except ScenarioError:
+        return
+    assert math.isfinite(problem.evaluate([problem.start, problem.goal]).cost)
+
+
+def test_a_scenario_cannot_be_changed() -> None:
+    scenario: Scenario = load_scenario("one-threat")
+    with pytest.raises(AttributeError):
+        scenario.name = "other"  # type: ignore[misc]
