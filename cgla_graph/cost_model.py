@@ -98,17 +98,7 @@ class CostModel:
         return out
 
     def row(self, positions: FloatArray, node: int, lattice_shape: tuple[int, int] = (0, 0)) -> FloatArray:
-        """
-        Weigh the segments between one node and all: a row of `matrix`, to the last bit.
-
-        Raises
-        ------
-        IndexError
-            If there is no such node.
-        """
-        if not 0 <= node < len(positions):
-            msg = f"node index {node} is not in 0 to {len(positions) - 1}"
-            raise IndexError(msg)
+        """Weigh the segments between one node and all, shape ``(n,)``: a row of `matrix`, to the last bit."""
         out = np.empty(len(positions))
         graph_kernels.complete_row(positions, *lattice_shape, node, self.kernel_model(), out)
         return out

@@ -374,7 +374,7 @@ class GeometricGraph:
     @property
     def has_negative_weights(self) -> bool:
         """Whether a weight is below 0, against the assumption of Theorem 1; only an improper risk field does that."""
-        if self.model is None or not self.model.field.improper:
+        if self.model is None or self.model.field.is_probability:
             return False
         stored = self._stored
         weights = stored.data if stored is not None and not isinstance(stored, np.ndarray) else self.weight_matrix()
@@ -413,7 +413,15 @@ class GeometricGraph:
         -------
         weights
             A view that must not be written to, or a new array.
+
+        Raises
+        ------
+        IndexError
+            If there is no such index; negative ones do not count from the end.
         """
+        if not 0 <= index < self.n_nodes:
+            msg = f"node index {index} is not in 0 to {self.n_nodes - 1}"
+            raise IndexError(msg)
         if isinstance(self._stored, np.ndarray):
             return np.asarray(self._stored[index])
         if self._stored is not None:
@@ -422,7 +430,7 @@ class GeometricGraph:
 
     def weights_to(self, index: int) -> FloatArray:
         """Return the weights of the edges from all nodes to one, shape ``(n,)``: the column of Eq. 9's ``p_r``."""
-        if not self.directed:
+        if not (self.directed and 0 <= index < self.n_nodes):
             return self.weights_from(index)
         return dense_row(self._reversed, index) if self.is_sparse else self._reversed_matrix[index]
 

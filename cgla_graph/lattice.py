@@ -8,6 +8,7 @@ import numpy as np
 
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph._validate import bounds_box
+from cgla_graph._validate import point as pair
 from cgla_graph.errors import ProblemError
 
 LatticeKind: TypeAlias = Literal["closed", "upper", "lower", "centre"]
@@ -93,6 +94,11 @@ class Lattice:
         """
         Return the index of the lattice point nearest to `point`.
 
+        Raises
+        ------
+        ProblemError
+            If `point` is not two finite numbers.
+
         Examples
         --------
         >>> Lattice(3, bounds=(0, 0, 1, 1)).nearest((0.9, 0.6))
@@ -100,7 +106,7 @@ class Lattice:
         """
         column, row = (
             int(np.abs(self._side(low, high, n) - value).argmin())
-            for value, (low, high, n) in zip(point, self._sides(), strict=True)
+            for value, (low, high, n) in zip(pair("the point", point), self._sides(), strict=True)
         )
         return column + row * self.shape[0]
 

@@ -203,7 +203,8 @@ class Problem:
         Parameters
         ----------
         resolution
-            Points a side of a closed lattice, or a `Lattice`.
+            Points a side of a closed lattice over the bounds, or a `Lattice`. Of one that goes beyond the bounds, the
+            oracle refuses paths through the points outside.
 
         Returns
         -------

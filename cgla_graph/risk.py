@@ -110,7 +110,7 @@ class Threat:
             "sigma2": (sigma, 1.0 / (math.sqrt(2.0 * math.pi) * sigma)),
             "gauss2d": (sigma, 1.0 / (2.0 * math.pi * sigma**2)),
         }
-        if reading not in readings:
+        if not isinstance(reading, str) or reading not in readings:
             msg = f"unknown reading of Eq. 1: {reading!r}; choose one of {', '.join(readings)}"
             raise ProblemError(msg)
         spread, peak = readings[reading]
@@ -149,10 +149,7 @@ class RiskField:
 
     def __init__(self, threats: Iterable[Threat] = (), *, improper: bool = False) -> None:
         """Collect the threats and check their peaks."""
-        if not isinstance(threats, Iterable):
-            msg = f"threats are {threats!r}; give a list of Threat"
-            raise ProblemError(msg)
-        members = tuple(threats)
+        members = _listed(threats)
         for number, threat in enumerate(members):
             if not isinstance(threat, Threat):
                 msg = f"threat {number} is {threat!r}, not a Threat; write Threat(x=…, y=…, spread=…, peak=…)"
@@ -168,34 +165,44 @@ class RiskField:
             msg = f"{above} of {len(members)} threats peak above 1: no probability, and weights may be negative"
             warnings.warn(msg, ImproperFieldWarning, stacklevel=2)
         object.__setattr__(self, "threats", members)
-        object.__setattr__(self, "improper", above > 0)
+        object.__setattr__(self, "improper", bool(improper))
 
     def __len__(self) -> int:
         """Count the threats."""
         return len(self.threats)
 
+    @property
+    def is_probability(self) -> bool:
+        """Whether no peak exceeds 1, so that ``F`` stays in [0, 1] and no weight is below the length."""
+        return all(threat.peak <= 1.0 for threat in self.threats)
+
     @cached_property
     def table(self) -> FloatArray:
         """The kernels' view of the threats, shape ``(m, 7)``, read-only."""
         rows = np.array([(t.x, t.y, t.spread, t.peak) for t in self.threats], dtype=np.float64).reshape(-1, 4)
-        table = risk_kernels.threat_table(rows, improper=self.improper)
+        table = risk_kernels.threat_table(rows, improper=not self.is_probability)
         table.flags.writeable = False
         return table
 
     def kernel_field(self) -> risk_kernels.Field:
         """Hand the field to a kernel, with scratch memory of its own (one call for each thread)."""
-        return self.table, risk_kernels.workspace(len(self)), self.improper
+        return self.table, risk_kernels.workspace(len(self)), not self.is_probability
 
     def with_threats(self, threats: Iterable[Threat]) -> "RiskField":
         """
-        Return a new field that has `threats` as well.
+        Return a new field that has `threats` as well; it is improper if this one is.
+
+        Raises
+        ------
+        ProblemError
+            If something else than threats is given, or a peak exceeds 1 and the field is not improper.
 
         Examples
         --------
         >>> len(RiskField([Threat(0, 0, 1)]).with_threats([Threat(1, 1, 1)]))
         2
         """
-        return RiskField((*self.threats, *threats), improper=self.improper)
+        return RiskField((*self.threats, *_listed(threats)), improper=self.improper)
 
     def density(self, points: ArrayLike) -> FloatArray:
         """
@@ -297,3 +304,10 @@ class RiskField:
         starts_flat, ends_flat = (np.ascontiguousarray(a).reshape(-1, 2) for a in (first, second))
         risk_kernels.segment_risks(starts_flat, ends_flat, self.kernel_field(), out.reshape(-1))
         return out
+
+
+def _listed(threats: object) -> tuple[Threat, ...]:
+    if not isinstance(threats, Iterable):
+        msg = f"threats are {threats!r}; give a list of Threat"
+        raise ProblemError(msg)
+    return tuple(threats)

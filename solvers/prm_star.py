@@ -56,7 +56,7 @@ class PrmStar:
 
     def solve(self, problem: Problem) -> Solution:
         """Grow the roadmap, weigh its edges, and search it."""
-        if problem.field.improper:
+        if not problem.field.is_probability:
             return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         began = time.perf_counter()
         positions, tails, heads, source, target = self._roadmap(problem)

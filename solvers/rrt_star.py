@@ -59,7 +59,7 @@ class RrtStar:
 
     def solve(self, problem: Problem) -> Solution:
         """Grow the tree until the budget is used up."""
-        if problem.field.improper:
+        if not problem.field.is_probability:
             return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         from ompl import base as ob  # noqa: PLC0415 - optional
         from ompl import geometric as og  # noqa: PLC0415 - optional

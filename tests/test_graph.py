@@ -635,8 +635,10 @@ def test_ends_that_are_no_lists_of_points_are_refused() -> None:
     ],
 )
 def test_an_index_beyond_the_nodes_is_refused(graph: GeometricGraph) -> None:
-    with pytest.raises(IndexError):
-        graph.weights_from(graph.n_nodes)
+    for index in (graph.n_nodes, -1):
+        for weights in (graph.weights_from, graph.weights_to):
+            with pytest.raises(IndexError, match="not in 0 to 3"):
+                weights(index)
 
 
 @pytest.mark.parametrize("node", [4, -1, "a", None, (0,), [0], {}, 0.5])

@@ -349,7 +349,7 @@ def test_improper_integral_equals_quad(n: int, sigma: float, reading: Reading, e
 
 def test_an_improper_field_without_high_peaks_is_a_proper_one() -> None:
     field = RiskField([Threat(0.0, 0.0, spread=1.0)], improper=True)
-    assert not field.improper
+    assert field.is_probability
     assert field == RiskField([Threat(0.0, 0.0, spread=1.0)])
 
 
@@ -473,3 +473,23 @@ def test_malformed_points_are_refused(bad: ArrayLike) -> None:
 def test_ends_that_do_not_broadcast_are_refused(x: float) -> None:
     with pytest.raises(ProblemError, match=r"\(2, 2\).*\(3, 2\).*broadcast"):
         RiskField().line_integral(np.full((2, 2), x), np.full((3, 2), x))
+
+
+def test_an_improper_field_stays_improper_until_it_needs_to_be() -> None:
+    field = RiskField(improper=True)
+    assert field.is_probability
+    with pytest.warns(ImproperFieldWarning):
+        higher = field.with_threats([Threat(0.0, 0.0, spread=1.0, peak=2.0)])
+    assert (higher.improper, higher.is_probability) == (True, False)
+
+
+@pytest.mark.parametrize("threats", [None, Threat(0.0, 0.0, spread=1.0), 3])
+def test_only_lists_of_threats_are_added(threats: object) -> None:
+    with pytest.raises(ProblemError, match="give a list of Threat"):
+        RiskField().with_threats(threats)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("reading", [[], None, 1])
+def test_a_reading_is_a_word(reading: object) -> None:
+    with pytest.raises(ProblemError, match="unknown reading of Eq"):
+        Threat.from_eq1(0.0, 0.0, 1.0, reading=reading)  # type: ignore[arg-type]
