@@ -110,7 +110,7 @@ class Threat:
             "sigma2": (sigma, 1.0 / (math.sqrt(2.0 * math.pi) * sigma)),
             "gauss2d": (sigma, 1.0 / (2.0 * math.pi * sigma**2)),
         }
-        if not isinstance(reading, str) or reading not in readings:
+        if reading not in list(readings):  # a list, because anything may be looked up in it
             msg = f"unknown reading of Eq. 1: {reading!r}; choose one of {', '.join(readings)}"
             raise ProblemError(msg)
         spread, peak = readings[reading]

@@ -16,7 +16,7 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray
 
-CUTOFF = 1e-13
+CUTOFF = 1e-12
 LOG_CUTOFF = math.log(CUTOFF)
 X, Y, REACH2, PRECISION, LOG_PEAK, ROOT, SPREAD = range(7)
 AT, PRECISION_AT, LOG_AMPLITUDE, ROOT_AT, LOW, HIGH, SPREAD_AT = range(7)

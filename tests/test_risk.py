@@ -350,7 +350,8 @@ def test_improper_integral_equals_quad(n: int, sigma: float, reading: Reading, e
 def test_an_improper_field_without_high_peaks_is_a_proper_one() -> None:
     field = RiskField([Threat(0.0, 0.0, spread=1.0)], improper=True)
     assert field.is_probability
-    assert field == RiskField([Threat(0.0, 0.0, spread=1.0)])
+    plain = RiskField([Threat(0.0, 0.0, spread=1.0)])
+    assert field.line_integral((-1, 0), (1, 0.5)) == plain.line_integral((-1, 0), (1, 0.5))
 
 
 @usual
