@@ -11,6 +11,7 @@ from shapely.geometry import GeometryCollection, LineString, MultiPolygon, Point
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray
+from cgla_graph._validate import point_array
 from cgla_graph.errors import ProblemError
 from cgla_graph.no_fly_kernels import AreaArrays, in_line, pair_sectors, segments_cross
 
@@ -211,15 +212,8 @@ class NoFlyArea:
 
 
 def _points(values: ArrayLike, name: str) -> FloatArray:
-    """Return ``(..., 2)`` finite coordinates as doubles, or raise a ``ProblemError`` that names ``name``."""
-    try:
-        points = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        message = f"{name} is no array of numbers; give an array of shape (..., 2)"
-        raise ProblemError(message) from None
-    if points.ndim == 0 or points.shape[-1] != 2:  # noqa: PLR2004 (x and y)
-        message = f"{name} has shape {points.shape}; its last axis must hold x and y, as in (..., 2)"
-        raise ProblemError(message)
+    """Return points as `point_array` does, if the exact arithmetic can hold them."""
+    points = point_array(name, values)
     if not (np.abs(points) <= MAX_COORDINATE).all():
         worst = points[~(np.abs(points) <= MAX_COORDINATE)][0]
         message = f"{name} holds the coordinate {worst}; coordinates are finite and at most {MAX_COORDINATE:g}"

@@ -68,7 +68,7 @@ def write_bytes(path: Path, data: bytes) -> Path:
 
 
 def _cannot_write(path: Path, error: OSError) -> OutputError:
-    return OutputError(f"{path}: cannot be written: {error.strerror or error}; choose another --out")
+    return OutputError(f"{path}: cannot be written: {error.strerror or error}; choose another folder (--out)")
 
 
 class RowLog:

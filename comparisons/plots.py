@@ -1,13 +1,12 @@
 """Pictures of a comparison, and their files: paths on the map of risk, and best costs over time."""
 
 import io
-import secrets
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
 
+from cgla_graph.comparisons.files import write_bytes
 from cgla_graph.comparisons.plot_map import map_figure
 from cgla_graph.comparisons.plot_page import style
 from cgla_graph.comparisons.plot_trace import trace_figure
@@ -47,20 +46,13 @@ def save(figure: Figure, path: Path) -> Path:
     ...     save(Figure(), Path(folder, "empty.svg")).stat().st_size > 0
     True
     """
-    part = path.with_name(f".{secrets.token_hex(8)}.part")
     try:
         image = _image(figure, path.suffix.lower())
-        with part.open("xb") as file:
-            file.write(image)
-        part.replace(path)
     except Exception as error:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
-        msg = f"{path}: cannot be written: {reason}"
+        reason = " ".join(str(error).split()) or type(error).__name__
+        msg = f"{path}: cannot be drawn: {reason}"
         raise OutputError(msg) from error
-    finally:
-        with suppress(OSError):  # mostly as it is not there
-            part.unlink()
-    return path
+    return write_bytes(path, image)
 
 
 def _image(figure: Figure, suffix: str) -> bytes:
