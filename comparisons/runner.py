@@ -245,7 +245,8 @@ def _warm_up(contenders: Iterable[Contender]) -> None:
             for package in registry.traits(contender.name).needs:
                 importlib.import_module(package)
     problem = Problem((0.0, 0.0), (1.0, 1.0), k=1.0)
-    solve(problem, "cgla", resolution=2)
+    for name, settings in (("cgla", {}), ("eight-direction", {"corner_rule": "both-free"})):
+        solve(problem, registry.get(name, **settings), resolution=2)
     model = CostModel(problem.field, 1.0)
     risk_kernels.segment_cost(0.0, 0.0, 1.0, 1.0, 1.0, model.field.kernel_field())
     segment_crosses(0.0, 0.0, 1.0, 1.0, model.area.kernel_arrays)
