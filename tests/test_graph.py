@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import tracemalloc
 from collections.abc import Callable, Hashable
 
 import networkx as nx
@@ -703,3 +704,16 @@ def test_a_path_never_crosses_an_area_that_it_may_not(area: BaseGeometry, eight:
 
 def test_references_keep_zeros() -> None:
     assert stored(np.array([[0.0, 0.0], [np.inf, 0.0]])).nnz == 1
+
+
+@pytest.mark.parametrize("area", [None, shapely.box(0.4, 0.4, 0.6, 0.6)], ids=["open", "with an area"])
+def test_the_dense_matrix_needs_no_second_one(area: BaseGeometry | None) -> None:
+    graph = GeometricGraph.complete(Lattice(30, bounds=UNIT), THREATS, k=10.0, no_fly=area)
+    graph.weights_from(0)
+    tracemalloc.start()
+    try:
+        matrix = graph.weight_matrix()
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert matrix.nbytes <= peak <= 1.1 * matrix.nbytes
