@@ -3,6 +3,9 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/installed
+# compiled kernels are kept apart for each state of the kernels' sources, as numba does not follow calls across files
+KERNELS := $(shell cat cgla_graph/*_kernels.py | cksum | cut -d ' ' -f 1)
+export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels-$(KERNELS)
 
 .PHONY: compare test lint check bench clean
 
@@ -18,7 +21,7 @@ lint: $(INSTALLED)
 	$(BIN)/mypy
 
 check: lint test
-	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(VENV)/boundscheck $(BIN)/python -m pytest --quiet \
+	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(BIN)/python -m pytest --quiet \
 		tests/test_risk.py tests/test_no_fly.py tests/test_graph.py tests/test_cgla_matrix.py
 
 bench: $(INSTALLED)

@@ -16,6 +16,10 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     Numba ships no type hints, so this keeps the hints of the function it is given. Floats are IEEE: no
     fast-math, because kernels promise exact predicates and error bounds.
 
+    Numba keeps a kernel for as long as its **own** file stays the same, also when a kernel that it calls from another
+    file changes. An installation writes all files anew; whoever edits kernels in place deletes the kept code, or sets
+    ``NUMBA_CACHE_DIR`` to another folder, as the Makefile does.
+
     Examples
     --------
     >>> from cgla_graph.risk_kernels import erf

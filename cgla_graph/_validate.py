@@ -1,4 +1,8 @@
-"""Checks of what users pass in: each returns a clean copy or raises a `ProblemError` that names the fault."""
+"""
+Checks of what users pass in: each returns a checked value or raises a `ProblemError` that names the fault.
+
+An array that is as it should be is returned itself; nothing writes to it.
+"""
 
 import math
 from collections.abc import Iterable
@@ -65,17 +69,22 @@ def point(name: str, value: object) -> Point:
     return finite_number(f"{name} x", numbers[0]), finite_number(f"{name} y", numbers[1])
 
 
-def point_array(name: str, value: ArrayLike) -> FloatArray:
-    """Return `value` as a contiguous array of shape ``(..., 2)``, or raise `ProblemError`; the input stays as it is."""
+def number_array(name: str, value: ArrayLike) -> FloatArray:
+    """Return `value` as a contiguous array of floats, or raise `ProblemError` unless it is made of real numbers."""
     try:
         given = np.asarray(value)
         if given.dtype.kind in "SUcmM":
             msg = f"elements of type {given.dtype}"
             raise TypeError(msg)  # noqa: TRY301 - told like what NumPy itself refuses
-        array = np.asarray(given, dtype=np.float64, order="C")
+        return np.asarray(given, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError) as error:
-        msg = f"{name} is not an array of numbers ({error}); give points as pairs (x, y)"
+        msg = f"{name} is not an array of numbers ({error}); give real numbers"
         raise ProblemError(msg) from error
+
+
+def point_array(name: str, value: ArrayLike) -> FloatArray:
+    """Return `value` as a contiguous array of shape ``(..., 2)``, or raise `ProblemError`; the input stays as it is."""
+    array = number_array(name, value)
     if array.ndim == 0 or array.shape[-1] != 2:  # noqa: PLR2004 - a point has two coordinates
         msg = f"{name} has shape {array.shape}; give points as pairs (x, y), shape (..., 2)"
         raise ProblemError(msg)

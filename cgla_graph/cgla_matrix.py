@@ -37,11 +37,11 @@ class CostMatrix:
         The ``p_r`` of each round (label setting: the order of settling; given: as given; synchronous: empty, as
         every node serves in every round).
     rounds
-        Rounds run: one node settled each in label setting; one ``p_r`` each in a given order, up to the last that
-        could change something; in the synchronous schedule, the rounds that changed something.
+        Rounds run: one node settled each in label setting; one ``p_r`` each in a given order, which is left as soon as
+        it is known that nothing can change any more; in the synchronous schedule, the rounds that changed something.
     converged
-        Whether no further round could change a value. After an early stop it is False, yet every value of
-        `order` and of the source is final (Theorem 1).
+        True: it is known that no further round can change a value. False: it is not known (`residual` computes it).
+        After an early stop it is False, yet every value of `order` and of the source is final (Theorem 1).
 
     Examples
     --------
@@ -178,6 +178,9 @@ def cost_matrix(
     >>> cost_matrix(chain, 2, schedule="given", order=[2, 1]).values.tolist()
     [2.0, 1.0, 0.0]
     """
+    if not isinstance(graph, GeometricGraph):
+        msg = f"graph is a {type(graph).__name__}; give a GeometricGraph, such as GeometricGraph.from_matrix(weights)"
+        raise GraphError(msg)
     if schedule not in get_args(Schedule):
         msg = f"unknown schedule {schedule!r}; choose one of {', '.join(get_args(Schedule))}"
         raise GraphError(msg)
@@ -217,8 +220,8 @@ def _label_setting(graph: GeometricGraph, target: int, source: int) -> CostMatri
     else:
         weights = graph.weight_matrix_to()
         rounds = graph_kernels.label_setting(weights, target, source, values, successors, order)
-    # An early stop leaves nodes unsettled that have a value; without one there are none.
-    settled_all = rounds == int(np.isfinite(values).sum())
+    # An early stop leaves nodes unsettled that have a value; weights below 0 could improve settled ones.
+    settled_all = rounds == int(np.isfinite(values).sum()) and not graph.has_negative_weights
     return _result(graph, target, "label-setting", values, successors, order[:rounds], rounds, converged=settled_all)
 
 
@@ -241,22 +244,22 @@ def _synchronous(graph: GeometricGraph, target: int) -> CostMatrix:
     return _result(graph, target, "synchronous", values, successors, empty, rounds, converged=done)
 
 
-def _given(graph: GeometricGraph, target: int, order: IntArray) -> CostMatrix:
+def _given(graph: GeometricGraph, target: int, order: Iterable[int]) -> CostMatrix:
     values, successors = _start(graph.n_nodes, target)
     pending = np.zeros(graph.n_nodes, dtype=np.bool_)
     pending[target] = True
-    rounds = 0
-    for node in order.tolist():
-        # only a p_r that changed since it last served can change anything
+    served: list[int] = []
+    # the order may be long: it is read only as long as a p_r may change something
+    for node in order:
+        served.append(node)
+        # only a p_r that changed since it last served can
         if pending[node]:
             pending[node] = False
             graph_kernels.relax(graph.weights_to(node), node, values[node], values, successors, pending)
             if not pending.any():
-                rounds += 1
                 break
-        rounds += 1
-    done = not pending.any()
-    return _result(graph, target, "given", values, successors, order[:rounds], rounds, converged=done)
+    used = np.array(served, dtype=np.int64)
+    return _result(graph, target, "given", values, successors, used, len(used), converged=not pending.any())
 
 
 def _result(

@@ -1,6 +1,8 @@
 """Lists of edges, and the sparse matrices made of them: the workshop behind `GeometricGraph`'s constructors."""
 
+import math
 from collections.abc import Hashable, Mapping
+from contextlib import suppress
 from typing import Any, Literal, NoReturn, TypeAlias, cast
 
 import networkx as nx
@@ -8,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph._validate import point_array
+from cgla_graph._validate import NO_NUMBERS, point_array
 from cgla_graph.cost_model import CostModel
 from cgla_graph.errors import GraphError
 from cgla_graph.lattice import Lattice
@@ -97,10 +99,10 @@ def edge_weight(u: Node, v: Node, data: Mapping[str, Any], weight: str) -> float
     if weight not in data:
         msg = f"edge {u!r} - {v!r} has no attribute {weight!r}; name the attribute, or pass weight=None for Eq. 5"
         raise GraphError(msg)
-    try:
-        value = float(data[weight])
-    except (TypeError, ValueError):
-        value = float("nan")
+    value = math.nan
+    if not isinstance(data[weight], NO_NUMBERS):
+        with suppress(TypeError, ValueError, OverflowError):
+            value = float(data[weight])
     if not value >= 0.0:
         reject_weight(u, v, data[weight])
     return value

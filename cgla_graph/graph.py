@@ -16,7 +16,7 @@ from scipy import sparse
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph._validate import point, point_array
+from cgla_graph._validate import number_array, point, point_array
 from cgla_graph.cost_model import CostModel
 from cgla_graph.edges import (
     CornerRule,
@@ -31,6 +31,7 @@ from cgla_graph.edges import (
 )
 from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
 from cgla_graph.lattice import Lattice
+from cgla_graph.no_fly import NoFlyArea
 from cgla_graph.risk import RiskField
 
 
@@ -140,7 +141,8 @@ class GeometricGraph:
             the same cell.
         corner_rule
             ``touch``: a diagonal step may touch a corner of the no-fly area (as any segment may). ``both-free``: it
-            also needs both lattice points beside it outside the area, the rule of grid benchmarks.
+            also needs both lattice points beside it outside the area, the rule of grid benchmarks; it does not
+            concern the edges of extra nodes.
 
         Returns
         -------
@@ -182,6 +184,7 @@ class GeometricGraph:
         pos: str = "pos",
         field: RiskField | None = None,
         k: float = 0.0,
+        no_fly: BaseGeometry | None = None,
     ) -> "GeometricGraph":
         """
         Take over a networkx graph: any node labels, directed or not; of parallel edges the lightest counts.
@@ -197,6 +200,8 @@ class GeometricGraph:
             The node attribute that holds ``(x, y)``, map units. Positions are taken if every node has one.
         field, k
             Risk field and risk weight for ``weight=None``.
+        no_fly
+            Polygons that take away every edge whose straight segment crosses them; needs positions.
 
         Returns
         -------
@@ -208,6 +213,8 @@ class GeometricGraph:
         GraphError
             If an edge lacks its weight, or a weight is negative or not a number; if positions are needed and a
             node has none.
+        ProblemError
+            If positions, field or k are malformed.
 
         Examples
         --------
@@ -216,19 +223,24 @@ class GeometricGraph:
         >>> GeometricGraph.from_networkx(ring).weights_from(0).tolist()
         [0.0, 2.0, 2.0]
         """
+        if not isinstance(graph, nx.Graph):
+            msg = f"this is a {type(graph).__name__}, not a networkx graph; from_matrix takes matrices of weights"
+            raise GraphError(msg)
         labels = list(graph.nodes)
         index = {label: i for i, label in enumerate(labels)}
-        spots = networkx_positions(graph, pos, needed=weight is None)
+        spots = networkx_positions(graph, pos, needed=weight is None or no_fly is not None)
         positions = _positions(spots, len(labels))
         edges = [(u, v, data) for u, v, data in graph.edges(data=True) if u != v]
         tails = np.array([index[u] for u, _, _ in edges], dtype=np.int64)
         heads = np.array([index[v] for _, v, _ in edges], dtype=np.int64)
         model = None
         if weight is None and positions is not None:
-            model = CostModel(RiskField() if field is None else field, k)
+            model = CostModel(RiskField() if field is None else field, k, no_fly)
             weights = model.weights(positions[tails], positions[heads])
         else:
             weights = np.array([edge_weight(u, v, data, str(weight)) for u, v, data in edges], dtype=np.float64)
+            if no_fly is not None and positions is not None:
+                weights[NoFlyArea(no_fly).crosses(positions[tails], positions[heads])] = np.inf
         matrix = compressed(tails, heads, weights, len(labels), mirrored=not graph.is_directed())
         return cls(labels, positions, directed=graph.is_directed(), model=model, _stored=matrix)
 
@@ -258,6 +270,8 @@ class GeometricGraph:
         ------
         GraphError
             If the matrix is not square, holds a negative weight or a NaN, or labels or positions do not fit.
+        ProblemError
+            If the positions are no array of numbers.
 
         Examples
         --------
@@ -265,10 +279,9 @@ class GeometricGraph:
         [0.0, 0.0]
         """
         try:
-            weights = np.array(matrix, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            msg = f"the weight matrix is no matrix of numbers ({error}); give a square one"
-            raise GraphError(msg) from error
+            weights = number_array("the weight matrix", matrix).copy()
+        except ProblemError as error:
+            raise GraphError(str(error)) from error
         if weights.ndim != 2 or weights.shape[0] != weights.shape[1]:  # noqa: PLR2004 - a matrix
             msg = f"the weight matrix has shape {weights.shape}; give a square one"
             raise GraphError(msg)
@@ -320,14 +333,17 @@ class GeometricGraph:
         [0.0, 0.0, inf]
         """
         try:
-            rows = sparse.csr_array(matrix, dtype=np.float64, copy=True)
+            given = sparse.csr_array(matrix)
+            rows = sparse.csr_array(
+                (number_array("stored weights", given.data), given.indices, given.indptr), shape=given.shape, copy=True
+            )
         except (TypeError, ValueError) as error:
             msg = f"the sparse weight matrix is {type(matrix).__name__} ({error}); give a square scipy sparse matrix"
             raise GraphError(msg) from error
         # adds duplicates up, and keeps stored zeros
         rows.sum_duplicates()
         entries = sparse.coo_array(rows)
-        if len(entries.shape) != 2 or entries.shape[0] != entries.shape[1]:  # noqa: PLR2004 - a matrix
+        if entries.ndim != 2 or entries.shape[0] != entries.shape[-1]:  # noqa: PLR2004 - a matrix
             msg = f"the sparse weight matrix has shape {entries.shape}; give a square one"
             raise GraphError(msg)
         names = _labels(labels, entries.shape[0])
@@ -356,7 +372,7 @@ class GeometricGraph:
 
     @property
     def n_edges(self) -> int:
-        """Number of edges: ordered pairs in a directed graph, else unordered ones."""
+        """Number of edges: ordered pairs in a directed graph, else unordered ones; weighs a graph that is implicit."""
         stored = self._stored
         if stored is not None and not isinstance(stored, np.ndarray):
             entries = int(stored.nnz)
@@ -366,7 +382,12 @@ class GeometricGraph:
 
     @property
     def n_pairs(self) -> int:
-        """Number of segments that Eq. 5 weighs to know every edge; 0 where the weights were given."""
+        """
+        Number of pairs whose weight Eq. 5 gives; 0 where the weights were given.
+
+        Of a complete graph all pairs count, those as well that a no-fly area takes away or that are added up along a
+        line of the lattice; of an 8-connected one, its edges.
+        """
         if self.model is None:
             return 0
         return self.n_edges if self.is_sparse else self.n_nodes * (self.n_nodes - 1) // 2
@@ -379,6 +400,13 @@ class GeometricGraph:
         stored = self._stored
         weights = stored.data if stored is not None and not isinstance(stored, np.ndarray) else self.weight_matrix()
         return bool((weights < 0.0).any())
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Restore a pickled graph; pickling forgets that arrays are read-only."""
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+        self.__dict__.update(state)
 
     @cached_property
     def _indices(self) -> Mapping[Node, int]:
@@ -473,8 +501,10 @@ class GeometricGraph:
         matrix = self.weight_matrix()
         kept = np.isfinite(matrix)
         np.fill_diagonal(kept, val=False)
+        # 32-bit indices, and no array of index pairs: the matrix is large enough
+        columns = np.broadcast_to(np.arange(self.n_nodes, dtype=np.int32), matrix.shape)[kept]
         counts = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
-        return sparse.csr_array((matrix[kept], np.nonzero(kept)[1], counts), shape=matrix.shape)
+        return sparse.csr_array((matrix[kept], columns, counts), shape=matrix.shape)
 
     def to_networkx(self) -> "nx.Graph[Any]":
         """

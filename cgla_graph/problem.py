@@ -291,8 +291,8 @@ class GraphProblem:
         """
         Replace what a solver says of its nodes by what the graph says (see `Problem.judge`).
 
-        Risk is ``(cost - length) / k`` where the graph knows its cost model; length needs positions. Both are NaN
-        where they are not known.
+        Risk is the integral of the cost model's field along the path, length needs positions; each is NaN where the
+        graph does not know it.
         """
         if not solution.status.is_path:
             return replace(solution, cost=np.inf, length=np.inf, risk=np.inf)
@@ -322,7 +322,7 @@ def _honest(claimed: Solution, judged: Solution) -> Solution:
     if not abs(claimed.cost - judged.cost) <= COST_TOLERANCE * abs(judged.cost) + 1e-12:
         lie = f"the solver says its path costs {claimed.cost:.9g}, the oracle says {judged.cost:.9g}"
         return replace(judged, status=Status.FAILED, message=lie)
-    if claimed.lower_bound > judged.cost * (1.0 + BOUND_TOLERANCE):
+    if claimed.lower_bound > judged.cost + BOUND_TOLERANCE * abs(judged.cost):
         lie = f"the solver says that no path costs less than {claimed.lower_bound:.9g}, its own costs {judged.cost:.9g}"
         return replace(judged, status=Status.FAILED, lower_bound=np.nan, message=lie)
     return judged

@@ -4,8 +4,8 @@ import math
 import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Literal, TypeAlias
+from functools import cached_property, partial
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,8 +19,10 @@ from cgla_graph.errors import ProblemError
 Reading: TypeAlias = Literal["membership", "literal", "sigma2", "gauss2d"]
 
 
-#: Spreads and peaks beyond this, or below one over this, would overflow when squared.
-LARGEST = 1e100
+#: Spreads beyond this, or below one over this, would overflow in products of precisions (fourth powers).
+LARGEST = 1e70
+#: Up to here the quadrature keeps its accuracy for improper fields.
+HIGHEST_PEAK = 1e6
 
 
 class ImproperFieldWarning(UserWarning):
@@ -61,10 +63,10 @@ class Threat:
         """Check the four numbers and store them as plain floats."""
         for name in ("x", "y"):
             object.__setattr__(self, name, finite_number(f"threat {name}", getattr(self, name)))
-        for name in ("spread", "peak"):
+        for name, most in (("spread", LARGEST), ("peak", HIGHEST_PEAK)):
             number = positive_number(f"threat {name}", getattr(self, name))
-            if not 1.0 / LARGEST <= number <= LARGEST:
-                msg = f"threat {name} is {number:g}; it must be between {1.0 / LARGEST:g} and {LARGEST:g}"
+            if not 1.0 / LARGEST <= number <= most:
+                msg = f"threat {name} is {number:g}; it must be between {1.0 / LARGEST:g} and {most:g}"
                 raise ProblemError(msg)
             object.__setattr__(self, name, number)
 
@@ -157,7 +159,7 @@ class RiskField:
             if threat.peak > 1.0 and not improper:
                 msg = (
                     f"threat {number} has peak {threat.peak:g}; a risk field takes peaks in (0, 1]: "
-                    "lower it, or pass improper=True to see what breaks"
+                    "lower it, or set improper to see what breaks"
                 )
                 raise ProblemError(msg)
         above = sum(threat.peak > 1.0 for threat in members)
@@ -187,6 +189,10 @@ class RiskField:
     def kernel_field(self) -> risk_kernels.Field:
         """Hand the field to a kernel, with scratch memory of its own (one call for each thread)."""
         return self.table, risk_kernels.workspace(len(self)), not self.is_probability
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the threats alone: the table is made anew, read-only."""
+        return partial(RiskField, improper=self.improper), (self.threats,)
 
     def with_threats(self, threats: Iterable[Threat]) -> "RiskField":
         """

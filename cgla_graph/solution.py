@@ -93,7 +93,8 @@ class Solution:
     seconds
         Time to solve; `build_seconds` is the time before that, to weigh the graph.
     evaluations
-        Segments weighed by Eq. 5, those of the graph included.
+        Pairs of points whose cost was asked for: segments weighed while solving, and the pairs of the graph
+        (`GeometricGraph.n_pairs`).
     trace
         Best cost over time, for anytime solvers.
     message

@@ -73,7 +73,7 @@ def compare(
     scenarios: ScenarioArg = None,
     solvers: Annotated[
         str | None,
-        typer.Option("--solvers", metavar="A,B", help="names, with settings as NAME:SETTING=VALUE (default: all)"),
+        typer.Option("--solvers", metavar="A,B", help="names, with settings as NAME:A=1:B=2 (default: all)"),
     ] = None,
     seeds: Annotated[
         int, typer.Option("--seeds", metavar="N", min=1, help="runs of each solver that draws random numbers")
@@ -95,7 +95,7 @@ def compare(
     from cgla_graph.comparisons import files, rows, runner, tables
 
     contenders = _contenders(solvers)
-    opened = list(_open(scenarios or ["paper"], start, goal, resolution))
+    opened = _distinct(_open(scenarios or ["paper"], start, goal, resolution))
     folder = files.make_folder(out) if out else None
     total = runner.count_runs(opened, contenders, seeds)
     runs: list[Run] = []
@@ -132,7 +132,7 @@ def plan(
         str, typer.Argument(metavar="SCENARIO", help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW")
     ],
     solver: Annotated[
-        str, typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:SETTING=VALUE")
+        str, typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:A=1:B=2")
     ] = "cgla",
     out: OutOption = None,
     start: StartOption = None,
@@ -244,6 +244,18 @@ def _open(specs: Sequence[str], start: str | None, goal: str | None, resolution:
                 yield dataclasses.replace(scenario, lattice=Lattice(resolution, bounds=scenario.problem.bounds))
 
 
+def _distinct(scenarios: "Iterable[Scenario]") -> "list[Scenario]":
+    """Give scenarios of the same name numbers, so that their rows can be told apart."""
+    import dataclasses
+
+    seen: dict[str, int] = {}
+    found = []
+    for scenario in scenarios:
+        seen[scenario.name] = number = seen.get(scenario.name, 0) + 1
+        found.append(scenario if number == 1 else dataclasses.replace(scenario, name=f"{scenario.name}-{number}"))
+    return found
+
+
 def _point(option: str, text: str | None) -> "Point | None":
     if text is None:
         return None
@@ -317,13 +329,13 @@ def _print_plan(scenario: "Scenario", solution: "Solution") -> None:
 
     unit = " m" if scenario.projection else ""
     lines = {
-        "scenario": f"{scenario.name}: {scenario.title}",
+        "scenario": scenario.name + (f": {scenario.title}" if scenario.title else ""),
         "solver": solution.solver,
         "status": f"{solution.status.label}: {solution.status.value}",
         "cost": figure(solution.cost, 9) + unit,
         "length": figure(solution.length, 9) + unit,
         "risk": figure(solution.risk, 6),
-        "clearance": figure(solution.clearance, 6) + unit if solution.clearance < float("inf") else "no no-fly area",
+        "clearance": "no no-fly area" if scenario.problem.no_fly is None else figure(solution.clearance, 6) + unit,
         "waypoints": str(len(solution.path)),
         "time": f"{duration(solution.seconds)}, and {duration(solution.build_seconds)} to weigh the graph",
         "remark": solution.message,

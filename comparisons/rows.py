@@ -49,7 +49,8 @@ def row(run: Run, best_exact: float = math.nan) -> dict[str, Any]:
         One value for each of `COLUMNS`; lengths in map units, times in seconds.
     """
     solution = run.solution
-    excess = excess_over(solution.cost, best_exact)
+    # a path that may not be flown is no match for one that may
+    excess = excess_over(solution.cost, best_exact) if solution.status.is_path else math.nan
     return {
         "scenario": run.scenario.name,
         "solver": run.solver,
@@ -172,7 +173,7 @@ def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
         status=labels.pop() if len(labels) == 1 else f"found {n_paths}/{len(solutions)}",
         n_paths=n_paths,
         cost=cost,
-        excess=excess_over(cost, best),
+        excess=excess_over(cost, best) if n_paths else math.nan,
         length=typical.length,
         risk=typical.risk,
         clearance=typical.clearance,

@@ -5,6 +5,7 @@ import dataclasses
 import importlib
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,7 +17,9 @@ from cgla_graph.problem import GraphProblem, Problem
 from cgla_graph.scenario import Scenario
 from cgla_graph.solution import Solution, Status
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.bridge import DENSE_UP_TO, solve
+from cgla_graph.solvers.bridge import solve, weighed
+from cgla_graph.solvers.cgla import Cgla
+from cgla_graph.solvers.eight_direction import EightDirection
 
 
 @dataclass(frozen=True)
@@ -208,9 +211,7 @@ class _Ground:
         """Return the shared graph, weighed."""
         if self.graph_problem is None:
             began = time.perf_counter()
-            self.graph_problem = self.scenario.problem.on_lattice(self.scenario.lattice)
-            if self.graph_problem.graph.n_nodes <= DENSE_UP_TO:
-                self.graph_problem.graph.weight_matrix()
+            self.graph_problem = weighed(self.scenario.problem.on_lattice(self.scenario.lattice))
             self.build_seconds = time.perf_counter() - began
         return self.graph_problem
 
@@ -245,8 +246,10 @@ def _warm_up(contenders: Iterable[Contender]) -> None:
             for package in registry.traits(contender.name).needs:
                 importlib.import_module(package)
     problem = Problem((0.0, 0.0), (1.0, 1.0), k=1.0)
-    for name, settings in (("cgla", {}), ("eight-direction", {"corner_rule": "both-free"})):
-        solve(problem, registry.get(name, **settings), resolution=2)
+    for solver in (Cgla(), EightDirection(corner_rule="both-free")):
+        # what is wrong with a solver is told by its own run
+        with suppress(Exception):
+            solve(problem, solver, resolution=2)
     model = CostModel(problem.field, 1.0)
     risk_kernels.segment_cost(0.0, 0.0, 1.0, 1.0, 1.0, model.field.kernel_field())
     segment_crosses(0.0, 0.0, 1.0, 1.0, model.area.kernel_arrays)

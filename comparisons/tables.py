@@ -18,11 +18,12 @@ MOST_DIGITS = 1e12
 def comparison_table(scenario: Scenario, runs: Sequence[Run]) -> Table:
     """Show one scenario: a line a solver, cheapest first. Names appear as they are: no markup, no emoji codes."""
     unit = "m" if scenario.projection else "map units"
-    title = f"{scenario.name}: {scenario.title} (k = {scenario.problem.k:g}, lengths in {unit})"
+    name = scenario.name + (f": {scenario.title}" if scenario.title else "")
+    title = f"{name} (k = {scenario.problem.k:g}, lengths in {unit})"
     table = Table(title=Text(title), title_justify="left", title_style="bold", caption_justify="left")
     table.add_column("solver", no_wrap=True)
     table.add_column("status", no_wrap=True)
-    heads = ("cost", "excess", "length", "risk", "clearance", "time", "build", "evaluations", "spread")
+    heads = ("cost", "excess", "length", "risk", "clearance", "time", "build", "evaluations", "seed spread")
     for head in heads:
         table.add_column(head, justify="right", no_wrap=True)
     remarks = []
@@ -31,7 +32,9 @@ def comparison_table(scenario: Scenario, runs: Sequence[Run]) -> Table:
         if summary.message and not _is_quiet(summary):
             remarks.append(f"{summary.solver}: {summary.message}")
     notes = [
-        "excess: over the best exact optimum on the lattice; time: to solve; build: to weigh and hand over the graph"
+        "excess: over the best exact optimum on the lattice; time: to solve; build: to weigh and hand over the graph",
+        "evaluations: pairs of points whose cost was asked for",
+        "of several seeds: the median run, and in seed spread how much dearer the dearest is than the cheapest",
     ]
     table.caption = Text("\n".join(notes + remarks))
     return table

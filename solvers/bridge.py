@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from cgla_graph.errors import SolverSettingError
+from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.lattice import Lattice
 from cgla_graph.problem import GraphProblem, Problem
 from cgla_graph.solution import Solution, Status
@@ -52,7 +52,7 @@ def solve(
     UnknownSolverError, SolverUnavailableError, SolverSettingError
         If there is no such solver, it cannot run here, or a setting is wrong.
     ProblemError
-        If the resolution is malformed.
+        If `problem` is no problem, or the resolution is malformed.
 
     Examples
     --------
@@ -70,6 +70,9 @@ def solve(
         raise SolverSettingError(msg)
     else:
         chosen = solver
+    if not isinstance(problem, Problem | GraphProblem):
+        msg = f"problem is a {type(problem).__name__}; give a Problem, or a GraphProblem for a graph of your own"
+        raise ProblemError(msg)
     if isinstance(problem, GraphProblem):
         return _solve_graph(problem, _graph_solver(chosen))
     if problem.start == problem.goal:
@@ -77,12 +80,17 @@ def solve(
     if chosen.traits.domain == "plane":
         return _solve_plane(problem, _with_resolution(chosen, resolution))
     began = time.perf_counter()
-    graph_problem = on or problem.on_lattice(resolution)
-    if graph_problem.graph.n_nodes <= DENSE_UP_TO:
-        graph_problem.graph.weight_matrix()
+    graph_problem = weighed(on or problem.on_lattice(resolution))
     laid = time.perf_counter() - began
     answer = _solve_graph(graph_problem, _graph_solver(chosen))
     return problem.judge(dataclasses.replace(answer, build_seconds=laid + answer.build_seconds))
+
+
+def weighed(problem: GraphProblem) -> GraphProblem:
+    """Weigh a complete graph at once if its matrix is affordable; larger ones are weighed row by row, when asked."""
+    if problem.graph.is_implicit and problem.graph.n_nodes <= DENSE_UP_TO:
+        problem.graph.weight_matrix()
+    return problem
 
 
 def _solve_graph(problem: GraphProblem, solver: GraphSolver) -> Solution:

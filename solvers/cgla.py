@@ -1,5 +1,6 @@
 """CGLA: the paper's cost matrix, then greedy descent from the start."""
 
+import itertools
 from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args
 
@@ -63,7 +64,7 @@ class Cgla:
             matrix = cost_matrix(graph, problem.target, schedule="synchronous")
         else:
             # n sweeps are enough for weights of at least 0: each settles one more edge of every least-cost path
-            sweeps = [node for _ in range(graph.n_nodes) for node in graph.labels]
+            sweeps = itertools.chain.from_iterable(itertools.repeat(graph.labels, graph.n_nodes))
             matrix = cost_matrix(graph, problem.target, schedule="given", order=sweeps)
         nodes = matrix.path_from(problem.source)
         if not nodes:

@@ -71,15 +71,18 @@ class NetworkxAstar:
 
 
 def _search(problem: GraphProblem, find: "Callable[[nx.Graph[Any]], Sequence[Node]]") -> Solution:
-    if problem.graph.has_negative_weights:
+    # of a graph that is not weighed yet, counting the edges would weigh it
+    graph = problem.graph
+    n_edges = graph.n_pairs if graph.is_implicit else graph.n_edges
+    if n_edges > MAX_EDGES:
+        return Solution(Status.UNSUPPORTED, message=f"{n_edges} edges; networkx takes {MAX_EDGES} here")
+    if graph.has_negative_weights:
         return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
-    if problem.graph.n_edges > MAX_EDGES:
-        return Solution(Status.UNSUPPORTED, message=f"{problem.graph.n_edges} edges; networkx takes {MAX_EDGES} here")
     began = time.perf_counter()
-    graph = problem.graph.to_networkx()
+    searched = graph.to_networkx()
     build_seconds = time.perf_counter() - began
     try:
-        nodes = tuple(find(graph))
+        nodes = tuple(find(searched))
     except nx.NetworkXNoPath:
         return Solution(Status.NO_PATH, build_seconds=build_seconds)
     return Solution(Status.OPTIMAL, nodes=nodes, cost=problem.evaluate(nodes), build_seconds=build_seconds)

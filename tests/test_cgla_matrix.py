@@ -664,3 +664,8 @@ def test_more_k_never_raises_the_risk_nor_shortens_the_path(
         assert more[0] >= less[0] - 1e-9
         assert more[2] <= less[2] + 1e-9
         assert more[1] >= less[1] - 1e-9 * (1.0 + k)
+
+
+def test_a_bare_matrix_is_refused_with_the_remedy() -> None:
+    with pytest.raises(GraphError, match="from_matrix"):
+        cost_matrix(np.ones((3, 3)), target=0)  # type: ignore[arg-type]

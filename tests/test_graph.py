@@ -717,3 +717,20 @@ def test_the_dense_matrix_needs_no_second_one(area: BaseGeometry | None) -> None
     finally:
         tracemalloc.stop()
     assert matrix.nbytes <= peak <= 1.1 * matrix.nbytes
+
+
+@pytest.mark.parametrize("weight", [None, "weight"])
+def test_a_no_fly_area_takes_edges_of_a_networkx_graph_away(weight: str | None) -> None:
+    graph = nx.Graph()
+    for name, spot in {"a": (0, 0), "b": (2, 0), "c": (1, 2)}.items():
+        graph.add_node(name, pos=spot)
+    graph.add_weighted_edges_from([("a", "b", 5.0), ("b", "c", 5.0), ("a", "c", 5.0)])
+    ours = GeometricGraph.from_networkx(graph, weight=weight, no_fly=shapely.box(0.9, -0.5, 1.1, 0.5))
+    assert ours.n_edges == 2
+    assert np.isinf(ours.weights_from(0)[1])
+
+
+@pytest.mark.parametrize("graph", [{"a": 1}, np.ones((2, 2)), None])
+def test_what_is_no_networkx_graph_is_refused(graph: object) -> None:
+    with pytest.raises(GraphError, match="not a networkx graph"):
+        GeometricGraph.from_networkx(graph)  # type: ignore[arg-type]

@@ -1,6 +1,7 @@
 """The risk field: density, gradient and line integral against plain NumPy and `scipy.integrate.quad`."""
 
 import math
+import pickle
 import subprocess
 import sys
 from collections.abc import Callable
@@ -494,3 +495,20 @@ def test_only_lists_of_threats_are_added(threats: object) -> None:
 def test_a_reading_is_a_word(reading: object) -> None:
     with pytest.raises(ProblemError, match="unknown reading of Eq"):
         Threat.from_eq1(0.0, 0.0, 1.0, reading=reading)  # type: ignore[arg-type]
+
+
+def test_a_pickled_field_is_the_same_and_read_only() -> None:
+    field = RiskField([Threat(0.1, 0.2, spread=0.3, peak=0.4)])
+    again = pickle.loads(pickle.dumps(field))  # noqa: S301 - our own bytes
+    assert again == field
+    assert not again.table.flags.writeable
+
+
+def test_narrow_threats_count_twice_as_they_should() -> None:
+    # products of precisions are fourth powers: they must not overflow before spreads are refused
+    one, two = (RiskField([Threat(0.0, 0.0, spread=1e-69)] * n) for n in (1, 2))
+    ends = np.array([-1e-68, 0.0]), np.array([1e-68, 0.0])
+    expected = (2.0 - math.sqrt(0.5)) * one.line_integral(*ends)
+    assert two.line_integral(*ends) == pytest.approx(expected, rel=1e-9)
+    with pytest.raises(ProblemError, match="threat spread"):
+        Threat(0.0, 0.0, spread=1e-71)

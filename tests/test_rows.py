@@ -217,3 +217,9 @@ def test_any_runs_can_be_summarised(costs: list[float]) -> None:
     assert min(costs) <= found.cost <= max(costs)
     assert math.isnan(found.spread) or found.spread >= 0.0
     assert summaries([]) == []
+
+
+def test_a_path_that_may_not_be_flown_has_no_excess() -> None:
+    runs = [run_of(2.0, solver="cgla", exact=True), run_of(1.0, solver="wall", status=Status.INFEASIBLE)]
+    assert [line["excess"] for line in rows_of(runs)] == [0.0, None]
+    assert math.isnan(summaries(runs)[-1].excess)

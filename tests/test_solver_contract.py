@@ -90,3 +90,14 @@ class BrokenPlane:
 def test_a_broken_plane_solver_is_caught(fault: str) -> None:
     with pytest.raises(AssertionError, match="broken"):
         check_solver(BrokenPlane(fault))
+
+
+def test_the_straight_line_bounds_every_path_from_below() -> None:
+    field = cg.RiskField([cg.Threat(0.5, 0.5, spread=0.1)])
+    problem = cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=10.0)
+    line = cg.solve(problem, "straight-line")
+    assert line.gap == pytest.approx(line.cost / line.length - 1.0)
+    for name in ("cgla", "eight-direction"):
+        assert cg.solve(problem, name).cost >= line.lower_bound
+    detour = np.linspace(problem.start, problem.goal, 1001)
+    assert cg.Problem(problem.start, problem.goal).evaluate(detour).cost >= line.lower_bound

@@ -65,7 +65,7 @@ def test_a_name_of_two_lines_keeps_both() -> None:
     run = run_of("one\ntwo", "cgla")
     text = shown(comparison_table(run.scenario, [run]))
     assert "one" in text
-    assert "two: " in text
+    assert "two (k = " in text
 
 
 @given(name=st.text(st.characters(exclude_categories=["C", "Z"]), min_size=1, max_size=20))
