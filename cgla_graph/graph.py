@@ -368,14 +368,13 @@ class GeometricGraph:
     @property
     def is_sparse(self) -> bool:
         """Whether the weights are held as a sparse matrix."""
-        return self._stored is not None and not isinstance(self._stored, np.ndarray)
+        return self._rows is not None
 
     @property
     def n_edges(self) -> int:
         """Number of edges: ordered pairs in a directed graph, else unordered ones; weighs a graph that is implicit."""
-        stored = self._stored
-        if stored is not None and not isinstance(stored, np.ndarray):
-            entries = int(stored.nnz)
+        if self._rows is not None:
+            entries = int(self._rows.nnz)
         else:
             entries = int(np.isfinite(self.weight_matrix()).sum()) - self.n_nodes
         return entries if self.directed else entries // 2
@@ -397,8 +396,7 @@ class GeometricGraph:
         """Whether a weight is below 0, against the assumption of Theorem 1; only an improper risk field does that."""
         if self.model is None or self.model.field.is_probability:
             return False
-        stored = self._stored
-        weights = stored.data if stored is not None and not isinstance(stored, np.ndarray) else self.weight_matrix()
+        weights = self.weight_matrix() if self._rows is None else self._rows.data
         return bool((weights < 0.0).any())
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -450,10 +448,10 @@ class GeometricGraph:
         if not 0 <= index < self.n_nodes:
             msg = f"node index {index} is not in 0 to {self.n_nodes - 1}"
             raise IndexError(msg)
+        if self._rows is not None:
+            return dense_row(self._rows, index)
         if isinstance(self._stored, np.ndarray):
             return np.asarray(self._stored[index])
-        if self._stored is not None:
-            return dense_row(self._stored, index)
         return self._cost_model.row(self._where, index, self._lattice_shape)
 
     def weights_to(self, index: int) -> FloatArray:
@@ -472,10 +470,10 @@ class GeometricGraph:
             Shape ``(n, n)``, read-only: ``[i, j]`` weighs the edge from ``i`` to ``j``, infinity where there is
             none, 0 on the diagonal.
         """
+        if self._rows is not None:
+            return self._dense
         if isinstance(self._stored, np.ndarray):
             return self._stored
-        if self._stored is not None:
-            return self._dense
         matrix = self._cost_model.matrix(self._where, self._lattice_shape)
         matrix.flags.writeable = False
         object.__setattr__(self, "_stored", matrix)
@@ -496,8 +494,8 @@ class GeometricGraph:
         >>> GeometricGraph.from_matrix([[0, 0], [5, 0]]).to_csgraph().nnz
         2
         """
-        if self._stored is not None and not isinstance(self._stored, np.ndarray):
-            return self._stored.copy()
+        if self._rows is not None:
+            return self._rows.copy()
         matrix = self.weight_matrix()
         kept = np.isfinite(matrix)
         np.fill_diagonal(kept, val=False)
@@ -528,6 +526,11 @@ class GeometricGraph:
             if self.directed or i < j
         )
         return graph
+
+    @property
+    def _rows(self) -> "sparse.csr_array | None":
+        """The weights, where they are held row by row as a sparse matrix."""
+        return None if isinstance(self._stored, np.ndarray) else self._stored
 
     @property
     def _lattice_shape(self) -> tuple[int, int]:

@@ -62,11 +62,8 @@ def complete_row(positions: FloatArray, width: int, height: int, node: int, mode
             out[j] = 0.0
         elif not segment_crosses(positions[node, 0], positions[node, 1], positions[j, 0], positions[j, 1], area):
             low, high = min(node, j), max(node, j)
-            parts = _stride(low, high, width, height)
-            step = high - low
-            if parts > 1:
-                # parts > 1 only on the lattice, where going on in equal steps means equal steps of the index
-                step = step // parts
+            # between lattice nodes, equal steps along the segment are equal steps of the index
+            step = (high - low) // _stride(low, high, width, height)
             total = 0.0
             for end in range(high, low, -step):
                 a, b = end - step, end

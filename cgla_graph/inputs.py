@@ -115,15 +115,11 @@ def _areas_scenario(path: Path, start: Point | None, goal: Point | None) -> Scen
     box = _box_around(areas)
     corners = [(float(wrapped(np.array(x))), y) for x, y in (box[:2], box[2:])]
     begin, end = start or corners[0], goal or corners[1]
-    reach = (
-        (min(box[0], begin[0], end[0]), min(box[1], begin[1], end[1])),
-        (
-            max(box[2], begin[0], end[0]),
-            max(box[3], begin[1], end[1]),
-        ),
-    )
+    west, south, east, north = box
     # a box across the antimeridian goes on beyond 180 degrees, so no end may widen it the other way round
-    west, south, east, north = box if box[2] > 180.0 else (*reach[0], *reach[1])  # noqa: PLR2004 - degrees
+    if east <= 180.0:  # noqa: PLR2004 - degrees
+        west, south = min(west, begin[0], end[0]), min(south, begin[1], end[1])
+        east, north = max(east, begin[0], end[0]), max(north, begin[1], end[1])
     try:
         middle = float(wrapped(np.array(west))), south, float(wrapped(np.array(east))), north
         projection = LocalProjection.centred_on(middle)

@@ -62,6 +62,11 @@ class Scenario:
     y_down: bool = False
     notes: str = ""
 
+    @property
+    def full_title(self) -> str:
+        """Name and title in one line."""
+        return f"{self.name}: {self.title}" if self.title else self.name
+
 
 #: Centres in a row that fall too near to start or goal before there is no room.
 MOST_MISSES = 10_000

@@ -329,7 +329,7 @@ def _print_plan(scenario: "Scenario", solution: "Solution") -> None:
 
     unit = " m" if scenario.projection else ""
     lines = {
-        "scenario": scenario.name + (f": {scenario.title}" if scenario.title else ""),
+        "scenario": scenario.full_title,
         "solver": solution.solver,
         "status": f"{solution.status.label}: {solution.status.value}",
         "cost": figure(solution.cost, 9) + unit,
@@ -342,7 +342,7 @@ def _print_plan(scenario: "Scenario", solution: "Solution") -> None:
     }
     for key, text in lines.items():
         if text:
-            terminal.out(f"{key:10} {text}" + "\n")
+            terminal.out(f"{key:10} {text}\n")
 
 
 def _print_json(document: dict[str, Any]) -> None:

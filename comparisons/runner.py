@@ -177,8 +177,13 @@ def _seeds(scenario: Scenario, contender: Contender, n_seeds: int) -> Sequence[i
     """List the seeds of a contender: none, the one that the user or the scenario set, or 1 to `n_seeds`."""
     if registry.missing(contender.name) is not None or not registry.traits(contender.name).seeded:
         return [None]
-    settings = {**scenario.settings.get(contender.name, {}), **contender.settings}
+    settings = _settings(scenario, contender)
     return [settings["seed"]] if "seed" in settings else range(1, n_seeds + 1)
+
+
+def _settings(scenario: Scenario, contender: Contender) -> dict[str, Any]:
+    """Merge the settings that suit a scenario with the user's own, which win."""
+    return {**scenario.settings.get(contender.name, {}), **contender.settings}
 
 
 def _is_exact(contender: Contender) -> bool:
@@ -221,7 +226,7 @@ def _run(ground: _Ground, contender: Contender, seed: int | None) -> Solution:
     missing = registry.missing(contender.name)
     if missing is not None:
         return Solution(Status.UNAVAILABLE, solver=contender.name, message=missing)
-    settings = {**ground.scenario.settings.get(contender.name, {}), **contender.settings}
+    settings = _settings(ground.scenario, contender)
     if seed is not None:
         settings["seed"] = seed
     problem, lattice = ground.scenario.problem, ground.scenario.lattice

@@ -18,8 +18,7 @@ MOST_DIGITS = 1e12
 def comparison_table(scenario: Scenario, runs: Sequence[Run]) -> Table:
     """Show one scenario: a line a solver, cheapest first. Names appear as they are: no markup, no emoji codes."""
     unit = "m" if scenario.projection else "map units"
-    name = scenario.name + (f": {scenario.title}" if scenario.title else "")
-    title = f"{name} (k = {scenario.problem.k:g}, lengths in {unit})"
+    title = f"{scenario.full_title} (k = {scenario.problem.k:g}, lengths in {unit})"
     table = Table(title=Text(title), title_justify="left", title_style="bold", caption_justify="left")
     table.add_column("solver", no_wrap=True)
     table.add_column("status", no_wrap=True)

@@ -65,10 +65,11 @@ def solver_class(name: str) -> type[Solver]:
     >>> solver_class("cgla").__name__
     'Cgla'
     """
-    plug_ins = _plug_ins()
     if name in _BUILT_IN:
         module, _, attribute = _BUILT_IN[name].partition(":")
         return cast("type[Solver]", getattr(importlib.import_module(module), attribute))
+    # looking through all installed distributions takes milliseconds: only for names that are not built in
+    plug_ins = _plug_ins()
     if name in plug_ins:
         return _load(plug_ins[name])
     every = [*_BUILT_IN, *plug_ins]

@@ -5,7 +5,6 @@ import io
 import json
 import math
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -744,27 +743,16 @@ def test_standard_output_that_is_full(cgla: Call, monkeypatch: pytest.MonkeyPatc
         cgla("scenarios", "--show", "paper").refused("No space left")
 
 
-def test_a_full_disk(cgla: Call, small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    disk = tmp_path / "disk"
-    disk.mkdir()
-    mount, unmount = shutil.which("mount"), shutil.which("umount")
-    if not sys.platform.startswith("linux") or mount is None or unmount is None:
-        pytest.skip("no tmpfs on this system")
-    words = [mount, "-t", "tmpfs", "-o", "size=64k", "none", str(disk)]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)
-    if done.returncode:
-        pytest.skip(f"a small disk cannot be mounted: {done.stderr.strip()}")
+def test_a_full_disk(cgla: Call, small: Path, tiny_disk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(files.tempfile, "TemporaryFile", files.tempfile.SpooledTemporaryFile)
-    try:
-        cgla("compare", *[small] * 400, "--solvers", "straight-line", "--out", disk).refused("No space left", "--out")
-        text = (disk / "rows.jsonl.part").read_text(encoding="utf-8")
-        assert text.endswith("\n"), "a row was cut in two"
-        lines = text.splitlines()
-        assert len(lines) >= 100
-        assert all(json.loads(line)["solver"] == "straight-line" for line in lines)
-        assert names_in(disk) == {"rows.jsonl.part"}
-    finally:
-        subprocess.run([unmount, str(disk)], check=True)
+    words = ("compare", *[small] * 400, "--solvers", "straight-line", "--out", tiny_disk)
+    cgla(*words).refused("No space left", "--out")
+    text = (tiny_disk / "rows.jsonl.part").read_text(encoding="utf-8")
+    assert text.endswith("\n"), "a row was cut in two"
+    lines = text.splitlines()
+    assert len(lines) >= 100
+    assert all(json.loads(line)["solver"] == "straight-line" for line in lines)
+    assert names_in(tiny_disk) == {"rows.jsonl.part"}
 
 
 IMPROPER = """

@@ -5,10 +5,6 @@ import io
 import json
 import os
 import re
-import shutil
-import subprocess
-import sys
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -40,22 +36,6 @@ numbers = st.floats(allow_nan=False, allow_infinity=False) | st.none()
 def one() -> Run:
     (run,) = compare([scenario_from_toml(TEXT, "one")], [Contender.parse("cgla")], 1)
     return run
-
-
-@pytest.fixture
-def tiny_disk(tmp_path: Path) -> Iterator[Path]:
-    """Mount a disk of 64 KiB, where that is allowed."""
-    disk = tmp_path / "disk"
-    disk.mkdir()
-    mount, unmount = shutil.which("mount"), shutil.which("umount")
-    if not sys.platform.startswith("linux") or mount is None or unmount is None:
-        pytest.skip("no tmpfs on this system")
-    words = [mount, "-t", "tmpfs", "-o", "size=64k", "none", str(disk)]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)
-    if done.returncode:
-        pytest.skip(f"a small disk cannot be mounted: {done.stderr.strip()}")
-    yield disk
-    subprocess.run([unmount, str(disk)], check=True)
 
 
 def message_of(error: pytest.ExceptionInfo[OutputError], path: Path) -> str:
