@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from cgla_graph import comparisons as comparisons
     from cgla_graph import solvers as solvers
+    from cgla_graph.certificate import Certificate as Certificate
+    from cgla_graph.certificate import lower_bound as lower_bound
     from cgla_graph.cgla_matrix import CostMatrix as CostMatrix
     from cgla_graph.cgla_matrix import cost_matrix as cost_matrix
     from cgla_graph.cost_model import CostModel as CostModel
@@ -28,10 +30,14 @@ if TYPE_CHECKING:
     from cgla_graph.solution import Solution as Solution
     from cgla_graph.solution import Status as Status
     from cgla_graph.solvers.bridge import solve as solve
+    from cgla_graph.solvers.trade_off import pareto as pareto
+    from cgla_graph.solvers.within import plan_within_length as plan_within_length
+    from cgla_graph.solvers.within import plan_within_risk as plan_within_risk
 
 __version__ = "0.1.0"
 
 _HOMES = {
+    "Certificate": "certificate",
     "CglaError": "errors",
     "CostMatrix": "cgla_matrix",
     "CostModel": "cost_model",
@@ -48,6 +54,10 @@ _HOMES = {
     "Threat": "risk",
     "cost_matrix": "cgla_matrix",
     "load_scenario": "scenario",
+    "lower_bound": "certificate",
+    "pareto": "solvers.trade_off",
+    "plan_within_length": "solvers.within",
+    "plan_within_risk": "solvers.within",
     "solve": "solvers.bridge",
 }
 

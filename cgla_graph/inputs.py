@@ -216,6 +216,7 @@ def _grid_scenario(name: str, title: str, grid: GridMap, no_fly: BaseGeometry, e
     # a lattice has two points a side at least; of a map of one row, the second lies beyond the map, and no path there
     side_x, side_y = max(width, 2), max(height, 2)
     native = Lattice((side_x, side_y), bounds=(0.0, 0.0, float(side_x), float(side_y)), kind="centre")
+    own_cells = {"resolution": native, "corner_rule": "both-free"}
     few = native.n_points <= MOST_CELLS
     lattice = native if few else Lattice(50, bounds=grid.bounds, kind="centre")
     try:
@@ -228,6 +229,6 @@ def _grid_scenario(name: str, title: str, grid: GridMap, no_fly: BaseGeometry, e
         title=title,
         problem=problem,
         lattice=lattice,
-        settings={"eight-direction": {"resolution": native, "corner_rule": "both-free"}},
+        settings={"eight-direction": own_cells, "lazy-theta-star": own_cells},
         y_down=True,
     )

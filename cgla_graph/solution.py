@@ -92,6 +92,8 @@ class Solution:
         Name of the solver.
     seconds
         Time to solve; `build_seconds` is the time before that, to weigh the graph.
+    certificate_seconds
+        Time to prove `lower_bound`, which is no part of `seconds`.
     evaluations
         Pairs of points whose cost was asked for: segments weighed while solving, and the pairs of the graph
         (`GeometricGraph.n_pairs`).
@@ -112,6 +114,7 @@ class Solution:
     solver: str = ""
     seconds: float = 0.0
     build_seconds: float = 0.0
+    certificate_seconds: float = 0.0
     evaluations: int = 0
     trace: tuple[TracePoint, ...] = ()
     message: str = ""

@@ -4,14 +4,22 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from cgla_graph.comparisons.contender import Contender as Contender
+    from cgla_graph.comparisons.performance import performances as performances
     from cgla_graph.comparisons.rows import rows_of as rows_of
     from cgla_graph.comparisons.rows import summaries as summaries
-    from cgla_graph.comparisons.runner import Contender as Contender
     from cgla_graph.comparisons.runner import Run as Run
     from cgla_graph.comparisons.runner import compare as compare
 
-_HOMES = {"Contender": "runner", "Run": "runner", "compare": "runner", "rows_of": "rows", "summaries": "rows"}
-__all__ = ["Contender", "Run", "compare", "rows_of", "summaries"]
+_HOMES = {
+    "Contender": "contender",
+    "Run": "runner",
+    "compare": "runner",
+    "performances": "performance",
+    "rows_of": "rows",
+    "summaries": "rows",
+}
+__all__ = ["Contender", "Run", "compare", "performances", "rows_of", "summaries"]
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 - any of the names above

@@ -6,23 +6,19 @@ Everything heavy is imported where it is used, so that ``cgla --help`` answers a
 
 import io
 import json
-import re
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from cgla_graph.comparisons import terminal
 
 if TYPE_CHECKING:
-    from cgla_graph._types import Point
     from cgla_graph.comparisons.files import RowLog
-    from cgla_graph.comparisons.runner import Contender, Run
-    from cgla_graph.scenario import Scenario
-    from cgla_graph.solution import Solution
+    from cgla_graph.comparisons.runner import Run
 
 DONE, MISSING, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -36,6 +32,9 @@ ScenarioArg = Annotated[
     list[str] | None,
     typer.Argument(metavar="SCENARIO", help="shipped name, .toml, .geojson, .map, or .scen (FILE.scen:FIRST-LAST)"),
 ]
+OneScenarioArg = Annotated[
+    str, typer.Argument(metavar="SCENARIO", help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW")
+]
 OutOption = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="write files and pictures into DIR")]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON document on standard output, nothing else")]
 StartOption = Annotated[
@@ -46,6 +45,14 @@ GoalOption = Annotated[
 ]
 ResolutionOption = Annotated[
     int | None, typer.Option("--resolution", metavar="N", help="points a side of a closed lattice")
+]
+RefineOption = Annotated[bool, typer.Option("--refine", help="refine every path in the plane before it counts")]
+ToleranceOption = Annotated[
+    float | None,
+    typer.Option("--tolerance", metavar="R", help="how tight the lower bound shall be (default: 0.005; 0: no bound)"),
+]
+NoCertificateOption = Annotated[
+    bool, typer.Option("--no-certificate", help="leave out the lower bound, and so the gaps")
 ]
 
 
@@ -78,10 +85,19 @@ def compare(
     seeds: Annotated[
         int, typer.Option("--seeds", metavar="N", min=1, help="runs of each solver that draws random numbers")
     ] = 3,
+    budget: Annotated[
+        str | None,
+        typer.Option(
+            "--budget", metavar="seconds=S,…", help="seconds, iterations or evaluations, for all solvers that take it"
+        ),
+    ] = None,
     out: OutOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
     resolution: ResolutionOption = None,
+    refine: RefineOption = False,
+    tolerance: ToleranceOption = None,
+    no_certificate: NoCertificateOption = False,
     pictures: Annotated[int, typer.Option("--pictures", metavar="N", min=0, help="draw the first N scenarios")] = 20,
     strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a run has no path")] = False,
     as_json: JsonOption = False,
@@ -89,13 +105,15 @@ def compare(
     """
     Compare all solvers on any maps.
 
-    Without arguments: every installed solver on the paper's map. Prints a table; with --out, writes rows (JSON Lines,
-    CSV) and pictures as well. Ctrl-C keeps what is done.
+    Without arguments: every installed solver on the paper's map. Prints tables: how far each path is from the best
+    possible, and how soon solvers that draw random numbers or improve with time get there; with --out, writes rows
+    (JSON Lines, CSV) and pictures as well. Ctrl-C keeps what is done.
     """
-    from cgla_graph.comparisons import files, rows, runner, tables
+    from cgla_graph.comparisons import files, options, output, performance, rows, runner
 
-    contenders = _contenders(solvers)
-    opened = _distinct(_open(scenarios or ["paper"], start, goal, resolution))
+    bound = options.read_tolerance(tolerance, certify=not no_certificate)
+    contenders = options.read_contenders(solvers, budget=budget, refine=refine)
+    opened = options.number_names(options.open_all(scenarios or ["paper"], start, goal, resolution))
     folder = files.make_folder(out) if out else None
     total = runner.count_runs(opened, contenders, seeds)
     runs: list[Run] = []
@@ -103,20 +121,28 @@ def compare(
     with _row_log(folder) as log:
         try:
             with terminal.output_to_stderr(), terminal.progress(total) as tick:
-                for run in runner.compare(opened, contenders, seeds):
+                for run in runner.compare(opened, contenders, seeds, tolerance=bound):
                     runs.append(run)
                     if log:
                         log.add(rows.row(run))
                     tick(f"{run.scenario.name}: {run.solver}")
         except KeyboardInterrupt:
             interrupted = True
-        table = rows.rows_of(runs)
-        written = _write_comparison(folder, log, table, [] if interrupted else runs, pictures) if folder and log else []
+        written = output.write_rows(folder, log, runs) if folder and log else []
+        if folder and not interrupted:
+            written += output.write_all_pictures(folder, runs, pictures)
     if as_json:
-        _print_json({"rows": table, "files": [str(path) for path in written], "interrupted": interrupted})
+        groups = rows.by_scenario(runs)
+        document = {
+            "rows": rows.rows_of(runs),
+            "summary": [one.document() for group in groups for one in performance.performances(group)],
+            "certificates": [output.certificate_document(group[0]) for group in groups],
+            "files": [str(path) for path in written],
+            "interrupted": interrupted,
+        }
+        _print_json(document)
     else:
-        for group in rows.by_scenario(runs):
-            terminal.out_table(tables.comparison_table(group[0].scenario, group))
+        output.print_comparison(runs, contenders)
         _say_files(written, folder)
     if interrupted:
         kept = f" and kept in {folder}" if folder else ""
@@ -128,12 +154,72 @@ def compare(
 
 @app.command()
 def plan(
-    scenario: Annotated[
-        str, typer.Argument(metavar="SCENARIO", help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW")
-    ],
+    scenario: OneScenarioArg,
     solver: Annotated[
         str, typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:A=1:B=2")
-    ] = "cgla",
+    ] = "hybrid",
+    max_risk: Annotated[
+        float | None, typer.Option("--max-risk", metavar="R", help="find the shortest path with at most that risk")
+    ] = None,
+    max_length: Annotated[
+        float | None, typer.Option("--max-length", metavar="L", help="find the least risk on a path at most that long")
+    ] = None,
+    out: OutOption = None,
+    start: StartOption = None,
+    goal: GoalOption = None,
+    resolution: ResolutionOption = None,
+    refine: RefineOption = False,
+    tolerance: ToleranceOption = None,
+    no_certificate: NoCertificateOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Plan one path.
+
+    Prints its numbers, and how far it is from the best possible; with --out, writes its waypoints (CSV, and GeoJSON
+    on lon/lat maps) and a picture. With --max-risk or --max-length, a budget takes the place of the weight k.
+    """
+    from cgla_graph.comparisons import files, options, output, rows, runner, trade_off
+
+    bound = options.read_tolerance(tolerance, certify=not no_certificate)
+    contender = options.read_contender(solver, refine=refine)
+    opened = options.open_one("plan", scenario, start, goal, resolution)
+    folder = files.make_folder(out) if out else None
+    limited = max_risk is not None or max_length is not None
+    with terminal.output_to_stderr():
+        if limited:
+            within = trade_off.plan_of(opened, contender, max_risk, max_length, bound)
+            run = trade_off.run_of(opened, contender, within.solution)
+        else:
+            run = next(iter(runner.compare([opened], [contender], 1, tolerance=bound)))
+    written = output.write_plan(folder, run) if folder and run.solution.status.is_path else []
+    document = {
+        **rows.row(run),
+        "path": run.solution.path.tolist(),
+        "certificate": output.certificate_document(run),
+        "files": [str(path) for path in written],
+    }
+    if limited:
+        document["within"] = trade_off.within_document(within)
+    if run.scenario.projection is not None and run.solution.status.is_path:
+        document["path_lonlat"] = run.scenario.projection.inverse(run.solution.path).tolist()
+    if as_json:
+        _print_json(document)
+    else:
+        output.print_plan(run)
+        if limited:
+            trade_off.print_within(run.scenario, within)
+        _say_files(written, folder)
+    if not run.solution.status.is_path:
+        raise typer.Exit(MISSING)
+
+
+@app.command()
+def pareto(
+    scenario: OneScenarioArg,
+    solver: Annotated[
+        str, typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:A=1:B=2")
+    ] = "hybrid",
     out: OutOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
@@ -141,29 +227,66 @@ def plan(
     as_json: JsonOption = False,
 ) -> None:
     """
-    Plan one path.
+    Show what less risk costs in length, and which k asks for it.
 
-    Prints its numbers; with --out, writes its waypoints (CSV, and GeoJSON on lon/lat maps) and a picture.
+    Prints the paths that are the cheapest under some k, and the k for which each is; with --out, writes them
+    (pareto.csv) and a picture (pareto.png). With --solver cgla they are all that the lattice has.
     """
-    from cgla_graph.comparisons import files, rows, runner
+    from cgla_graph.comparisons import files, options, trade_off
 
-    contender = runner.Contender.parse(solver)
-    opened = list(_open([scenario], start, goal, resolution))
-    if len(opened) != 1:
-        _fail(f"{scenario} has {len(opened)} rows; plan takes one, as FILE.scen:ROW")
+    contender = options.read_contender(solver)
+    opened = options.open_one("pareto", scenario, start, goal, resolution)
     folder = files.make_folder(out) if out else None
     with terminal.output_to_stderr():
-        run = next(iter(runner.compare(opened, [contender], 1)))
-    written = _write_plan(folder, run) if folder and run.solution.status.is_path else []
-    document = {**rows.row(run), "path": run.solution.path.tolist(), "files": [str(path) for path in written]}
-    if run.scenario.projection is not None and run.solution.status.is_path:
-        document["path_lonlat"] = run.scenario.projection.inverse(run.solution.path).tolist()
+        front = trade_off.front_of(opened, contender)
+    written = trade_off.write_front(folder, opened, front) if folder and front.points else []
     if as_json:
-        _print_json(document)
+        document = trade_off.front_document(opened, contender, front)
+        _print_json({**document, "files": [str(path) for path in written]})
     else:
-        _print_plan(run.scenario, run.solution)
+        trade_off.print_front(opened, contender, front)
         _say_files(written, folder)
-    if not run.solution.status.is_path:
+    if not front.points:
+        raise typer.Exit(MISSING)
+
+
+@app.command()
+def certify(
+    scenario: OneScenarioArg,
+    path: Annotated[
+        Path | None,
+        typer.Option("--path", metavar="FILE.csv", help="waypoints, as plan --out writes (default: hybrid's)"),
+    ] = None,
+    tolerance: Annotated[float, typer.Option("--tolerance", metavar="R", help="gap that is good enough")] = 0.001,
+    max_cells: Annotated[
+        int, typer.Option("--max-cells", metavar="N", help="cells of a grid at most, about 200 bytes each")
+    ] = 1_500_000,
+    out: OutOption = None,
+    start: StartOption = None,
+    goal: GoalOption = None,
+    resolution: ResolutionOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Prove how far a path is from the best possible.
+
+    Prints a bracket around the least cost that any path can have, grid by grid as it closes; with --out, writes it
+    (certificate.csv) and a picture (certificate.png, .svg). Any planner's path can be held against it with --path.
+    """
+    from cgla_graph.comparisons import certify as proofs
+    from cgla_graph.comparisons import files, options
+
+    opened = options.open_one("certify", scenario, start, goal, resolution)
+    folder = files.make_folder(out) if out else None
+    with terminal.output_to_stderr():
+        run = proofs.certify(opened, path, tolerance=tolerance, max_cells=max_cells)
+    written = proofs.write_certificate(folder, run) if folder else []
+    if as_json:
+        _print_json({**proofs.certificate_document(run), "files": [str(file) for file in written]})
+    else:
+        proofs.print_certificate(run)
+        _say_files(written, folder)
+    if not proofs.is_done(run):
         raise typer.Exit(MISSING)
 
 
@@ -213,59 +336,6 @@ def scenarios(
             terminal.out_table(tables.listing("scenarios", ["name", "title"], lines))
 
 
-def _contenders(text: str | None) -> "list[Contender]":
-    from cgla_graph.comparisons.runner import Contender, every_solver
-
-    if text is None:
-        return every_solver()
-    # a comma inside brackets belongs to a setting
-    parts = re.split(r",(?![^(\[]*[)\]])", text)
-    chosen = [Contender.parse(part) for part in parts if part.strip()]
-    if not chosen:
-        _fail("--solvers names no solver; cgla solvers lists them")
-    return list({contender.label: contender for contender in chosen}.values())
-
-
-def _open(specs: Sequence[str], start: str | None, goal: str | None, resolution: int | None) -> "Iterator[Scenario]":
-    """Open all scenarios before any work, so that a fault in the last one is found first."""
-    import dataclasses
-
-    from cgla_graph.comparisons.runner import check_settings
-    from cgla_graph.inputs import open_scenarios
-    from cgla_graph.lattice import Lattice
-
-    ends = _point("--start", start), _point("--goal", goal)
-    for spec in specs:
-        for scenario in open_scenarios(spec, start=ends[0], goal=ends[1]):
-            check_settings(scenario)
-            if resolution is None:
-                yield scenario
-            else:
-                yield dataclasses.replace(scenario, lattice=Lattice(resolution, bounds=scenario.problem.bounds))
-
-
-def _distinct(scenarios: "Iterable[Scenario]") -> "list[Scenario]":
-    """Give scenarios of the same name numbers, so that their rows can be told apart."""
-    import dataclasses
-
-    seen: dict[str, int] = {}
-    found = []
-    for scenario in scenarios:
-        seen[scenario.name] = number = seen.get(scenario.name, 0) + 1
-        found.append(scenario if number == 1 else dataclasses.replace(scenario, name=f"{scenario.name}-{number}"))
-    return found
-
-
-def _point(option: str, text: str | None) -> "Point | None":
-    if text is None:
-        return None
-    try:
-        x, y = (float(part) for part in text.split(","))
-    except ValueError:
-        _fail(f"{option} is {text!r}; give two numbers, X,Y")
-    return x, y
-
-
 @contextmanager
 def _row_log(folder: Path | None) -> "Iterator[RowLog | None]":
     from cgla_graph.comparisons.files import RowLog
@@ -277,74 +347,6 @@ def _row_log(folder: Path | None) -> "Iterator[RowLog | None]":
             yield log
 
 
-def _write_comparison(
-    folder: Path, log: "RowLog", table: list[dict[str, Any]], runs: "Sequence[Run]", pictures: int
-) -> list[Path]:
-    """Write the rows, and a picture of each scenario that was compared."""
-    from cgla_graph.comparisons import files, rows
-
-    written = [log.finish(table), files.write_text(folder / "rows.csv", files.csv_text(table))]
-    taken: set[str] = set()
-    groups = rows.by_scenario(runs)
-    for group in groups[:pictures]:
-        written += _write_pictures(folder / files.file_stem(group[0].scenario.name, taken), group)
-    if len(groups) > pictures:
-        terminal.say(f"pictures of the first {pictures} of {len(groups)} scenarios; --pictures N draws more")
-    return written
-
-
-def _write_pictures(stem: Path, runs: "Sequence[Run]") -> list[Path]:
-    from cgla_graph.comparisons import plots
-
-    scenario = runs[0].scenario
-    figure = plots.map_figure(scenario, runs)
-    written = []
-    for suffix in (".png", ".svg"):
-        written.append(stem.with_name(stem.name + suffix))
-        plots.save(figure, written[-1])
-    trace = plots.trace_figure(scenario, runs)
-    if trace is not None:
-        written.append(stem.with_name(stem.name + "-cost.png"))
-        plots.save(trace, written[-1])
-    return written
-
-
-def _write_plan(folder: Path, run: "Run") -> list[Path]:
-    """Write one path: waypoints, GeoJSON on lon/lat maps, a picture."""
-    from cgla_graph.comparisons import files, plots
-
-    stem = folder / files.file_stem(f"{run.scenario.name}-{run.solution.solver}", set())
-    written = [files.write_text(stem.with_name(stem.name + ".csv"), files.path_csv(run.scenario, run.solution))]
-    if run.scenario.projection is not None:
-        geojson = files.path_geojson(run.scenario, run.solution)
-        written.append(files.write_text(stem.with_name(stem.name + ".geojson"), geojson))
-    written.append(stem.with_name(stem.name + ".png"))
-    plots.save(plots.map_figure(run.scenario, [run]), written[-1])
-    return written
-
-
-def _print_plan(scenario: "Scenario", solution: "Solution") -> None:
-    """Print a path's numbers, a line each."""
-    from cgla_graph.comparisons.tables import duration, figure
-
-    unit = " m" if scenario.projection else ""
-    lines = {
-        "scenario": scenario.full_title,
-        "solver": solution.solver,
-        "status": f"{solution.status.label}: {solution.status.value}",
-        "cost": figure(solution.cost, 9) + unit,
-        "length": figure(solution.length, 9) + unit,
-        "risk": figure(solution.risk, 6),
-        "clearance": "no no-fly area" if scenario.problem.no_fly is None else figure(solution.clearance, 6) + unit,
-        "waypoints": str(len(solution.path)),
-        "time": f"{duration(solution.seconds)}, and {duration(solution.build_seconds)} to weigh the graph",
-        "remark": solution.message,
-    }
-    for key, text in lines.items():
-        if text:
-            terminal.out(f"{key:10} {text}\n")
-
-
 def _print_json(document: dict[str, Any]) -> None:
     terminal.out(json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n")
 
@@ -353,12 +355,6 @@ def _say_files(written: Iterable[Path], folder: Path | None) -> None:
     names = [path.name for path in written]
     if names:
         terminal.out(f"written to {folder}: {', '.join(names)}\n")
-
-
-def _fail(text: str) -> NoReturn:
-    from cgla_graph.errors import CglaError
-
-    raise CglaError(text)
 
 
 def main() -> None:

@@ -7,7 +7,7 @@ import json
 import os
 import re
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -131,9 +131,9 @@ def json_lines(rows: Iterable[Mapping[str, Any]]) -> str:
     return "".join(json.dumps(row, ensure_ascii=False, allow_nan=False) + "\n" for row in rows)
 
 
-def csv_text(rows: Iterable[Mapping[str, Any]]) -> str:
+def csv_text(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = COLUMNS) -> str:
     """
-    Write rows as CSV; numbers in full precision, nothing where there is no number.
+    Write rows of these columns as CSV; numbers in full precision, nothing where there is no number.
 
     Examples
     --------
@@ -145,7 +145,7 @@ def csv_text(rows: Iterable[Mapping[str, Any]]) -> str:
     # Python quotes a carriage return only where it ends lines as well
     odd = any("\r" in value for row in table for value in row.values() if isinstance(value, str))
     how: Literal[0, 1] = csv.QUOTE_ALL if odd else csv.QUOTE_MINIMAL
-    writer = csv.DictWriter(text, fieldnames=COLUMNS, lineterminator="\n", quoting=how)
+    writer = csv.DictWriter(text, fieldnames=columns, lineterminator="\n", quoting=how)
     writer.writeheader()
     writer.writerows({key: "" if value is None else value for key, value in row.items()} for row in table)
     return text.getvalue()

@@ -97,7 +97,8 @@ def entries_of(runs: Sequence[Run]) -> list[Entry]:
 
     Examples
     --------
-    >>> from cgla_graph.comparisons.runner import Contender, compare
+    >>> from cgla_graph.comparisons.contender import Contender
+    >>> from cgla_graph.comparisons.runner import compare
     >>> from cgla_graph.scenario import load_scenario
     >>> runs = compare([load_scenario("one-threat")], [Contender.parse("cgla"), Contender.parse("straight-line")])
     >>> [(entry.label, entry.colour, entry.n_found) for entry in entries_of(list(runs))]

@@ -50,24 +50,44 @@ def row(run: Run, best_exact: float = math.nan) -> dict[str, Any]:
     """
     solution = run.solution
     # a path that may not be flown is no match for one that may
-    excess = excess_over(solution.cost, best_exact) if solution.status.is_path else math.nan
+    excess, gap = math.nan, math.nan
+    if solution.status.is_path:
+        excess, gap = excess_over(solution.cost, best_exact), solution.gap
     return {
         "scenario": run.scenario.name,
         "solver": run.solver,
         "seed": run.seed,
         "status": solution.status.label,
-        "cost": _number(solution.cost),
-        "excess": _number(excess),
-        "length": _number(solution.length),
-        "risk": _number(solution.risk),
-        "clearance": _number(solution.clearance),
-        "lower_bound": _number(solution.lower_bound),
-        "gap": _number(solution.gap),
-        "seconds": _number(solution.seconds),
-        "build_seconds": _number(solution.build_seconds),
+        "cost": json_number(solution.cost),
+        "excess": json_number(excess),
+        "length": json_number(solution.length),
+        "risk": json_number(solution.risk),
+        "clearance": json_number(solution.clearance),
+        "lower_bound": json_number(solution.lower_bound),
+        "gap": json_number(gap),
+        "seconds": json_number(solution.seconds),
+        "build_seconds": json_number(solution.build_seconds),
         "evaluations": int(solution.evaluations) if math.isfinite(solution.evaluations) else None,
         "waypoints": np.size(solution.path, 0) if solution.status.is_path else 0,
         "message": str(solution.message),
+    }
+
+
+def trace_row(run: Run) -> dict[str, Any]:
+    """
+    Turn the trace of a run into a row: lists of seconds since the solver started, evaluations and costs.
+
+    What was built before that took `build_seconds`. The cost is None before the first path.
+    """
+    trace = run.solution.trace
+    return {
+        "scenario": run.scenario.name,
+        "solver": run.solver,
+        "seed": run.seed,
+        "build_seconds": json_number(run.solution.build_seconds),
+        "seconds": [json_number(point.seconds) for point in trace],
+        "evaluations": [int(point.evaluations) for point in trace],
+        "cost": [json_number(point.cost) for point in trace],
     }
 
 
@@ -83,6 +103,30 @@ def by_scenario(runs: Iterable[Run]) -> list[list[Run]]:
     for run in runs:
         groups.setdefault(id(run.scenario), []).append(run)
     return list(groups.values())
+
+
+def by_solver(runs: Iterable[Run]) -> dict[str, list[Run]]:
+    """Group the runs of one scenario by their solver, in order."""
+    groups: dict[str, list[Run]] = {}
+    for run in runs:
+        groups.setdefault(run.solver, []).append(run)
+    return groups
+
+
+def scenario_bound(runs: Iterable[Run]) -> float:
+    """
+    Return the lower bound of one scenario's cost: the certificate's, else the best that a solver proved, else NaN.
+
+    The certificate comes first, so that one number measures all solvers.
+    """
+    runs = list(runs)
+    certified = [run.certificate.lower_bound for run in runs if run.certificate is not None]
+    proven = [run.solution.lower_bound for run in runs if run.solution.status.is_path]
+    for bounds in (certified, proven):
+        known = [bound for bound in bounds if not math.isnan(bound)]
+        if known:
+            return max(known)
+    return math.nan
 
 
 def best_exact(runs: Iterable[Run]) -> float:
@@ -122,6 +166,8 @@ class Summary:
         Of the run of median cost (the lower of two middle ones); a run without a path counts as infinitely costly.
     seconds, build_seconds, evaluations
         Medians over the runs.
+    gap
+        Of the run of median cost (see `Solution.gap`); NaN without a lower bound or a path.
     excess
         Of the median cost over the lattice optimum; NaN without one.
     spread
@@ -134,6 +180,7 @@ class Summary:
     status: str
     n_paths: int
     cost: float
+    gap: float
     excess: float
     length: float
     risk: float
@@ -146,14 +193,21 @@ class Summary:
 
 
 def summaries(runs: Sequence[Run]) -> list[Summary]:
-    """Summarise the runs of one scenario, a solver each, cheapest first."""
-    groups: dict[str, list[Run]] = {}
-    for run in runs:
-        groups.setdefault(run.solver, []).append(run)
+    """
+    Summarise the runs of one scenario, a solver each: least gap first, of equal gaps the one that took less time.
+
+    Where some gaps are not known, least cost first. What found no path that may be flown comes last.
+    """
     best = best_exact(runs)
-    found = [_summary(solver, group, best) for solver, group in groups.items()]
-    # what found no path that may be flown comes last, whatever its path would cost
-    return sorted(found, key=lambda summary: (summary.n_paths == 0, summary.cost))
+    found = [_summary(solver, group, best) for solver, group in by_solver(runs).items()]
+    known = all(math.isfinite(summary.gap) for summary in found if summary.n_paths)
+
+    def place(summary: Summary) -> tuple[bool, float, float]:
+        # optima that differ by rounding are equal
+        measure = round(summary.gap, 9) if known and summary.n_paths else float(f"{summary.cost:.9g}")
+        return summary.n_paths == 0, measure, summary.seconds + summary.build_seconds
+
+    return sorted(found, key=place)
 
 
 def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
@@ -173,6 +227,7 @@ def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
         status=labels.pop() if len(labels) == 1 else f"found {n_paths}/{len(solutions)}",
         n_paths=n_paths,
         cost=cost,
+        gap=typical.gap if n_paths else math.nan,
         excess=excess_over(cost, best) if n_paths else math.nan,
         length=typical.length,
         risk=typical.risk,
@@ -185,6 +240,6 @@ def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
     )
 
 
-def _number(value: float) -> float | None:
-    """JSON knows neither NaN nor infinity."""
+def json_number(value: float) -> float | None:
+    """Return a number that JSON knows; None for NaN and infinity, which it does not."""
     return float(value) if math.isfinite(value) else None

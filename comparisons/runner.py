@@ -1,85 +1,31 @@
 """Every solver on every scenario: the runs of a comparison, one after the other."""
 
-import ast
 import dataclasses
 import importlib
+import math
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
+import shapely
+
 from cgla_graph import risk_kernels
-from cgla_graph.cost_model import CostModel
-from cgla_graph.errors import CglaError, ScenarioError, SolverSettingError
+from cgla_graph.certificate import Certificate, lower_bound
+from cgla_graph.comparisons.contender import Contender
+from cgla_graph.errors import CglaError
 from cgla_graph.no_fly_kernels import point_inside, segment_crosses
-from cgla_graph.problem import GraphProblem, Problem
+from cgla_graph.problem import BOUND_TOLERANCE, GraphProblem, Problem
+from cgla_graph.risk import RiskField, Threat
 from cgla_graph.scenario import Scenario
 from cgla_graph.solution import Solution, Status
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.bridge import solve, weighed
-from cgla_graph.solvers.cgla import Cgla
-from cgla_graph.solvers.eight_direction import EightDirection
+from cgla_graph.solvers.hybrid import Hybrid
 
-
-@dataclass(frozen=True)
-class Contender:
-    """
-    A solver as the user asked for it.
-
-    Attributes
-    ----------
-    label
-        What tables call it: the name, with the settings that the user gave.
-    name
-        Its name in the registry.
-    settings
-        What the user set.
-
-    Examples
-    --------
-    >>> Contender.parse("rrt-star:iterations=500").settings
-    {'iterations': 500}
-    """
-
-    label: str
-    name: str
-    settings: Mapping[str, Any] = field(default_factory=dict)
-
-    @classmethod
-    def parse(cls, text: str) -> "Contender":
-        """
-        Read ``name`` or ``name:setting=value:setting=value``.
-
-        Raises
-        ------
-        UnknownSolverError
-            If there is no such solver.
-        SolverSettingError
-            If a setting is not written as ``setting=value``, unknown, set twice, or its value is not allowed.
-        """
-        name, *parts = text.strip().split(":")
-        settings: dict[str, Any] = {}
-        for part in parts:
-            key, equals, value = part.partition("=")
-            if not equals:
-                msg = f"{text}: {part!r} is no setting; write NAME:SETTING=VALUE"
-                raise SolverSettingError(msg)
-            if key in settings:
-                msg = f"{text}: {key!r} is set twice; set it once"
-                raise SolverSettingError(msg)
-            settings[key] = _literal(value)
-        registry.solver_class(name)
-        if registry.missing(name) is None:
-            registry.get(name, **settings)
-        return cls(text.strip(), name, settings)
-
-
-def _literal(text: str) -> Any:  # noqa: ANN401 - whatever the user wrote
-    try:
-        return ast.literal_eval(text)
-    except (ValueError, SyntaxError):
-        return text
+#: How close to each other the lower bound of a scenario and its best path shall be, as a ratio, unless told otherwise.
+TOLERANCE = 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +44,10 @@ class Run:
     exact
         Whether the solver promises the optimum of the graph that graph solvers share.
     solution
-        What came out; never missing, as failures are answers too.
+        What came out; never missing, as failures are answers too. Its lower bound is the certificate's, or the solver's
+        own where that is better.
+    certificate
+        What is proven of every path of the scenario; None where that was not asked for.
     """
 
     scenario: Scenario
@@ -106,11 +55,7 @@ class Run:
     seed: int | None
     exact: bool
     solution: Solution
-
-
-def every_solver() -> list[Contender]:
-    """Enter every solver, those that are not installed too: their rows say why."""
-    return [Contender(name, name) for name in registry.names(installed=False)]
+    certificate: Certificate | None = None
 
 
 def count_runs(scenarios: Sequence[Scenario], contenders: Sequence[Contender], n_seeds: int) -> int:
@@ -118,11 +63,19 @@ def count_runs(scenarios: Sequence[Scenario], contenders: Sequence[Contender], n
     return sum(len(_seeds(scenario, contender, n_seeds)) for scenario in scenarios for contender in contenders)
 
 
-def compare(scenarios: Iterable[Scenario], contenders: Sequence[Contender], n_seeds: int = 3) -> Iterator[Run]:
+def compare(
+    scenarios: Iterable[Scenario],
+    contenders: Sequence[Contender],
+    n_seeds: int = 3,
+    *,
+    tolerance: float | None = TOLERANCE,
+) -> Iterator[Run]:
     """
     Run every contender on every scenario; seeded ones with the seeds 1 to `n_seeds`.
 
-    All graph solvers share one graph a scenario, and one time to build it.
+    All graph solvers share one graph a scenario, and one time to build it. Before them, the cost of every path of the
+    scenario is bounded from below, so that each run says how far from the best possible it is; no solver is charged
+    for that.
 
     Parameters
     ----------
@@ -130,11 +83,14 @@ def compare(scenarios: Iterable[Scenario], contenders: Sequence[Contender], n_se
         What to run.
     n_seeds
         At least 1.
+    tolerance
+        Of the lower bound (see `cgla_graph.certificate.lower_bound`), above 0; None for no bound.
 
     Yields
     ------
     run
-        As soon as it is done, scenario by scenario. A solver that raises is a run that failed.
+        As soon as it is done, scenario by scenario. A solver that raises is a run that failed; so is one whose path
+        undercuts the lower bound, as one of the two must be wrong.
 
     Examples
     --------
@@ -144,57 +100,70 @@ def compare(scenarios: Iterable[Scenario], contenders: Sequence[Contender], n_se
     [('cgla', 'optimal'), ('straight-line', 'found')]
     """
     _warm_up(contenders)
+    if tolerance is not None:
+        _warm_up_proof()
     ground = None
     for scenario in scenarios:
         for contender in contenders:
             if ground is None or ground.scenario is not scenario:
                 ground = _Ground.lay(scenario, ground)
+                if tolerance is not None:
+                    ground.certificate = _certify(scenario.problem, tolerance)
             for seed in _seeds(scenario, contender, n_seeds):
-                solution = _run(ground, contender, seed)
-                yield Run(scenario, contender.label, seed, _is_exact(contender), solution)
-
-
-def check_settings(scenario: Scenario) -> None:
-    """
-    Check the settings of solvers that a scenario brings.
-
-    Raises
-    ------
-    ScenarioError
-        If a solver or a setting is unknown, or a value is not allowed.
-    """
-    for name, settings in scenario.settings.items():
-        try:
-            registry.solver_class(name)
-            if registry.missing(name) is None:
-                registry.get(name, **settings)
-        except CglaError as error:
-            msg = f"{scenario.name}: solvers.{name}: {error}"
-            raise ScenarioError(msg) from error
+                solution = _bounded(_run(ground, contender, seed), ground.certificate)
+                yield Run(scenario, contender.label, seed, contender.is_exact, solution, ground.certificate)
 
 
 def _seeds(scenario: Scenario, contender: Contender, n_seeds: int) -> Sequence[int | None]:
     """List the seeds of a contender: none, the one that the user or the scenario set, or 1 to `n_seeds`."""
-    if registry.missing(contender.name) is not None or not registry.traits(contender.name).seeded:
+    if not contender.is_available or not registry.traits(contender.name).seeded:
         return [None]
-    settings = _settings(scenario, contender)
+    settings = contender.settings_on(scenario)
     return [settings["seed"]] if "seed" in settings else range(1, n_seeds + 1)
 
 
-def _settings(scenario: Scenario, contender: Contender) -> dict[str, Any]:
-    """Merge the settings that suit a scenario with the user's own, which win."""
-    return {**scenario.settings.get(contender.name, {}), **contender.settings}
+def _certify(problem: Problem, tolerance: float) -> Certificate:
+    """Bound the cost of every path, with a good one in hand; what goes wrong leaves no bound, but a reason."""
+    began = time.perf_counter()
+    try:
+        best = Hybrid(tolerance=None).solve(problem)
+        path = best.path if best.status.is_path else None
+        return dataclasses.replace(lower_bound(problem, tolerance, path=path), seconds=time.perf_counter() - began)
+    except Exception as error:  # noqa: BLE001 - a comparison survives any certificate
+        message = f"{type(error).__name__}: {error}".splitlines()[0]
+    return Certificate(
+        lower_bound=math.nan,
+        upper_bound=math.inf,
+        tolerance=tolerance,
+        spacing=math.nan,
+        cells=0,
+        message=message,
+        seconds=time.perf_counter() - began,
+    )
 
 
-def _is_exact(contender: Contender) -> bool:
-    return registry.missing(contender.name) is None and registry.traits(contender.name).exact
+def _bounded(solution: Solution, certificate: Certificate | None) -> Solution:
+    """Attach the scenario's lower bound to an answer, which must not undercut it."""
+    if certificate is None or math.isnan(certificate.lower_bound):
+        return solution
+    if not solution.lower_bound >= certificate.lower_bound:
+        solution = dataclasses.replace(solution, lower_bound=certificate.lower_bound)
+    cost = solution.cost
+    if solution.status.is_path and certificate.lower_bound > cost + BOUND_TOLERANCE * abs(cost):
+        message = (
+            f"its path costs {cost:.9g}, but the certificate says that none costs less than "
+            f"{certificate.lower_bound:.9g}; one of the two is wrong"
+        )
+        return dataclasses.replace(solution, status=Status.FAILED, message=message)
+    return solution
 
 
 @dataclass(eq=False)
 class _Ground:
-    """A scenario, and the graph that all graph solvers share on it, laid when the first one asks."""
+    """A scenario, what is proven of it, and the graph of all graph solvers, laid when the first one asks."""
 
     scenario: Scenario
+    certificate: Certificate | None = None
     graph_problem: GraphProblem | None = None
     build_seconds: float = 0.0
 
@@ -226,17 +195,18 @@ def _run(ground: _Ground, contender: Contender, seed: int | None) -> Solution:
     missing = registry.missing(contender.name)
     if missing is not None:
         return Solution(Status.UNAVAILABLE, solver=contender.name, message=missing)
-    settings = _settings(ground.scenario, contender)
+    settings = contender.settings_on(ground.scenario)
     if seed is not None:
         settings["seed"] = seed
     problem, lattice = ground.scenario.problem, ground.scenario.lattice
     try:
-        solver = registry.get(contender.name, **settings)
-        if solver.traits.domain == "plane":
-            return solve(problem, solver, resolution=lattice)
-        on = ground.graph()
-        solution = solve(problem, solver, on=on)
-        return dataclasses.replace(solution, build_seconds=ground.build_seconds + solution.build_seconds)
+        if registry.traits(contender.name).domain == "plane":
+            return _solve(problem, contender, settings, resolution=lattice)
+        solution = _solve(problem, contender, settings, on=ground.graph())
+        # what a solver proves of the paths on a graph does not hold for those in the plane
+        bound = 0.0 if problem.start == problem.goal else math.nan
+        build_seconds = ground.build_seconds + solution.build_seconds
+        return dataclasses.replace(solution, build_seconds=build_seconds, lower_bound=bound)
     except CglaError as error:
         return Solution(Status.FAILED, solver=contender.name, message=str(error))
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a comparison survives any solver
@@ -244,18 +214,37 @@ def _run(ground: _Ground, contender: Contender, seed: int | None) -> Solution:
         return Solution(Status.FAILED, solver=contender.name, message=message)
 
 
+def _solve(problem: Problem, contender: Contender, settings: dict[str, Any], **how: Any) -> Solution:  # noqa: ANN401 - as `solve`
+    return solve(problem, registry.get(contender.name, **settings), refine=contender.refine, **how)
+
+
 def _warm_up(contenders: Iterable[Contender]) -> None:
-    """Load the compiled kernels and the solvers' packages, so that no solver is charged for that."""
+    """Load the compiled kernels and the solvers' packages, so that no solver's first run is charged for that."""
+    problem = _small_problem()
     for contender in contenders:
-        if registry.missing(contender.name) is None:
-            for package in registry.traits(contender.name).needs:
-                importlib.import_module(package)
-    problem = Problem((0.0, 0.0), (1.0, 1.0), k=1.0)
-    for solver in (Cgla(), EightDirection(corner_rule="both-free")):
-        # what is wrong with a solver is told by its own run
-        with suppress(Exception):
-            solve(problem, solver, resolution=2)
-    model = CostModel(problem.field, 1.0)
+        if not contender.is_available:
+            continue
+        needs = registry.traits(contender.name).needs
+        for package in needs:
+            importlib.import_module(package)
+        if not needs and registry.solver_class(contender.name).__module__.startswith("cgla_graph."):
+            # what is wrong with a solver is told by its own run
+            with suppress(Exception):
+                _solve(problem, contender, contender.small_settings(), resolution=2)
+    model = problem.model
     risk_kernels.segment_cost(0.0, 0.0, 1.0, 1.0, 1.0, model.field.kernel_field())
     segment_crosses(0.0, 0.0, 1.0, 1.0, model.area.kernel_arrays)
     point_inside(0.0, 0.0, model.area.kernel_arrays)
+
+
+def _warm_up_proof() -> None:
+    """Load what proves lower bounds, so that the first certificate says how long its own proof took."""
+    # what is wrong with it is told by the certificate of the first scenario
+    with suppress(Exception):
+        lower_bound(_small_problem(), 0.5)
+
+
+def _small_problem() -> Problem:
+    """Return a problem with a threat and a wall, so that every kernel has something to do."""
+    field = RiskField([Threat(0.5, 0.5, 0.1)])
+    return Problem((0.0, 0.0), (1.0, 1.0), field, k=1.0, no_fly=shapely.box(0.45, 0.2, 0.55, 0.8))

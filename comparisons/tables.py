@@ -1,42 +1,136 @@
 """Tables for the terminal."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from rich.table import Table
 from rich.text import Text
 
-from cgla_graph.comparisons.rows import Summary, summaries
+from cgla_graph.comparisons.performance import TARGET_PERCENTS, Performance
+from cgla_graph.comparisons.rows import Summary, scenario_bound, summaries
 from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.statistics import FEWEST_RUNS, Estimate
 from cgla_graph.scenario import Scenario
 
 #: Numbers from here on are written with an exponent.
 MOST_DIGITS = 1e12
 
 
-def comparison_table(scenario: Scenario, runs: Sequence[Run]) -> Table:
-    """Show one scenario: a line a solver, cheapest first. Names appear as they are: no markup, no emoji codes."""
+def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[str] = ()) -> Table:
+    """
+    Show one scenario: a line a solver, the least gap first. Names appear as they are: no markup, no emoji codes.
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    runs
+        Its runs.
+    notes
+        Lines that stand below, with those that explain the columns.
+    """
     unit = "m" if scenario.projection else "map units"
     title = f"{scenario.full_title} (k = {scenario.problem.k:g}, lengths in {unit})"
-    table = Table(title=Text(title), title_justify="left", title_style="bold", caption_justify="left")
-    table.add_column("solver", no_wrap=True)
-    table.add_column("status", no_wrap=True)
-    heads = ("cost", "excess", "length", "risk", "clearance", "time", "build", "evaluations", "seed spread")
-    for head in heads:
-        table.add_column(head, justify="right", no_wrap=True)
+    heads = ("cost", "gap", "excess", "length", "risk", "clearance", "time", "build", "evaluations", "seed spread")
+    table = _table(title, ("solver", "status"), heads)
     remarks = []
     for summary in summaries(runs):
         table.add_row(*(Text(cell) for cell in _cells(summary)))
         if summary.message and not _is_quiet(summary):
             remarks.append(f"{summary.solver}: {summary.message}")
-    notes = [
+    explained = [
+        f"gap: {bound_note(runs) or 'not known, as no lower bound was asked for'}",
         "excess: over the best exact optimum on the lattice; time: to solve; build: to weigh and hand over the graph",
         "evaluations: pairs of points whose cost was asked for",
         "of several seeds: the median run, and in seed spread how much dearer the dearest is than the cheapest",
     ]
-    table.caption = Text("\n".join(notes + remarks))
+    table.caption = Text("\n".join([*explained, *notes, *remarks]))
     return table
+
+
+def bound_note(runs: Sequence[Run], unit: str = "") -> str:
+    """
+    Say in one line what gaps of a scenario are relative to; empty where no bound is known and none was asked for.
+
+    Parameters
+    ----------
+    runs
+        Runs of one scenario.
+    unit
+        Of costs, to follow a number.
+    """
+    bound = scenario_bound(runs)
+    proof = next((run.certificate for run in runs if run.certificate is not None), None)
+    if proof is None:
+        known = f"how far above the lower bound {figure(bound, 6)}{unit} that a solver proved"
+        return "" if math.isnan(bound) else known
+    if math.isnan(proof.lower_bound):
+        return f"not known, as no lower bound could be proven: {proof.message}"
+    if math.isinf(proof.lower_bound):
+        return f"none, as it is proven that there is no path: {proof.message}"
+    grid = f"grid step {proof.spacing:.3g}{unit}, " if proof.spacing > 0.0 else ""
+    missed = "" if proof.reached else f"; not as tight as asked for: {proof.message}"
+    return f"how far above the proven lower bound {figure(bound, 6)}{unit} ({grid}{duration(proof.seconds)}){missed}"
+
+
+def performance_table(found: Sequence[Performance]) -> Table:
+    """Show how soon the solvers of one scenario get how far: a line a solver, the cheapest first."""
+    first = found[0]
+    heads = ["runs", "success", "to first path", *(f"to {share} %" for share in TARGET_PERCENTS)]
+    heads += [f"evaluations to {TARGET_PERCENTS[-1]} %", "median cost"]
+    table = _table(f"{first.scenario}: how soon, in milliseconds", ("solver",), heads)
+    # optima that differ by rounding are equal
+    for one in sorted(found, key=lambda one: (float(f"{one.cost.median:.9g}"), one.seconds[0].median)):
+        cells = [
+            one.solver,
+            str(one.n_runs),
+            _success(one),
+            *(_estimate(time, lambda seconds: _or_never(seconds, figure(1e3 * seconds, 3))) for time in one.seconds),
+            _estimate(one.evaluations[-1], lambda count: _or_never(count, f"{count:,.0f}")),
+            _estimate(one.cost, lambda cost: _or_never(cost, figure(cost, 6))),
+        ]
+        table.add_row(*(Text(cell) for cell in cells))
+    shares = ", ".join(str(share) for share in TARGET_PERCENTS)
+    bound = first.lower_bound
+    targets = "unknown without a lower bound" if math.isnan(bound) else f"to a gap over {figure(bound, 6)}"
+    notes = [
+        f"to first path, to {shares} %: time until then, building the graph included ({targets})",
+        "medians over the runs; one that never gets there counts as infinite, so a median may be never",
+        "below: 95 % intervals, of success by Clopper and Pearson, of medians from order statistics",
+    ]
+    if any(1 < one.n_runs < FEWEST_RUNS for one in found):
+        notes.append(f"intervals of medians need at least {FEWEST_RUNS} runs (--seeds {FEWEST_RUNS})")
+    table.caption = Text("\n".join(notes))
+    return table
+
+
+def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
+    table = Table(title=Text(title), title_justify="left", title_style="bold", caption_justify="left")
+    for head in left:
+        table.add_column(head, no_wrap=True)
+    for head in right:
+        table.add_column(head, justify="right", no_wrap=True)
+    return table
+
+
+def _success(one: Performance) -> str:
+    """Write how many runs found a path, and the interval of the rate below that."""
+    counts = f"{one.n_paths}/{one.n_runs}"
+    return f"{counts}\n{100 * one.success.low:.0f} to {100 * one.success.high:.0f} %" if one.n_runs > 1 else counts
+
+
+def _estimate(found: Estimate, write: Callable[[float], str]) -> str:
+    """Write a median, and its interval below where there is one."""
+    if math.isnan(found.median):
+        return "-"
+    middle = write(found.median)
+    # no interval of too few runs, nor of too few that ever get there
+    return middle if math.isinf(found.low) else f"{middle}\n[{write(found.low)}, {write(found.high)}]"
+
+
+def _or_never(value: float, text: str) -> str:
+    return text if value < math.inf else "never"
 
 
 def _is_quiet(summary: Summary) -> bool:
@@ -49,6 +143,7 @@ def _cells(summary: Summary) -> list[str]:
         summary.solver,
         summary.status,
         figure(summary.cost, 6),
+        percent(summary.gap),
         percent(summary.excess),
         figure(summary.length, 6),
         figure(summary.risk, 4),

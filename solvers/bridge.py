@@ -9,7 +9,8 @@ import numpy as np
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.lattice import Lattice
 from cgla_graph.problem import GraphProblem, Problem
-from cgla_graph.solution import Solution, Status
+from cgla_graph.refine import refine_path
+from cgla_graph.solution import Solution, Status, TracePoint
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.base import GraphSolver, PlaneSolver, Solver
 
@@ -19,10 +20,11 @@ DENSE_UP_TO = 6000
 
 def solve(
     problem: Problem | GraphProblem,
-    solver: str | Solver = "cgla",
+    solver: str | Solver | None = None,
     *,
     resolution: int | tuple[int, int] | Lattice = 20,
     on: GraphProblem | None = None,
+    refine: bool = False,
     **settings: Any,  # noqa: ANN401 - each solver has settings of its own
 ) -> Solution:
     """
@@ -33,13 +35,17 @@ def solve(
     problem
         A `Problem` in the plane, which every solver takes, or a `GraphProblem`, which graph solvers take.
     solver
-        A name (see `cgla_graph.solvers.names`) or a solver.
+        A name (see `cgla_graph.solvers.names`) or a solver. None is the best there is: `hybrid` for a `Problem`,
+        `cgla` for a `GraphProblem`.
     resolution
         For solvers that need a lattice: points a side, or a `Lattice`.
     on
         The same problem laid on a graph before (`Problem.on_lattice`), to share its weights between graph solvers.
+    refine
+        Whether to refine the solver's path in the plane (`cgla_graph.refine.refine_path`). The time and the
+        evaluations that this takes are added to the solver's.
     settings
-        Settings of a solver given by name.
+        Settings of a solver given by name, or of the default one.
 
     Returns
     -------
@@ -52,17 +58,22 @@ def solve(
     UnknownSolverError, SolverUnavailableError, SolverSettingError
         If there is no such solver, it cannot run here, or a setting is wrong.
     ProblemError
-        If `problem` is no problem, or the resolution is malformed.
+        If `problem` is no problem, the resolution is malformed, or a `GraphProblem` is to be refined.
 
     Examples
     --------
     >>> import cgla_graph as cg
     >>> field = cg.RiskField([cg.Threat(x=0.5, y=0.5, spread=0.1, peak=0.9)])
     >>> problem = cg.Problem(start=(0.1, 0.1), goal=(0.9, 0.9), field=field, k=10.0)
-    >>> solution = cg.solve(problem, solver="cgla", resolution=20)
-    >>> solution.status.label, bool(solution.cost < problem.evaluate([problem.start, problem.goal]).cost)
+    >>> on_lattice = cg.solve(problem, solver="cgla", resolution=20)
+    >>> on_lattice.status.label, bool(on_lattice.cost < problem.evaluate([problem.start, problem.goal]).cost)
     ('optimal', True)
+    >>> best = cg.solve(problem)
+    >>> best.solver, best.status.label, bool(best.lower_bound <= best.cost < on_lattice.cost)
+    ('hybrid', 'found', True)
     """
+    if solver is None:
+        solver = "cgla" if isinstance(problem, GraphProblem) else "hybrid"
     if isinstance(solver, str):
         chosen = registry.get(solver, **settings)
     elif settings:
@@ -73,8 +84,65 @@ def solve(
     if not isinstance(problem, Problem | GraphProblem):
         msg = f"problem is a {type(problem).__name__}; give a Problem, or a GraphProblem for a graph of your own"
         raise ProblemError(msg)
+    if not isinstance(refine, bool):
+        msg = f"refine is {refine!r}; give True or False"
+        raise SolverSettingError(msg)
     if isinstance(problem, GraphProblem):
+        if refine:
+            msg = "a GraphProblem has only its edges, which no path can leave; give a Problem to refine its path"
+            raise ProblemError(msg)
         return _solve_graph(problem, _graph_solver(chosen))
+    answer = _solve_in_plane(problem, chosen, resolution, on)
+    return refined(problem, answer) if refine else answer
+
+
+def refined(problem: Problem, solution: Solution, *, tolerance: float = 1e-6, max_points: int = 1000) -> Solution:
+    """
+    Refine the path of a judged solution, and judge it again.
+
+    Parameters
+    ----------
+    problem
+        The problem that was solved.
+    solution
+        The oracle's word on it. Without a path it comes back as it is.
+    tolerance, max_points
+        As `cgla_graph.refine.refine_path` takes them.
+
+    Returns
+    -------
+    solution
+        Never dearer. Time and evaluations include the refinement's, and so does the trace, if there is one. A path
+        that changed has no nodes, and is no optimum of a graph.
+    """
+    if not solution.status.is_path:
+        return solution
+    began = time.perf_counter()
+    answer = refine_path(problem, solution.path, tolerance=tolerance, max_points=max_points)
+    seconds = solution.seconds + time.perf_counter() - began
+    evaluations = solution.evaluations + answer.evaluations
+    longer = dataclasses.replace(solution, seconds=seconds, evaluations=evaluations)
+    if np.array_equal(answer.path, solution.path):
+        return dataclasses.replace(longer, message="; ".join(filter(None, [solution.message, answer.message])))
+    trace = solution.trace and (
+        *solution.trace,
+        *(
+            TracePoint(solution.seconds + moment.seconds, solution.evaluations + moment.evaluations, moment.cost)
+            for moment in answer.trace
+            if moment.cost < solution.trace[-1].cost
+        ),
+    )
+    message = f"refined: {answer.message}"
+    return problem.judge(
+        dataclasses.replace(
+            longer, status=Status.FOUND, path=answer.path, nodes=(), cost=answer.cost, trace=trace, message=message
+        )
+    )
+
+
+def _solve_in_plane(
+    problem: Problem, chosen: Solver, resolution: int | tuple[int, int] | Lattice, on: GraphProblem | None
+) -> Solution:
     if problem.start == problem.goal:
         return _stay(problem, chosen)
     if chosen.traits.domain == "plane":
@@ -103,10 +171,10 @@ def _solve_plane(problem: Problem, solver: PlaneSolver) -> Solution:
 
 
 def _timed(solver: Any, problem: Problem | GraphProblem) -> Solution:  # noqa: ANN401 - of either kind
-    """Run a solver against the clock; what it says it spent on building is not solving."""
+    """Run a solver against the clock; what it says it spent on building, or on a certificate, is not solving."""
     began = time.perf_counter()
     answer: Solution = solver.solve(problem)
-    seconds = time.perf_counter() - began - answer.build_seconds
+    seconds = time.perf_counter() - began - answer.build_seconds - answer.certificate_seconds
     return dataclasses.replace(answer, solver=solver.traits.name, seconds=seconds)
 
 

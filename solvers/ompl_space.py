@@ -6,29 +6,36 @@ walls), and its path simplifiers ignore the objective; none of them is used. Eve
 the seed is set and must not outlive the function that uses it.
 """
 
-import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
+import numpy as np
 from ompl import base as ob
 from ompl import util as ou
 
 from cgla_graph import risk_kernels
+from cgla_graph._types import FloatArray
 from cgla_graph.no_fly_kernels import point_inside, segment_crosses
 from cgla_graph.problem import Problem
-from cgla_graph.solution import TracePoint
+from cgla_graph.solvers.budget import BudgetSpentError, Meter
+
+#: After so many states in a row inside no-fly areas, there is as good as nowhere to go.
+MAX_REJECTIONS = 100_000
 
 
 class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
-    """Eq. 5 as an OMPL objective, counting how often it is asked."""
+    """
+    Eq. 5 as an OMPL objective; every question is charged to the budget, and refused once that is spent.
 
-    def __init__(self, si: Any, problem: Problem) -> None:  # noqa: ANN401 - OMPL has no type hints
+    What it raises passes through OMPL to whoever runs the planner.
+    """
+
+    def __init__(self, si: Any, problem: Problem, meter: Meter) -> None:  # noqa: ANN401 - OMPL has no type hints
         """Keep the kernel's view of the problem."""
         super().__init__(si)
         self.k = problem.k
         self.field = problem.field.kernel_field()
-        self.evaluations = 0
+        self.meter = meter
 
     def stateCost(self, state: Any) -> Any:  # noqa: ANN401, ARG002, N802 - OMPL's name
         """Return 0: all cost is on the way."""
@@ -36,8 +43,20 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
 
     def motionCost(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
         """Return Eq. 5 of the segment."""
-        self.evaluations += 1
-        return ob.Cost(risk_kernels.segment_cost(first[0], first[1], second[0], second[1], self.k, self.field))
+        self.meter.charge()
+        cost = risk_kernels.segment_cost(first[0], first[1], second[0], second[1], self.k, self.field)
+        # RRT* would take the whole process down with it, BIT* never end
+        if not cost >= 0.0:
+            msg = f"a segment costs {cost}; OMPL's planners need costs of at least 0"
+            raise ArithmeticError(msg)
+        return ob.Cost(cost)
+
+    def total(self, path: FloatArray) -> float:
+        """Add up what OMPL was told of the segments of a path, shape ``(m, 2)``; costs no evaluations."""
+        return sum(
+            risk_kernels.segment_cost(x1, y1, x2, y2, self.k, self.field)
+            for (x1, y1), (x2, y2) in pairwise(path.tolist())
+        )
 
     def motionCostHeuristic(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
         """Return the length of the segment, which no cost undercuts."""
@@ -47,46 +66,41 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
 class ExactMotion(ob.MotionValidator):  # type: ignore[misc]
     """The exact test of a segment against the no-fly area."""
 
-    def __init__(self, si: Any, problem: Problem) -> None:  # noqa: ANN401 - OMPL has no type hints
+    def __init__(self, si: Any, problem: Problem, meter: Meter) -> None:  # noqa: ANN401 - OMPL has no type hints
         """Keep the kernel's view of the area."""
         super().__init__(si)
         self.area = problem.model.area.kernel_arrays
+        self.meter = meter
 
     def checkMotion(self, first: Any, second: Any) -> bool:  # noqa: ANN401, N802 - OMPL's name
         """Say whether the segment stays out of the area."""
+        self.meter.check_time()
         return not segment_crosses(first[0], first[1], second[0], second[1], self.area)
 
 
-@dataclass
-class Budget:
-    """
-    A termination condition that counts, so that the same seed gives the same path on a machine of any speed.
+class ExactState:
+    """The exact test of a point against the no-fly area; gives up on maps that have as good as no free place."""
 
-    Attributes
-    ----------
-    limit
-        Polls before it ends the run.
-    best_cost
-        Reads the best cost so far; None where the planner has none.
-    """
+    def __init__(self, problem: Problem, meter: Meter) -> None:
+        """Keep the kernel's view of the area."""
+        self.area = problem.model.area.kernel_arrays
+        self.meter = meter
+        self.rejections = 0
 
-    limit: int
-    evaluations: Callable[[], int]
-    best_cost: Callable[[], float]
-    polls: int = 0
-    trace: list[TracePoint] = field(default_factory=list)
-    began: float = field(default_factory=time.perf_counter)
-
-    def __call__(self) -> bool:
-        """Record an improvement, and say whether the budget is used up."""
-        cost = self.best_cost()
-        if cost < (self.trace[-1].cost if self.trace else float("inf")):
-            self.trace.append(TracePoint(time.perf_counter() - self.began, self.evaluations(), cost))
-        self.polls += 1
-        return self.polls > self.limit
+    def __call__(self, state: Any) -> bool:  # noqa: ANN401 - OMPL has no type hints
+        """Say whether the state is outside the area, or on its boundary."""
+        self.meter.check_time()
+        if not point_inside(state[0], state[1], self.area):
+            self.rejections = 0
+            return True
+        self.rejections += 1
+        if self.rejections >= MAX_REJECTIONS:
+            msg = f"{MAX_REJECTIONS} samples in a row were inside the no-fly area"
+            raise BudgetSpentError(msg)
+        return False
 
 
-def space_information(problem: Problem, seed: int) -> Any:  # noqa: ANN401 - OMPL has no type hints
+def space_information(problem: Problem, seed: int, meter: Meter) -> Any:  # noqa: ANN401 - OMPL has no type hints
     """Seed OMPL and build its view of bounds and no-fly area; log messages are off."""
     ou.setLogLevel(ou.LOG_NONE)
     ou.RNG.setSeed(seed)
@@ -97,12 +111,11 @@ def space_information(problem: Problem, seed: int) -> Any:  # noqa: ANN401 - OMP
         box.setHigh(axis, problem.bounds[axis + 2])
     space.setBounds(box)
     si = ob.SpaceInformation(space)
-    area = problem.model.area.kernel_arrays
     if problem.model.area.is_empty:
         si.setStateValidityChecker(ob.AllValidStateValidityChecker(si))
     else:
-        si.setStateValidityChecker(lambda state: not point_inside(state[0], state[1], area))
-    si.setMotionValidator(ExactMotion(si, problem))
+        si.setStateValidityChecker(ExactState(problem, meter))
+    si.setMotionValidator(ExactMotion(si, problem, meter))
     si.setup()
     return si
 
@@ -118,3 +131,11 @@ def definition(problem: Problem, si: Any, objective: Any) -> Any:  # noqa: ANN40
     pdef.setStartAndGoalStates(ends[0], ends[1])
     pdef.setOptimizationObjective(objective)
     return pdef
+
+
+def waypoints(problem: Problem, pdef: Any) -> FloatArray:  # noqa: ANN401 - OMPL has no type hints
+    """Copy the path of a problem definition, shape ``(m, 2)``, map units."""
+    path: FloatArray = np.array([(state[0], state[1]) for state in pdef.getSolutionPath().getStates()])
+    # OMPL's own bounds have a tolerance of one rounding
+    x_min, y_min, x_max, y_max = problem.bounds
+    return np.minimum(np.maximum(path, (x_min, y_min)), (x_max, y_max))

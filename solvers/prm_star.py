@@ -1,39 +1,67 @@
-"""PRM* of OMPL: its roadmap, weighed by the exact segment cost."""
+"""PRM* over the exact segment cost, in numpy and scipy: a random roadmap that grows."""
 
-import time
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
+import shapely
 from scipy import sparse
+from scipy.sparse import csgraph
+from scipy.spatial import cKDTree
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.problem import GraphProblem, Problem
+from cgla_graph._validate import positive_number
+from cgla_graph.errors import ProblemError, SolverSettingError
+from cgla_graph.problem import Problem
 from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import LARGEST_SEED, Traits, whole_setting
-from cgla_graph.solvers.dijkstra import Dijkstra
+from cgla_graph.solvers.budget import Budget, Incumbent, Meter
+
+#: The roadmap is searched when it has this many milestones, twice, four times … as many, and at its end.
+FIRST_SEARCH = 64
+#: Milestones placed, joined and weighed at a time; only the budget of seconds sees it.
+CHUNK = 256
+#: Samples drawn at a time.
+DRAWN = 1024
+#: After so many samples in a row inside no-fly areas, there is as good as nowhere to go.
+MAX_REJECTIONS = 100_000
 
 
 @dataclass(frozen=True)
 class PrmStar:
     """
-    OMPL's PRM* (Karaman, Frazzoli, IJRR 30(7), 2011): a random roadmap, then its exact optimum.
+    PRM* (Karaman, Frazzoli, IJRR 30(7), 2011): uniform random milestones, each joined to those nearby.
 
-    Which milestones are joined does not depend on the cost. So OMPL grows the roadmap with its own length objective
-    (`PRMstar.solve` deadlocks with an objective written in Python), and its edges are weighed here.
+    The roadmap begins with start and goal. Milestone ``i`` is joined to every earlier one within
+
+    ``r(i) = radius_factor * 2 sqrt(3/2) sqrt(free / pi) sqrt(log(i) / i)``,
+
+    ``free`` being the area outside of the no-fly areas: the radius of their Section 3.3 for dimension 2. PRM* proper
+    joins all milestones within the last, smallest radius; its edges are among those of this roadmap, which therefore
+    has the same limit, and which never loses an edge while it grows. So the best cost only falls, and what comes out
+    does not depend on when the roadmap was searched in between.
 
     Attributes
     ----------
     milestones
-        Size of the roadmap, start and goal included.
+        Budget: size of the roadmap, start and goal included, at least 2; None: no limit. It is the default budget, so
+        that a seed gives the same path on every machine.
+    seconds
+        Budget of time, in seconds; None: no limit. It is looked at every 256 milestones and before every search, and so
+        exceeded by at most one of either. Once it ends the run, the same seed may give another path each time.
+    evaluations
+        Budget of segments weighed by Eq. 5; None: no limit. The milestone that reaches it is joined as a whole.
+        Whichever budget is used up first ends the run.
     seed
-        From 1 (OMPL refuses 0) to 2^32 - 1.
+        From 0 to 2^32 - 1.
+    radius_factor
+        Above 1, the cost converges to the optimum with probability 1.
 
     Raises
     ------
     SolverSettingError
-        If a setting is out of range.
+        If a setting is out of range, or the budget has no limit.
 
     Examples
     --------
@@ -42,65 +70,160 @@ class PrmStar:
     'found'
     """
 
-    milestones: int = 2000
+    milestones: int | None = 2000
+    seconds: float | None = None
+    evaluations: int | None = None
     seed: int = 1
+    radius_factor: float = 1.1
 
     traits: ClassVar[Traits] = Traits(
-        "prm-star", "OMPL's PRM* roadmap over the same cost", domain="plane", seeded=True, needs=("ompl",)
+        "prm-star", "PRM* roadmap over the same cost", domain="plane", anytime=True, seeded=True
     )
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        whole_setting("prm-star", "milestones", self.milestones, at_least=2)
-        whole_setting("prm-star", "seed", self.seed, at_least=1, at_most=LARGEST_SEED)
+        self._budget.check("prm-star", "milestones")
+        if self.milestones is not None:
+            whole_setting("prm-star", "milestones", self.milestones, at_least=2)
+        whole_setting("prm-star", "seed", self.seed, at_least=0, at_most=LARGEST_SEED)
+        try:
+            positive_number("radius_factor", self.radius_factor)
+        except ProblemError as error:
+            msg = f"prm-star: {error}"
+            raise SolverSettingError(msg) from error
+
+    @property
+    def _budget(self) -> Budget:
+        return Budget(self.milestones, self.seconds, self.evaluations)
 
     def solve(self, problem: Problem) -> Solution:
-        """Grow the roadmap, weigh its edges, and search it."""
+        """Grow the roadmap, and search it each time that it has doubled."""
         if not problem.field.is_probability:
             return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
-        began = time.perf_counter()
-        positions, tails, heads, source, target = self._roadmap(problem)
-        if source is None or target is None:
-            return Solution(Status.NOT_FOUND, message="OMPL could not place start and goal")
-        weights = problem.model.weights(positions[tails], positions[heads])
-        joined = np.isfinite(weights)
-        matrix = sparse.coo_array(
-            (weights[joined], (tails[joined], heads[joined])), shape=(len(positions), len(positions))
-        )
-        graph = GeometricGraph.from_sparse(matrix, directed=False, positions=positions)
-        build_seconds = time.perf_counter() - began
-        answer = Dijkstra().solve(GraphProblem(graph, source, target))
-        found = answer.status.is_path
-        return Solution(
-            Status.FOUND if found else Status.NOT_FOUND,
-            path=positions[[graph.index_of(node) for node in answer.nodes]],
-            cost=answer.cost,
-            build_seconds=build_seconds,
-            evaluations=len(weights),
-            message="" if found else f"{len(positions)} milestones do not join start and goal",
-        )
+        meter = self._budget.start()
+        incumbent = Incumbent(problem, meter)
+        roadmap = Roadmap(problem, self.seed, self.radius_factor)
+        size = FIRST_SEARCH
+        while not meter.spent and not roadmap.full:
+            roadmap.grow(meter, size)
+            # when time is up, another search would only exceed it more
+            if not meter.late:
+                path, cost = roadmap.best_path()
+                if math.isfinite(cost):
+                    incumbent.offer(path, cost)
+            size *= 2
+        reason = meter.spent or "no free place for more"
+        return incumbent.solution(f"{roadmap.n_milestones} milestones do not join start and goal ({reason})")
 
-    def _roadmap(self, problem: Problem) -> tuple[FloatArray, IntArray, IntArray, int | None, int | None]:
-        """Return milestones, shape ``(n, 2)``, the joined pairs as two arrays, and the nodes of start and goal."""
-        from ompl import base as ob  # noqa: PLC0415 - optional
-        from ompl import geometric as og  # noqa: PLC0415 - optional
 
-        from cgla_graph.solvers import ompl_space  # noqa: PLC0415 - needs the optional package
+class Roadmap:
+    """
+    A random geometric graph that grows: milestones 0 and 1 are start and goal.
 
-        si = ompl_space.space_information(problem, self.seed)
-        pdef = ompl_space.definition(problem, si, ob.PathLengthOptimizationObjective(si))
-        planner = og.PRMstar(si)
-        planner.setProblemDefinition(pdef)
-        planner.setup()
-        # the first call only inserts start and goal
-        planner.solve(ob.plannerAlwaysTerminatingCondition())
-        planner.growRoadmapPtc(ob.PlannerTerminationCondition(lambda: planner.milestoneCount() >= self.milestones))
-        data: Any = ob.PlannerData(si)
-        planner.getPlannerData(data)
-        states = [data.getVertex(i).getState() for i in range(data.numVertices())]
-        positions = np.array([(state[0], state[1]) for state in states]).reshape(-1, 2)
-        edges = sorted({(min(i, j), max(i, j)) for i in range(len(states)) for j in data.getEdges(i)})
-        tails, heads = np.array(edges, dtype=np.int64).reshape(-1, 2).T
-        if not data.numStartVertices() or not data.numGoalVertices():
-            return positions, tails, heads, None, None
-        return positions, tails, heads, int(data.getStartIndex(0)), int(data.getGoalIndex(0))
+    Attributes
+    ----------
+    positions
+        Of the milestones and of samples that will become some, shape ``(m, 2)`` with ``m >= n_milestones``, map units.
+    n_milestones
+        Milestones that have been joined.
+    full
+        Whether no free place was found for more milestones.
+
+    Examples
+    --------
+    >>> roadmap = Roadmap(Problem(start=(0.1, 0.1), goal=(0.9, 0.9)), seed=1, radius_factor=1.1)
+    >>> roadmap.grow(Budget(iterations=100).start(), 100)
+    >>> roadmap.n_milestones, bool(roadmap.best_path()[1] < 1.2)
+    (100, True)
+    """
+
+    def __init__(self, problem: Problem, seed: int, radius_factor: float) -> None:
+        """Place start and goal."""
+        self.problem = problem
+        self.positions = np.array([problem.start, problem.goal])
+        self.n_milestones = 1
+        self.full = False
+        self._rng = np.random.default_rng(seed)
+        free = shapely.box(*problem.bounds).difference(problem.model.area.geometry).area
+        self._reach = radius_factor * 2.0 * math.sqrt(1.5) * math.sqrt(free / math.pi)
+        self._edges: list[tuple[IntArray, IntArray, FloatArray]] = []
+
+    def radius(self, number: FloatArray | IntArray) -> FloatArray:
+        """
+        Return how far the milestone that is the ``number``-th is joined, map units; any shape.
+
+        ``log(i) / i`` rises up to 3, from where on the radius has to fall.
+        """
+        number = np.maximum(number, 3)
+        return np.asarray(self._reach * np.sqrt(np.log(number) / number))
+
+    def grow(self, meter: Meter, size: int) -> None:
+        """
+        Place and join milestones until there are `size`, or the budget is spent.
+
+        Parameters
+        ----------
+        meter
+            Is charged an iteration for each milestone and an evaluation for each segment.
+        size
+            How many milestones to have in the end.
+        """
+        self._place(int(min(size, meter.max_iterations)))
+        last = int(min(size, meter.max_iterations, len(self.positions)))
+        tree = cKDTree(self.positions[:last])
+        while self.n_milestones < last and not meter.spent:
+            self._join(meter, tree, min(self.n_milestones + CHUNK, last))
+            meter.iterations = self.n_milestones
+
+    def best_path(self) -> tuple[FloatArray, float]:
+        """Search the roadmap by Dijkstra's algorithm; return waypoints, shape ``(m, 2)``, and cost (infinity: none)."""
+        tails, heads, weights = (np.concatenate(parts) for parts in zip(*self._edges, strict=True))
+        n = self.n_milestones
+        matrix = sparse.csr_array((weights, (heads, tails)), shape=(n, n))
+        # the stubs of scipy know neither sparse arrays here nor the shape of what comes back
+        search: Any = csgraph.dijkstra
+        costs, before = search(matrix, directed=False, indices=0, return_predecessors=True)
+        if not np.isfinite(costs[1]):
+            return np.empty((0, 2)), math.inf
+        nodes = [1]
+        while nodes[-1] != 0:
+            nodes.append(int(before[nodes[-1]]))
+        return self.positions[nodes[::-1]], float(costs[1])
+
+    def _place(self, size: int) -> None:
+        """Draw samples outside of the no-fly area until there are at least `size` positions in all."""
+        low, high = np.reshape(self.problem.bounds, (2, 2))
+        found, missing, rejections = [self.positions], size - len(self.positions), 0
+        while missing > 0 and not self.full:
+            # many at a time, as few may be free; those to spare are the next milestones
+            drawn = np.minimum(low + self._rng.random((DRAWN, 2)) * (high - low), high)
+            found.append(drawn[~self.problem.model.area.contains(drawn)])
+            missing -= len(found[-1])
+            rejections = 0 if len(found[-1]) else rejections + DRAWN
+            self.full = rejections >= MAX_REJECTIONS
+        self.positions = np.concatenate(found)
+
+    def _join(self, meter: Meter, tree: cKDTree, size: int) -> None:
+        """Weigh the segments from each new milestone to the earlier ones in its reach, milestone after milestone."""
+        points, old = self.positions, self.n_milestones
+        reach = self.radius(np.arange(size) + 1)
+        # a little more than the widest of them: which are near enough is judged below, alike whatever `size` is
+        search = float(reach[old:].max()) * (1.0 + 1e-9)
+        near = cKDTree(points[old:size]).sparse_distance_matrix(tree, search, output_type="coo_matrix")
+        heads, tails = near.row.astype(np.int64) + old, near.col.astype(np.int64)
+        chosen = tails < heads
+        heads, tails = heads[chosen], tails[chosen]
+        chosen = np.hypot(*(points[heads] - points[tails]).T) <= reach[heads]
+        order = np.lexsort((tails[chosen], heads[chosen]))
+        heads, tails = heads[chosen][order], tails[chosen][order]
+        # the budget buys whole milestones; the one that reaches it is the last
+        ends = np.searchsorted(heads, np.arange(old, size), side="right")
+        n_joined = int(np.searchsorted(ends, meter.max_evaluations - meter.evaluations)) + 1
+        if n_joined < len(ends):
+            size = old + n_joined
+            heads, tails = heads[: ends[n_joined - 1]], tails[: ends[n_joined - 1]]
+        weights = self.problem.model.weights(points[heads], points[tails])
+        meter.evaluations += len(weights)
+        passable = np.isfinite(weights)
+        self._edges.append((tails[passable], heads[passable], weights[passable]))
+        self.n_milestones = size

@@ -19,9 +19,19 @@ _BUILT_IN: Mapping[str, str] = {
     "networkx": "cgla_graph.solvers.networkx_search:NetworkxDijkstra",
     "networkx-astar": "cgla_graph.solvers.networkx_search:NetworkxAstar",
     "eight-direction": "cgla_graph.solvers.eight_direction:EightDirection",
+    "lazy-theta-star": "cgla_graph.solvers.lazy_theta_star:LazyThetaStar",
+    "refine": "cgla_graph.solvers.refine:Refine",
+    "hybrid": "cgla_graph.solvers.hybrid:Hybrid",
+    "fast-marching": "cgla_graph.solvers.fast_marching:FastMarching",
     "straight-line": "cgla_graph.solvers.straight_line:StraightLine",
     "rrt-star": "cgla_graph.solvers.rrt_star:RrtStar",
+    "informed-rrt-star": "cgla_graph.solvers.informed_rrt_star:InformedRrtStar",
+    "sorrt-star": "cgla_graph.solvers.sorrt_star:SorrtStar",
+    "bit-star": "cgla_graph.solvers.bit_star:BitStar",
+    "fmt-star": "cgla_graph.solvers.fmt_star:FmtStar",
+    "bfmt-star": "cgla_graph.solvers.bfmt_star:BfmtStar",
     "prm-star": "cgla_graph.solvers.prm_star:PrmStar",
+    "ompl-prm-star": "cgla_graph.solvers.ompl_prm_star:OmplPrmStar",
 }
 
 

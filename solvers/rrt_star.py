@@ -1,15 +1,14 @@
 """RRT* of OMPL over the exact segment cost."""
 
 from dataclasses import dataclass
-from typing import ClassVar
-
-import numpy as np
+from typing import Any, ClassVar
 
 from cgla_graph._validate import positive_number
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.problem import Problem
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.solution import Solution
 from cgla_graph.solvers.base import LARGEST_SEED, Traits, whole_setting
+from cgla_graph.solvers.budget import Budget
 
 
 @dataclass(frozen=True)
@@ -20,7 +19,12 @@ class RrtStar:
     Attributes
     ----------
     iterations
-        Budget; iterations and not seconds, so that a seed gives the same path on every machine.
+        Budget of samples; None: no limit. It is the default budget, so that a seed gives the same path on every
+        machine.
+    seconds
+        Budget of time, in seconds; None: no limit. Once it ends the run, the same seed may give another path each time.
+    evaluations
+        Budget of segments weighed by Eq. 5; None: no limit. Whichever budget is used up first ends the run.
     seed
         From 1 (OMPL refuses 0) to 2^32 - 1.
     rewire_factor
@@ -30,7 +34,7 @@ class RrtStar:
     Raises
     ------
     SolverSettingError
-        If a setting is out of range.
+        If a setting is out of range, or the budget has no limit.
 
     Examples
     --------
@@ -39,7 +43,9 @@ class RrtStar:
     'found'
     """
 
-    iterations: int = 2000
+    iterations: int | None = 2000
+    seconds: float | None = None
+    evaluations: int | None = None
     seed: int = 1
     rewire_factor: float = 1.1
 
@@ -49,39 +55,27 @@ class RrtStar:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        whole_setting("rrt-star", "iterations", self.iterations, at_least=1)
-        whole_setting("rrt-star", "seed", self.seed, at_least=1, at_most=LARGEST_SEED)
+        self._budget.check(self.traits.name)
+        whole_setting(self.traits.name, "seed", self.seed, at_least=1, at_most=LARGEST_SEED)
         try:
             positive_number("rewire_factor", self.rewire_factor)
         except ProblemError as error:
-            msg = f"rrt-star: {error}"
+            msg = f"{self.traits.name}: {error}"
             raise SolverSettingError(msg) from error
+
+    @property
+    def _budget(self) -> Budget:
+        return Budget(self.iterations, self.seconds, self.evaluations)
 
     def solve(self, problem: Problem) -> Solution:
         """Grow the tree until the budget is used up."""
-        if not problem.field.is_probability:
-            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
-        from ompl import base as ob  # noqa: PLC0415 - optional
+        from cgla_graph.solvers import ompl_run  # noqa: PLC0415 - needs the optional package
+
+        return ompl_run.run_anytime(problem, self._planner, self._budget, self.seed)
+
+    def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
         from ompl import geometric as og  # noqa: PLC0415 - optional
 
-        from cgla_graph.solvers import ompl_space  # noqa: PLC0415 - needs the optional package
-
-        si = ompl_space.space_information(problem, self.seed)
-        objective = ompl_space.SegmentCost(si, problem)
-        pdef = ompl_space.definition(problem, si, objective)
         planner = og.RRTstar(si)
         planner.setRewireFactor(self.rewire_factor)
-        planner.setProblemDefinition(pdef)
-        planner.setup()
-        budget = ompl_space.Budget(
-            self.iterations, lambda: objective.evaluations, lambda: float(planner.bestCost().value())
-        )
-        status = planner.solve(ob.PlannerTerminationCondition(budget))
-        evaluations = int(objective.evaluations)
-        # an approximate solution is true in OMPL's eyes; here only a path to the goal counts
-        if status.getStatus() != ob.PlannerStatus.EXACT_SOLUTION:
-            return Solution(Status.NOT_FOUND, evaluations=evaluations, message=f"{self.iterations} iterations")
-        states = pdef.getSolutionPath().getStates()
-        path = np.array([(state[0], state[1]) for state in states])
-        cost = float(planner.bestCost().value())
-        return Solution(Status.FOUND, path=path, cost=cost, evaluations=evaluations, trace=tuple(budget.trace))
+        return planner

@@ -1,5 +1,6 @@
 """Independent references: plain Python, NumPy, scipy, networkx and shapely; none of the toolkit's own kernels."""
 
+import heapq
 import itertools
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -12,7 +13,7 @@ from scipy.integrate import quad
 from scipy.sparse import csgraph, csr_array
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
+from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
 from cgla_graph.lattice import LatticeKind
 from cgla_graph.risk import Threat
 
@@ -229,3 +230,113 @@ def eight_connected_edges(free: BoolArray, *, both_free: bool) -> set[frozenset[
             if not (dx and dy and both_free) or beside:
                 edges.add(frozenset({x + y * nx_, x + dx + (y + dy) * nx_}))
     return edges
+
+
+# The eikonal equation
+
+
+def fast_marching(
+    times: FloatArray, cost: FloatArray, spacing: tuple[float, float], *, second: bool, shifted: bool = True
+) -> FloatArray:
+    """
+    March over a full grid, given what is finite in `times`; both arrays have shape ``(ny, nx)``.
+
+    Differences of first order take the cost half a step upwind; without `shifted` they do not.
+    """
+    times = times.copy()
+    done = np.zeros(times.shape, dtype=bool)
+    heap = [(float(times[at]), at) for at in zip(*np.nonzero(np.isfinite(times)), strict=True)]
+    heapq.heapify(heap)
+    while heap:
+        _, (j, i) = heapq.heappop(heap)
+        if done[j, i]:
+            continue
+        done[j, i] = True
+        for b, a in ((j, i - 1), (j, i + 1), (j - 1, i), (j + 1, i)):
+            if 0 <= b < times.shape[0] and 0 <= a < times.shape[1] and not done[b, a]:
+                rows = [_upwind(times, done, (b, a), axis, second=second) for axis in (0, 1)]
+                time = _arrival(rows, cost, (b, a), spacing, shifted=shifted)
+                if time < times[b, a]:
+                    times[b, a] = time
+                    heapq.heappush(heap, (time, (b, a)))
+    return times
+
+
+def _upwind(
+    times: FloatArray, done: BoolArray, at: tuple[int, int], axis: int, *, second: bool
+) -> tuple[float, float, float, tuple[int, int]] | None:
+    """Return weight, offset and upwind value of the difference along x (0) or y (1), and where to take the cost."""
+    b, a = at
+
+    def beside(step: int) -> tuple[float, tuple[int, int]]:
+        j, i = (b, a + step) if axis == 0 else (b + step, a)
+        inside = 0 <= j < times.shape[0] and 0 <= i < times.shape[1]
+        return (float(times[j, i]) if inside and done[j, i] else math.inf), (j, i)
+
+    sign = min((-1, 1), key=lambda step: beside(step)[0])
+    value, near = beside(sign)
+    if value == math.inf:
+        return None
+    beyond, _ = beside(2 * sign)
+    if second and beyond <= value:
+        return 1.5, (4.0 * value - beyond) / 3.0, value, at
+    return 1.0, value, value, near
+
+
+def _arrival(
+    differences: Sequence[tuple[float, float, float, tuple[int, int]] | None],
+    cost: FloatArray,
+    at: tuple[int, int],
+    spacing: tuple[float, float],
+    *,
+    shifted: bool,
+) -> float:
+    """Solve ``sum (w (T - t) / h)^2 = c^2`` for the later ``T``; along one axis alone if that is not upwind."""
+    here = float(cost[at])
+    rows = [(row[0] / h, *row[1:]) for row, h in zip(differences, spacing, strict=True) if row is not None]
+    shift = [0.5 * (float(cost[row[3]]) - here) if shifted else 0.0 for row in rows]
+    if len(rows) == 2:
+        c = max(here + sum(shift), min(here, *(float(cost[row[3]]) for row in rows)) if shifted else 0.0)
+        roots = np.roots(
+            [
+                sum(row[0] ** 2 for row in rows),
+                -2.0 * sum(row[0] ** 2 * row[1] for row in rows),
+                sum((row[0] * row[1]) ** 2 for row in rows) - c * c,
+            ]
+        )
+        if np.isreal(roots).all() and roots.max() >= max(row[2] for row in rows):
+            return float(roots.real.max())
+    return min(max(row[1] + (here + extra) / row[0], row[2]) for row, extra in zip(rows, shift, strict=True))
+
+
+# Splines
+
+
+def spline(
+    pieces: tuple[WholeArray, WholeArray, WholeArray],
+    origin: tuple[float, float],
+    spacing: tuple[float, float],
+    points: FloatArray,
+    values: FloatArray,
+) -> FloatArray:
+    """
+    Evaluate a biquadratic B-spline at points, shape ``(n, 2)``, each on a piece that is known.
+
+    `pieces` are the nine control values' numbers of each, shape ``(n, 9)``, row by row, and the cell's column and row.
+    """
+    controls, *cells = pieces
+    product = np.ones(controls.shape)
+    for axis, side in enumerate((np.tile([-1, 0, 1], 3), np.repeat([-1, 0, 1], 3))):
+        place = (points[:, axis] - origin[axis]) / spacing[axis]
+        away = np.abs(place[:, None] - cells[axis][:, None] - side)
+        product *= np.where(away < 0.5, 0.75 - away**2, 0.5 * np.maximum(1.5 - away, 0.0) ** 2)
+    # what has no weight may be infinite
+    return np.asarray(np.where(product > 0.0, product * values[controls], 0.0).sum(axis=1))
+
+
+# Convergence
+
+
+def rate(errors: Sequence[float] | FloatArray) -> float:
+    """Fit ``error ~ h^rate`` where h halves from one to the next."""
+    return -float(np.polyfit(np.arange(len(errors)), np.log2(errors), 1)[0])

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import signal
+import statistics
 import subprocess
 import sys
 import time
@@ -21,7 +22,7 @@ import numpy as np
 import pytest
 import shapely
 
-from cgla_graph.comparisons import files
+from cgla_graph.comparisons import files, options
 from cgla_graph.comparisons.cli import main
 from cgla_graph.comparisons.rows import COLUMNS
 from cgla_graph.geojson import read_areas
@@ -68,6 +69,8 @@ def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureF
     """Call the command line in a folder of its own, in this process."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
+    # a coarse lower bound is proven at once
+    monkeypatch.setattr(options, "TOLERANCE", 0.1)
 
     def call(*words: object) -> Answer:
         monkeypatch.setattr(sys, "argv", ["cgla", *map(str, words)])
@@ -179,11 +182,13 @@ def test_solvers(cgla: Call) -> None:
 def test_solvers_without_ompl(cgla: Call, small: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "find_spec", lambda name: None if name == "ompl" else object())
     lines = {line["name"]: line["available"] for line in cgla("solvers", "--json").document()["solvers"]}
-    assert all(("ompl" in text) == (name in {"rrt-star", "prm-star"}) for name, text in lines.items())
+    lacking = {name for name in lines if "ompl" in registry.traits(name).needs}
+    assert "rrt-star" in lacking
+    assert all(("ompl" in text) == (name in lacking) for name, text in lines.items())
     answer = cgla("compare", small, "--seeds", 1, "--json")
     states = {row["solver"]: row["status"] for row in answer.document()["rows"]}
     assert answer.code == 0
-    assert states.pop("rrt-star") == states.pop("prm-star") == "unavailable"
+    assert {states.pop(name) for name in lacking} == {"unavailable"}
     assert set(states.values()) == {"optimal", "found"}
     assert cgla("compare", small, "--solvers", "rrt-star,cgla", "--strict").code == 1
     answer = cgla("plan", small, "--solver", "rrt-star")
@@ -219,7 +224,7 @@ def test_compare_without_a_scenario_takes_the_papers_map(cgla: Call) -> None:
 
 
 def test_compare_takes_every_solver(cgla: Call, small: Path) -> None:
-    answer = cgla("compare", small, "--seeds", 1, "--json")
+    answer = cgla("compare", small, "--seeds", 1, "--budget", "seconds=0.2", "--json")
     document = answer.document()
     assert (answer.code, answer.err, document["files"], document["interrupted"]) == (0, "", [], False)
     assert [row["solver"] for row in document["rows"]] == registry.names(installed=False)
@@ -241,7 +246,7 @@ def test_compare_writes_rows_and_pictures(cgla: Call, small: Path, tmp_path: Pat
     out = tmp_path / "new" / "folder"
     solvers = "cgla,straight-line,rrt-star:iterations=300"
     document = cgla("compare", small, "--solvers", solvers, "--seeds", 2, "--out", out, "--json").document()
-    wanted = {"rows.jsonl", "rows.csv", "small.png", "small.svg", "small-cost.png"}
+    wanted = {"rows.jsonl", "rows.csv", "summary.csv", "traces.jsonl", "small.png", "small.svg", "small-cost.png"}
     assert names_in(out) == wanted
     assert {Path(file).name for file in document["files"]} == wanted
     rows = [json.loads(line) for line in (out / "rows.jsonl").read_text(encoding="utf-8").splitlines()]
@@ -259,7 +264,7 @@ def test_compare_writes_rows_and_pictures(cgla: Call, small: Path, tmp_path: Pat
 @pytest.mark.usefixtures("pictures")
 def test_compare_says_what_it_wrote(cgla: Call, small: Path, tmp_path: Path) -> None:
     answer = cgla("compare", small, "paper", "--solvers", "cgla", "--out", tmp_path / "out", "--pictures", 1)
-    assert f"written to {tmp_path / 'out'}: rows.jsonl, rows.csv, small.png" in answer.out
+    assert f"written to {tmp_path / 'out'}: rows.jsonl, rows.csv, summary.csv, small.png" in answer.out
     assert "first 1 of 2 scenarios" in answer.err
     assert "paper.png" not in names_in(tmp_path / "out")
 
@@ -339,9 +344,130 @@ def test_scenarios_of_one_name(cgla: Call, tmp_path: Path) -> None:
     words = ("compare", "a/x.toml", "b/x.toml", "--solvers", "cgla,straight-line", "--out", "out")
     document = cgla(*words, "--json").document()
     assert [row["excess"] for row in document["rows"] if row["solver"] == "cgla"] == [0.0, 0.0]
-    assert len(set(document["files"])) == 2 + 2 * 3
+    assert len(set(document["files"])) == 3 + 2 * 3
     assert [row["scenario"] for row in document["rows"]] == ["x", "x", "x-2", "x-2"]
     assert cgla(*words).out.count("│ cgla ") == 2
+
+
+# The lower bound, and how soon solvers get near it
+
+
+def lines_of(table: str) -> list[list[str]]:
+    """Return the cells of the lines of all tables, heads included."""
+    rows = [line for line in table.splitlines() if line[:1] in "┃│"]
+    return [[cell.strip() for cell in line[1:-1].replace("┃", "│").split("│")] for line in rows]
+
+
+@pytest.mark.parametrize("name", ["small", "paper", "one-threat"])
+def test_the_table_is_sorted_by_the_gap(cgla: Call, small: Path, name: str) -> None:
+    words = ("compare", small if name == "small" else name, "--solvers", "straight-line,eight-direction,cgla,dijkstra")
+    heads, *lines = lines_of(cgla(*words).out)
+    assert heads[:4] == ["solver", "status", "cost", "gap"]
+    gaps = [float(line[3].removesuffix(" %")) for line in lines]
+    assert gaps == sorted(gaps)
+    assert gaps[0] >= 0.0
+    document = cgla(*words, "--json").document()
+    (proof,) = document["certificates"]
+    for row in document["rows"]:
+        assert row["gap"] == pytest.approx(row["cost"] / row["lower_bound"] - 1.0)
+        assert row["lower_bound"] >= proof["lower_bound"] > 0.0
+    assert f"{min(row['gap'] for row in document['rows']):+.2%}".replace("%", " %") in cgla(*words).out
+
+
+def test_rows_on_the_disk_have_their_gap_at_once(
+    cgla: Call, small: Path, tmp_path: Path, enter: Callable[..., str]
+) -> None:
+    seen: list[dict[str, Any]] = []
+
+    def look(problem: Problem) -> Solution:
+        part = tmp_path / "out" / "rows.jsonl.part"
+        seen.extend(json.loads(line) for line in part.read_text(encoding="utf-8").splitlines())
+        return straight(problem)
+
+    cgla("compare", small, "--solvers", f"cgla,{enter(look)}", "--out", "out", "--pictures", 0)
+    (row,) = seen
+    assert row["gap"] == pytest.approx(row["cost"] / row["lower_bound"] - 1.0)
+
+
+@pytest.mark.parametrize("words", [["--no-certificate"], ["--tolerance", "0"]])
+def test_the_lower_bound_can_be_left_out(cgla: Call, small: Path, words: list[str]) -> None:
+    document = cgla("compare", small, "--solvers", "cgla", *words, "--json").document()
+    (row,) = document["rows"]
+    assert (row["lower_bound"], row["gap"], document["certificates"]) == (None, None, [None])
+    assert "no lower bound was asked for" in cgla("compare", small, "--solvers", "cgla", *words).out
+    assert cgla("plan", small, "--solver", "cgla", *words, "--json").document()["certificate"] is None
+
+
+def test_plan_says_how_far_from_the_best_possible_it_is(cgla: Call, small: Path) -> None:
+    document = cgla("plan", small, "--solver", "cgla", "--tolerance", 0.02, "--json").document()
+    assert document["certificate"]["tolerance"] == 0.02
+    assert document["certificate"]["lower_bound"] == document["lower_bound"] <= document["cost"]
+    lines = dict(line.split(maxsplit=1) for line in cgla("plan", small, "--solver", "cgla").out.splitlines())
+    assert float(lines["cost"]) / float(lines["bound"]) - 1.0 == pytest.approx(
+        float(lines["gap"].split()[0]) / 100.0, abs=6e-5
+    )
+    assert "above the proven lower bound" in lines["gap"]
+
+
+def unlucky(problem: Problem) -> Solution:
+    return Solution(Status.NOT_FOUND, seconds=0.1)
+
+
+def test_how_soon_stands_in_a_table_a_list_and_a_file(cgla: Call, small: Path, tmp_path: Path) -> None:
+    pytest.importorskip("ompl")
+    solvers = "cgla,rrt-star:iterations=300,straight-line"
+    words = ("compare", small, "--solvers", solvers, "--seeds", 6, "--out", "out", "--pictures", 0)
+    text = cgla(*words).out
+    assert "small: how soon" in text
+    document = cgla(*words, "--json").document()
+    with (tmp_path / "out" / "summary.csv").open(encoding="utf-8", newline="") as file:
+        table = list(csv.DictReader(file))
+    assert [line["solver"] for line in table] == solvers.split(",")
+    for line, one in zip(table, document["summary"], strict=True):
+        assert line == {key: "" if value is None else str(value) for key, value in one.items()}
+    rows = [row for row in document["rows"] if row["solver"].startswith("rrt-star")]
+    costs = sorted(row["cost"] for row in rows)
+    rrt = document["summary"][1]
+    assert (rrt["runs"], rrt["paths"], rrt["success"], rrt["success_high"]) == (6, 6, 1.0, 1.0)
+    assert (rrt["cost_low"], rrt["cost"], rrt["cost_high"]) == (costs[0], costs[2], costs[5])
+    assert rrt["seconds_to_first"] <= statistics.median_low([row["seconds"] for row in rows])
+    traces = [json.loads(line) for line in (tmp_path / "out" / "traces.jsonl").read_text(encoding="utf-8").splitlines()]
+    assert [(trace["solver"], trace["seed"]) for trace in traces] == [(row["solver"], row["seed"]) for row in rows]
+    for trace, row in zip(traces, rows, strict=True):
+        assert trace["cost"][-1] == pytest.approx(row["cost"])
+        assert len(trace["seconds"]) == len(trace["evaluations"]) == len(trace["cost"])
+
+
+def test_solvers_that_neither_draw_nor_improve_need_no_second_table(cgla: Call, small: Path, tmp_path: Path) -> None:
+    words = ("compare", small, "--solvers", "cgla,straight-line", "--out", "out", "--pictures", 0)
+    assert "how soon" not in cgla(*words).out
+    assert names_in(tmp_path / "out") == {"rows.jsonl", "rows.csv", "summary.csv"}
+
+
+def test_a_run_that_finds_nothing_counts(cgla: Call, small: Path, enter: Callable[..., str]) -> None:
+    (one,) = cgla("compare", small, "--solvers", enter(unlucky), "--json").document()["summary"]
+    assert (one["runs"], one["paths"], one["success"]) == (1, 0, 0.0)
+    assert one["cost"] is one["seconds_to_first"] is one["evaluations_to_first"] is None
+
+
+@pytest.mark.ompl
+def test_a_budget_is_the_same_for_all_and_is_said(cgla: Call, small: Path) -> None:
+    pytest.importorskip("ompl")
+    words = ("compare", small, "--solvers", "rrt-star,rrt-star:iterations=70,cgla", "--seeds", 1)
+    rows = cgla(*words, "--budget", "iterations=50", "--json").document()["rows"]
+    by_hand = cgla("compare", small, "--solvers", "rrt-star:iterations=50", "--seeds", 1, "--json").document()["rows"]
+    assert rows[0]["evaluations"] == by_hand[0]["evaluations"] < rows[1]["evaluations"]
+    text = cgla(*words, "--budget", "seconds=0.05").out
+    assert "budget: seconds=0.05, taken by rrt-star, rrt-star:iterations=70" in text
+
+
+def test_refined_paths_have_labels_of_their_own(cgla: Call, small: Path) -> None:
+    words = ("--resolution", 6, "--json")
+    plain = cgla("compare", small, "--solvers", "cgla", *words).document()["rows"][0]
+    refined = cgla("compare", small, "--solvers", "cgla", "--refine", *words).document()["rows"][0]
+    assert (plain["solver"], refined["solver"]) == ("cgla", "cgla+refine")
+    assert refined["cost"] < plain["cost"]
+    assert cgla("plan", small, "--solver", "cgla", "--refine", *words).document()["cost"] == refined["cost"]
 
 
 # plan
@@ -349,7 +475,7 @@ def test_scenarios_of_one_name(cgla: Call, tmp_path: Path) -> None:
 
 def test_plan_in_the_plane(cgla: Call, small: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    answer = cgla("plan", small, "--out", out, "--json")
+    answer = cgla("plan", small, "--solver", "cgla", "--out", out, "--json")
     document = answer.document()
     assert (answer.code, answer.err) == (0, "")
     assert names_in(out) == {"small-cgla.csv", "small-cgla.png"} == {Path(file).name for file in document["files"]}
@@ -394,14 +520,15 @@ def test_plan_prints_numbers(cgla: Call, small: Path) -> None:
 def test_plan_without_a_path(cgla: Call, tmp_path: Path) -> None:
     file = tmp_path / "shut.toml"
     file.write_text(SMALL + SHUT, encoding="utf-8")
-    answer = cgla("plan", file, "--out", tmp_path / "out", "--json")
+    answer = cgla("plan", file, "--solver", "cgla", "--out", tmp_path / "out", "--json")
     document = answer.document()
     assert (answer.code, document["status"], document["path"], document["files"]) == (1, "no-path", [], [])
     assert cgla("plan", file).code == 1
 
 
 def test_plan_from_another_place(cgla: Call, small: Path) -> None:
-    document = cgla("plan", small, "--start", "0,1", "--goal", "1.0,0.0", "--resolution", 7, "--json").document()
+    words = ("--solver", "cgla", "--start", "0,1", "--goal", "1.0,0.0", "--resolution", 7, "--json")
+    document = cgla("plan", small, *words).document()
     assert (document["path"][0], document["path"][-1]) == ([0.0, 1.0], [1.0, 0.0])
     assert document["evaluations"] == 49 * 48 // 2
 
@@ -418,7 +545,8 @@ def test_start_equal_to_goal(cgla: Call, small: Path, tmp_path: Path) -> None:
     for row in document["rows"]:
         assert (row["status"], row["cost"], row["length"], row["risk"]) == ("optimal", 0.0, 0.0, 0.0), row["solver"]
     assert {"small.png", "small.svg"} <= names_in(tmp_path / "out")
-    document = cgla("plan", "finland", "--goal", "22.95,59.85", "--out", tmp_path / "plan", "--json").document()
+    words = ("--solver", "cgla", "--goal", "22.95,59.85", "--out", tmp_path / "plan", "--json")
+    document = cgla("plan", "finland", *words).document()
     assert (len(document["path"]), document["cost"]) == (1, 0.0)
     assert {"finland-cgla.csv", "finland-cgla.geojson", "finland-cgla.png"} == names_in(tmp_path / "plan")
 
@@ -475,6 +603,16 @@ def test_bad_scenarios(cgla: Call, tmp_path: Path, command: str, what: str) -> N
         (["compare", "paper", "--seeds", "many"], ["--seeds"]),
         (["compare", "paper", "--resolution", "1"], ["resolution is 1"]),
         (["compare", "paper", "papr"], ["papr"]),
+        (["compare", "paper", "--budget", "seconds=0"], ["seconds", "'0'", "above 0"]),
+        (["compare", "paper", "--budget", "seconds=-1"], ["seconds", "'-1'"]),
+        (["compare", "paper", "--budget", "seconds=nan"], ["seconds", "'nan'"]),
+        (["compare", "paper", "--budget", "iterations=1.5"], ["iterations", "whole number"]),
+        (["compare", "paper", "--budget", "minutes=1"], ["minutes=1", "seconds", "iterations", "evaluations"]),
+        (["compare", "paper", "--budget", ""], ["seconds", "iterations", "evaluations"]),
+        (["compare", "paper", "--tolerance", "-1"], ["--tolerance is -1", "above 0"]),
+        (["compare", "paper", "--tolerance", "nan"], ["--tolerance is nan"]),
+        (["compare", "paper", "--tolerance", "tight"], ["--tolerance", "number"]),
+        (["plan", "paper", "--tolerance", "inf"], ["--tolerance is inf"]),
         (["plan", "paper", "--solver", "cgl"], ["cgl", "did you mean cgla"]),
         (["plan", "paper", "--start", "1"], ["--start", "'1'", "X,Y"]),
         (["plan", "paper", "--goal", "a,b"], ["--goal", "'a,b'", "X,Y"]),
@@ -558,7 +696,7 @@ def test_odd_names(cgla: Call, tmp_path: Path, name: str) -> None:
     assert row["scenario"] == name
     with (out / "rows.csv").open(encoding="utf-8", newline="") as table:
         assert [line["scenario"] for line in csv.DictReader(table)] == [name]
-    assert len(names_in(out)) == 5
+    assert len(names_in(out)) == 6
     document = cgla("plan", file, "--out", tmp_path / "plan", "--json").document()
     assert document["scenario"] == name
     assert len(names_in(tmp_path / "plan")) == 2
@@ -659,7 +797,7 @@ def test_an_interrupt_keeps_what_is_done(cgla: Call, small: Path, enter: Callabl
     document = answer.document()
     assert (answer.code, document["interrupted"]) == (130, True)
     assert answer.err == "cgla: interrupted: 3 of 6 runs are done and kept in out\n"
-    assert names_in(tmp_path / "out") == {"rows.jsonl", "rows.csv"}
+    assert names_in(tmp_path / "out") == {"rows.jsonl", "rows.csv", "summary.csv"}
     rows = [json.loads(line) for line in (tmp_path / "out" / "rows.jsonl").read_text(encoding="utf-8").splitlines()]
     assert rows == document["rows"]
     assert [row["solver"] for row in rows] == ["cgla", name, "cgla"]
@@ -667,7 +805,9 @@ def test_an_interrupt_keeps_what_is_done(cgla: Call, small: Path, enter: Callabl
 
 @pytest.mark.parametrize("command", ["compare", "plan"])
 def test_an_interrupt_at_the_beginning_is_said(cgla: Call, monkeypatch: pytest.MonkeyPatch, command: str) -> None:
-    monkeypatch.setattr("cgla_graph.inputs.open_scenarios", lambda *_, **__: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr(
+        "cgla_graph.comparisons.options.open_scenarios", lambda *_, **__: signal.raise_signal(signal.SIGINT)
+    )
     answer = cgla(command, "paper")
     assert (answer.code, answer.out) == (130, "")
     assert answer.err == "cgla: interrupted\n"
@@ -697,7 +837,7 @@ def test_ctrl_c_in_the_middle(busy: subprocess.Popen[str], tmp_path: Path) -> No
     out, err = busy.communicate(timeout=120)
     assert (busy.returncode, err) == (130, f"cgla: interrupted: 2 of 3 runs are done and kept in {tmp_path / 'out'}\n")
     assert "│ cgla " in out
-    assert names_in(tmp_path / "out") == {"rows.jsonl", "rows.csv"}
+    assert names_in(tmp_path / "out") == {"rows.jsonl", "rows.csv", "summary.csv", "traces.jsonl"}
     lines = (tmp_path / "out" / "rows.jsonl").read_text(encoding="utf-8").splitlines()
     first, second = (json.loads(line) for line in lines)
     assert (first["solver"], first["status"], first["excess"]) == ("cgla", "optimal", 0.0)
@@ -745,7 +885,7 @@ def test_standard_output_that_is_full(cgla: Call, monkeypatch: pytest.MonkeyPatc
 
 def test_a_full_disk(cgla: Call, small: Path, tiny_disk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(files.tempfile, "TemporaryFile", files.tempfile.SpooledTemporaryFile)
-    words = ("compare", *[small] * 400, "--solvers", "straight-line", "--out", tiny_disk)
+    words = ("compare", *[small] * 400, "--solvers", "straight-line", "--no-certificate", "--out", tiny_disk)
     cgla(*words).refused("No space left", "--out")
     text = (tiny_disk / "rows.jsonl.part").read_text(encoding="utf-8")
     assert text.endswith("\n"), "a row was cut in two"

@@ -15,8 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgla_graph.comparisons import files
+from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.rows import COLUMNS, row
-from cgla_graph.comparisons.runner import Contender, Run, compare
+from cgla_graph.comparisons.runner import Run, compare
 from cgla_graph.errors import OutputError
 from cgla_graph.geojson import read_areas
 from cgla_graph.scenario import Scenario, load_scenario, scenario_from_toml

@@ -1,5 +1,6 @@
 """Pictures: what is in them, that nothing overlaps, and that files are whole and the same every time."""
 
+import dataclasses
 import itertools
 import os
 import re
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 import shapely
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import FillBetweenPolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
@@ -20,6 +22,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike
 
+from cgla_graph.certificate import Certificate
 from cgla_graph.comparisons import plots
 from cgla_graph.comparisons.plot_risk import risk_colours
 from cgla_graph.comparisons.plot_solvers import COLOURS
@@ -372,17 +375,116 @@ def test_no_trace_no_figure() -> None:
     assert plots.trace_figure(where, [run(where), never]) is None
 
 
-def test_traces_are_steps_over_logarithmic_time() -> None:
+def test_a_trace_is_a_step_line_over_logarithmic_time() -> None:
     where = scenario()
-    runs = [traced(where, [np.inf, 3.0, 2.0], seed=1), traced(where, [2.5, 1.5], seed=2, build_seconds=1.0)]
+    figure = plots.trace_figure(where, [traced(where, [np.inf, 3.0, 2.0], build_seconds=1.0)])
+    assert figure is not None
+    (line,) = figure.axes[0].lines
+    assert figure.axes[0].get_xscale() == "log"
+    assert line.get_drawstyle() == "steps-post"
+    assert line.get_xydata() == pytest.approx(np.array([(1.02, 3.0), (1.03, 2.0), (2.0, 2.0)]))
+    assert bands(figure) == []
+    assert labels(figure) == ["anytime: 2.0000"]
+    assert_tidy(figure)
+
+
+def bands(figure: Figure) -> list[FillBetweenPolyCollection]:
+    return [part for part in figure.axes[0].collections if isinstance(part, FillBetweenPolyCollection)]
+
+
+def band_at(figure: Figure, seconds: float) -> tuple[float, float]:
+    """Return from where to where the only band reaches at some moment."""
+    (band,) = bands(figure)
+    outline = shapely.Polygon(np.asarray(band.get_paths()[0].vertices)).buffer(0)
+    _, low, _, high = outline.intersection(shapely.LineString([(seconds, -1e9), (seconds, 1e9)])).bounds
+    return low, high
+
+
+def test_of_few_seeds_the_band_is_the_range() -> None:
+    where = scenario()
+    runs = [
+        traced(where, [np.inf, first, last], seed=seed) for seed, (first, last) in enumerate([(3, 1), (4, 2), (5, 3)])
+    ]
     figure = plots.trace_figure(where, runs)
     assert figure is not None
-    first, second = figure.axes[0].lines
-    assert figure.axes[0].get_xscale() == "log"
-    assert (first.get_drawstyle(), first.get_color()) == ("steps-post", second.get_color())
-    assert first.get_xydata() == pytest.approx(np.array([(0.02, 3.0), (0.03, 2.0), (1.0, 2.0)]))
-    assert second.get_xdata() == pytest.approx([1.01, 1.02, 2.0])
-    assert labels(figure) == ["anytime: 1.5000 (best of 2)"]
+    (line,) = figure.axes[0].lines
+    assert line.get_xydata() == pytest.approx(np.array([(0.02, 4.0), (0.03, 2.0), (1.0, 2.0)]))
+    assert band_at(figure, 0.025) == pytest.approx((3.0, 5.0))
+    assert band_at(figure, 0.5) == pytest.approx((1.0, 3.0))
+    assert labels(figure) == ["anytime: 2.0000 (median of 3)", "band: least to greatest, as runs are few"]
+    assert_tidy(figure)
+
+
+def test_of_enough_seeds_the_band_is_the_interval_of_the_median() -> None:
+    where = scenario()
+    runs = [traced(where, [9.0, float(seed)], seed=seed) for seed in range(1, 10)]
+    figure = plots.trace_figure(where, runs)
+    assert figure is not None
+    assert band_at(figure, 0.5) == pytest.approx((2.0, 8.0))
+    assert labels(figure) == ["anytime: 5.0000 (median of 9)", "band: 95 % interval of the median"]
+
+
+def test_before_the_first_path_the_band_reaches_the_upper_edge() -> None:
+    where = scenario()
+    found = [traced(where, [3.0, 2.0], seed=seed) for seed in (1, 2)]
+    never = [run(where, "anytime", (), status=Status.NOT_FOUND, seed=3)]
+    figure = plots.trace_figure(where, found + never)
+    assert figure is not None
+    assert band_at(figure, 0.5) == pytest.approx((2.0, figure.axes[0].get_ylim()[1]))
+    assert labels(figure)[0] == "anytime: 2.0000 (median of 3, 2 found)"
+    figure = plots.trace_figure(where, found[:1] + never * 2)
+    assert figure is not None
+    (line,) = figure.axes[0].lines
+    assert np.isnan(np.asarray(line.get_ydata(), dtype=float)).all()
+    assert labels(figure)[0] == "anytime: none (median of 3, 1 found)"
+    assert_tidy(figure)
+
+
+def bounded(runs: list[Run], bound: float, upper: float = np.inf) -> list[Run]:
+    proof = Certificate(bound, upper, 0.005, 0.1, 1, "", 0.1)
+    return [dataclasses.replace(one, certificate=proof) for one in runs]
+
+
+def test_with_a_lower_bound_gaps_are_drawn() -> None:
+    where = scenario()
+    runs = [traced(where, [3.0, 2.2], seed=seed) for seed in (1, 2)] + [run(where, "exact", exact=True, cost=2.1)]
+    figure = plots.trace_figure(where, bounded(runs, 2.0))
+    assert figure is not None
+    axes = figure.axes[0]
+    assert axes.get_yscale() == "log"
+    assert axes.get_ylabel() == "best cost so far: gap over 2.0000"
+    assert axes.lines[0].get_ydata() == pytest.approx([50.0, 10.0, 10.0])
+    assert [line.get_ydata()[0] for line in axes.lines[1:]] == pytest.approx([5.0, 5.0])
+    assert labels(figure)[-2:] == ["exact: 2.1000", "the optimum is in here"]
+    (zone,) = axes.patches
+    assert zone.get_window_extent().y1 == pytest.approx(axes.transData.transform((1.0, 5.0))[1])
+    assert_tidy(figure)
+
+
+def test_the_optimum_is_below_the_best_path_known_to_the_certificate() -> None:
+    where = scenario()
+    figure = plots.trace_figure(where, bounded([traced(where, [3.0, 2.2])], 2.0, upper=2.18))
+    assert figure is not None
+    (zone,) = figure.axes[0].patches
+    assert zone.get_window_extent().y1 == pytest.approx(figure.axes[0].transData.transform((1.0, 9.0))[1])
+
+
+@pytest.mark.parametrize("bound", [np.nan, 0.0, np.inf])
+def test_a_bound_that_bounds_nothing_leaves_costs(bound: float) -> None:
+    where = scenario()
+    figure = plots.trace_figure(where, bounded([traced(where, [3.0, 2.0])], bound))
+    assert figure is not None
+    assert figure.axes[0].get_yscale() == "linear"
+    assert figure.axes[0].get_ylabel() == "best cost so far"
+
+
+@pytest.mark.parametrize("costs", [[2.0], [2.0, 2.0 - 1e-15], [1e12, 2.5], [2.0 + 1e-9, 2.0]])
+def test_gaps_of_any_size(costs: list[float]) -> None:
+    where = scenario()
+    figure = plots.trace_figure(where, bounded([traced(where, costs), traced(where, [2.6, 2.5], seed=2)], 2.0))
+    assert figure is not None
+    low, high = figure.axes[0].get_ylim()
+    assert 0.0 < low < high
     assert_tidy(figure)
 
 

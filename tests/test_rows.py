@@ -10,10 +10,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cgla_graph.comparisons.rows import COLUMNS, best_exact, by_scenario, excess_over, row, rows_of, summaries
-from cgla_graph.comparisons.runner import Contender, Run, compare
+from cgla_graph.certificate import Certificate
+from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.rows import (
+    COLUMNS,
+    best_exact,
+    by_scenario,
+    excess_over,
+    row,
+    rows_of,
+    scenario_bound,
+    summaries,
+    trace_row,
+)
+from cgla_graph.comparisons.runner import Run, compare
 from cgla_graph.scenario import Scenario, scenario_from_toml
-from cgla_graph.solution import Solution, Status
+from cgla_graph.solution import Solution, Status, TracePoint
 
 TEXT = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n[lattice]\nresolution = 3\n"
 LINE = np.array([(0.1, 0.1), (0.9, 0.9)])
@@ -30,10 +42,15 @@ def run_of(
     status: Status = Status.FOUND,
     exact: bool = False,
     scenario: Scenario = SCENARIO,
+    certificate: Certificate | None = None,
     **more: Any,  # noqa: ANN401 - any field of a solution
 ) -> Run:
     path = LINE if status.is_path else np.empty((0, 2))
-    return Run(scenario, solver, None, exact, Solution(status, **{"path": path, "cost": cost, **more}))
+    return Run(scenario, solver, None, exact, Solution(status, **{"path": path, "cost": cost, **more}), certificate)
+
+
+def proof(bound: float) -> Certificate:
+    return Certificate(bound, math.inf, 0.01, 0.1, 1, "", 0.1)
 
 
 def strict(document: object) -> Any:  # noqa: ANN401 - any JSON
@@ -42,7 +59,7 @@ def strict(document: object) -> Any:  # noqa: ANN401 - any JSON
 
 
 def test_a_row_has_the_columns_of_the_files() -> None:
-    (run,) = compare([SCENARIO], [Contender.parse("cgla")], 1)
+    (run,) = compare([SCENARIO], [Contender.parse("cgla")], 1, tolerance=None)
     found = row(run, 1.0)
     assert tuple(found) == COLUMNS
     solution = run.solution
@@ -136,6 +153,43 @@ def test_excess_without_an_optimum_is_no_number() -> None:
     assert row(run_of())["excess"] is None
 
 
+# Gaps
+
+
+@given(cost=st.floats(1.0, 1e6), bound=st.floats(1e-3, 1.0))
+def test_the_gap_is_relative_to_the_lower_bound(cost: float, bound: float) -> None:
+    found = row(run_of(cost, lower_bound=bound))
+    assert found["lower_bound"] == bound
+    assert (1.0 + found["gap"]) * bound == pytest.approx(cost)
+
+
+@pytest.mark.parametrize("status", [status for status in Status if not status.is_path])
+def test_only_a_path_that_may_be_flown_has_a_gap(status: Status) -> None:
+    found = row(run_of(2.0, status=status, lower_bound=1.0))
+    assert (found["lower_bound"], found["gap"]) == (1.0, None)
+    assert math.isnan(summaries([run_of(2.0, status=status, lower_bound=1.0)])[0].gap)
+
+
+def test_the_bound_of_a_scenario_is_the_certificates_before_any_solvers() -> None:
+    own = run_of(2.0, lower_bound=1.7)
+    assert scenario_bound([own, run_of(2.0, certificate=proof(1.5))]) == 1.5
+    assert scenario_bound([own, run_of(2.0, certificate=proof(math.nan))]) == 1.7
+    assert scenario_bound([own, run_of(3.0, lower_bound=1.2)]) == 1.7
+    assert math.isnan(scenario_bound([run_of(2.0), run_of(2.0, status=Status.FAILED, lower_bound=1.0)]))
+    assert math.isnan(scenario_bound([]))
+
+
+# Traces
+
+
+def test_a_trace_is_strict_json() -> None:
+    trace = (TracePoint(0.1, np.int64(3), math.inf), TracePoint(0.2, 5, 2.0))  # type: ignore[arg-type]
+    found = trace_row(run_of(2.0, trace=trace, build_seconds=0.5))
+    assert strict(found) == found
+    assert (found["scenario"], found["solver"], found["seed"], found["build_seconds"]) == ("one", "cgla", None, 0.5)
+    assert (found["seconds"], found["evaluations"], found["cost"]) == ([0.1, 0.2], [3, 5], [None, 2.0])
+
+
 # Scenarios
 
 
@@ -193,6 +247,40 @@ def test_runs_without_a_path_count_as_infinitely_costly() -> None:
 def test_a_path_that_may_not_be_flown_is_none(status: Status) -> None:
     (found,) = summaries([run_of(5.0), run_of(1.0, status=status), run_of(1.0, status=status)])
     assert (found.status, found.cost) == ("found 1/3", math.inf)
+
+
+@given(costs=st.lists(st.floats(1.0, 9.0), min_size=1, max_size=6, unique=True))
+def test_the_least_gap_comes_first(costs: list[float]) -> None:
+    runs = [run_of(cost, solver=str(cost), lower_bound=1.0) for cost in costs]
+    gaps = [found.gap for found in summaries(runs)]
+    assert gaps == pytest.approx(sorted(gaps), abs=1e-9)
+    assert len(gaps) == len(costs)
+
+
+def test_a_solver_that_proved_more_comes_first() -> None:
+    runs = [run_of(1.9, solver="cheap", lower_bound=1.0), run_of(2.0, solver="proven", lower_bound=1.9)]
+    assert [found.solver for found in summaries(runs)] == ["proven", "cheap"]
+
+
+@pytest.mark.parametrize("bound", [1.0, math.nan])
+def test_of_equal_gaps_the_one_that_took_less_time_comes_first(bound: float) -> None:
+    third = 4.0 / 3.0
+    runs = [
+        run_of(third, solver="slow", seconds=0.1, build_seconds=2.0, lower_bound=bound),
+        run_of(third * (1.0 + 3e-16), solver="quick", seconds=1.0, lower_bound=bound),
+        run_of(1.3, solver="better", seconds=9.0, lower_bound=bound),
+    ]
+    assert [found.solver for found in summaries(runs)] == ["better", "quick", "slow"]
+
+
+def test_without_some_gaps_the_cost_decides() -> None:
+    runs = [run_of(2.0, solver="bounded", lower_bound=1.0), run_of(1.0, solver="cheap")]
+    assert [found.solver for found in summaries(runs)] == ["cheap", "bounded"]
+
+
+def test_the_gap_of_several_seeds_is_that_of_the_median_run() -> None:
+    (found,) = summaries([run_of(cost, lower_bound=1.0) for cost in (1.4, 1.1, 1.2)])
+    assert found.gap == pytest.approx(0.2)
 
 
 def test_cheapest_comes_first_and_what_has_no_path_comes_last() -> None:

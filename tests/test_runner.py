@@ -13,9 +13,12 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import pytest
 
-from cgla_graph.comparisons.rows import row
-from cgla_graph.comparisons.runner import Contender, Run, compare, count_runs, every_solver
-from cgla_graph.errors import CglaError, ProblemError, SolverSettingError, UnknownSolverError
+from cgla_graph.certificate import Certificate
+from cgla_graph.comparisons import runner
+from cgla_graph.comparisons.contender import Contender, every_solver
+from cgla_graph.comparisons.rows import row, rows_of
+from cgla_graph.comparisons.runner import Run, compare, count_runs
+from cgla_graph.errors import ProblemError
 from cgla_graph.inputs import open_scenarios
 from cgla_graph.problem import GraphProblem, Problem
 from cgla_graph.scenario import Scenario, load_scenario, scenario_from_toml
@@ -27,7 +30,8 @@ from cgla_graph.solvers.bridge import solve
 SMALL = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\nthreats = [{ x = 0.5, y = 0.5, spread = 0.1 }]\n"
 LATTICE = "[lattice]\nresolution = 6\n"
 WALL = "[no_fly]\npolygons = [[[0.45, -0.1], [0.55, -0.1], [0.55, 0.8], [0.45, 0.8]]]\n"
-QUICK = {"rrt-star": "rrt-star:iterations=200", "prm-star": "prm-star:milestones=100"}
+#: Settings that make runs short, where a solver has them.
+QUICK = {"iterations": 200, "milestones": 100, "samples": 100}
 
 Enter = Callable[..., str]
 
@@ -36,12 +40,19 @@ def small(name: str = "small", more: str = "") -> Scenario:
     return scenario_from_toml(SMALL + LATTICE + more, name)
 
 
+def quick(name: str) -> str:
+    if name not in registry.names():
+        return name
+    known = registry.setting_names(registry.solver_class(name))
+    return ":".join([name, *(f"{key}={value}" for key, value in QUICK.items() if key in known)])
+
+
 def contenders(*texts: str) -> list[Contender]:
-    return [Contender.parse(QUICK.get(text, text)) for text in texts]
+    return [Contender.parse(quick(text)) for text in texts]
 
 
-def runs_of(scenarios: list[Scenario], *texts: str, seeds: int = 1) -> list[Run]:
-    return list(compare(scenarios, contenders(*texts), seeds))
+def runs_of(scenarios: list[Scenario], *texts: str, seeds: int = 1, tolerance: float | None = None) -> list[Run]:
+    return list(compare(scenarios, contenders(*texts), seeds, tolerance=tolerance))
 
 
 def straight(problem: Problem) -> Solution:
@@ -71,64 +82,13 @@ def enter(monkeypatch: pytest.MonkeyPatch) -> Enter:
     return put
 
 
-# Contenders
-
-
-@pytest.mark.parametrize(
-    ("text", "settings"),
-    [
-        ("cgla", {}),
-        (" cgla ", {}),
-        ("cgla:schedule=sweeps", {"schedule": "sweeps"}),
-        ("cgla:schedule=sweeps:early_stop=False", {"schedule": "sweeps", "early_stop": False}),
-        ("eight-direction:resolution=(3, 4)", {"resolution": (3, 4)}),
-    ],
-)
-def test_contenders_are_read(text: str, settings: dict[str, Any]) -> None:
-    contender = Contender.parse(text)
-    assert (contender.label, contender.name) == (text.strip(), text.strip().split(":")[0])
-    assert contender.settings == settings
-
-
-@pytest.mark.parametrize(
-    ("text", "words", "kind"),
-    [
-        ("cgl", "did you mean cgla", UnknownSolverError),
-        ("", "known solvers", UnknownSolverError),
-        (":", "no setting", SolverSettingError),
-        ("cgla:", "NAME:SETTING=VALUE", SolverSettingError),
-        ("cgla:schedule", "NAME:SETTING=VALUE", SolverSettingError),
-        ("cgla:scheduel=sweeps", "no setting 'scheduel'; it has schedule", SolverSettingError),
-        ("cgla:schedule=bogus", "bogus.*label-setting", SolverSettingError),
-        ("cgla:=1", "no setting ''", SolverSettingError),
-        ("cgla:schedule=__import__('os').abort()", "unknown schedule", SolverSettingError),
-    ],
-)
-def test_contenders_that_are_wrong(text: str, words: str, kind: type[CglaError]) -> None:
-    with pytest.raises(kind, match=words):
-        Contender.parse(text)
-
-
-@pytest.mark.parametrize(
-    "value", ["0", "-1", "2.5", "abc", "True", "1e9999", "[1]", "None", "", "nan", "2**3", "[" * 99]
-)
-def test_iterations_that_are_no_whole_number(value: str) -> None:
-    pytest.importorskip("ompl")
-    with pytest.raises(SolverSettingError, match="iterations"):
-        Contender.parse(f"rrt-star:iterations={value}")
-
-
-def test_all_solvers_enter() -> None:
-    assert [contender.label for contender in every_solver()] == registry.names(installed=False)
-
-
 # Order and seeds
 
 
 def test_runs_come_scenario_by_scenario_with_seeds_from_one() -> None:
     pytest.importorskip("ompl")
     runs = runs_of([small("a"), small("b")], "straight-line", "rrt-star", "cgla", seeds=2)
-    label = QUICK["rrt-star"]
+    label = quick("rrt-star")
     of_one = [("straight-line", None), (label, 1), (label, 2), ("cgla", None)]
     assert [(run.scenario.name, run.solver, run.seed) for run in runs] == [(n, *one) for n in "ab" for one in of_one]
     assert count_runs([small("a"), small("b")], contenders("straight-line", "rrt-star", "cgla"), 2) == len(runs)
@@ -152,7 +112,7 @@ def test_a_seed_of_the_scenario_counts() -> None:
 def test_runs_are_lazy(enter: Enter) -> None:
     calls = []
     name = enter(lambda problem: calls.append(1) or straight(problem))
-    runs = compare([small("a"), small("b")], contenders(name))
+    runs = compare([small("a"), small("b")], contenders(name), tolerance=None)
     assert calls == []
     next(runs)
     assert calls == [1]
@@ -273,8 +233,10 @@ def test_start_equal_to_goal_on_a_graph() -> None:
 def test_where_no_path_exists_every_solver_says_so() -> None:
     shut = WALL.replace("0.8", "1.1")
     for run in runs_of([small(more=shut)], *registry.names()):
-        expected = "infeasible" if run.solver == "straight-line" else "not-found" if run.seed else "no-path"
-        assert run.solution.status.label == expected, run.solver
+        # only a whole graph can be searched to its end
+        whole = not run.seed and registry.traits(run.solution.solver).domain == "graph"
+        said = {"no-path"} if whole else {"no-path", "not-found"}
+        assert run.solution.status.label in ({"infeasible"} if run.solver == "straight-line" else said), run.solver
         assert not run.solution.status.is_path
         assert not len(run.solution.path) or run.solver == "straight-line"
 
@@ -423,8 +385,167 @@ def test_a_plug_in_that_cannot_be_imported_is_a_row(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(registry, "_BUILT_IN", {"cgla": registry._BUILT_IN["cgla"]})
     point = types.SimpleNamespace(name="broken", value="nowhere:Solver", load=lambda: __import__("nowhere_at_all"))
     monkeypatch.setattr(registry, "entry_points", lambda **_: [point])
-    runs = list(compare([small()], every_solver(), 1))
+    runs = list(compare([small()], every_solver(), 1, tolerance=None))
     assert [run.solution.status.label for run in runs] == ["optimal", "unavailable"]
+
+
+# The lower bound
+
+
+Bounds = Callable[[Callable[[Problem], float]], list[Problem]]
+
+
+@pytest.fixture
+def bounds(monkeypatch: pytest.MonkeyPatch) -> Bounds:
+    """Replace the proof of lower bounds; what it is asked for is collected."""
+
+    def put(bound: Callable[[Problem], float]) -> list[Problem]:
+        asked: list[Problem] = []
+
+        def lower_bound(problem: Problem, tolerance: float, *, path: object) -> Certificate:
+            asked.append(problem)
+            return Certificate(bound(problem), 2.0, tolerance, 0.1, 7, "a test's own", 0.1)
+
+        monkeypatch.setattr(runner, "_warm_up_proof", lambda: None)
+        monkeypatch.setattr(runner, "lower_bound", lower_bound)
+        return asked
+
+    return put
+
+
+def test_every_run_has_the_bound_of_its_scenario_as_soon_as_it_is_done(bounds: Bounds, enter: Enter) -> None:
+    calls: list[int] = []
+    asked = bounds(lambda _: 0.5 + len(asked) / 10)
+    name = enter(lambda problem: calls.append(len(asked)) or straight(problem))
+    scenarios = [small("a"), small("b")]
+    runs = compare(scenarios, contenders("cgla", name, "straight-line"), tolerance=0.1)
+    for number, run in enumerate(runs):
+        where = number // 3
+        assert len(asked) == where + 1, "one proof a scenario, before its solvers"
+        assert run.certificate is not None
+        assert run.certificate.lower_bound == 0.6 + where / 10
+        assert run.certificate.tolerance == 0.1
+        found = row(run)
+        assert found["lower_bound"] >= run.certificate.lower_bound
+        assert found["gap"] == pytest.approx(found["cost"] / found["lower_bound"] - 1.0)
+    assert asked == [scenario.problem for scenario in scenarios]
+    assert calls == [1, 2]
+
+
+def test_a_bound_can_be_left_out(bounds: Bounds) -> None:
+    asked = bounds(lambda _: 1.0)
+    (run,) = runs_of([small()], "cgla", tolerance=None)
+    assert (asked, run.certificate, row(run)["gap"]) == ([], None, None)
+
+
+@pytest.mark.parametrize(("own", "kept"), [(0.9, 1.0), (1.1, 1.1), (math.nan, 1.0)])
+def test_a_solver_that_proves_more_keeps_its_bound(bounds: Bounds, enter: Enter, own: float, kept: float) -> None:
+    bounds(lambda _: 1.0)
+    name = enter(lambda p: dataclasses.replace(straight(p), lower_bound=own))
+    bad, good = runs_of([small()], name, "cgla", tolerance=0.1)
+    assert (bad.solution.lower_bound, good.solution.lower_bound) == (kept, 1.0)
+
+
+def test_what_is_proven_of_a_graph_is_no_bound_in_the_plane(bounds: Bounds, enter: Enter) -> None:
+    def proud(problem: GraphProblem) -> Solution:
+        nodes = (problem.source, problem.target)
+        cost = problem.evaluate(nodes)
+        return Solution(Status.FOUND, nodes=nodes, cost=cost, lower_bound=cost)
+
+    name = enter(proud, domain="graph")
+    assert math.isnan(runs_of([small()], name)[0].solution.lower_bound)
+    bounds(lambda _: 1.0)
+    assert runs_of([small()], name, tolerance=0.1)[0].solution.lower_bound == 1.0
+
+
+def test_a_path_below_the_bound_is_a_contradiction_that_is_told(bounds: Bounds) -> None:
+    bounds(lambda p: p.evaluate([p.start, p.goal]).cost * 0.99)
+    good, bad = runs_of([small()], "straight-line", "cgla", tolerance=0.1)
+    assert good.solution.status is Status.FOUND
+    found = row(bad)
+    assert (found["status"], found["gap"]) == ("failed", None)
+    assert f"{found['cost']:.9g}" in found["message"]
+    assert f"{found['lower_bound']:.9g}" in found["message"]
+
+
+def test_rounding_is_no_contradiction(bounds: Bounds) -> None:
+    bounds(lambda p: p.evaluate([p.start, p.goal]).cost * (1.0 + 1e-12))
+    (run,) = runs_of([small()], "straight-line", tolerance=0.1)
+    assert run.solution.status is Status.FOUND
+    assert run.solution.gap == pytest.approx(0.0, abs=1e-11)
+
+
+def test_where_it_is_proven_that_there_is_no_path_there_is_no_contradiction(bounds: Bounds) -> None:
+    bounds(lambda _: math.inf)
+    shut = small(more=WALL.replace("0.8", "1.1"))
+    runs = runs_of([shut], "cgla", "straight-line", tolerance=0.1)
+    assert [run.solution.status.label for run in runs] == ["no-path", "infeasible"]
+    assert [row(run)["gap"] for run in runs] == [None, None]
+
+
+def test_where_nothing_can_be_proven_nothing_is_said(bounds: Bounds) -> None:
+    bounds(lambda _: math.nan)
+    cgla, line = runs_of([small()], "cgla", "straight-line", tolerance=0.1)
+    assert row(cgla)["lower_bound"] is None
+    assert line.solution.lower_bound == pytest.approx(0.8 * math.sqrt(2.0))
+
+
+def test_a_proof_that_fails_leaves_no_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runner, "lower_bound", lambda *_, **__: 1 / 0)
+    (run,) = runs_of([small()], "cgla", tolerance=0.1)
+    assert run.solution.status is Status.OPTIMAL
+    assert run.certificate is not None
+    assert run.certificate.message == "ZeroDivisionError: division by zero"
+    assert math.isnan(run.certificate.lower_bound)
+
+
+def test_a_real_bound_is_below_every_path() -> None:
+    runs = runs_of([small(), small(more=WALL)], "cgla", "eight-direction", "straight-line", tolerance=0.05)
+    for run in runs:
+        assert run.certificate is not None
+        if run.solution.status.is_path:
+            assert 0.0 < run.certificate.lower_bound <= run.solution.cost
+    assert sum(run.solution.status.is_path for run in runs) == 5
+
+
+# Budgets and refinement
+
+
+def test_refined_paths_cost_less_than_those_of_the_lattice() -> None:
+    plain = Contender.parse("cgla")
+    before, after = compare([small()], [plain, plain.refined()], tolerance=None)
+    assert (before.solver, after.solver) == ("cgla", "cgla+refine")
+    assert after.solution.cost < before.solution.cost * 0.999
+    assert (before.exact, after.exact) == (True, False)
+    assert [line["excess"] < 0.0 for line in rows_of([before, after])] == [False, True]
+
+
+def test_a_budget_reaches_the_solver() -> None:
+    pytest.importorskip("ompl")
+    contender = Contender.parse("rrt-star").with_budget({"iterations": 50})
+    (run,) = compare([small()], [contender], 1, tolerance=None)
+    (own,) = runs_of([small()], "rrt-star:iterations=50")
+    np.testing.assert_array_equal(run.solution.path, own.solution.path)
+    assert run.solution.evaluations == own.solution.evaluations
+    assert run.solver == "rrt-star"
+
+
+def test_the_refined_optimum_of_the_lattice_is_no_longer_that() -> None:
+    contender = Contender.parse("cgla")
+    assert (contender.is_exact, contender.refined().is_exact) == (True, False)
+
+
+def test_nobody_pays_for_compiled_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    warmed: list[str] = []
+    solve = runner.solve
+
+    def watch(problem: Problem, solver: Any, **how: Any) -> Solution:  # noqa: ANN401 - as `solve`
+        warmed.append(solver.traits.name)
+        return solve(problem, solver, **how)
+
+    monkeypatch.setattr(runner, "solve", watch)
+    next(compare([small()], contenders("cgla", "eight-direction"), tolerance=None))
+    assert warmed == ["cgla", "eight-direction", "cgla"]
 
 
 def test_runs_name_their_solver_as_the_user_did() -> None:

@@ -15,13 +15,25 @@ from cgla_graph.solvers.cgla import Cgla
 from cgla_graph.solvers.checks import check_solver
 from cgla_graph.solvers.straight_line import StraightLine
 
-QUICK = {"rrt-star": {"iterations": 300}, "prm-star": {"milestones": 300}}
+QUICK: dict[str, dict[str, Any]] = {
+    "rrt-star": {"iterations": 300},
+    "informed-rrt-star": {"iterations": 300},
+    "sorrt-star": {"iterations": 300},
+    "bit-star": {"iterations": 2000},
+    "fmt-star": {"samples": 300},
+    "bfmt-star": {"samples": 300},
+    "prm-star": {"milestones": 300},
+    "ompl-prm-star": {"milestones": 300},
+}
 VARIANTS = [
     *[(name, QUICK.get(name, {})) for name in registry.names(installed=False)],
     ("cgla", {"schedule": "synchronous"}),
     ("cgla", {"schedule": "sweeps"}),
     ("cgla", {"early_stop": False}),
     ("rrt-star", {"iterations": 300, "seed": 7, "rewire_factor": 0.5}),
+    ("rrt-star", {"iterations": None, "evaluations": 20_000}),
+    ("bit-star", {"iterations": None, "evaluations": 1000, "samples_per_batch": 50}),
+    ("prm-star", {"milestones": None, "evaluations": 20_000, "seed": 0, "radius_factor": 0.8}),
     ("eight-direction", {"resolution": 15, "corner_rule": "both-free"}),
 ]
 

@@ -2,6 +2,7 @@
 
 import io
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,12 +11,24 @@ from hypothesis import strategies as st
 from rich.console import Console
 from rich.table import Table
 
-from cgla_graph.comparisons.runner import Contender, Run, compare
-from cgla_graph.comparisons.tables import comparison_table, duration, figure, listing, percent
+from cgla_graph.certificate import Certificate
+from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.performance import performances
+from cgla_graph.comparisons.runner import Run, compare
+from cgla_graph.comparisons.tables import (
+    bound_note,
+    comparison_table,
+    duration,
+    figure,
+    listing,
+    percent,
+    performance_table,
+)
 from cgla_graph.scenario import load_scenario, scenario_from_toml
 from cgla_graph.solution import Solution, Status
 
 TEXT = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n[lattice]\nresolution = 3\n"
+SCENARIO = scenario_from_toml(TEXT, "one")
 ODD = ["[bold]x[/bold]", "[/]", "[red]", "x]", "[link=https://a.b]y[/link]", "ünï 漢字", "\\[b]", "quo\"te'", "{x}"]
 
 
@@ -78,7 +91,7 @@ def test_no_name_breaks_a_table(name: str) -> None:
 def test_a_comparison_has_a_line_a_solver() -> None:
     scenario = load_scenario("one-threat")
     names = ["cgla", "dijkstra", "straight-line"]
-    runs = list(compare([scenario], [Contender.parse(name) for name in names], 1))
+    runs = list(compare([scenario], [Contender.parse(name) for name in names], 1, tolerance=None))
     text = shown(comparison_table(scenario, runs))
     for name in names:
         assert text.count(f"│ {name} ") == 1
@@ -88,9 +101,78 @@ def test_a_comparison_has_a_line_a_solver() -> None:
     assert "map units" in text
 
 
+# The lower bound
+
+
+def proven(bound: float, *costs: float, solver: str = "own", upper: float = 1.6, **more: Any) -> list[Run]:  # noqa: ANN401 - of a solution
+    proof = Certificate(bound, upper, 0.1, 0.0005, 9, "the reason", 0.4)
+    answers = [
+        Solution(Status.FOUND if cost < math.inf else Status.NOT_FOUND, cost=cost, lower_bound=bound, **more)
+        for cost in costs
+    ]
+    return [Run(SCENARIO, solver, seed, False, answer, proof) for seed, answer in enumerate(answers, 1)]  # noqa: FBT003 - positional fields
+
+
+def columns(text: str) -> list[str]:
+    heads = next(line for line in text.splitlines() if line.startswith("┃"))
+    return [head.strip() for head in heads.strip("┃").split("┃")]
+
+
+def test_the_gap_stands_right_after_the_cost_and_the_caption_says_of_what() -> None:
+    runs = proven(1.5, 1.515, solver="a") + proven(1.5, math.inf, solver="b")
+    text = shown(comparison_table(runs[0].scenario, runs, notes=["what else"]))
+    heads = columns(text)
+    assert heads[heads.index("cost") + 1] == "gap"
+    assert "+1.00 %" in text
+    assert "gap: how far above the proven lower bound 1.50000 (grid step 0.0005, 400 ms)\n" in text.replace("  ", "")
+    assert "what else" in text
+
+
+def test_what_a_bound_is_not_is_said() -> None:
+    assert bound_note([run_of("one", "a")]) == ""
+    assert "not as tight as asked for: the reason" in bound_note(proven(1.0, 1.5))
+    assert "no lower bound could be proven: the reason" in bound_note(proven(math.nan, 1.5))
+    assert "proven that there is no path: the reason" in bound_note(proven(math.inf, math.inf, upper=math.inf))
+    assert "no lower bound was asked for" in shown(comparison_table(SCENARIO, [run_of("one", "a")]))
+    own = [Run(SCENARIO, "own", None, False, Solution(Status.FOUND, cost=2.0, lower_bound=1.25))]  # noqa: FBT003 - positional fields
+    assert bound_note(own, " m") == "how far above the lower bound 1.25000 m that a solver proved"
+
+
+# How soon
+
+
+def test_how_soon_has_a_line_a_solver() -> None:
+    runs = proven(1.0, *[1.04] * 6, solver="six", seconds=0.25, evaluations=1234)
+    runs += proven(1.0, 1.005, 1.02, math.inf, solver="three", seconds=0.5, evaluations=10)
+    runs += proven(1.0, math.inf, solver="none")
+    text = shown(performance_table(performances(runs)))
+    assert columns(text)[:3] == ["solver", "runs", "success"]
+    lines = [line for line in text.splitlines() if line.startswith("│")]
+    cells = [[cell.strip() for cell in line.strip("│").split("│")] for line in lines]
+    assert cells[0] == ["three", "3", "2/3", "500", "500", "500", "never", "never", "1.02000"]
+    assert cells[1] == ["", "", "9 to 99 %", "", "", "", "", "", ""]
+    assert cells[2] == ["six", "6", "6/6", "250", "250", "250", "never", "never", "1.04000"]
+    assert cells[3] == ["", "", "54 to 100 %", *["[250, 250]"] * 3, "", "", "[1.04000, 1.04000]"]
+    assert cells[4] == ["none", "1", "0/1", *["never"] * 6]
+    assert "need at least 6 runs (--seeds 6)" in text
+    assert "over 1.00000" in text
+    assert "need at least" not in shown(performance_table(performances(runs[:6])))
+
+
+def test_how_soon_without_a_bound() -> None:
+    text = shown(performance_table(performances(proven(math.nan, 1.5, 1.6))))
+    assert "unknown without a lower bound" in text
+    assert text.count(" - │") == 4
+
+
+@pytest.mark.parametrize("odd", ODD)
+def test_how_soon_shows_names_as_they_are(odd: str) -> None:
+    assert f"│ {odd} " in shown(performance_table(performances(proven(1.0, 1.5, solver=odd))))
+
+
 def test_lengths_on_maps_in_degrees_are_metres() -> None:
     scenario = load_scenario("finland")
-    (run,) = compare([scenario], [Contender.parse("straight-line")], 1)
+    (run,) = compare([scenario], [Contender.parse("straight-line")], 1, tolerance=None)
     assert "lengths in m)" in shown(comparison_table(scenario, [run]))
 
 

@@ -1,0 +1,140 @@
+"""
+Sets of cells of a square grid, as runs: what is left of a grid where only some of it matters.
+
+A run is a row of an integer array: ``row, first column, last column + 1``. Merged runs are sorted and do not touch.
+"""
+
+import numpy as np
+
+from cgla_graph._types import BoolArray, WholeArray
+
+
+def rectangle(last: tuple[int, int]) -> WholeArray:
+    """
+    Return the runs of all cells from (0, 0) to `last`, both (column, row).
+
+    Examples
+    --------
+    >>> rectangle((4, 1)).tolist()
+    [[0, 0, 5], [1, 0, 5]]
+    """
+    rows = np.arange(last[1] + 1)
+    return np.column_stack([rows, np.zeros_like(rows), np.full_like(rows, last[0] + 1)])
+
+
+def merged(runs: WholeArray) -> WholeArray:
+    """
+    Sort runs and join those that overlap or touch.
+
+    Parameters
+    ----------
+    runs
+        Shape ``(n, 3)``, in any order.
+
+    Examples
+    --------
+    >>> merged(np.array([[0, 4, 6], [1, 0, 1], [0, 1, 4]])).tolist()
+    [[0, 1, 6], [1, 0, 1]]
+    """
+    if len(runs) == 0:
+        return runs
+    runs = runs[np.lexsort((runs[:, 1], runs[:, 0]))]
+    low, width = runs[:, 1].min(), runs[:, 2].max() - runs[:, 1].min() + 2
+    starts = runs[:, 0] * width + runs[:, 1] - low
+    ends = np.maximum.accumulate(runs[:, 0] * width + runs[:, 2] - low)
+    first = np.nonzero(np.concatenate([[True], starts[1:] > ends[:-1]]))[0]
+    last = np.concatenate([first[1:], [len(runs)]]) - 1
+    return np.column_stack([runs[first, 0], runs[first, 1], ends[last] - runs[first, 0] * width + low])
+
+
+def dilated(runs: WholeArray, reach: int) -> WholeArray:
+    """
+    Widen runs by `reach` cells in every direction, diagonals included; merged.
+
+    Examples
+    --------
+    >>> dilated(np.array([[5, 7, 8]]), 1).tolist()
+    [[4, 6, 9], [5, 6, 9], [6, 6, 9]]
+    """
+    offsets = np.arange(-reach, reach + 1)
+    rows = (runs[:, 0, None] + offsets).ravel()
+    spans = np.repeat(runs[:, 1:] + np.array([-reach, reach]), len(offsets), axis=0)
+    return merged(np.column_stack([rows, spans]))
+
+
+def halved(runs: WholeArray) -> WholeArray:
+    """
+    Return the cells of the grid of half the spacing that overlap some cells; merged.
+
+    Cells are centred on nodes, and node ``(i, j)`` is node ``(2 i, 2 j)`` of the finer grid.
+
+    Examples
+    --------
+    >>> halved(np.array([[1, 3, 4]])).tolist()
+    [[1, 5, 8], [2, 5, 8], [3, 5, 8]]
+    """
+    offsets = np.arange(-1, 2)
+    rows = (2 * runs[:, 0, None] + offsets).ravel()
+    spans = np.repeat(np.column_stack([2 * runs[:, 1] - 1, 2 * runs[:, 2]]), len(offsets), axis=0)
+    return merged(np.column_stack([rows, spans]))
+
+
+def clipped(runs: WholeArray, last: tuple[int, int]) -> WholeArray:
+    """
+    Leave out what is below (0, 0) or beyond `last` (column, row).
+
+    Examples
+    --------
+    >>> clipped(np.array([[-1, 0, 2], [0, -2, 2], [1, 2, 9]]), (3, 3)).tolist()
+    [[0, 0, 2], [1, 2, 4]]
+    """
+    inside = runs[(runs[:, 0] >= 0) & (runs[:, 0] <= last[1])].copy()
+    inside[:, 1] = np.maximum(inside[:, 1], 0)
+    inside[:, 2] = np.minimum(inside[:, 2], last[0] + 1)
+    return inside[inside[:, 2] > inside[:, 1]]
+
+
+def cells_of(runs: WholeArray) -> tuple[WholeArray, WholeArray]:
+    """
+    List the cells of merged runs: columns and rows, shapes ``(n,)``, sorted by row, then column.
+
+    Examples
+    --------
+    >>> [a.tolist() for a in cells_of(np.array([[0, 1, 3], [2, 0, 1]]))]
+    [[1, 2, 0], [0, 0, 2]]
+    """
+    lengths = runs[:, 2] - runs[:, 1]
+    within = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+    columns = np.repeat(runs[:, 1], lengths) + within
+    return columns.astype(np.int32), np.repeat(runs[:, 0], lengths).astype(np.int32)
+
+
+def runs_of(columns: WholeArray, rows: WholeArray) -> WholeArray:
+    """
+    Gather cells into merged runs: the inverse of `cells_of`; cells that are listed twice count once.
+
+    Examples
+    --------
+    >>> runs_of(np.array([1, 2, 2, 0]), np.array([0, 0, 0, 2])).tolist()
+    [[0, 1, 3], [2, 0, 1]]
+    """
+    return merged(np.column_stack([rows, columns, columns + 1]).astype(np.int64))
+
+
+def are_in(columns: WholeArray, rows: WholeArray, runs: WholeArray) -> BoolArray:
+    """
+    Say of each cell whether it is in some merged runs, shape ``(n,)``.
+
+    Examples
+    --------
+    >>> are_in(np.array([0, 1, 5]), np.array([0, 0, 0]), np.array([[0, 1, 3]])).tolist()
+    [False, True, False]
+    """
+    if len(runs) == 0:
+        return np.zeros(len(columns), dtype=np.bool_)
+    low = int(min(columns.min(initial=0), runs[:, 1].min()))
+    width = int(max(columns.max(initial=0), runs[:, 2].max())) - low + 2
+    keys = rows.astype(np.int64) * width + (columns - low)
+    starts, ends = (runs[:, 0] * width + (runs[:, side] - low) for side in (1, 2))
+    at = np.searchsorted(starts, keys, side="right") - 1
+    return np.asarray((at >= 0) & (keys < ends[np.maximum(at, 0)]))

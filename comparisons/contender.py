@@ -1,0 +1,265 @@
+"""Contenders: solvers as the user asked for them, and the settings that each runs with."""
+
+import ast
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import NoneType
+from typing import Any, get_args, get_type_hints
+
+from cgla_graph.errors import CglaError, ScenarioError, SolverSettingError
+from cgla_graph.scenario import Scenario
+from cgla_graph.solvers import registry
+
+#: Settings that end the run of an anytime solver; None is no limit.
+BUDGETS = ("seconds", "iterations", "evaluations")
+#: What some solvers call their iterations.
+_ITERATIONS = ("milestones", "samples")
+_SMALL: Mapping[str, float] = {"iterations": 200, "milestones": 100, "samples": 100, "seconds": 0.5, "resolution": 8}
+
+
+@dataclass(frozen=True)
+class Contender:
+    """
+    A solver as the user asked for it.
+
+    Attributes
+    ----------
+    label
+        What tables call it: the name, with the settings that the user gave.
+    name
+        Its name in the registry.
+    settings
+        What the user set.
+    budget
+        What ends the runs of all contenders alike (see `with_budget`).
+    refine
+        Whether its path is refined before it counts.
+
+    Examples
+    --------
+    >>> Contender.parse("rrt-star:iterations=500").settings
+    {'iterations': 500}
+    """
+
+    label: str
+    name: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    budget: Mapping[str, float] = field(default_factory=dict)
+    refine: bool = False
+
+    @classmethod
+    def parse(cls, text: str) -> "Contender":
+        """
+        Read ``name`` or ``name:setting=value:setting=value``.
+
+        Raises
+        ------
+        UnknownSolverError
+            If there is no such solver.
+        SolverSettingError
+            If a setting is not written as ``setting=value``, unknown, set twice, or its value is not allowed.
+        """
+        name, *parts = text.strip().split(":")
+        settings: dict[str, Any] = {}
+        for part in parts:
+            key, equals, value = part.partition("=")
+            if not equals:
+                msg = f"{text}: {part!r} is no setting; write NAME:SETTING=VALUE"
+                raise SolverSettingError(msg)
+            if key in settings:
+                msg = f"{text}: {key!r} is set twice; set it once"
+                raise SolverSettingError(msg)
+            settings[key] = _literal(value)
+        registry.solver_class(name)
+        if registry.missing(name) is None:
+            registry.get(name, **settings)
+        return cls(text.strip(), name, settings)
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether it promises the optimum of the graph that graph solvers share; a refined path leaves that graph."""
+        return not self.refine and self.is_available and registry.traits(self.name).exact
+
+    @property
+    def is_available(self) -> bool:
+        """Whether it can run here."""
+        return registry.missing(self.name) is None
+
+    def with_budget(self, budget: Mapping[str, float]) -> "Contender":
+        """
+        Give it the budget of all contenders: it applies where the solver has such a setting and the user left it open.
+
+        The solver's other limits are lifted then, so that the budget rules and not a default; what the user set stays.
+
+        Parameters
+        ----------
+        budget
+            Some of `BUDGETS`.
+
+        Raises
+        ------
+        SolverSettingError
+            If the solver does not allow the value.
+        """
+        given = dataclasses.replace(self, budget=dict(budget))
+        if given.is_available:
+            registry.get(given.name, **{**given._limits(), **given.settings})  # noqa: SLF001 - its own class
+        return given
+
+    def refined(self) -> "Contender":
+        """Have its paths refined; its label says so."""
+        return dataclasses.replace(self, label=f"{self.label}+refine", refine=True)
+
+    def settings_on(self, scenario: Scenario) -> dict[str, Any]:
+        """
+        Merge all settings: the scenario's, then the budget, then the user's own, which win.
+
+        A solver that could certify its own path is told not to where nobody asked it to: a comparison certifies each
+        scenario once, and charges no solver for that.
+
+        Parameters
+        ----------
+        scenario
+            The scenario.
+
+        Returns
+        -------
+        settings
+            For `registry.get`; the seed may be missing.
+        """
+        certify: dict[str, Any] = {"tolerance": None} if self._may_be_none("tolerance") else {}
+        return {**certify, **scenario.settings.get(self.name, {}), **self._limits(), **self.settings}
+
+    def small_settings(self) -> dict[str, Any]:
+        """Return settings for a short run that only loads compiled code: the user's own, but with small limits."""
+        known = registry.setting_names(registry.solver_class(self.name))
+        certify: dict[str, Any] = {"tolerance": None} if self._may_be_none("tolerance") else {}
+        return {**certify, **self.settings, **{key: value for key, value in _SMALL.items() if key in known}}
+
+    def takes_budget(self) -> bool:
+        """Whether some of the budget applies to it."""
+        return any(key in self._limits() and key not in self.settings for key in self.budget)
+
+    def _limits(self) -> dict[str, Any]:
+        """Return the budget as settings of this solver."""
+        if not self.budget or not self.is_available:
+            return {}
+        known = registry.setting_names(registry.solver_class(self.name))
+        limits: dict[str, Any] = {key: value for key, value in self.budget.items() if key in known}
+        if limits:
+            others = [key for key in (*BUDGETS, *_ITERATIONS) if key not in self.budget]
+            limits |= {key: None for key in others if self._may_be_none(key)}
+        return limits
+
+    def _may_be_none(self, setting: str) -> bool:
+        """Whether the solver has such a setting, and allows it to be None."""
+        if not self.is_available:
+            return False
+        kind = registry.solver_class(self.name)
+        if setting not in registry.setting_names(kind):
+            return False
+        try:
+            return NoneType in get_args(get_type_hints(kind)[setting])
+        except NameError:
+            # a plug-in whose hints are for type checkers only
+            return False
+
+
+def every_solver() -> list[Contender]:
+    """Enter every solver, those that are not installed too: their rows say why."""
+    return [Contender(name, name) for name in registry.names(installed=False)]
+
+
+def parse_budget(text: str) -> dict[str, float]:
+    """
+    Read a budget, ``seconds=0.5`` or ``iterations=1000,seconds=2``.
+
+    Parameters
+    ----------
+    text
+        One or several of `BUDGETS`, with a number above 0 each; iterations and evaluations are whole.
+
+    Returns
+    -------
+    budget
+        By name.
+
+    Raises
+    ------
+    SolverSettingError
+        If it is anything else.
+
+    Examples
+    --------
+    >>> parse_budget("seconds=0.5,evaluations=1e5")
+    {'seconds': 0.5, 'evaluations': 100000}
+    """
+    budget: dict[str, float] = {}
+    for part in text.split(","):
+        key, equals, value = (word.strip() for word in part.partition("="))
+        if not equals or key not in BUDGETS:
+            msg = f"{part.strip()!r} is no budget; give {', '.join(f'{name}=…' for name in BUDGETS)}"
+            raise SolverSettingError(msg)
+        if key in budget:
+            msg = f"budget {key} is set twice; set it once"
+            raise SolverSettingError(msg)
+        budget[key] = _amount(key, value)
+    return budget
+
+
+def _amount(key: str, text: str) -> float:
+    """Read a number above 0, a whole one unless it is of seconds."""
+    try:
+        amount = float(text)
+    except ValueError:
+        amount = math.nan
+    whole = key != "seconds"
+    if not 0.0 < amount < math.inf or (whole and not amount.is_integer()):
+        msg = f"budget {key} is {text!r}; give a {'whole ' if whole else ''}number above 0"
+        raise SolverSettingError(msg)
+    return int(amount) if whole else amount
+
+
+def check_settings(scenario: Scenario) -> None:
+    """
+    Check the settings of solvers that a scenario brings.
+
+    Raises
+    ------
+    ScenarioError
+        If a solver or a setting is unknown, or a value is not allowed.
+    """
+    for name, settings in scenario.settings.items():
+        try:
+            registry.solver_class(name)
+            if registry.missing(name) is None:
+                registry.get(name, **settings)
+        except CglaError as error:
+            msg = f"{scenario.name}: solvers.{name}: {error}"
+            raise ScenarioError(msg) from error
+
+
+def budget_note(contenders: Sequence[Contender]) -> str:
+    """
+    Say in one line what budget the contenders have and which of them take it; empty without one.
+
+    Examples
+    --------
+    >>> budget_note([Contender.parse("cgla").with_budget({"seconds": 0.5})])
+    'budget: seconds=0.5, which no solver here takes'
+    """
+    budget = next((contender.budget for contender in contenders if contender.budget), {})
+    if not budget:
+        return ""
+    takers = ", ".join(contender.label for contender in contenders if contender.takes_budget())
+    words = ", ".join(f"{key}={value:g}" for key, value in budget.items())
+    return f"budget: {words}, {f'taken by {takers}' if takers else 'which no solver here takes'}"
+
+
+def _literal(text: str) -> Any:  # noqa: ANN401 - whatever the user wrote
+    try:
+        return ast.literal_eval(text)
+    except (ValueError, SyntaxError):
+        return text

@@ -1,0 +1,155 @@
+"""What the options of the command line mean: contenders, scenarios, points and the tolerance."""
+
+import dataclasses
+import math
+import re
+from collections.abc import Iterable, Iterator, Sequence
+
+from cgla_graph._types import Point
+from cgla_graph.comparisons.contender import Contender, check_settings, every_solver, parse_budget
+from cgla_graph.comparisons.runner import TOLERANCE
+from cgla_graph.errors import CglaError
+from cgla_graph.inputs import open_scenarios
+from cgla_graph.lattice import Lattice
+from cgla_graph.scenario import Scenario
+
+
+def read_contenders(text: str | None, *, budget: str | None = None, refine: bool = False) -> list[Contender]:
+    """
+    Read ``--solvers``, with the budget and the refinement of all.
+
+    Parameters
+    ----------
+    text
+        Solvers as in `Contender.parse`, separated by commas; None for all. Those named twice enter once.
+    budget
+        As in `parse_budget`, or None.
+    refine
+        Whether paths are refined.
+
+    Raises
+    ------
+    CglaError
+        If it names no solver, or something is wrong with one, its settings or the budget.
+
+    Examples
+    --------
+    >>> [contender.label for contender in read_contenders("cgla,dijkstra,cgla", refine=True)]
+    ['cgla+refine', 'dijkstra+refine']
+    """
+    if text is None:
+        chosen = every_solver()
+    else:
+        # a comma inside brackets belongs to a setting
+        parts = re.split(r",(?![^(\[]*[)\]])", text)
+        chosen = [Contender.parse(part) for part in parts if part.strip()]
+    if not chosen:
+        msg = "--solvers names no solver; cgla solvers lists them"
+        raise CglaError(msg)
+    if budget is not None:
+        limits = parse_budget(budget)
+        chosen = [contender.with_budget(limits) for contender in chosen]
+    if refine:
+        chosen = [contender.refined() for contender in chosen]
+    return list({contender.label: contender for contender in chosen}.values())
+
+
+def read_contender(text: str, *, refine: bool = False) -> Contender:
+    """Read ``--solver`` (see `Contender.parse` for the errors)."""
+    contender = Contender.parse(text)
+    return contender.refined() if refine else contender
+
+
+def read_tolerance(tolerance: float | None, *, certify: bool = True) -> float | None:
+    """
+    Read ``--tolerance`` and ``--no-certificate``.
+
+    Raises
+    ------
+    CglaError
+        If the tolerance is negative or no number.
+
+    Examples
+    --------
+    >>> read_tolerance(None), read_tolerance(0.0), read_tolerance(0.1, certify=False)
+    (0.005, None, None)
+    """
+    if tolerance is None:
+        tolerance = TOLERANCE
+    if not 0.0 <= tolerance < math.inf:
+        msg = f"--tolerance is {tolerance:g}; give a ratio above 0, as 0.005, or 0 for no lower bound"
+        raise CglaError(msg)
+    return tolerance if certify and tolerance > 0.0 else None
+
+
+def open_all(
+    specs: Sequence[str], start: str | None = None, goal: str | None = None, resolution: int | None = None
+) -> Iterator[Scenario]:
+    """
+    Open scenarios, with other ends or another lattice where asked for.
+
+    Parameters
+    ----------
+    specs
+        Names and files, as in `cgla_graph.inputs.open_scenarios`.
+    start, goal
+        ``X,Y`` instead of the scenario's, or None.
+    resolution
+        Points a side of a closed lattice instead of the scenario's, or None.
+
+    Raises
+    ------
+    CglaError
+        If anything is wrong with any of them.
+    """
+    ends = _point("--start", start), _point("--goal", goal)
+    for spec in specs:
+        for scenario in open_scenarios(spec, start=ends[0], goal=ends[1]):
+            check_settings(scenario)
+            if resolution is None:
+                yield scenario
+            else:
+                yield dataclasses.replace(scenario, lattice=Lattice(resolution, bounds=scenario.problem.bounds))
+
+
+def open_one(
+    command: str, spec: str, start: str | None = None, goal: str | None = None, resolution: int | None = None
+) -> Scenario:
+    """
+    Open the one scenario that a command takes.
+
+    Raises
+    ------
+    CglaError
+        If anything is wrong with it, or there is more than one (arguments as `open_all`).
+    """
+    opened = list(open_all([spec], start, goal, resolution))
+    if len(opened) != 1:
+        msg = f"{spec} has {len(opened)} rows; {command} takes one, as FILE.scen:ROW"
+        raise CglaError(msg)
+    return opened[0]
+
+
+def number_names(scenarios: Iterable[Scenario]) -> list[Scenario]:
+    """
+    Give scenarios of the same name numbers, so that their rows can be told apart.
+
+    All of them are opened before any work, so that a fault in the last one is found first.
+    """
+    seen: dict[str, int] = {}
+    found = []
+    for scenario in scenarios:
+        seen[scenario.name] = number = seen.get(scenario.name, 0) + 1
+        found.append(scenario if number == 1 else dataclasses.replace(scenario, name=f"{scenario.name}-{number}"))
+    return found
+
+
+def _point(option: str, text: str | None) -> Point | None:
+    if text is None:
+        return None
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError as error:
+        msg = f"{option} is {text!r}; give two numbers, X,Y"
+        raise CglaError(msg) from error
+    return x, y

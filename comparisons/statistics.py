@@ -1,0 +1,257 @@
+"""
+Statistics of runs over seeds that assume no distribution: medians, their intervals, success rates, time to a target.
+
+A run that never gets there counts as infinite and is never left out: leaving it out would flatter what fails often.
+"""
+
+import math
+import statistics
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from scipy import special
+
+from cgla_graph._types import FloatArray
+from cgla_graph.solution import Solution
+
+#: Confidence of every interval.
+CONFIDENCE = 0.95
+#: Below this many runs, no interval of a median has that confidence.
+FEWEST_RUNS = 6
+#: Costs within this of a target, relative to it, reach it: rounding.
+SAME_COST = 1e-12
+
+
+class Interval(NamedTuple):
+    """
+    From `low` to `high`, both included.
+
+    Examples
+    --------
+    >>> Interval(0.0, 1.0).high
+    1.0
+    """
+
+    low: float
+    high: float
+
+
+class Estimate(NamedTuple):
+    """A median and its interval (see `median_interval`)."""
+
+    median: float
+    low: float
+    high: float
+
+
+class Hit(NamedTuple):
+    """When a run reached a target: seconds, the building of the graph included, and evaluations; infinite if never."""
+
+    seconds: float
+    evaluations: float
+
+
+def interval_ranks(n: int, confidence: float = CONFIDENCE) -> tuple[int, int] | None:
+    r"""
+    Choose the order statistics between which the median of a distribution lies.
+
+    Each of `n` independent values is below the median with probability 1/2. So the median is outside
+    :math:`[x_{(r)}, x_{(n+1-r)}]` with probability :math:`2 \sum_{i<r} \binom{n}{i} / 2^n` at most, whatever the
+    distribution (exactly that for continuous ones, less with ties). The greatest `r` for which that is allowed is
+    taken (David, Nagaraja, "Order Statistics", 3rd ed., 2003, section 7.1). The sum is exact.
+
+    Parameters
+    ----------
+    n
+        How many values there are, at least 0.
+    confidence
+        Least probability that the interval covers the median, above 0 and below 1.
+
+    Returns
+    -------
+    ranks
+        From 1, in ascending order; None where even the least and the greatest value are too close together: below
+        6 values for 95 %.
+
+    Raises
+    ------
+    ValueError
+        If `n` or `confidence` is out of range.
+
+    Examples
+    --------
+    >>> interval_ranks(5), interval_ranks(6), interval_ranks(20)
+    (None, (1, 6), (6, 15))
+    """
+    if n < 0 or not 0.0 < confidence < 1.0:
+        msg = f"n is {n} and confidence is {confidence}; give n from 0 and a confidence above 0 and below 1"
+        raise ValueError(msg)
+    allowed = (1 - Fraction(confidence)) * 2**n
+    rank, count, below = 0, 1, 0
+    while rank <= n // 2 and 2 * (below + count) <= allowed:
+        below += count
+        count = count * (n - rank) // (rank + 1)
+        rank += 1
+    return (rank, n + 1 - rank) if rank else None
+
+
+def median_interval(values: Sequence[float], confidence: float = CONFIDENCE) -> Interval:
+    """
+    Return an interval that covers the median of the distribution with at least this confidence.
+
+    Parameters
+    ----------
+    values
+        Independent values; infinite ones count. No NaN.
+    confidence
+        As in `interval_ranks`.
+
+    Returns
+    -------
+    interval
+        Two of the values; minus to plus infinity where they are too few.
+
+    Examples
+    --------
+    >>> median_interval([3, 1, 2, 5, 4, math.inf])
+    Interval(low=1, high=inf)
+    >>> median_interval([3, 1, 2])
+    Interval(low=-inf, high=inf)
+    """
+    ranks = interval_ranks(len(values), confidence)
+    if ranks is None:
+        return Interval(-math.inf, math.inf)
+    ordered = sorted(values)
+    return Interval(ordered[ranks[0] - 1], ordered[ranks[1] - 1])
+
+
+def estimate(values: Sequence[float]) -> Estimate:
+    """
+    Return the median, the lower one of two middle values, with its interval.
+
+    The lower one is the result of a run that took place, and is finite as soon as half of the runs are. All is NaN
+    where a value is.
+
+    Raises
+    ------
+    statistics.StatisticsError
+        If there is no value.
+
+    Examples
+    --------
+    >>> estimate([1.0, math.inf, 2.0, math.inf])
+    Estimate(median=2.0, low=-inf, high=inf)
+    """
+    if any(math.isnan(value) for value in values):
+        return Estimate(math.nan, math.nan, math.nan)
+    return Estimate(statistics.median_low(values), *median_interval(values))
+
+
+def success_interval(successes: int, n: int, confidence: float = CONFIDENCE) -> Interval:
+    """
+    Return the interval of a success rate by Clopper and Pearson (Biometrika 26(4), 1934).
+
+    It covers the rate with at least this confidence, whatever the rate is.
+
+    Parameters
+    ----------
+    successes, n
+        How many of `n` independent runs succeeded.
+    confidence
+        Above 0 and below 1.
+
+    Returns
+    -------
+    interval
+        Within 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        If the counts are out of range.
+
+    Examples
+    --------
+    >>> low, high = success_interval(10, 10)
+    >>> round(low, 4), high
+    (0.6915, 1.0)
+    """
+    if not 0 <= successes <= n or n < 1:
+        msg = f"{successes} successes of {n} runs; give at least one run, and no more successes than runs"
+        raise ValueError(msg)
+    tail = (1.0 - confidence) / 2.0
+    low = 0.0 if successes == 0 else float(special.betaincinv(successes, n - successes + 1, tail))
+    high = 1.0 if successes == n else float(special.betaincinv(successes + 1, n - successes, 1.0 - tail))
+    return Interval(low, high)
+
+
+def progress(solution: Solution) -> FloatArray:
+    """
+    Return the best cost over time, as a step function.
+
+    Parameters
+    ----------
+    solution
+        A judged answer. Without a trace, it has its cost at its end. What its trace says may not undercut the cost
+        of its path, which the oracle knows.
+
+    Returns
+    -------
+    steps
+        Shape ``(m, 3)``, rows of seconds (the building of the graph included), evaluations and cost (finite), none
+        of which rises in cost. The last row is the end of the run. None without a path that may be flown.
+
+    Examples
+    --------
+    >>> from cgla_graph.solution import Status, TracePoint
+    >>> trace = (TracePoint(0.1, 5, math.inf), TracePoint(0.2, 10, 3.0))
+    >>> progress(Solution(Status.FOUND, cost=2.0, seconds=1.0, build_seconds=1.0, evaluations=50, trace=trace))
+    array([[ 1.2, 10. ,  3. ],
+           [ 2. , 50. ,  2. ]])
+    """
+    if not solution.status.is_path:
+        return np.empty((0, 3))
+    trace = [point for point in solution.trace if math.isfinite(point.cost + point.seconds)]
+    points = [(point.seconds, point.evaluations, point.cost) for point in trace]
+    ends = [(solution.seconds, solution.evaluations), *((seconds, count) for seconds, count, _ in points)]
+    # the clock of a solver may run a little beyond the one that stopped it
+    points.append((*(max(column) for column in zip(*ends, strict=True)), solution.cost))
+    steps = np.array(sorted(points, key=lambda point: point[0]), dtype=np.float64)
+    steps[:, 2] = np.minimum.accumulate(np.maximum(steps[:, 2], solution.cost))
+    steps[:, 0] += solution.build_seconds
+    return steps
+
+
+def to_target(solution: Solution, cost: float = math.inf) -> Hit:
+    """
+    Say when a run first had a path of at most this cost.
+
+    Parameters
+    ----------
+    solution
+        A judged answer (see `progress`).
+    cost
+        The target; infinite for the first path of all, NaN where the target is not known.
+
+    Returns
+    -------
+    hit
+        Infinite if it never had one; NaN for an unknown target.
+
+    Examples
+    --------
+    >>> from cgla_graph.solution import Status
+    >>> to_target(Solution(Status.FOUND, cost=2.0, seconds=1.0, evaluations=7), 2.5)
+    Hit(seconds=1.0, evaluations=7.0)
+    >>> to_target(Solution(Status.NOT_FOUND, seconds=1.0), 2.5)
+    Hit(seconds=inf, evaluations=inf)
+    """
+    if math.isnan(cost):
+        return Hit(math.nan, math.nan)
+    steps = progress(solution)
+    there = np.nonzero(steps[:, 2] <= cost + SAME_COST * abs(cost) if math.isfinite(cost) else steps[:, 2] < cost)[0]
+    if not len(there):
+        return Hit(math.inf, math.inf)
+    return Hit(float(steps[there[0], 0]), float(steps[there[0], 1]))

@@ -1,0 +1,522 @@
+"""
+The certificate: no path is ever cheaper than the bound, and the bound is near the best path.
+
+The one property that matters runs over random maps of all kinds. As no bound is ever above the cost of the path that
+it is held against, that path is made dearer than the best one known.
+"""
+
+import itertools
+import math
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import oracles
+import pytest
+import shapely
+import strategies
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import affinity
+from shapely.geometry.base import BaseGeometry
+
+import cgla_graph as cg
+from cgla_graph import certificate_field, certificate_kernels, sparse_grid
+from cgla_graph._types import Bounds, FloatArray, Point
+from cgla_graph.certificate import FIRST_CELLS, Certificate, lower_bound
+from cgla_graph.certificate_field import Block, Level
+from cgla_graph.errors import CglaError, ProblemError
+from cgla_graph.graph import GeometricGraph
+from cgla_graph.no_fly import NoFlyArea
+from cgla_graph.problem import GraphProblem
+from cgla_graph.refine import refine_path
+from cgla_graph.risk import ImproperFieldWarning
+from cgla_graph.spline_mesh import SplineMesh, corners
+
+ROUNDING = 1e-9
+FEW_CELLS = 20_000
+ONE_THREAT = cg.RiskField([cg.Threat(0.5, 0.5, spread=0.1, peak=0.9)])
+SEVERAL = cg.RiskField([cg.Threat(0.5, 0.4, 0.1, 0.9), cg.Threat(0.3, 0.6, 0.15, 0.7), cg.Threat(0.7, 0.7, 0.2)])
+SMOOTH = cg.Problem((0.1, 0.15), (0.9, 0.8), SEVERAL, k=10.0)
+
+
+# Maps
+
+
+def areas(rng: np.random.Generator) -> BaseGeometry | None:
+    """Draw boxes, thin walls at any angle, a maze of doors, cells that touch in corners, a hollow box, or nothing."""
+    kind = rng.choice(["none", "boxes", "walls", "maze", "touching", "hollow"])
+    width = 10.0 ** rng.uniform(-6.0, -1.5)
+    if kind == "none":
+        return None
+    if kind == "boxes":
+        parts = [shapely.box(x, y, x + w, y + h) for x, y, w, h in rng.random((4, 4)) * (1.1, 1.1, 0.4, 0.4)]
+    elif kind == "walls":
+        lengths, angles = rng.uniform(0.2, 1.0, 4), rng.choice([0.0, 90.0, rng.uniform(0.0, 180.0)], 4)
+        walls = [shapely.box(-length / 2.0, -width / 2.0, length / 2.0, width / 2.0) for length in lengths]
+        turned = [affinity.rotate(wall, angle, origin=(0.0, 0.0)) for wall, angle in zip(walls, angles, strict=True)]
+        parts = [affinity.translate(wall, *at) for wall, at in zip(turned, rng.random((4, 2)), strict=True)]
+    elif kind == "maze":
+        n = int(rng.integers(1, 5))
+        doors, door = rng.uniform(0.0, 0.9, n), 10.0 ** rng.uniform(-3.0, -1.0)
+        low, high = rng.choice([-0.1, 0.0]), rng.choice([1.1, 1.0])
+        parts = [shapely.box((i + 1) / (n + 1), low, (i + 1) / (n + 1) + width, y) for i, y in enumerate(doors)]
+        parts += [shapely.box(p.bounds[0], p.bounds[3] + door, p.bounds[2], high) for p in parts]
+    elif kind == "touching":
+        n, side = int(rng.integers(2, 6)), rng.uniform(0.05, 0.12)
+        chosen = np.argwhere(rng.random((n, n)) < 0.5) * side + rng.uniform(0.0, 0.4, 2)
+        parts = [shapely.box(x, y, x + side, y + side) for x, y in chosen]
+    else:
+        x, y, side = *rng.uniform(0.1, 0.6, 2), rng.uniform(0.05, 0.3)
+        gap = shapely.box(x + 0.4 * side, y - 0.1, x + 0.4 * side + 10.0 ** rng.uniform(-4.0, -1.5), y + side / 2.0)
+        parts = [shapely.box(x, y, x + side, y + side).difference(shapely.box(x, y, x + side, y + side).buffer(-width))]
+        parts[0] = parts[0].difference(gap) if rng.random() < 0.7 else parts[0]
+    return shapely.union_all(parts)
+
+
+def maps(seed: int) -> cg.Problem:
+    """Draw a map: of any unit, place and shape, with ends anywhere, on the bounds, on polygons, or close together."""
+    rng = np.random.default_rng(seed)
+    scale, shape = rng.choice([1.0, 1.0, 1e-6, 1e5]), 10.0 ** rng.choice([0.0, 0.0, -1.0, -1.7])
+    size = scale * np.array([1.0, shape])[:: rng.choice([1, -1])]
+    low = rng.choice([0.0, 0.0, 1.0, 1e6]) * rng.uniform(-1.0, 1.0, 2) * scale
+    area = areas(rng)
+    if area is not None:
+        area = shapely.transform(area, lambda points: low + points * size)
+        area = area if area.is_valid and not area.is_empty else None
+    count = int(rng.choice([0, 1, 2, 5, 20]))
+    at = low + rng.uniform(-0.1, 1.1, (count, 2)) * size
+    spread = 10.0 ** rng.uniform(-2.5, 0.3, count) * size.min()
+    peak = rng.choice([np.ones(count), rng.uniform(0.01, 1.0, count)])
+    field = cg.RiskField([cg.Threat(x, y, s, p) for (x, y), s, p in zip(at, spread, peak, strict=True)])
+    k = float(rng.choice([0.0, 1.0, 10.0, 10.0 ** rng.uniform(-1.0, 3.0), 1000.0]))
+    bounds: Bounds = (*low.tolist(), *(low + size).tolist())
+    on_area = np.empty((0, 2)) if area is None else corners(NoFlyArea(area), bounds)
+
+    def end() -> FloatArray:
+        kind = rng.random()
+        if kind < 0.15 and len(on_area):
+            return np.array(rng.choice(on_area))
+        share = rng.random(2) if kind < 0.8 else rng.choice([0.0, 1.0, rng.random()], 2)
+        return np.clip(low + share * size, bounds[:2], bounds[2:])
+
+    for _ in range(100):
+        start, goal = end(), end()
+        if rng.random() < 0.1:
+            away = rng.standard_normal(2) * 10.0 ** rng.uniform(-9.0, -1.0) * size.min()
+            goal = np.clip(start + away, bounds[:2], bounds[2:])
+        try:
+            return cg.Problem(tuple(start), tuple(goal), field, k, bounds, area)
+        except CglaError:
+            continue
+    return maps(seed + 1)
+
+
+# No path is cheaper than the bound
+
+SOLVERS: list[tuple[str, dict[str, Any]]] = [
+    ("cgla", {}),
+    ("eight-direction", {}),
+    ("lazy-theta-star", {}),
+    ("hybrid", {"tolerance": None}),
+    ("prm-star", {"milestones": 100}),
+    ("rrt-star", {"iterations": 100}),
+]
+
+
+def good_path(problem: cg.Problem, side: int = 10) -> FloatArray | None:
+    """Refine the optimum over a lattice, the corners of the area, and the ends; None if there is none."""
+    extra = (problem.start, problem.goal, *map(tuple, corners(problem.model.area, problem.bounds).tolist()))
+    lattice = cg.Lattice(side, bounds=problem.bounds)
+    graph = GeometricGraph.complete(lattice, problem.field, problem.k, no_fly=problem.no_fly, extra=extra)
+    at = np.asarray(graph.positions)
+    source, target = (int(np.nonzero((at == end).all(axis=1))[0][0]) for end in (problem.start, problem.goal))
+    nodes = cg.solve(GraphProblem(graph, source, target), "dijkstra").nodes
+    return refine_path(problem, at[np.array(nodes, dtype=np.int64)]).path if nodes else None
+
+
+def some_paths(problem: cg.Problem, rng: np.random.Generator) -> list[FloatArray]:
+    """Find feasible paths from start to goal: good ones, those of a solver, refined or not, and random ones."""
+    found = [path for path in [good_path(problem)] if path is not None]
+    name, own_settings = SOLVERS[rng.integers(len(SOLVERS))]
+    solution = cg.solve(problem, name, resolution=12, **own_settings)
+    if solution.status.is_path:
+        found += [solution.path, refine_path(problem, solution.path).path]
+    found += [np.vstack([problem.start, *rng.uniform(problem.bounds[:2], problem.bounds[2:], (n, 2)), problem.goal])
+              for n in (0, 1, 2)]  # fmt: skip
+    return [path for path in found if problem.evaluate(path).feasible]
+
+
+def with_detour(path: FloatArray, share: float) -> FloatArray:
+    """Go back and forth on the first segment, by a share of it, which may exceed 1 for whole turns of the path."""
+    if share >= 1.0:
+        return np.vstack([path, path[-2::-1], path[1:]])
+    return np.vstack([path[:1], path[0] + share * (path[1] - path[0]), path]) if len(path) > 1 else path
+
+
+def check_bound(
+    problem: cg.Problem, seed: int, *, scale: float = 1.0, tolerance: float = 0.05, max_cells: int = FEW_CELLS
+) -> Certificate:
+    """Hold a bound, times `scale`, against many paths."""
+    rng = np.random.default_rng(seed)
+    paths = some_paths(problem, rng)
+    costs = [problem.evaluate(path).cost for path in paths]
+    held = None
+    if paths and seed % 3:
+        held = with_detour(paths[int(np.argmin(costs))], 0.2 if seed % 3 == 1 else 1.0)
+        held = held if problem.evaluate(held).feasible else None
+    found = lower_bound(problem, tolerance, path=held, max_cells=max_cells)
+    assert found.lower_bound >= math.dist(problem.start, problem.goal) * (1.0 - ROUNDING)
+    assert found.upper_bound >= found.lower_bound
+    assert scale * found.lower_bound <= min(costs, default=math.inf) * (1.0 + ROUNDING)
+    return found
+
+
+@given(strategies.seeds)
+@settings(max_examples=25)
+def test_no_path_is_cheaper_than_the_bound(seed: int) -> None:
+    check_bound(maps(seed), seed)
+
+
+def near_optimal() -> list[cg.Problem]:
+    """List maps on which the bound is known to be within 2 % of a path."""
+    field = cg.RiskField([cg.Threat(0.5, 0.52, 0.1, 0.9)])
+    wall = shapely.MultiPolygon([shapely.box(0.4, 0.2, 0.6, 0.65), shapely.box(0.75, 0.4, 0.751, 1.1)])
+    return [
+        cg.Problem((0.1, 0.1), (0.9, 0.9)),
+        cg.Problem((0.1, 0.1), (0.9, 0.9), field, 10.0),
+        SMOOTH,
+        cg.Problem((0.1, 0.5), (0.9, 0.5), None, 0.0, no_fly=wall),
+        cg.Problem((0.1, 0.5), (0.9, 0.5), field, 5.0, no_fly=wall),
+    ]
+
+
+@pytest.mark.parametrize("problem", near_optimal())
+def test_a_bound_that_is_too_high_by_a_fiftieth_is_caught(problem: cg.Problem) -> None:
+    # (seed 3: the bound is held against a path of its own)
+    assert check_bound(problem, 3, tolerance=0.01, max_cells=100_000).gap < 0.015
+    with pytest.raises(AssertionError):
+        check_bound(problem, 3, scale=1.02, tolerance=0.01, max_cells=100_000)
+
+
+# One grid
+
+
+def check_level(problem: cg.Problem, path: FloatArray, cells: int, *, scale: float = 1.0) -> None:
+    """Hold the bounds of one grid, from everywhere on a path to its ends, against the cost of the rest of the path."""
+    sides = np.subtract(problem.bounds[2:], problem.bounds[:2])
+    columns, rows = (max(8, round(cells * side)) for side in (sides / sides.max()).tolist())
+    runs = sparse_grid.rectangle((columns, rows))
+    level = Level.lay(problem, (columns, rows), runs)
+    share = np.linspace(0.0, 1.0, 8)[:-1, None]
+    points = np.vstack([*(a + share * (b - a) for a, b in itertools.pairwise(path)), path[-1:]])
+    done = np.concatenate([[0.0], np.cumsum(segment_costs(problem, points))])
+    some = np.unique(np.linspace(0, len(points) - 1, 40).astype(int))
+    points, done = points[some], done[some]
+    # the same mesh, with the pieces of these points
+    ends = [(float(x), float(y)) for x, y in points]
+    mesh = SplineMesh.build(problem.bounds, (columns, rows), runs, problem.model.area, ends)
+    assert (mesh.controls == level.mesh.controls).all()
+    pieces = np.array(mesh.ends)
+    for end, so_far in ((problem.goal, done[-1] - done), (problem.start, done)):
+        to_goal = end is problem.goal
+        field = level.bound(to_goal=to_goal, aim=1e-3)
+        assert field is not None, "there is a path, but the certificate says there is none"
+        assert scale * field.bound <= done[-1] * (1.0 + ROUNDING)
+        asked = ~Block.around(level, end).holds[pieces]
+        known = mesh.controls[pieces[asked]], mesh.columns[pieces[asked]], mesh.rows[pieces[asked]]
+        bounds = oracles.spline(known, mesh.origin, mesh.spacing, points[asked], field.values)
+        assert (scale * bounds <= so_far[asked] + ROUNDING * done[-1]).all()
+
+
+def segment_costs(problem: cg.Problem, points: FloatArray) -> FloatArray:
+    risks = problem.field.line_integral(points[:-1], points[1:])
+    return np.asarray(np.hypot(*np.diff(points, axis=0).T) + problem.k * risks)
+
+
+@given(strategies.seeds, st.sampled_from([16, 24, 40, 64]))
+@settings(max_examples=40)
+def test_from_everywhere_on_a_path_the_rest_costs_no_less_than_the_bound(seed: int, cells: int) -> None:
+    problem = maps(seed)
+    path = good_path(problem, 7)
+    if path is not None and len(path) > 1:
+        check_level(problem, path, cells)
+
+
+# What a broken proof looks like
+
+KERNELS = {name: getattr(certificate_kernels, name) for name in dir(certificate_kernels) if not name.startswith("_")}
+
+
+def never_steep(*arguments: Any) -> float:  # noqa: ANN401 - those of the kernel
+    arguments[-1][:] = 1.0
+    return 1.0
+
+
+def without_drop(*arguments: Any) -> None:  # noqa: ANN401 - those of the kernel
+    certificate_kernels.cost_bounds(*arguments)
+    arguments[-1][:, certificate_kernels.DROP] = 0.0
+
+
+def no_tip(*_: object) -> float:
+    return 0.0
+
+
+def hidden_risk() -> tuple[cg.Problem, FloatArray]:
+    """Lay narrow threats on nodes: there the risk is far above what a path between them has to take."""
+    on_nodes = [cg.Threat(i / 32, j / 32, spread=0.2 / 32) for i in range(12, 20) for j in range(33)]
+    problem = cg.Problem((0.1, 8.5 / 32), (0.9, 8.5 / 32), cg.RiskField(on_nodes), k=50.0)
+    return problem, np.array([problem.start, problem.goal])
+
+
+def drawn_maps() -> list[tuple[cg.Problem, FloatArray]]:
+    drawn = [(problem, good_path(problem, 7)) for problem in map(maps, (36, 46, 52, 81, 109, 126, 169))]
+    return [(problem, path) for problem, path in drawn if path is not None]
+
+
+def check_levels(cases: list[tuple[cg.Problem, FloatArray]]) -> None:
+    for problem, path in cases:
+        check_level(problem, path, 32)
+
+
+@pytest.mark.parametrize(
+    ("name", "broken", "cases"),
+    [
+        ("steepness", never_steep, drawn_maps),
+        ("rim_excess", no_tip, drawn_maps),
+        ("cost_bounds", without_drop, lambda: [hidden_risk()]),
+    ],
+)
+def test_a_proof_without_one_of_its_steps_is_caught(
+    name: str,
+    broken: Callable[..., Any],
+    cases: Callable[[], list[tuple[cg.Problem, FloatArray]]],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    check_levels(cases())
+    monkeypatch.setattr(certificate_field, "certificate_kernels", SimpleNamespace(**{**KERNELS, name: broken}))
+    with pytest.raises(AssertionError):
+        check_levels(cases())
+
+
+# Values that are known
+
+
+def test_without_risk_the_straight_line_is_best() -> None:
+    found = lower_bound(cg.Problem((0.1, 0.2), (0.9, 0.8)), 1e-9)
+    assert found.lower_bound == pytest.approx(1.0, rel=1e-12)
+    assert found.lower_bound <= 1.0
+    assert found.reached
+    assert found.gap < 1e-12
+    assert found.cells == 0
+
+
+@pytest.mark.parametrize("tolerance", [0.02, 0.003])
+def test_around_a_box_the_way_is_along_its_tangents(tolerance: float) -> None:
+    problem = cg.Problem((0.1, 0.5), (0.9, 0.5), no_fly=shapely.box(0.4, 0.2, 0.6, 0.65))
+    exact = 2.0 * math.hypot(0.3, 0.15) + 0.2
+    found = lower_bound(problem, tolerance)
+    assert found.reached
+    assert exact / (1.0 + tolerance) <= found.lower_bound <= exact * (1.0 + ROUNDING)
+    assert found.upper_bound == pytest.approx(exact, rel=1e-6)
+
+
+def test_cells_that_touch_in_a_corner_leave_a_way() -> None:
+    cells = shapely.MultiPolygon([shapely.box(0.2, -1.0, 0.5, 0.5), shapely.box(0.5, 0.5, 0.8, 2.0)])
+    problem = cg.Problem((0.3, 0.7), (0.7, 0.3), no_fly=cells)
+    found = lower_bound(problem, 0.02)
+    assert found.lower_bound == pytest.approx(math.dist(problem.start, problem.goal), rel=0.02)
+    assert found.upper_bound == pytest.approx(math.dist(problem.start, problem.goal))
+
+
+@pytest.mark.parametrize("width", [0.05, 0.001])
+def test_a_goal_that_is_walled_in_has_no_path(width: float) -> None:
+    ring = shapely.box(0.5, 0.5, 0.8, 0.8).difference(shapely.box(0.5, 0.5, 0.8, 0.8).buffer(-width))
+    found = lower_bound(cg.Problem((0.1, 0.1), (0.65, 0.65), ONE_THREAT, 10.0, no_fly=ring))
+    assert found.lower_bound == math.inf
+    assert found.upper_bound == math.inf
+    assert found.reached
+    assert "no path" in found.message
+
+
+def test_an_end_in_a_crevice_narrower_than_any_cell_is_reached() -> None:
+    """No node of the grid sees it."""
+    zigzag = [(0.5, 0.9), (0.5037, 0.55)] + [(0.5037 + 0.002 * (i % 2), 0.55 - 0.002 * (i + 1)) for i in range(1, 9)]
+    crevice = shapely.LineString([*zigzag, (0.5037, 0.53)]).buffer(1e-4, cap_style="square", join_style="mitre")
+    problem = cg.Problem((0.05, 0.1), zigzag[7], no_fly=shapely.box(0.2, 0.2, 0.8, 0.8).difference(crevice))
+    short = refine_path(problem, np.array([problem.start, (0.2, 0.8), *zigzag[:8]])).cost
+    for way in ([(0.05, 0.95), *zigzag[:8]], [(0.9, 0.05), (0.9, 0.95), *zigzag[:8]]):
+        found = lower_bound(problem, 0.05, path=[problem.start, *way], max_cells=FEW_CELLS)
+        assert found.lower_bound <= short
+        assert found.lower_bound > 0.9 * short
+
+
+def test_corners_far_from_the_map_do_no_harm() -> None:
+    """A half plane whose border crosses the map, and ends close to it."""
+    half_plane = shapely.Polygon([(-1e13, -0.7e13), (1e13, -1e13), (1e13, 0.7e13 + 0.1)])
+    area, rng = NoFlyArea(half_plane), np.random.default_rng(0)
+    for _ in range(20):
+        ends = []
+        for x in rng.uniform(0.1, 0.9, 2):
+            low, high = -1.0, 2.0
+            while low < (middle := (low + high) / 2.0) < high:
+                low, high = (middle, high) if area.contains((x, middle)) else (low, middle)
+            ends.append((x, high + 1e-4 * rng.random() ** 3))
+        problem = cg.Problem(ends[0], ends[1], no_fly=half_plane)
+        path = refine_path(problem, [ends[0], (ends[0][0], 1.0), (ends[1][0], 1.0), ends[1]]).path
+        found = lower_bound(problem, 0.05, path=with_detour(path, 1.0), max_cells=FEW_CELLS)
+        assert found.lower_bound <= problem.evaluate(path).cost * (1.0 + ROUNDING)
+
+
+def test_corners_beyond_all_whole_numbers_of_cells_do_no_harm() -> None:
+    area = shapely.box(-1e20, -1e20, 0.4, 1e20)
+    field = cg.RiskField([cg.Threat(0.75, 0.5, spread=0.1)])
+    assert lower_bound(cg.Problem((0.6, 0.1), (0.9, 0.85), field, 10.0, no_fly=area), 0.05).reached
+
+
+@pytest.mark.parametrize("k", [1e15, 1e17])
+def test_more_risk_than_the_arithmetic_can_tell_is_no_proof(k: float) -> None:
+    problem = cg.Problem((0.1, 0.1), (0.9, 0.85), ONE_THREAT, k)
+    path = good_path(problem)
+    assert path is not None
+    found = lower_bound(problem, 0.05, path=with_detour(path, 1.0), max_cells=FEW_CELLS)
+    assert 0.0 <= found.lower_bound <= problem.evaluate(path).cost * (1.0 + ROUNDING)
+
+
+def test_an_end_is_where_it_starts() -> None:
+    found = lower_bound(cg.Problem((0.5, 0.5), (0.5, 0.5), ONE_THREAT, 10.0))
+    assert (found.lower_bound, found.upper_bound, found.gap, found.reached) == (0.0, 0.0, 0.0, True)
+
+
+@pytest.mark.parametrize("distance", [1e-2, 1e-5, 1e-9])
+def test_ends_side_by_side(distance: float) -> None:
+    goal = (0.47 + distance, 0.53)
+    found = lower_bound(cg.Problem((0.47, 0.53), goal, ONE_THREAT, 10.0), 0.1, max_cells=FEW_CELLS)
+    assert distance * (1.0 - ROUNDING) <= found.lower_bound <= found.upper_bound
+
+
+def test_peaks_above_one_have_no_bound() -> None:
+    with pytest.warns(ImproperFieldWarning):
+        field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=2.0)], improper=True)
+    found = lower_bound(cg.Problem((0.1, 0.1), (0.9, 0.9), field, 1.0))
+    assert math.isnan(found.lower_bound)
+    assert not found.reached
+
+
+def test_the_bound_is_the_same_from_both_ends_and_in_the_mirror() -> None:
+    field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, 0.9)])
+    there, back, mirrored = (
+        lower_bound(cg.Problem(start, goal, field, 10.0), 0.004)
+        for start, goal in [((0.1, 0.5), (0.9, 0.5)), ((0.9, 0.5), (0.1, 0.5)), ((0.5, 0.1), (0.5, 0.9))]
+    )
+    assert there.lower_bound == pytest.approx(back.lower_bound, rel=0.004)
+    assert there.lower_bound == pytest.approx(mirrored.lower_bound, rel=0.004)
+    assert max(there.lower_bound, back.lower_bound, mirrored.lower_bound) <= there.upper_bound * (1.0 + ROUNDING)
+
+
+# Convergence
+
+
+def test_the_bound_rises_to_the_best_path_as_grids_refine() -> None:
+    """By order 4/3 in the end: at a rim that is ``h^(2/3)`` from the goal, a spline errs by ``h^2`` over that."""
+    best = good_cost(SMOOTH)
+    loss = []
+    for n in (32, 64, 128, 256):
+        level = Level.lay(SMOOTH, (n, n), sparse_grid.rectangle((n, n)))
+        field = level.bound(to_goal=True, aim=1e-5)
+        assert field is not None
+        loss.append(1.0 - field.bound / best)
+    assert min(loss) > 0.0
+    assert loss[-1] < 0.004
+    assert oracles.rate(loss) > 1.2
+
+
+def good_cost(problem: cg.Problem) -> float:
+    path = good_path(problem, 20)
+    assert path is not None
+    return refine_path(problem, path, tolerance=1e-9).cost
+
+
+def test_the_lattice_comes_down_to_the_bound_as_it_grows() -> None:
+    found = lower_bound(SMOOTH, 0.003)
+    costs = [cg.solve(SMOOTH, "cgla", resolution=n).cost for n in (10, 20, 40)]
+    assert costs[0] > costs[1] > costs[2] >= found.lower_bound
+    assert costs[2] <= found.lower_bound * 1.01
+
+
+def test_a_finer_tolerance_never_lowers_the_bound() -> None:
+    bounds = [lower_bound(SMOOTH, tolerance) for tolerance in (0.2, 0.05, 0.02, 0.01, 0.005)]
+    assert all(one.reached for one in bounds)
+    assert all(a.lower_bound <= b.lower_bound * (1.0 + 1e-4) for a, b in itertools.pairwise(bounds))
+    few, more = (lower_bound(SMOOTH, 1e-4, max_cells=cells) for cells in (FEW_CELLS, 80_000))
+    assert not few.reached
+    assert "cells" in few.message
+    assert few.lower_bound < more.lower_bound
+
+
+def test_the_bracket_closes_grid_by_grid() -> None:
+    found = lower_bound(SMOOTH, 0.001)
+    assert len(found.grids) >= 2
+    lower, upper = ([getattr(grid, name) for grid in found.grids] for name in ("lower_bound", "upper_bound"))
+    assert lower == sorted(lower)
+    assert upper == sorted(upper, reverse=True)
+    assert (lower[-1], upper[-1]) == (found.lower_bound, found.upper_bound)
+    assert [grid.last[0] for grid in found.grids] == [FIRST_CELLS * 2**i for i in range(len(found.grids))]
+    assert all((a.lower_bound <= b.upper_bound) for a, b in itertools.product(found.grids, repeat=2))
+
+
+# Units, input
+
+
+@pytest.mark.parametrize(("scale", "offset"), [(1e5, 0.0), (1e-6, 0.0), (1.0, 1e6), (1e3, -1e6)])
+def test_units_and_places_do_not_matter(scale: float, offset: float) -> None:
+    def moved(at: Point) -> Point:
+        return at[0] * scale + offset, at[1] * scale + offset
+
+    box = shapely.box(0.55, 0.1, 0.6, 0.5)
+    problem = cg.Problem(SMOOTH.start, SMOOTH.goal, SEVERAL, 10.0, no_fly=box)
+    field = cg.RiskField([cg.Threat(*moved((t.x, t.y)), t.spread * scale, t.peak) for t in SEVERAL.threats])
+    bounds: Bounds = (*moved((0.0, 0.0)), *moved((1.0, 1.0)))
+    area = shapely.transform(box, lambda points: points * scale + offset)
+    other = cg.Problem(moved(problem.start), moved(problem.goal), field, 10.0, bounds, area)
+    path = good_path(problem, 12)
+    assert path is not None
+    one = lower_bound(problem, 0.01, path=path)
+    two = lower_bound(other, 0.01)
+    assert two.lower_bound / scale == pytest.approx(one.lower_bound, rel=1e-3)
+    assert two.reached
+
+
+def test_the_same_again() -> None:
+    wall = shapely.box(0.4, 0.3, 0.5, 0.8)
+    problem = cg.Problem((0.1, 0.5), (0.9, 0.6), SEVERAL, 10.0, no_fly=wall)
+    path = np.array([problem.start, (0.4, 0.2), (0.6, 0.2), problem.goal])
+    given_path, table = path.copy(), SEVERAL.table.copy()
+    one, two = (lower_bound(problem, 0.02, path=path, max_cells=FEW_CELLS) for _ in range(2))
+    assert (one.lower_bound, one.upper_bound, one.cells) == (two.lower_bound, two.upper_bound, two.cells)
+    assert (path == given_path).all()
+    assert (SEVERAL.table == table).all()
+    assert problem.no_fly == shapely.box(0.4, 0.3, 0.5, 0.8)
+
+
+@pytest.mark.parametrize(
+    ("own_settings", "message"),
+    [
+        ({"tolerance": 0.0}, "tolerance"),
+        ({"tolerance": -1.0}, "tolerance"),
+        ({"tolerance": math.nan}, "tolerance"),
+        ({"tolerance": "fine"}, "tolerance"),
+        ({"max_cells": 100}, "max_cells is 100"),
+        ({"max_cells": True}, "max_cells"),
+        ({"max_cells": math.nan}, "max_cells"),
+        ({"path": [(0.1, 0.5), (0.9, 0.5)]}, "crosses the no-fly area"),
+        ({"path": [(0.1, 0.5), (0.1, 2.0), (0.9, 0.5)]}, "leaves the bounds"),
+        ({"path": [(0.1, 0.5), (0.5, 0.1)]}, "has to join start and goal"),
+        ({"path": [(0.1, 0.5), (math.nan, 0.1)]}, "path"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(own_settings: dict[str, Any], message: str) -> None:
+    problem = cg.Problem((0.1, 0.5), (0.9, 0.5), no_fly=shapely.box(0.4, 0.3, 0.6, 0.7))
+    with pytest.raises(ProblemError, match=message):
+        lower_bound(problem, **own_settings)

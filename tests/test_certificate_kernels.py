@@ -1,0 +1,201 @@
+"""The steps of the proof, one by one: dense samples, plain formulas, and the rate at which they get sharp."""
+
+import math
+
+import numpy as np
+import oracles
+import strategies
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import cgla_graph as cg
+from cgla_graph import certificate_kernels, sparse_grid
+from cgla_graph._types import Bounds, FloatArray
+from cgla_graph.certificate_field import Block, Level, Tip
+
+ROUNDING = 1e-9
+SEVERAL = cg.RiskField([cg.Threat(0.5, 0.4, 0.1, 0.9), cg.Threat(0.3, 0.6, 0.15, 0.7), cg.Threat(0.7, 0.7, 0.2)])
+
+
+# The cost on a cell
+
+
+def cell_points(rng: np.random.Generator, count: int) -> FloatArray:
+    """Draw points of a cell, its corners and middle first, in spacings from its middle."""
+    corner = np.array([(a, b) for a in (-0.5, 0.0, 0.5) for b in (-0.5, 0.0, 0.5)])
+    return np.vstack([corner, rng.uniform(-0.5, 0.5, (count, 2))])
+
+
+@given(st.one_of(strategies.fields(), strategies.crowds(30)), strategies.risk_weights, strategies.seeds)
+@strategies.usual
+def test_the_cost_on_a_cell_is_above_its_bound(field: cg.RiskField, k: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    spacing = (10.0 ** rng.uniform(-4.0, -0.3), 10.0 ** rng.uniform(-4.0, -0.3))
+    around = rng.choice([(t.x, t.y) for t in field.threats]) if len(field) else np.zeros(2)
+    origin = around + rng.normal(size=2) * rng.choice([0.0, 0.01, 0.3])
+    columns, rows = np.array([0, 3, -2], dtype=np.int32), np.array([0, 1, 1], dtype=np.int32)
+    bounds = np.empty((3, 4))
+    certificate_kernels.cost_bounds(columns, rows, (origin[0], origin[1]), spacing, k, field.table, bounds)
+    middles = origin + np.column_stack([columns, rows]) * spacing
+    away = cell_points(rng, 60) * spacing
+    for middle, (cost, slope_x, slope_y, drop) in zip(middles, bounds, strict=True):
+        density = oracles.density(field.threats, middle + away)
+        here = 1.0 + k * oracles.density(field.threats, middle[None])[0]
+        # threats beyond their reach are left out
+        assert here - 1e-9 * (1.0 + k) <= cost <= here + 1e-12 * (1.0 + k)
+        least = cost + away @ (slope_x, slope_y) - drop
+        assert (1.0 + k * density >= least - 1e-12 * (1.0 + k)).all()
+        assert drop >= 0.0
+
+
+def test_the_bound_of_the_cost_is_of_second_order() -> None:
+    slack = []
+    for n in (32, 64, 128, 256):
+        bounds = np.empty((1, 4))
+        cell = np.array([n // 4], dtype=np.int32)
+        certificate_kernels.cost_bounds(cell, cell, (0.0, 0.0), (1.0 / n, 1.0 / n), 10.0, SEVERAL.table, bounds)
+        slack.append(float(bounds[0, certificate_kernels.DROP]))
+    assert 1.9 < oracles.rate(slack) < 2.5
+
+
+def plain_level(field: cg.RiskField, k: float, last: tuple[int, int], bounds: Bounds = (0.0, 0.0, 1.0, 1.0)) -> Level:
+    problem = cg.Problem(bounds[:2], bounds[2:], field, k, bounds)
+    return Level.lay(problem, last, sparse_grid.rectangle(last))
+
+
+def steepnesses(level: Level, values: FloatArray) -> FloatArray:
+    mesh, found = level.mesh, np.empty(len(level.mesh.columns))
+    every = np.ones(len(found), dtype=bool)
+    greatest = certificate_kernels.steepness(
+        values, mesh.controls, mesh.columns, mesh.rows, mesh.last, every, level.bounds, mesh.spacing, found
+    )
+    assert greatest == found.max()
+    return found
+
+
+def sampled_steepness(level: Level, values: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Sample ``|grad phi| / c`` on each cell, the half inside of those on the rim; the greatest of each."""
+    mesh, hair = level.mesh, 1e-4
+    worst = np.zeros(len(mesh.columns))
+    for shift in cell_points(rng, 30) * (1.0 - 2.0 * hair):
+        u = np.column_stack([mesh.columns, mesh.rows]) + shift
+        u = np.clip(u, hair, np.array(mesh.last) - hair)
+        known = mesh.controls, mesh.columns, mesh.rows
+        slopes = []
+        for axis in (0, 1):
+            step = hair * np.eye(2)[axis]
+            # central differences of a quadratic are exact
+            low, high = (oracles.spline(known, (0.0, 0.0), (1.0, 1.0), u + sign * step, values) for sign in (-1, 1))
+            slopes.append((high - low) / (2.0 * hair * mesh.spacing[axis]))
+        cost = 1.0 + level.problem.k * oracles.density(level.problem.field.threats, mesh.origin + u * mesh.spacing)
+        worst = np.maximum(worst, np.hypot(*slopes) / cost)
+    return worst
+
+
+@given(strategies.fields(), strategies.risk_weights, st.integers(1, 9), st.integers(1, 9), strategies.seeds)
+@settings(max_examples=40)
+def test_a_spline_is_nowhere_steeper_than_its_bound(
+    field: cg.RiskField, k: float, columns: int, rows: int, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    level = plain_level(field, k, (columns, rows), (0.0, 0.0, 1.0, rng.uniform(0.2, 3.0)))
+    at = level.mesh.node_points
+    values = np.append(at @ rng.normal(size=2) + rng.choice([0.0, 0.1]) * rng.normal(size=len(at)), math.inf)
+    found, sampled = steepnesses(level, values), sampled_steepness(level, values, rng)
+    assert (sampled <= found * (1.0 + 1e-7) + 1e-7).all()
+    # and for a linear function and no risk, no more than that
+    slope = rng.normal(size=2)
+    plain = plain_level(cg.RiskField(), 0.0, (columns, rows))
+    found = steepnesses(plain, np.append(plain.mesh.node_points @ slope, math.inf))
+    np.testing.assert_allclose(found, math.hypot(*slope), rtol=1e-9)
+
+
+def test_the_bound_of_the_steepness_is_of_second_order() -> None:
+    rng = np.random.default_rng(1)
+    excess = []
+    for n in (24, 48, 96):
+        level = plain_level(SEVERAL, 5.0, (n, n))
+        away = level.mesh.node_points - (-0.3, -0.2)
+        values = np.append(np.hypot(*away.T) + np.sin(3.0 * away[:, 0]), math.inf)
+        found, sampled = steepnesses(level, values), sampled_steepness(level, values, rng)
+        excess.append(float((found / sampled - 1.0).mean()))
+    assert 1.8 < oracles.rate(excess) < 2.6
+
+
+def test_what_no_way_leads_to_is_not_steep_but_what_is_half_known_is() -> None:
+    level = plain_level(cg.RiskField(), 0.0, (8, 8))
+    values = np.full(level.mesh.n_nodes + 1, math.inf)
+    assert (steepnesses(level, values) == 0.0).all()
+    values[level.mesh.controls[40]] = 1.0
+    found = steepnesses(level, values)
+    assert found[40] == 0.0
+    assert found[41] == math.inf
+
+
+def psi(tip: Tip, away: FloatArray) -> FloatArray:
+    """``c r + r (g . d) / 2 - beta r^3 / 3``."""
+    cost, gx, gy, beta = tip.numbers
+    r = np.hypot(*away.T)
+    return np.asarray(cost * r + 0.5 * r * (away @ (gx, gy)) - beta * r**3 / 3.0)
+
+
+@given(st.one_of(strategies.fields(), strategies.crowds(20)), strategies.risk_weights, strategies.seeds)
+@strategies.usual
+def test_no_way_to_an_end_is_cheaper_than_its_tip(field: cg.RiskField, k: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    around = rng.choice([(t.x, t.y) for t in field.threats]) if len(field) and rng.random() < 0.5 else rng.random(2)
+    end, rim = np.clip(around, 0.0, 1.0), 10.0 ** rng.uniform(-4.0, -0.5)
+    problem = cg.Problem((end[0], end[1]), (end[0], end[1]), field, k)
+    tip = Tip.at(problem, problem.goal, rim)
+    angle, r = rng.uniform(0.0, 2.0 * math.pi, 40), rim * rng.random(40)
+    away = np.column_stack([r * np.cos(angle), r * np.sin(angle)])
+    # the inequality itself, by central differences
+    hair = 1e-6 * rim
+    slopes = [(psi(tip, away + step) - psi(tip, away - step)) / (2.0 * hair) for step in hair * np.eye(2)]
+    cost = 1.0 + k * oracles.density(field.threats, end + away)
+    far = r > 1e-3 * rim
+    assert (np.hypot(*slopes)[far] <= cost[far] * (1.0 + 1e-6)).all()
+    assert 1.0 <= tip.least_cost <= cost.min() * (1.0 + ROUNDING)
+    # ways to the end: straight, or by points that may be far away
+    for d, bound in zip(away[:10], psi(tip, away[:10]), strict=True):
+        for middle in (np.empty((0, 2)), end + rng.normal(size=(2, 2)) * rng.choice([0.5, 2.0, 5.0]) * rim):
+            way = np.vstack([end + d, middle, end])
+            assert bound <= problem.evaluate(way).cost * (1.0 + ROUNDING)
+
+
+def test_the_tip_is_of_third_order() -> None:
+    loss = []
+    for rim in (0.008, 0.004, 0.002, 0.001):
+        problem = cg.Problem((0.4, 0.45), (0.4, 0.45), SEVERAL, 10.0)
+        angle = np.linspace(0.0, 6.0, 20)
+        away = rim * np.column_stack([np.cos(angle), np.sin(angle)])
+        straight = [problem.evaluate([problem.goal, np.array(problem.goal) + d]).cost for d in away]
+        loss.append(float(np.max(straight - psi(Tip.at(problem, problem.goal, rim), away))))
+    assert 2.7 < oracles.rate(loss) < 3.5
+
+
+@given(strategies.fields(), strategies.risk_weights, strategies.seeds)
+@strategies.slow
+def test_the_rim_of_a_block_is_bounded(field: cg.RiskField, k: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    level = plain_level(field, k, (24, 24))
+    problem, mesh = level.problem, level.mesh
+    end = rng.uniform(0.3, 0.7, 2)
+    block = Block.around(level, (end[0], end[1]))
+    values = np.append(np.hypot(*(mesh.node_points - end).T) + 0.1 * rng.random(mesh.n_nodes), math.inf)
+    every = np.ones(len(mesh.columns), dtype=bool)
+    found = certificate_kernels.rim_excess(
+        values, mesh.controls, mesh.columns, mesh.rows, every, mesh.origin, mesh.spacing,
+        (end[0], end[1]), block.centre, level.reach, block.tip.numbers,
+    )  # fmt: skip
+    share = np.linspace(-1.0, 1.0, 400) * (level.reach + 0.5)
+    side = np.full(400, level.reach + 0.5)
+    rim = np.vstack([np.column_stack(pair) for pair in ((share, side), (share, -side), (side, share), (-side, share))])
+    u = rim * (1.0 - 1e-12) + block.centre
+    cells = np.clip(np.rint(u), np.array(block.centre) - level.reach, np.array(block.centre) + level.reach).astype(int)
+    pieces = np.array([int(np.flatnonzero((mesh.columns == i) & (mesh.rows == j))[0]) for i, j in cells])
+    known = mesh.controls[pieces], mesh.columns[pieces], mesh.rows[pieces]
+    phi = oracles.spline(known, (0.0, 0.0), (1.0, 1.0), u, values)
+    excess = phi - psi(block.tip, mesh.origin + u * mesh.spacing - end)
+    assert excess.max() <= found + 1e-9
+    assert problem.k == k

@@ -1,0 +1,271 @@
+"""Lazy Theta*: between the complete lattice's optimum and eight-direction's, whatever the map."""
+
+import itertools
+import math
+from fractions import Fraction
+from pathlib import Path
+
+import networkx as nx
+import numpy as np
+import oracles
+import pytest
+import shapely
+import strategies as own
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+
+import cgla_graph as cg
+from cgla_graph._types import BoolArray, Point
+from cgla_graph.inputs import open_scenarios
+from cgla_graph.risk import ImproperFieldWarning
+from cgla_graph.scenario import load_scenario, shipped
+from cgla_graph.solution import NEGATIVE_WEIGHTS
+from cgla_graph.solvers.eight_direction import EightDirection
+from cgla_graph.solvers.lazy_theta_star import LazyThetaStar
+from cgla_graph.solvers.theta_kernels import neighbours, squeezes
+
+MAPS = Path(__file__).resolve().parents[2] / "shared" / "data" / "movingai"
+SIDE = 4.0
+BOUNDS = (0.0, 0.0, SIDE, SIDE)
+
+
+@st.composite
+def problems(draw: st.DrawFn) -> cg.Problem:
+    """Draw a map of 4 x 4 units with threats and no-fly areas, its ends on lattice points or anywhere."""
+    no_fly = draw(own.polygons())
+    threats = [
+        cg.Threat(SIDE * t.x, SIDE * t.y, SIDE * t.spread, t.peak) for t in draw(own.fields(max_threats=3)).threats
+    ]
+    halves = st.integers(0, 2 * int(SIDE)).map(lambda i: i / 2)
+    end = st.tuples(halves, halves) | st.tuples(*[st.floats(0.0, SIDE)] * 2)
+    start, goal = draw(end), draw(end)
+    assume(not cg.NoFlyArea(no_fly).contains([start, goal]).any())
+    return cg.Problem(start, goal, cg.RiskField(threats), draw(own.risk_weights), BOUNDS, no_fly)
+
+
+resolutions = st.integers(2, 12) | st.tuples(st.integers(2, 9), st.integers(2, 9))
+
+
+@own.slow
+@given(problems(), resolutions)
+@example(cg.Problem((0.0, 0.0), (0.0, 0.0), bounds=BOUNDS), 5)
+def test_between_the_complete_lattice_and_eight_directions(
+    problem: cg.Problem, resolution: int | tuple[int, int]
+) -> None:
+    theta = cg.solve(problem, LazyThetaStar(resolution))
+    eight = cg.solve(problem, EightDirection(resolution))
+    assert theta.status in {cg.Status.OPTIMAL, cg.Status.FOUND, cg.Status.NO_PATH}, theta.message
+    if eight.status.is_path:
+        assert theta.status.is_path
+        assert theta.cost <= eight.cost * (1 + 1e-12) + 1e-12
+    if theta.status.is_path:
+        best = cg.solve(problem, "cgla", resolution=resolution)
+        assert theta.cost >= best.cost * (1 - 1e-12) - 1e-12
+
+
+def visibility_optimum(start: Point, goal: Point, no_fly: shapely.MultiPolygon) -> float:
+    """Return the length of a shortest path among polygons: over their corners, by networkx and shapely."""
+    corners = {tuple(spot) for spot in shapely.get_coordinates(no_fly).tolist()}
+    graph: nx.Graph[Point] = nx.Graph()
+    graph.add_nodes_from([start, goal])
+    for a, b in itertools.combinations([start, goal, *sorted(corners - {start, goal})], 2):
+        if not oracles.crosses(no_fly, np.array([a]), np.array([b]))[0]:
+            graph.add_edge(a, b, weight=math.dist(a, b))
+    if not nx.has_path(graph, start, goal):
+        return math.inf
+    return float(nx.dijkstra_path_length(graph, start, goal))
+
+
+@own.usual
+@given(own.polygons(), st.data())
+def test_without_risk_no_path_is_shorter_than_the_shortest_among_polygons(
+    no_fly: shapely.MultiPolygon, data: st.DataObject
+) -> None:
+    halves = st.integers(0, 2 * int(SIDE)).map(lambda i: i / 2)
+    start, goal = data.draw(st.tuples(halves, halves)), data.draw(st.tuples(halves, halves))
+    assume(start != goal and not cg.NoFlyArea(no_fly).contains([start, goal]).any())
+    answer = cg.solve(cg.Problem(start, goal, bounds=BOUNDS, no_fly=no_fly), LazyThetaStar(9))
+    best = visibility_optimum(start, goal, no_fly)
+    assert answer.cost >= best * (1 - 1e-12)
+    # with a lattice point at every corner, turning at the first corner in sight is seldom far from the best
+    if answer.status.is_path:
+        assert answer.cost <= 1.2 * best
+    if no_fly.is_empty:
+        assert answer.cost == pytest.approx(math.dist(start, goal), rel=1e-12)
+
+
+# Grid maps: cells, and the corners that four of them share
+
+
+@st.composite
+def grids(draw: st.DrawFn) -> BoolArray:
+    """Draw which cells of a small map are free, shape ``(ny, nx)``."""
+    shape = draw(st.integers(2, 8)), draw(st.integers(2, 8))
+    rng = np.random.default_rng(draw(own.seeds))
+    return np.asarray(rng.random(shape) >= draw(st.sampled_from([0.1, 0.3, 0.5])))
+
+
+def squeezed_corners(a: tuple[int, int], b: tuple[int, int], free: BoolArray) -> list[Point]:
+    """List the corners of cells that a segment between two cells' middles runs through, and that a blocked one has."""
+    (x1, y1), (x2, y2) = a, b
+    found = []
+    for corner in range(min(x1, x2), max(x1, x2)):
+        x = Fraction(2 * corner + 1, 2)
+        y = y1 + (x - x1) * Fraction(y2 - y1, x2 - x1)
+        if y.denominator == 2:
+            low, left = math.floor(y), corner
+            if not free[low : low + 2, left : left + 2].all():
+                found.append((float(x), float(y)))
+    return found
+
+
+@own.slow
+@given(grids(), st.data())
+def test_both_free_holds_along_every_segment(free: BoolArray, data: st.DataObject) -> None:
+    ny, nx_ = free.shape
+    cells = [(int(x), int(y)) for y, x in np.argwhere(free)]
+    assume(cells)
+    ends = data.draw(st.tuples(st.sampled_from(cells), st.sampled_from(cells)))
+    blocked = [shapely.box(x, y, x + 1, y + 1) for y, x in np.argwhere(~free).tolist()]
+    start, goal = ((x + 0.5, y + 0.5) for x, y in ends)
+    problem = cg.Problem(start, goal, bounds=(0, 0, nx_, ny), no_fly=shapely.union_all(blocked))
+    lattice = cg.Lattice((nx_, ny), bounds=problem.bounds, kind="centre")
+    theta = cg.solve(problem, LazyThetaStar(lattice, "both-free"))
+    eight = cg.solve(problem, EightDirection(lattice, "both-free"))
+    # where cells are joined by their sides only, what eight directions cannot reach no straight line does
+    assert theta.status.is_path == eight.status.is_path
+    assert theta.cost <= eight.cost * (1 + 1e-12)
+    corners = [(round(x - 0.5), round(y - 0.5)) for x, y in theta.path.tolist()]
+    for a, b in itertools.pairwise(corners):
+        assert squeezed_corners(a, b, free) == []
+
+
+@own.fast
+@given(grids(), st.data())
+def test_a_segment_squeezes_where_the_corners_say_so(free: BoolArray, data: st.DataObject) -> None:
+    """The compiled predicate looks at the two cells beside; those before and behind are on the segment."""
+    ny, nx_ = free.shape
+    i, j = (data.draw(st.integers(0, nx_ * ny - 1)) for _ in range(2))
+    a, b = (i % nx_, i // nx_), (j % nx_, j // nx_)
+    line = shapely.LineString([(a[0] + 0.5, a[1] + 0.5), (b[0] + 0.5, b[1] + 0.5)])
+    on_line = [
+        shapely.relate_pattern(line, shapely.box(x, y, x + 1, y + 1), "T********")
+        for x in range(nx_)
+        for y in range(ny)
+    ]
+    open_line = free.copy()
+    open_line[np.array(on_line).reshape(nx_, ny).T] = True
+    expected = i != j and bool(squeezed_corners(a, b, open_line))
+    assert squeezes(i, j, nx_, free.ravel()) == squeezes(j, i, nx_, free.ravel()) == expected
+
+
+@pytest.mark.parametrize("name", ["arena", "den312d"])
+def test_grid_maps_are_planned_on_their_own_cells(name: str) -> None:
+    """Never longer than the published octile optimum, and by no more than eight directions can lose shorter."""
+    if not MAPS.is_dir():
+        pytest.skip("no grid maps here")
+    shorter = 0
+    for scenario in itertools.islice(open_scenarios(str(MAPS / f"{name}.map.scen")), 0, None, 12):
+        optimum = float(scenario.title.split()[-1])
+        answer = cg.solve(scenario.problem, "lazy-theta-star", **scenario.settings["lazy-theta-star"])
+        assert answer.status is cg.Status.FOUND
+        # the files round their optima to some digits
+        assert optimum * math.cos(math.pi / 8) - 1e-5 <= answer.cost <= optimum + 1e-5
+        shorter += answer.cost < optimum - 1e-3
+    assert shorter > 5
+
+
+# One by one
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_shipped_scenarios(name: str) -> None:
+    """Within a hundredth of the complete lattice's optimum, the nodes are the path, and few pairs are weighed."""
+    scenario = load_scenario(name)
+    answer = cg.solve(scenario.problem, "lazy-theta-star", resolution=scenario.lattice)
+    best = cg.solve(scenario.problem, "cgla", resolution=scenario.lattice)
+    assert best.cost * (1 - 1e-12) <= answer.cost <= 1.01 * best.cost
+    positions = scenario.problem.on_lattice(scenario.lattice).graph.positions
+    assert positions is not None
+    np.testing.assert_array_equal(positions[list(answer.nodes)], answer.path)
+    assert 0 < answer.evaluations < best.evaluations / 10
+
+
+def test_risk_may_make_the_way_round_cheaper_than_the_line_in_sight() -> None:
+    """The grandparent is in sight, but a straight line to it costs more: parents must not be skipped."""
+    field = cg.RiskField([cg.Threat(0.5, 0.5, spread=0.1)])
+    problem = cg.Problem((0.0, 0.5), (1.0, 0.5), field, k=20.0)
+    line = problem.evaluate([problem.start, problem.goal]).cost
+    answer = cg.solve(problem, LazyThetaStar(11))
+    assert answer.cost < 0.5 * line
+    assert len(answer.path) > 2
+
+
+def test_a_useless_turn_is_taken_out() -> None:
+    """The search sees parents' parents only; the last pass sees the whole path."""
+    scenario = load_scenario("finland")
+    answer = cg.solve(scenario.problem, "lazy-theta-star", resolution=scenario.lattice)
+    for left_out in range(1, len(answer.path) - 1):
+        shortcut = scenario.problem.evaluate(np.delete(answer.path, left_out, axis=0))
+        assert not shortcut.feasible or shortcut.cost >= answer.cost * (1 - 1e-12)
+
+
+def ring() -> shapely.Polygon:
+    return shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
+
+
+@pytest.mark.parametrize("ends", [((0.1, 0.1), (0.8, 0.8)), ((0.8, 0.8), (0.1, 0.1))])
+@pytest.mark.parametrize("rule", ["touch", "both-free"])
+def test_walled_in(ends: tuple[Point, Point], rule: str) -> None:
+    answer = cg.solve(cg.Problem(*ends, no_fly=ring()), "lazy-theta-star", resolution=12, corner_rule=rule)
+    assert (answer.status, len(answer.path)) == (cg.Status.NO_PATH, 0)
+
+
+def test_improper_fields_are_not_taken() -> None:
+    with pytest.warns(ImproperFieldWarning):
+        field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=3.0)], improper=True)
+    answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=1.0), "lazy-theta-star")
+    assert (answer.status, answer.message) == (cg.Status.UNSUPPORTED, NEGATIVE_WEIGHTS)
+
+
+def test_points_beyond_the_bounds_are_not_visited() -> None:
+    """A lattice may be larger than the map: eight directions go astray there, this search does not."""
+    wall = shapely.box(0.45, -1.0, 0.55, 0.9)
+    problem = cg.Problem((0.1, 0.0), (0.9, 0.0), no_fly=wall, bounds=(0.0, 0.0, 1.0, 1.0))
+    lattice = cg.Lattice(21, bounds=(0.0, -1.5, 1.0, 1.0))
+    answer = cg.solve(problem, LazyThetaStar(lattice))
+    assert answer.status is cg.Status.FOUND
+    assert answer.path[:, 1].max() >= 0.9
+
+
+def test_both_ends_in_one_cell() -> None:
+    problem = cg.Problem((0.51, 0.52), (0.57, 0.58))
+    answer = cg.solve(problem, LazyThetaStar(3))
+    assert len(answer.path) == 2
+
+
+def test_same_answer_again() -> None:
+    problem = load_scenario("fifty-threats").problem
+    first, second = (cg.solve(problem, "lazy-theta-star", resolution=25) for _ in range(2))
+    np.testing.assert_array_equal(first.path, second.path)
+    assert (first.cost, first.evaluations, first.message) == (second.cost, second.evaluations, second.message)
+
+
+def test_what_a_node_is_joined_to() -> None:
+    links = np.array([[0, 6], [1, 6], [3, 6], [4, 6]])
+    out = np.empty(12, dtype=np.int64)
+    sets = [set(out[: neighbours(node, 3, 2, links, out)].tolist()) for node in (0, 4, 6)]
+    assert sets == [{1, 3, 4, 6}, {0, 1, 2, 3, 5, 6}, {0, 1, 3, 4}]
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"resolution": 1}, "at least 2"),
+        ({"resolution": "12"}, "whole number"),
+        ({"corner_rule": "none"}, "touch or both-free"),
+    ],
+)
+def test_wrong_settings(settings: dict[str, object], words: str) -> None:
+    with pytest.raises(cg.CglaError, match=f"lazy-theta-star: .*{words}"):
+        cg.solvers.get("lazy-theta-star", **settings)

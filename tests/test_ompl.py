@@ -1,0 +1,339 @@
+"""OMPL's planners over the exact cost: honest, repeatable, kept in their place, and survived when they break."""
+
+# ruff: noqa: ANN401 - OMPL has no type hints
+
+import json
+import math
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from strategies import fields, points, slow
+
+import cgla_graph as cg
+from cgla_graph.certificate import lower_bound
+from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.runner import compare
+from cgla_graph.risk import ImproperFieldWarning
+from cgla_graph.scenario import load_scenario
+from cgla_graph.solution import Solution, Status
+from cgla_graph.solvers import registry
+from cgla_graph.solvers.budget import Budget
+
+pytest.importorskip("ompl")
+pytestmark = pytest.mark.ompl
+
+from ompl import base as ob  # noqa: E402 - only where it is installed
+from ompl import geometric as og  # noqa: E402
+
+from cgla_graph.solvers import ompl_run, ompl_space  # noqa: E402
+
+QUICK: dict[str, dict[str, Any]] = {
+    "rrt-star": {"iterations": 200},
+    "informed-rrt-star": {"iterations": 200},
+    "sorrt-star": {"iterations": 200},
+    "bit-star": {"iterations": 1000},
+    "fmt-star": {"samples": 200},
+    "bfmt-star": {"samples": 200},
+    "ompl-prm-star": {"milestones": 200},
+}
+ANYTIME = [name for name in QUICK if registry.traits(name).anytime]
+CHARGED = [name for name in QUICK if name != "ompl-prm-star"]
+FIELD = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=0.9), cg.Threat(0.3, 0.7, 0.05)])
+PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), FIELD, k=10.0)
+RING = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
+WALLED_IN = cg.Problem((0.1, 0.1), (0.8, 0.8), no_fly=RING)
+
+
+def quick(name: str, **settings: Any) -> Any:
+    return registry.get(name, **{**QUICK[name], **settings})
+
+
+# what they find
+
+
+@pytest.mark.parametrize("name", QUICK)
+@given(field=fields(max_threats=3), ends=st.tuples(points, points), k=st.floats(0.0, 20.0), seed=st.integers(1, 99))
+@slow
+def test_paths_are_feasible_and_cost_what_the_planner_says(
+    name: str, field: cg.RiskField, ends: Any, k: float, seed: int
+) -> None:
+    assume(math.dist(*ends) > 1e-3)
+    area = shapely.box(0.45, 0.1, 0.55, 0.9)
+    assume(not any(shapely.contains_xy(area, *end) for end in ends))
+    problem = cg.Problem(ends[0], ends[1], field, k=k, no_fly=area)
+    # the solver's own words, not judged yet
+    claimed = quick(name, seed=seed).solve(problem)
+    if claimed.status is Status.NOT_FOUND:
+        assert claimed.message
+        return
+    found = problem.evaluate(claimed.path)
+    assert claimed.cost == pytest.approx(found.cost, rel=1e-9)
+    assert found.feasible
+    assert problem.judge(claimed).status is Status.FOUND
+    assert found.cost >= math.dist(*ends) * (1.0 - 1e-12)
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_no_path_beats_the_certificate(name: str) -> None:
+    bound = lower_bound(PROBLEM, 0.05).lower_bound
+    assert bound >= math.dist(PROBLEM.start, PROBLEM.goal) * (1.0 - 1e-9)
+    many = {key: 2 * value for key, value in QUICK[name].items()}
+    for seed in (1, 2, 3):
+        assert cg.solve(PROBLEM, name, **many, seed=seed).cost >= bound
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_no_wall_is_too_thin(name: str) -> None:
+    wall = shapely.box(0.5, 0.1, 0.5 + 1e-9, 1.0)
+    problem = cg.Problem((0.1, 0.7), (0.9, 0.7), no_fly=wall)
+    answer = cg.solve(problem, name, **{key: 3 * value for key, value in QUICK[name].items()})
+    assert answer.status is Status.FOUND
+    assert answer.cost >= 2 * math.dist((0.1, 0.7), (0.5, 0.1)) * (1.0 - 1e-8)
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_a_goal_that_is_walled_in_is_not_found(name: str) -> None:
+    answer = cg.solve(WALLED_IN, name, **QUICK[name])
+    assert (answer.status, answer.path.size, math.isinf(answer.cost)) == (Status.NOT_FOUND, 0, True)
+    assert answer.message
+    assert answer.trace == ()
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_a_map_without_a_free_place_ends(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ompl_space, "MAX_REJECTIONS", 2000)
+    problem = cg.Problem((0.0, 0.0), (1.0, 1.0), no_fly=shapely.box(0, 0, 1, 1))
+    answer = cg.solve(problem, name, **QUICK[name])
+    assert (answer.status, bool(answer.message)) == (Status.NOT_FOUND, True)
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_a_field_of_negative_risk_is_refused(name: str) -> None:
+    threats = [cg.Threat(0.5, 0.5, 0.1, peak=4.0), cg.Threat(0.5, 0.5, 0.1, peak=4.0)]
+    with pytest.warns(ImproperFieldWarning):
+        field = cg.RiskField(threats, improper=True)
+    answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=10.0), name, **QUICK[name])
+    assert answer.status is Status.UNSUPPORTED
+
+
+# the same path again
+
+
+OTHER_PROCESS = """
+import json, sys
+import cgla_graph as cg
+names = json.loads(sys.argv[1])
+field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=0.9), cg.Threat(0.3, 0.7, 0.05)])
+problem = cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=10.0)
+print(json.dumps({name: cg.solve(problem, name, seed=5, **names[name]).path.tolist() for name in reversed(names)}))
+"""
+
+
+def test_a_seed_gives_the_same_path_here_and_in_another_process() -> None:
+    # evaluations stop the planners in mid-step, which must not matter either
+    budgets = {name: {**QUICK[name], **({"evaluations": 15_000} if name in ANYTIME else {})} for name in QUICK}
+    here = {name: cg.solve(PROBLEM, name, seed=5, **budgets[name]).path.tolist() for name in QUICK}
+    again = {name: cg.solve(PROBLEM, name, seed=5, **budgets[name]).path.tolist() for name in QUICK}
+    assert here == again
+    words = [sys.executable, "-c", OTHER_PROCESS, json.dumps(budgets)]
+    environment = {**os.environ, "PYTHONHASHSEED": "7"}
+    done = subprocess.run(words, capture_output=True, text=True, check=True, env=environment)
+    assert json.loads(done.stdout) == here
+    # nanobind tells at exit of objects that outlived their function
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_another_seed_gives_another_path(name: str) -> None:
+    first, second = (cg.solve(PROBLEM, name, seed=seed, **QUICK[name]).path.tolist() for seed in (1, 2))
+    assert first != second
+
+
+class Deaf(ompl_run.Watch):
+    """Never stops the planner for an improvement."""
+
+    def __call__(self) -> bool:
+        if self.meter.spent:
+            return True
+        self.meter.iterations += 1
+        return False
+
+
+@pytest.mark.parametrize("name", ANYTIME)
+def test_stopping_for_paths_does_not_change_the_search(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    solver = quick(name, iterations=500)
+    stopped = solver.solve(PROBLEM)
+    monkeypatch.setattr(ompl_run, "Watch", Deaf)
+    through = solver.solve(PROBLEM)
+    assert np.array_equal(stopped.path, through.path)
+    assert (stopped.cost, stopped.evaluations) == (through.cost, through.evaluations)
+    # what the last stop saw is where the run through ended
+    assert len(stopped.trace) > len(through.trace) == 1
+    assert stopped.trace[-1].cost == through.trace[0].cost
+
+
+@pytest.mark.parametrize("name", ANYTIME)
+def test_the_trace_holds_the_costs_of_the_oracle(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+    real = ompl_space.waypoints
+
+    def spy(problem: cg.Problem, pdef: Any) -> Any:
+        path = real(problem, pdef)
+        seen.append(problem.evaluate(path).cost)
+        return path
+
+    monkeypatch.setattr(ompl_space, "waypoints", spy)
+    answer = quick(name).solve(PROBLEM)
+    falls = [cost for i, cost in enumerate(seen) if cost < min(seen[:i], default=math.inf)]
+    assert [point.cost for point in answer.trace] == falls
+    assert answer.trace[-1].cost == PROBLEM.evaluate(answer.path).cost
+
+
+# when they break
+
+
+def broken_cost(monkeypatch: pytest.MonkeyPatch, cost: Callable[..., float]) -> None:
+    """Replace the cost of segments that OMPL sees, and nothing that the oracle sees."""
+
+    class Kernels:
+        segment_cost = staticmethod(cost)
+
+    monkeypatch.setattr(ompl_space, "risk_kernels", Kernels)
+
+
+def raiser(error: BaseException) -> Callable[..., float]:
+    def segment_cost(*_: object) -> float:
+        raise error
+
+    return segment_cost
+
+
+@pytest.mark.parametrize("name", CHARGED)
+def test_what_a_cost_raises_fails_the_run_and_nothing_else(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    broken_cost(monkeypatch, raiser(ZeroDivisionError("broken cost")))
+    with pytest.raises(ZeroDivisionError, match="broken cost"):
+        quick(name).solve(PROBLEM)
+    # the process goes on, with the next run
+    monkeypatch.undo()
+    assert quick(name).solve(PROBLEM).status is Status.FOUND
+
+
+def test_a_comparison_goes_on_after_a_planner_that_raises(monkeypatch: pytest.MonkeyPatch) -> None:
+    broken_cost(monkeypatch, raiser(ZeroDivisionError("broken cost")))
+    contenders = [Contender.parse("rrt-star:iterations=50"), Contender.parse("straight-line")]
+    runs = list(compare([load_scenario("one-threat")], contenders, n_seeds=1))
+    assert [run.solution.status for run in runs] == [Status.FAILED, Status.FOUND]
+    assert "broken cost" in runs[0].solution.message
+
+
+@pytest.mark.parametrize("name", CHARGED)
+def test_an_interrupt_passes_through(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    broken_cost(monkeypatch, raiser(KeyboardInterrupt()))
+    with pytest.raises(KeyboardInterrupt):
+        quick(name).solve(PROBLEM)
+
+
+@pytest.mark.parametrize("cost", [math.nan, -1.0, -math.inf])
+@pytest.mark.parametrize("name", CHARGED)
+def test_a_cost_that_would_crash_a_planner_stops_it_first(
+    name: str, cost: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken_cost(monkeypatch, lambda *_: cost)
+    with pytest.raises(ArithmeticError, match=f"a segment costs {cost}"):
+        quick(name).solve(PROBLEM)
+
+
+@pytest.mark.parametrize("name", CHARGED)
+def test_a_planner_that_minimises_something_else_is_caught(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    broken_cost(monkeypatch, lambda x1, y1, x2, y2, *_: 0.5 * math.hypot(x2 - x1, y2 - y1))
+    answer = cg.solve(PROBLEM, quick(name))
+    assert answer.status is Status.FAILED
+    assert "the oracle says" in answer.message
+
+
+class Planner:
+    """A planner of OMPL that goes wrong in one way, with the parts of the interface that are used."""
+
+    def __init__(self, si: Any, fault: str) -> None:
+        self.si, self.fault = si, fault
+        self.pdef: Any = None
+
+    def setProblemDefinition(self, pdef: Any) -> None:  # noqa: N802 - OMPL's name
+        self.pdef = pdef
+
+    def setup(self) -> None:
+        pass
+
+    def bestCost(self) -> Any:  # noqa: N802 - OMPL's name
+        return ob.Cost(math.inf if self.fault.startswith("asks") else 1.0)
+
+    def solve(self, ptc: Any) -> Any:
+        ends = [self.si.allocState() for _ in range(2)]
+        for i, end in enumerate(ends):
+            end[0], end[1] = 0.1 + 0.8 * i, 0.1
+        objective = self.pdef.getOptimizationObjective()
+        while self.fault == "asks costs for ever":
+            objective.motionCost(*ends)
+        while self.fault == "asks motions for ever":
+            self.si.checkMotion(*ends)
+        while self.fault == "asks states for ever":
+            self.si.isValid(ends[0])
+        while self.fault == "asks for the end":
+            if ptc():
+                return ob.PlannerStatus(ob.PlannerStatus.TIMEOUT)
+        if self.fault == "gives up":
+            return ob.PlannerStatus(ob.PlannerStatus.TIMEOUT)
+        path = og.PathGeometric(self.si)
+        for end in ends[: 1 if self.fault == "stops short" else 2]:
+            path.append(end)
+        self.pdef.addSolutionPath(path, False, 0.0, "broken")  # noqa: FBT003 - OMPL's order
+        return ob.PlannerStatus(ob.PlannerStatus.EXACT_SOLUTION)
+
+
+@pytest.mark.parametrize(
+    ("fault", "status"),
+    [
+        ("asks costs for ever", Status.NOT_FOUND),
+        ("asks motions for ever", Status.NOT_FOUND),
+        ("asks states for ever", Status.NOT_FOUND),
+        ("asks for the end", Status.NOT_FOUND),
+        ("gives up", Status.NOT_FOUND),
+        ("crosses", Status.INFEASIBLE),
+        ("stops short", Status.FAILED),
+    ],
+)
+@pytest.mark.parametrize("run", [ompl_run.run_anytime, ompl_run.run_once])
+def test_a_broken_planner_neither_hangs_nor_gets_away_with_it(run: Any, fault: str, status: Status) -> None:
+    problem = cg.Problem((0.1, 0.1), (0.9, 0.1), no_fly=shapely.box(0.4, 0.0, 0.6, 0.5))
+    began = time.perf_counter()
+    answer: Solution = run(problem, lambda si: Planner(si, fault), Budget(seconds=0.1), 1)
+    assert time.perf_counter() - began < 0.6
+    if fault == "crosses":
+        # its own cost is right: only the oracle sees the area
+        answer = replace(answer, cost=0.8)
+    assert problem.judge(answer).status is status
+    assert answer.message or status is not Status.NOT_FOUND
+
+
+def test_an_approximate_path_is_no_path() -> None:
+    states = []
+
+    class Spied(og.RRTstar):  # type: ignore[misc]
+        def solve(self, ptc: Any) -> Any:
+            states.append(super().solve(ptc))
+            return states[-1]
+
+    answer = ompl_run.run_anytime(WALLED_IN, Spied, Budget(iterations=300), 1)
+    assert states[-1].getStatus() == ob.PlannerStatus.APPROXIMATE_SOLUTION
+    assert bool(states[-1])
+    assert answer.status is Status.NOT_FOUND

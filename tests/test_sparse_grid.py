@@ -1,0 +1,124 @@
+"""Runs of cells against plain sets of cells."""
+
+from itertools import pairwise, product
+from typing import TypeAlias
+
+import numpy as np
+import strategies
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cgla_graph import sparse_grid
+from cgla_graph._types import WholeArray
+
+#: (column, row)
+Cells: TypeAlias = set[tuple[int, int]]
+
+whole = st.integers(-6, 12)
+
+
+@st.composite
+def any_runs(draw: st.DrawFn) -> WholeArray:
+    """Draw runs in any order; they may overlap, touch, repeat, or be none at all."""
+    runs = draw(st.lists(st.tuples(whole, whole, st.integers(1, 6)), max_size=8))
+    return np.array([(row, first, first + width) for row, first, width in runs], dtype=np.int64).reshape(-1, 3)
+
+
+def cells(runs: WholeArray) -> Cells:
+    return {(column, row) for row, first, end in runs.tolist() for column in range(first, end)}
+
+
+def are_merged(runs: WholeArray) -> bool:
+    """Say whether runs are sorted, not empty, and apart by a cell at least."""
+    listed = runs.tolist()
+    apart = all(a[0] < b[0] or (a[0] == b[0] and a[2] < b[1]) for a, b in pairwise(listed))
+    return apart and all(first < end for _, first, end in listed)
+
+
+@given(any_runs())
+@strategies.fast
+def test_merged_runs_are_the_same_cells_in_order(runs: WholeArray) -> None:
+    given_runs = runs.copy()
+    found = sparse_grid.merged(runs)
+    assert cells(found) == cells(runs)
+    assert are_merged(found)
+    assert (runs == given_runs).all()
+
+
+@given(any_runs(), st.integers(0, 4))
+@strategies.fast
+def test_dilation_is_that_of_sets(runs: WholeArray, reach: int) -> None:
+    found = sparse_grid.dilated(runs, reach)
+    around = range(-reach, reach + 1)
+    assert cells(found) == {(i + a, j + b) for i, j in cells(runs) for a, b in product(around, around)}
+    assert are_merged(found)
+
+
+@given(any_runs())
+@strategies.fast
+def test_halved_cells_are_those_that_overlap(runs: WholeArray) -> None:
+    found = sparse_grid.halved(sparse_grid.merged(runs))
+
+    def overlap(fine: int, coarse: int) -> bool:
+        """Compare the fine cell around ``fine / 2`` with the coarse one around ``coarse``, in quarters."""
+        return max(2 * fine - 1, 4 * coarse - 2) < min(2 * fine + 1, 4 * coarse + 2)
+
+    candidates = {(2 * i + a, 2 * j + b) for i, j in cells(runs) for a, b in product(range(-3, 4), repeat=2)}
+    wanted = {(i, j) for i, j in candidates if any(overlap(i, a) and overlap(j, b) for a, b in cells(runs))}
+    assert cells(found) == wanted
+    assert are_merged(found)
+
+
+@given(any_runs(), st.tuples(st.integers(0, 8), st.integers(0, 8)))
+@strategies.fast
+def test_clipped_cells_are_inside(runs: WholeArray, last: tuple[int, int]) -> None:
+    given_runs = runs.copy()
+    found = sparse_grid.clipped(runs, last)
+    assert cells(found) == cells(runs) & cells(sparse_grid.rectangle(last))
+    assert (found[:, 1] < found[:, 2]).all()
+    assert (runs == given_runs).all()
+
+
+@given(st.tuples(st.integers(0, 8), st.integers(0, 8)))
+@strategies.fast
+def test_a_rectangle_has_every_cell_once(last: tuple[int, int]) -> None:
+    found = sparse_grid.rectangle(last)
+    assert cells(found) == set(product(range(last[0] + 1), range(last[1] + 1)))
+    assert are_merged(found)
+
+
+@given(any_runs())
+@strategies.fast
+def test_cells_are_listed_row_by_row_and_gathered_again(runs: WholeArray) -> None:
+    merged = sparse_grid.merged(runs)
+    columns, rows = sparse_grid.cells_of(merged)
+    listed = list(zip(rows.tolist(), columns.tolist(), strict=True))
+    assert listed == sorted((row, column) for column, row in cells(runs))
+    assert sparse_grid.runs_of(columns, rows).tolist() == merged.tolist()
+
+
+@given(st.lists(st.tuples(whole, whole), max_size=20))
+@strategies.fast
+def test_cells_in_any_order_and_twice_make_runs(listed: list[tuple[int, int]]) -> None:
+    columns, rows = np.array([*listed, *listed[:3]], dtype=np.int64).reshape(-1, 2).T
+    found = sparse_grid.runs_of(columns, rows)
+    assert cells(found) == set(listed)
+    assert are_merged(found)
+
+
+@given(any_runs(), st.lists(st.tuples(whole, whole), max_size=20))
+@strategies.fast
+def test_membership_is_that_of_sets(runs: WholeArray, asked: list[tuple[int, int]]) -> None:
+    columns, rows = np.array(asked, dtype=np.int32).reshape(-1, 2).T
+    inside = cells(runs)
+    found = sparse_grid.are_in(columns, rows, sparse_grid.merged(runs))
+    assert found.tolist() == [cell in inside for cell in asked]
+
+
+def test_keys_of_far_cells_do_not_overflow() -> None:
+    far = 2**30
+    runs = np.array([[far, far, far + 2], [far + 1, 0, 1]], dtype=np.int64)
+    columns, rows = sparse_grid.cells_of(sparse_grid.merged(runs))
+    assert sparse_grid.are_in(columns, rows, runs).all()
+    assert sparse_grid.runs_of(columns, rows).tolist() == runs.tolist()
+    assert not sparse_grid.are_in(columns + 2, rows, runs).any()

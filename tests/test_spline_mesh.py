@@ -1,0 +1,297 @@
+"""
+The mesh of a spline: a plain grid where there is no area, and cut open along walls but never across a way.
+
+The property that the certificate rests on: whatever the control values, the spline is continuous along every segment
+that does not cross the area.
+"""
+
+import itertools
+import math
+
+import numpy as np
+import oracles
+import pytest
+import shapely
+import strategies
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+from shapely import affinity
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph import mesh_kernels, sparse_grid
+from cgla_graph._types import Bounds, FloatArray, IntArray, Point, WholeArray
+from cgla_graph.no_fly import NoFlyArea
+from cgla_graph.spline_mesh import HALO, SplineMesh, corners
+
+UNIT: Bounds = (0.0, 0.0, 1.0, 1.0)
+Last = tuple[int, int]
+
+lasts = st.tuples(st.integers(1, 12), st.integers(1, 12))
+
+
+def full(bounds: Bounds, last: Last, area: BaseGeometry | None, ends: list[Point]) -> SplineMesh:
+    return SplineMesh.build(bounds, last, sparse_grid.rectangle(last), NoFlyArea(area), ends)
+
+
+def places(mesh: SplineMesh) -> list[Point]:
+    return list(zip(mesh.node_columns.tolist(), mesh.node_rows.tolist(), strict=True))
+
+
+# A grid
+
+
+@st.composite
+def some_cells(draw: st.DrawFn) -> tuple[Last, WholeArray]:
+    """Draw a grid and some of its cells, at least one."""
+    last = draw(lasts)
+    rng = np.random.default_rng(draw(strategies.seeds))
+    chosen = rng.random((last[1] + 1, last[0] + 1)) < draw(st.sampled_from([0.02, 0.3, 1.0]))
+    chosen[rng.integers(last[1] + 1), rng.integers(last[0] + 1)] = True
+    rows, columns = np.nonzero(chosen)
+    return last, sparse_grid.runs_of(columns, rows)
+
+
+@given(some_cells())
+@strategies.usual
+def test_cells_that_touch_share_the_nodes_between_them(cells: tuple[Last, WholeArray]) -> None:
+    last, runs = cells
+    mesh = SplineMesh.build((2.0, -1.0, 4.0, 5.0), last, runs, NoFlyArea(None), [(2.0, -1.0)])
+    wanted = sparse_grid.cells_of(sparse_grid.clipped(sparse_grid.dilated(runs, HALO), last))
+    assert mesh.columns.tolist() == wanted[0].tolist()
+    assert mesh.rows.tolist() == wanted[1].tolist()
+    assert mesh.matters.tolist() == sparse_grid.are_in(*wanted, runs).tolist()
+    at = places(mesh)
+    cell_list = list(zip(mesh.columns.tolist(), mesh.rows.tolist(), strict=True))
+    controls = {
+        cell: dict(zip(around(cell), row, strict=True))
+        for cell, row in zip(cell_list, mesh.controls.tolist(), strict=True)
+    }
+    used = set()
+    for cell, slots in controls.items():
+        assert [at[q] for q in slots.values()] == list(slots)
+        used |= set(slots.values())
+        for other in around(cell):
+            shared = controls.get(other, {})
+            assert all(slots[place] == shared[place] for place in slots.keys() & shared.keys())
+    assert used == set(range(mesh.n_nodes))
+    assert mesh.ends == (cell_list.index((0, 0)) if (0, 0) in controls else -1,)
+
+
+def around(cell: tuple[int, int]) -> list[tuple[int, int]]:
+    return [(cell[0] + a, cell[1] + b) for b in (-1, 0, 1) for a in (-1, 0, 1)]
+
+
+@given(lasts)
+@strategies.slow
+def test_without_an_area_the_mesh_is_a_grid(last: Last) -> None:
+    mesh = full((2.0, -1.0, 4.0, 5.0), last, None, [])
+    nodes = [(i, j) for j in range(-1, last[1] + 2) for i in range(-1, last[0] + 2)]
+    at = places(mesh)
+    assert sorted(at) == sorted(nodes)
+    number = {place: n for n, place in enumerate(at)}
+    for (i, j), beside in zip(at, mesh.neighbours.tolist(), strict=False):
+        wanted = [(i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)]
+        assert beside == [number.get(place, mesh.n_nodes) for place in wanted]
+    assert mesh.neighbours[-1].tolist() == [mesh.n_nodes] * 4
+    np.testing.assert_allclose(mesh.node_points, np.array(at) * mesh.spacing + np.array(mesh.origin))
+    assert mesh.outside.tolist() == [not (0 <= i <= last[0] and 0 <= j <= last[1]) for i, j in at]
+
+
+# Walls
+
+
+def test_both_sides_of_a_thin_wall_have_nodes_of_their_own() -> None:
+    wall = shapely.box(0.503, 0.3, 0.504, 0.7)
+    mesh = full(UNIT, (20, 20), wall, [(0.45, 0.5), (0.55, 0.5), (0.1, 0.5)])
+    west, east, far = mesh.ends
+    assert not set(mesh.controls[west].tolist()) & set(mesh.controls[east].tolist())
+    at = places(mesh)
+    count = {place: at.count(place) for place in set(at)}
+    assert all(count[i, 10] == 2 for i in (9, 10, 11))
+    assert all(count[i, j] == 1 for i in range(-1, 22) for j in (0, 3, 17, 20))
+    assert all(count[i, 10] == 1 for i in (0, 5, 7, 13, 20))
+    assert mesh.columns[far] == 2
+
+
+def test_the_inside_of_an_area_is_left_out() -> None:
+    mesh = full(UNIT, (40, 40), shapely.box(0.3, 0.3, 0.7, 0.7), [])
+    cells = set(zip(mesh.columns.tolist(), mesh.rows.tolist(), strict=True))
+    assert (20, 20) not in cells
+    assert (13, 20) not in cells
+    assert (12, 20) in cells
+
+
+def test_a_wall_across_the_map_parts_it() -> None:
+    mesh = full(UNIT, (16, 16), shapely.box(0.5, -1.0, 0.501, 2.0), [(0.2, 0.5), (0.8, 0.5)])
+    parents = list(range(mesh.n_nodes))
+
+    def root(i: int) -> int:
+        while parents[i] != i:
+            i = parents[i]
+        return i
+
+    for controls in mesh.controls.tolist():
+        for q in controls[1:]:
+            parents[root(q)] = root(controls[0])
+    west, east = (root(int(mesh.controls[piece, 0])) for piece in mesh.ends)
+    assert west != east
+
+
+def test_corners_are_those_inside_the_bounds() -> None:
+    area = NoFlyArea(shapely.MultiPolygon([shapely.box(0.5, 0.5, 2.0, 0.75), shapely.box(0.25, 0.25, 0.5, 0.5)]))
+    assert corners(area, UNIT).tolist() == [[0.25, 0.25], [0.25, 0.5], [0.5, 0.25], [0.5, 0.5], [0.5, 0.75]]
+
+
+# Continuity
+
+
+def fractions_of(start: FloatArray, end: FloatArray, mesh: SplineMesh) -> FloatArray:
+    """Return where a segment meets the sides of cells, as fractions of it, from 0 to 1."""
+    low, high = (((point - np.array(mesh.origin)) / mesh.spacing).tolist() for point in (start, end))
+    cuts = {0.0, 1.0}
+    for axis in (0, 1):
+        step = high[axis] - low[axis]
+        first, last = sorted((low[axis], high[axis]))
+        if step != 0.0:
+            sides = range(math.floor(first - 0.5), math.ceil(last + 0.5))
+            cuts |= {cut for side in sides if 0.0 < (cut := (side + 0.5 - low[axis]) / step) < 1.0}
+    return np.array(sorted(cuts))
+
+
+def spline(mesh: SplineMesh, pieces: IntArray, points: FloatArray, values: FloatArray) -> FloatArray:
+    known = mesh.controls[pieces], mesh.columns[pieces], mesh.rows[pieces]
+    return oracles.spline(known, mesh.origin, mesh.spacing, points, values)
+
+
+def check_continuous(bounds: Bounds, last: Last, area: NoFlyArea, segments: FloatArray, seed: int) -> int:
+    """Walk free segments, shape ``(n, 2, 2)``, and compare the spline on both sides of every step; return the steps."""
+    shape = SplineMesh.build(bounds, last, sparse_grid.rectangle(last), area, [])
+    steps = []
+    for start, end in segments:
+        cuts = fractions_of(start, end, shape)
+        # three points between two sides of cells: the way in between is in one cell
+        inner = [a + (b - a) * share for a, b in itertools.pairwise(cuts) for share in (0.03, 0.5, 0.97)]
+        joints = [(a + b) / 2.0 for a, b in itertools.pairwise(inner)]
+        joints[2::3] = cuts[1:-1].tolist()
+        steps.append([start + np.array(part)[:, None] * (end - start) for part in (inner, joints)])
+    asked = [(float(x), float(y)) for points, _ in steps for x, y in points]
+    mesh = SplineMesh.build(bounds, last, sparse_grid.rectangle(last), area, asked)
+    values = np.random.default_rng(seed).standard_normal(mesh.n_nodes)
+    pieces = np.array(mesh.ends)
+    assert (pieces >= 0).all(), "a free point has no piece"
+    at = 0
+    for points, joints in steps:
+        mine = pieces[at : at + len(points)]
+        at += len(points)
+        before, after = (spline(mesh, some, joints, values) for some in (mine[:-1], mine[1:]))
+        np.testing.assert_allclose(after, before, atol=1e-9, err_msg="the spline jumps")
+    return sum(len(joints) for _, joints in steps)
+
+
+def free_only(area: NoFlyArea, segments: FloatArray) -> FloatArray:
+    return segments[~area.crosses(segments[:, 0], segments[:, 1])]
+
+
+@st.composite
+def exact_maps(draw: st.DrawFn) -> tuple[NoFlyArea, FloatArray]:
+    """Draw polygons and free segments with coordinates that are halves: they touch in corners and along edges."""
+    area = NoFlyArea(draw(strategies.polygons()))
+    halves = np.arange(0.0, 4.25, 0.25)
+    rng = np.random.default_rng(draw(strategies.seeds))
+    return area, free_only(area, rng.choice(halves, (60, 2, 2)))[:15]
+
+
+@given(exact_maps(), st.sampled_from([(7, 5), (8, 8), (16, 16), (9, 30), (2, 3)]), strategies.seeds)
+@settings(max_examples=30)
+@example(
+    (NoFlyArea(shapely.box(1, 1, 3, 3)), np.array([[[1.0, 0.0], [1.0, 4.0]], [[0.0, 3.0], [4.0, 3.0]]])), (8, 8), 0
+)
+@example(
+    (
+        NoFlyArea(shapely.MultiPolygon([shapely.box(1, 1, 2, 2), shapely.box(2, 2, 3, 3)])),
+        np.array([[[1.0, 3.0], [3.0, 1.0]], [[2.0, 2.0], [2.5, 1.5]]]),
+    ),
+    (4, 4),
+    0,
+)
+def test_splines_are_continuous_where_polygons_touch(
+    drawn: tuple[NoFlyArea, FloatArray], last: Last, seed: int
+) -> None:
+    area, segments = drawn
+    assume(len(segments))
+    check_continuous((0.0, 0.0, 4.0, 4.0), last, area, segments, seed)
+
+
+def tilted(rng: np.random.Generator) -> NoFlyArea:
+    """Draw thin walls and boxes at any angle, some of which overlap."""
+    parts = []
+    for _ in range(rng.integers(1, 6)):
+        length, width = rng.uniform(0.1, 1.0), 10.0 ** rng.uniform(-7.0, -0.7)
+        wall = shapely.box(-length / 2.0, -width / 2.0, length / 2.0, width / 2.0)
+        turned = affinity.rotate(wall, rng.choice([0.0, 90.0, rng.uniform(0.0, 180.0)]), origin=(0.0, 0.0))
+        parts.append(affinity.translate(turned, *rng.uniform(-0.1, 1.1, 2)))
+    return NoFlyArea(shapely.union_all(parts))
+
+
+@given(strategies.seeds, st.sampled_from([(7, 9), (16, 16), (40, 25), (128, 3)]), st.sampled_from([1.0, 1e-6, 1e5]))
+@settings(max_examples=30)
+def test_splines_are_continuous_past_walls_of_any_width(seed: int, last: Last, scale: float) -> None:
+    rng = np.random.default_rng(seed)
+    area = tilted(rng)
+    offset = rng.choice([0.0, 1.0, 1e6]) * rng.uniform(-1.0, 1.0, 2)
+    area = NoFlyArea(shapely.transform(area.geometry, lambda points: (points + offset) * scale))
+    bounds = (*(offset * scale).tolist(), *((offset + 1.0) * scale).tolist())
+    corner = corners(area, bounds)
+    ends = np.vstack([rng.uniform(bounds[:2], bounds[2:], (40, 2)), corner, corner])
+    # lines of sight between corners run along edges and through corners
+    segments = rng.choice(ends, (60, 2))
+    segments = free_only(area, segments[(segments[:, 0] != segments[:, 1]).any(axis=1)])[:12]
+    assume(len(segments))
+    assert check_continuous(bounds, last, area, segments, seed) > 0
+
+
+def cut_everywhere(
+    near: WholeArray, place: WholeArray, labels: WholeArray, first_piece: WholeArray, parts: int
+) -> WholeArray:
+    """Join the pieces of neighbouring cells only where no edge is near, and in no corner."""
+    joined = mesh_kernels.join_pieces(near, place, labels, first_piece, parts)
+    own = np.arange(len(joined), dtype=joined.dtype)
+    piece_is_cut = np.repeat(place >= 0, np.diff(first_piece))
+    return np.where(np.repeat(piece_is_cut, 9), own, joined)
+
+
+def test_a_mesh_that_is_cut_too_far_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    area, segment = NoFlyArea(shapely.box(0.3, 0.3, 0.7, 0.7)), np.array([[[0.05, 0.35], [0.45, 0.95]]])
+    assert check_continuous(UNIT, (16, 16), area, segment, 0) > 10
+    monkeypatch.setattr("cgla_graph.spline_mesh.mesh_kernels", CutEverywhere)
+    with pytest.raises(AssertionError, match="jumps"):
+        check_continuous(UNIT, (16, 16), area, segment, 0)
+
+
+class CutEverywhere:
+    """The kernels of the mesh, but for the joining."""
+
+    met_cells, inside_cells, sub_cells = mesh_kernels.met_cells, mesh_kernels.inside_cells, mesh_kernels.sub_cells
+    label_pieces, label_at, around, connect = (
+        mesh_kernels.label_pieces,
+        mesh_kernels.label_at,
+        mesh_kernels.around,
+        mesh_kernels.connect,
+    )
+    join_pieces = staticmethod(cut_everywhere)
+
+
+def test_more_pieces_than_can_be_told_apart_count_as_one() -> None:
+    """A cell with hundreds of pockets, all of them closed: still every free point has a piece."""
+    axis = np.linspace(0.47, 0.53, 24)
+    pockets = [shapely.box(x, y, x + 0.0012, y + 0.0012) for x in axis for y in axis]
+    area = NoFlyArea(shapely.box(0.3, 0.3, 0.7, 0.7).difference(shapely.union_all(pockets)))
+    inside = [(float(x) + 6e-4, float(y) + 6e-4) for x in axis for y in axis]
+    mesh = full(UNIT, (8, 8), area.geometry, inside)
+    assert min(mesh.ends) >= 0
+    kinds = np.ones((1, 64, 64), dtype=np.int8)
+    kinds[0, ::2, ::2] = 0
+    labels = np.empty(kinds.shape, dtype=np.int16)
+    assert mesh_kernels.label_pieces(kinds, labels).tolist() == [mesh_kernels.MOST_PIECES]
+    assert labels.max() == mesh_kernels.MOST_PIECES - 1
+    assert ((labels >= 0) == (kinds == 0)).all()

@@ -1,0 +1,393 @@
+"""Statistics over seeds: exact against enumeration and simulation, and failures that count as infinite."""
+
+import itertools
+import math
+import statistics
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.stats
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cgla_graph.certificate import Certificate
+from cgla_graph.comparisons.curves import median_curve
+from cgla_graph.comparisons.performance import PERFORMANCE_COLUMNS, TARGETS, performances
+from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.statistics import (
+    CONFIDENCE,
+    FEWEST_RUNS,
+    estimate,
+    interval_ranks,
+    median_interval,
+    progress,
+    success_interval,
+    to_target,
+)
+from cgla_graph.scenario import scenario_from_toml
+from cgla_graph.solution import Solution, Status, TracePoint
+
+SCENARIO = scenario_from_toml("start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n", "one")
+NEVER = (math.inf, math.inf)
+
+values = st.floats(0.0, 10.0) | st.just(math.inf)
+confidences = st.sampled_from([0.5, 0.8, 0.9, 0.95, 0.99, 0.999])
+
+
+def solution_of(
+    cost: float = 1.0,
+    trace: Sequence[tuple[float, int, float]] = (),
+    status: Status = Status.FOUND,
+    **more: Any,  # noqa: ANN401 - any field of a solution
+) -> Solution:
+    points = tuple(TracePoint(*point) for point in trace)
+    return Solution(status, **{"cost": cost, "seconds": 1.0, "evaluations": 100, "trace": points, **more})
+
+
+@st.composite
+def solutions(draw: st.DrawFn, *, found: bool | None = None) -> Solution:
+    """Draw answers of anytime solvers, with equal moments and costs among them, and some without a path."""
+    if not (draw(st.booleans()) if found is None else found):
+        return solution_of(math.inf, [(0.5, 1, math.inf)], draw(st.sampled_from([Status.NOT_FOUND, Status.FAILED])))
+    n = draw(st.integers(0, 5))
+    seconds = sorted(draw(st.lists(st.integers(0, 8), min_size=n, max_size=n)))
+    costs = sorted(draw(st.lists(st.integers(2, 9), min_size=n, max_size=n)), reverse=True)
+    trace = [(float(s), 10 * s, float(c)) for s, c in zip(seconds, costs, strict=True)]
+    unfound = [(0.0, 0, math.inf)] if draw(st.booleans()) else []
+    end = draw(st.integers(seconds[-1] if seconds else 0, 9))
+    cost = float(draw(st.integers(1, costs[-1]))) if costs else 3.0
+    build = draw(st.sampled_from([0.0, 2.0]))
+    return solution_of(cost, [*unfound, *trace], seconds=float(end), evaluations=10 * end, build_seconds=build)
+
+
+# Ranks: the exact binomial sum
+
+
+def outside(n: int, low: int, high: int) -> Fraction:
+    """Return the probability that no more than `high - 1`, or less than `low`, of `n` fair coins show heads."""
+    inside = sum(math.comb(n, i) for i in range(low, high))
+    return 1 - Fraction(inside, 2**n)
+
+
+def holds_exactly(ranks_of: Callable[[int, float], tuple[int, int] | None], n: int, confidence: float) -> bool:
+    """Check that ranks have the confidence, and that the next narrower ones have not."""
+    ranks = ranks_of(n, confidence)
+    allowed = 1 - Fraction(confidence)
+    low, high = ranks or (0, n + 1)
+    narrower = outside(n, low + 1, high - 1) > allowed if low + 1 <= high - 1 else True
+    return low + high == n + 1 and outside(n, low, high) <= allowed and narrower
+
+
+@given(n=st.integers(0, 300), confidence=confidences)
+def test_ranks_are_the_narrowest_that_have_the_confidence(n: int, confidence: float) -> None:
+    assert holds_exactly(interval_ranks, n, confidence)
+
+
+def test_ranks_that_are_too_narrow_or_too_wide_are_told() -> None:
+    def shifted(by: int) -> Callable[[int, float], tuple[int, int] | None]:
+        def ranks(n: int, confidence: float) -> tuple[int, int] | None:
+            low, high = interval_ranks(n, confidence) or (0, n + 1)
+            return low + by, high - by
+
+        return ranks
+
+    assert not holds_exactly(shifted(1), 20, 0.95)
+    assert not holds_exactly(shifted(-1), 20, 0.95)
+
+
+@pytest.mark.parametrize(
+    ("n", "ranks"),
+    # from the tables of nonparametric statistics (Conover, "Practical Nonparametric Statistics": the sign test)
+    [
+        (0, None),
+        (1, None),
+        (5, None),
+        (6, (1, 6)),
+        (8, (1, 8)),
+        (9, (2, 8)),
+        (12, (3, 10)),
+        (20, (6, 15)),
+        (50, (18, 33)),
+    ],
+)
+def test_ranks_of_the_tables(n: int, ranks: tuple[int, int] | None) -> None:
+    assert interval_ranks(n) == ranks
+
+
+def test_the_fewest_runs_with_an_interval() -> None:
+    assert interval_ranks(FEWEST_RUNS) is not None
+    assert interval_ranks(FEWEST_RUNS - 1) is None
+
+
+@pytest.mark.parametrize(("n", "confidence"), [(-1, 0.95), (5, 0.0), (5, 1.0), (5, math.nan)])
+def test_ranks_of_nonsense(n: int, confidence: float) -> None:
+    with pytest.raises(ValueError, match="give n from 0"):
+        interval_ranks(n, confidence)
+
+
+# Intervals of medians
+
+
+def coverage(interval: Callable[[Sequence[float]], tuple[float, float]], n: int) -> Fraction:
+    """Return how often an interval covers 0, one median of a coin's -1 and 1, over all samples."""
+    hits = 0
+    for sample in itertools.product((-1.0, 1.0), repeat=n):
+        low, high = interval(sample)
+        hits += low <= 0.0 <= high
+    return Fraction(hits, 2**n)
+
+
+@pytest.mark.parametrize("n", [1, 5, 6, 7, 9, 12])
+def test_the_interval_covers_the_median_in_enough_of_all_samples(n: int) -> None:
+    covered = coverage(median_interval, n)
+    assert covered >= Fraction(CONFIDENCE)
+    ranks = interval_ranks(n)
+    assert covered == (1 if ranks is None else 1 - outside(n, *ranks))
+
+
+def test_the_range_between_quartiles_would_not_cover_it() -> None:
+    assert coverage(lambda sample: tuple(np.quantile(sample, [0.25, 0.75])), 12) < Fraction(CONFIDENCE)
+
+
+@pytest.mark.parametrize("n", [6, 11, 30])
+@pytest.mark.parametrize("name", ["exponential", "cauchy", "coarse", "failing"])
+def test_the_interval_covers_the_median_of_any_distribution(name: str, n: int) -> None:
+    random = np.random.default_rng(7)
+    draws = {
+        "exponential": (lambda: random.exponential(size=n), math.log(2.0)),
+        "cauchy": (lambda: random.standard_cauchy(n), 0.0),
+        "coarse": (lambda: random.integers(0, 3, n).astype(float), 1.0),
+        # 40 % of the runs never get there
+        "failing": (lambda: np.where(random.random(n) < 0.4, np.inf, random.random(n)), 0.5 / 0.6),
+    }
+    draw, median = draws[name]
+    hits = [low <= median <= high for low, high in (median_interval(draw().tolist()) for _ in range(4000))]
+    # four standard errors
+    assert np.mean(hits) >= CONFIDENCE - 4.0 * math.sqrt(CONFIDENCE * (1.0 - CONFIDENCE) / len(hits))
+
+
+@given(sample=st.lists(values, min_size=1, max_size=40), data=st.data())
+def test_an_interval_is_two_of_the_values_and_knows_no_order(sample: list[float], data: st.DataObject) -> None:
+    low, high = median_interval(sample)
+    if len(sample) < FEWEST_RUNS:
+        assert (low, high) == (-math.inf, math.inf)
+    else:
+        assert {low, high} <= set(sample)
+    assert low <= estimate(sample).median <= high
+    assert median_interval(data.draw(st.permutations(sample))) == (low, high)
+
+
+@given(sample=st.lists(values, min_size=1, max_size=20))
+def test_a_median_is_the_lower_middle_value(sample: list[float]) -> None:
+    found = estimate(sample)
+    assert found.median == statistics.median_low(sample)
+    assert sum(value <= found.median for value in sample) * 2 >= len(sample)
+    assert sum(value >= found.median for value in sample) * 2 >= len(sample)
+
+
+@given(sample=st.lists(st.floats(0.0, 10.0), min_size=1, max_size=20), failures=st.integers(0, 20))
+def test_failures_only_make_it_worse(sample: list[float], failures: int) -> None:
+    before, after = estimate(sample), estimate([*sample, *[math.inf] * failures])
+    assert after.median >= before.median
+    assert math.isinf(after.median) == (failures > len(sample))
+
+
+def test_what_is_unknown_stays_unknown() -> None:
+    assert all(math.isnan(part) for part in estimate([1.0, math.nan, 2.0]))
+
+
+# Rates of success
+
+
+@pytest.mark.parametrize("confidence", [0.9, 0.95])
+@pytest.mark.parametrize("n", [1, 2, 10, 37])
+def test_rates_are_those_of_scipy(n: int, confidence: float) -> None:
+    for successes in range(n + 1):
+        reference = scipy.stats.binomtest(successes, n).proportion_ci(confidence, "exact")
+        assert success_interval(successes, n, confidence) == pytest.approx((reference.low, reference.high), abs=1e-12)
+
+
+@pytest.mark.parametrize("n", [1, 5, 20])
+@pytest.mark.parametrize("rate", [0.0, 0.01, 0.1, 0.5, 0.77, 0.999, 1.0])
+def test_an_interval_of_a_rate_covers_it(n: int, rate: float) -> None:
+    def covered(interval: Callable[[int, int], tuple[float, float]]) -> float:
+        hits = [k for k in range(n + 1) if interval(k, n)[0] <= rate <= interval(k, n)[1]]
+        return math.fsum(math.comb(n, k) * rate**k * (1.0 - rate) ** (n - k) for k in hits)
+
+    def wald(k: int, n: int) -> tuple[float, float]:
+        half = 1.96 * math.sqrt(k / n * (1.0 - k / n) / n)
+        return k / n - half, k / n + half
+
+    assert covered(success_interval) >= CONFIDENCE
+    if 0.0 < rate < 0.5:
+        assert covered(wald) < CONFIDENCE
+
+
+@pytest.mark.parametrize(("successes", "n"), [(-1, 3), (4, 3), (0, 0)])
+def test_rates_of_nonsense(successes: int, n: int) -> None:
+    with pytest.raises(ValueError, match="at least one run"):
+        success_interval(successes, n)
+
+
+# Time to a target
+
+
+def slow_hit(solution: Solution, target: float) -> tuple[float, float]:
+    """Walk through the trace: the definition."""
+    if not solution.status.is_path:
+        return NEVER
+    for point in solution.trace:
+        if point.cost <= target and math.isfinite(point.cost):
+            return point.seconds + solution.build_seconds, point.evaluations
+    if solution.cost <= target:
+        return solution.seconds + solution.build_seconds, solution.evaluations
+    return NEVER
+
+
+@given(solution=solutions(), target=st.integers(0, 10).map(float) | st.just(math.inf))
+def test_hits_are_those_of_the_definition(solution: Solution, target: float) -> None:
+    assert to_target(solution, target) == slow_hit(solution, target)
+
+
+@given(solution=solutions(), targets=st.tuples(st.floats(0.0, 10.0), st.floats(0.0, 10.0)))
+def test_a_harder_target_is_never_hit_sooner(solution: Solution, targets: tuple[float, float]) -> None:
+    hard, easy = (to_target(solution, target) for target in sorted(targets))
+    assert hard >= easy
+    assert to_target(solution) <= easy
+
+
+def test_building_counts() -> None:
+    run = solution_of(1.0, [(0.25, 10, 2.0)], build_seconds=3.0)
+    assert to_target(run) == (3.25, 10)
+    assert to_target(run, 1.0) == (4.0, 100)
+
+
+@pytest.mark.parametrize("status", [status for status in Status if not status.is_path])
+def test_a_path_that_may_not_be_flown_never_gets_there(status: Status) -> None:
+    assert to_target(solution_of(1.0, [(0.1, 1, 1.0)], status)) == NEVER
+
+
+def test_an_unknown_target_is_no_failure() -> None:
+    assert all(math.isnan(part) for part in to_target(solution_of(), math.nan))
+    assert all(math.isnan(part) for part in to_target(solution_of(status=Status.NOT_FOUND), math.nan))
+
+
+def test_a_trace_cannot_undercut_the_path_that_it_led_to() -> None:
+    boaster = solution_of(2.0, [(0.1, 1, 0.5)])
+    assert to_target(boaster, 1.0) == NEVER
+    assert to_target(boaster, 2.0) == (0.1, 1)
+
+
+def test_a_target_is_hit_up_to_rounding() -> None:
+    assert to_target(solution_of(1.1), 1.1 * (1.0 - 1e-15)) == (1.0, 100)
+    assert to_target(solution_of(1.1), 1.1 * (1.0 - 1e-9)) == NEVER
+
+
+@given(solution=solutions(found=True))
+def test_progress_falls_and_ends_at_the_cost(solution: Solution) -> None:
+    seconds, _, costs = progress(solution).T
+    assert (np.diff(seconds) >= 0.0).all()
+    assert (np.diff(costs) <= 0.0).all()
+    assert costs[-1] == solution.cost
+    assert seconds[-1] == solution.seconds + solution.build_seconds
+
+
+# Curves
+
+
+@given(runs=st.lists(solutions(), min_size=1, max_size=9))
+def test_a_curve_is_the_median_at_every_moment(runs: list[Solution]) -> None:
+    curve = median_curve(runs)
+    ranks = interval_ranks(len(runs))
+    assert curve.is_interval == (ranks is not None)
+    low, high = ranks or (1, len(runs))
+    for i, second in enumerate(curve.seconds):
+        so_far = []
+        for run in runs:
+            steps = [cost for when, _, cost in progress(run).tolist() if when <= second]
+            so_far.append(min(steps, default=math.inf))
+        so_far.sort()
+        assert curve.median[i] == statistics.median_low(so_far)
+        assert (curve.low[i], curve.high[i]) == (so_far[low - 1], so_far[high - 1])
+
+
+@given(runs=st.lists(solutions(found=True), min_size=6, max_size=9), failures=st.integers(1, 9))
+def test_runs_that_fail_lift_the_curve(runs: list[Solution], failures: int) -> None:
+    without = median_curve(runs)
+    with_them = median_curve([*runs, *[solution_of(math.inf, status=Status.NOT_FOUND)] * failures])
+    np.testing.assert_array_equal(without.seconds, with_them.seconds)
+    assert (with_them.median >= without.median).all()
+    assert math.isinf(with_them.median[-1]) == (failures > len(runs))
+
+
+# What one solver does
+
+
+def runs_of(answers: Sequence[Solution], bound: float = math.nan, solver: str = "own") -> list[Run]:
+    proof = None if math.isnan(bound) else Certificate(bound, math.inf, 0.005, 0.1, 1, "", 0.1)
+    return [
+        Run(SCENARIO, solver, seed, False, answer, proof)  # noqa: FBT003 - positional fields
+        for seed, answer in enumerate(answers, 1)
+    ]
+
+
+@given(answers=st.lists(solutions(), min_size=1, max_size=9), bound=st.sampled_from([math.nan, 1.0, 3.0]))
+def test_performance_is_made_of_the_medians(answers: list[Solution], bound: float) -> None:
+    (one,) = performances(runs_of(answers, bound))
+    found = [answer for answer in answers if answer.status.is_path]
+    assert (one.n_runs, one.n_paths) == (len(answers), len(found))
+    assert one.cost.median == statistics.median_low(
+        [answer.cost if answer.status.is_path else math.inf for answer in answers]
+    )
+    targets = [math.inf, 1.1 * bound, 1.05 * bound, 1.01 * bound]
+    for target, seconds, evaluations in zip(targets, one.seconds, one.evaluations, strict=True):
+        if math.isnan(target):
+            assert math.isnan(seconds.median)
+            continue
+        hits = [to_target(answer, target) for answer in answers]
+        assert seconds.median == statistics.median_low([hit.seconds for hit in hits])
+        assert evaluations.median == statistics.median_low([hit.evaluations for hit in hits])
+
+
+def test_one_lucky_run_does_not_speak_for_those_that_failed() -> None:
+    lucky = solution_of(1.0, [(0.001, 1, 1.0)])
+    (one,) = performances(runs_of([lucky, *[solution_of(math.inf, status=Status.NOT_FOUND)] * 99], 1.0))
+    assert one.cost.median == one.seconds[0].median == one.evaluations[3].median == math.inf
+    assert one.success.high < 0.06
+
+
+def test_a_cheap_path_that_may_not_be_flown_counts_as_infinite() -> None:
+    bad = [solution_of(0.5, [(0.1, 1, 0.5)], Status.INFEASIBLE)] * 2
+    (one,) = performances(runs_of([*bad, solution_of(2.0)], 1.0))
+    assert (one.n_paths, one.cost.median, one.seconds[0].median) == (1, math.inf, math.inf)
+
+
+@pytest.mark.parametrize(("number", "percent"), list(enumerate((10, 5, 1), 1)))
+def test_targets_are_these_percents_above_the_bound(number: int, percent: int) -> None:
+    for beyond, reached in ((-1e-9, True), (1e-9, False)):
+        cost = 2.0 * (1.0 + percent / 100.0 + beyond)
+        (one,) = performances(runs_of([solution_of(cost)], 2.0))
+        assert math.isfinite(one.seconds[number].median) == reached
+        assert math.isfinite(one.evaluations[number].median) == reached
+
+
+def test_a_document_has_the_columns_and_only_numbers_of_json() -> None:
+    failed = [solution_of(math.inf, status=Status.NOT_FOUND)] * 4
+    (one,) = performances(runs_of([solution_of(), *failed], 1.0))
+    document = one.document()
+    assert tuple(document) == PERFORMANCE_COLUMNS
+    assert (document["runs"], document["paths"], document["success"], document["lower_bound"]) == (5, 1, 0.2, 1.0)
+    assert all(document[f"seconds_to_{target}"] is None for target in TARGETS)
+    (one,) = performances(runs_of([solution_of(1.04)] * 6, 1.0))
+    document = one.document()
+    assert document["cost"] == document["cost_low"] == document["cost_high"] == 1.04
+    assert (document["seconds_to_5_percent"], document["evaluations_to_5_percent_high"]) == (1.0, 100)
+    assert document["seconds_to_1_percent_low"] is document["evaluations_to_1_percent"] is None
+
+
+def test_solvers_are_measured_apart() -> None:
+    runs = [*runs_of([solution_of(2.0)], 1.0, "b"), *runs_of([solution_of(1.0)] * 2, 1.0, "a")]
+    assert [(one.solver, one.n_runs, one.cost.median) for one in performances(runs)] == [("b", 1, 2.0), ("a", 2, 1.0)]
