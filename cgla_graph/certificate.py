@@ -34,7 +34,7 @@ from cgla_graph.refine import refine_path
 from cgla_graph.solution import NEGATIVE_WEIGHTS
 from cgla_graph.spline_mesh import corners
 
-#: Cells of a grid, unless told otherwise: about 300 MB.
+#: Cells of a grid, unless told otherwise: about 450 MB.
 MAX_CELLS = 1_500_000
 #: A bound is good enough for its grid when this part of the tolerance is left to gain.
 FRACTION = 0.05
@@ -136,7 +136,7 @@ def lower_bound(
         lattice of 20 x 20 points and the corners of the area, refined; and should the bound settle too far below it,
         the steepest descent of the costs-to-go, refined.
     max_cells
-        Cells of a grid, at most: about 200 bytes each.
+        Cells of a grid, at most: about 300 bytes each.
 
     Returns
     -------
@@ -147,7 +147,7 @@ def lower_bound(
     Raises
     ------
     ProblemError
-        If the tolerance is not positive, `max_cells` is below 20 000, or the path is not feasible from start to goal.
+        If the tolerance is not positive, `max_cells` is below 16 384, or the path is not feasible from start to goal.
 
     Examples
     --------
@@ -256,7 +256,8 @@ class _Search:
                 if self._is_enough():
                     return self._end("the gap is within the tolerance")
             here = max(one.bound for one in fields)
-            is_settled = self._is_settled(here, here - before)
+            # (while the ends are side by side, the grid does not tell yet what lies between them)
+            is_settled = level.ends_apart and self._is_settled(here, here - before)
             # a grid of some fineness knows better than the lattice on which side of an obstacle to pass
             is_better = (is_settled or max(last) == SECOND_LOOK) and self._improve(level, fields[0])
             self.grids[-1] = replace(self.grids[-1], upper_bound=self.upper)

@@ -140,6 +140,12 @@ class Level:
         at = spline_value(mesh.controls[piece], x - int(mesh.columns[piece]), y - int(mesh.rows[piece]), shifted)
         return Field(float(at), shifted)
 
+    @property
+    def ends_apart(self) -> bool:
+        """Whether start and goal are in no common block."""
+        ends = (np.array([self.problem.start, self.problem.goal]) - self.mesh.origin) / self.mesh.spacing
+        return bool(np.abs(np.diff(np.round(ends), axis=0)).max() > self.reach)
+
     def kept(self, to_goal: Field, to_start: Field | None, limit: float) -> WholeArray:
         """Return the runs of the cells on which a path may cost less than the limit."""
         mesh = self.mesh

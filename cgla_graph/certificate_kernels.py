@@ -214,7 +214,7 @@ def start_disc(
     state: WholeArray,
 ) -> None:
     """
-    Give the nodes near the source the cost of the straight line, and make them `TRIAL`.
+    Give the nodes near the source the cost of the straight line, and make them `SEED`.
 
     These are the nodes of the source's piece, `middle`, and all that are joined to them within the radius and in sight
     of the source. Nodes at the same places on the other side of a wall are not.
@@ -226,7 +226,7 @@ def start_disc(
         if state[middle[o]] == 0:
             stack[size] = middle[o]
             size += 1
-            state[middle[o]] = 1
+            state[middle[o]] = 3
     while size > 0:
         size -= 1
         p = stack[size]
@@ -241,7 +241,7 @@ def start_disc(
             y = origin[1] + spacing[1] * node_rows[q]
             near = (x - source[0]) ** 2 + (y - source[1]) ** 2 <= radius * radius
             if near and not segment_crosses(x, y, source[0], source[1], area):
-                state[q] = 1
+                state[q] = 3
                 stack[size] = q
                 size += 1
 
@@ -341,7 +341,8 @@ def rim_excess(
     for p in range(columns.shape[0]):
         di = columns[p] - centre[0]
         dj = rows[p] - centre[1]
-        if max(abs(di), abs(dj)) != reach or not checked[p]:
+        # (a piece that no way leads to has no finite value)
+        if max(abs(di), abs(dj)) != reach or not checked[p] or values[controls[p, 4]] == math.inf:
             continue
         for side in range(4):
             across = side < 2
@@ -386,6 +387,6 @@ def within(
             u[o // 3, o % 3] = first[q] + second[q]
         for b in range(3):
             for a in range(3):
-                # (not >=: a sum that is infinite or undefined is no reason to leave a piece out, unless all are)
-                if 0.25 * (u[1, 1] + u[1, a] + u[b, 1] + u[b, a]) < limit:
+                # (a sum that is undefined is no reason to leave a piece out)
+                if not 0.25 * (u[1, 1] + u[1, a] + u[b, 1] + u[b, a]) >= limit:
                     out[p] = True

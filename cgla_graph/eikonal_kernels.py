@@ -18,7 +18,7 @@ from cgla_graph._types import FloatArray, WholeArray
 #: Controls, columns and rows of the pieces of a mesh, and the piece in whose middle each node is.
 Pieces: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, WholeArray]
 WEST, EAST, SOUTH, NORTH = range(4)
-FAR, TRIAL, DONE = range(3)
+FAR, TRIAL, DONE, SEED = range(4)
 
 
 @kernel
@@ -118,9 +118,10 @@ def march(
     Parameters
     ----------
     times
-        Shape ``(n + 1,)``: given where `state` is `TRIAL` or `DONE`, else infinite. Overwritten.
+        Shape ``(n + 1,)``: given unless `state` is `FAR`, else infinite. Overwritten.
     state
-        Shape ``(n + 1,)``: `FAR`, `TRIAL` or `DONE`; the last is `FAR`. Overwritten.
+        Shape ``(n + 1,)``. The front starts from nodes that are `TRIAL`, whose times may still fall, or `SEED`, whose
+        times are final; `DONE` ones are left alone. The last is `FAR`. Overwritten.
     cost
         Cost of a unit of length at each node, above 0, shape ``(n + 1,)``.
     neighbours
@@ -142,15 +143,16 @@ def march(
         weights[kind, 2] = 1.0 / (weights[kind, 0] + weights[kind, 1])
     keys = np.full(4096, math.inf)
     items: WholeArray = np.empty(4096, dtype=np.uint32)
-    # what is asked of a node lies together: its final time, its time so far, its cost, and whether to leave it alone
+    # what is asked of a node lies together: its final time, its time so far, its cost, and whether it is open (0), done
+    # (1), or a seed that is not done (2)
     work = np.empty((n + 1, 4))
     size = 0
     for p in range(n + 1):
         work[p, 0] = times[p] if state[p] == 2 else math.inf
         work[p, 1] = times[p]
         work[p, 2] = cost[p]
-        work[p, 3] = 1.0 if state[p] == 2 or p == n else 0.0
-        if state[p] == 1:
+        work[p, 3] = 1.0 if state[p] == 2 or p == n else (2.0 if state[p] == 3 else 0.0)
+        if state[p] == 1 or state[p] == 3:
             keys, items = with_room(keys, items, size + 8)
             size = push(keys, items, size, times[p], p)
     while size > 0:
@@ -163,7 +165,7 @@ def march(
         work[p, 0] = work[p, 1]
         for side in range(4):
             q = near[p, side]
-            if work[q, 3] == 1.0:
+            if work[q, 3] != 0.0:
                 continue
             x_value, tx, x_cost, x_second = upwind(q, 0, 1, second, work, near)
             y_value, ty, y_cost, y_second = upwind(q, 2, 3, second, work, near)

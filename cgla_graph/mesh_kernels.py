@@ -134,6 +134,7 @@ def sub_cells(
     parts: int,
     origin: tuple[float, float],
     spacing: tuple[float, float],
+    rim: tuple[int, int],
     edges: FloatArray,
     margin: float,
     area: AreaArrays,
@@ -142,8 +143,8 @@ def sub_cells(
     """
     Divide the cells that edges meet into ``parts * parts`` sub-cells and say what each is.
 
-    `place` is the row of each cell in `kinds`, shape ``(t, parts, parts)``, or -1; `kinds` starts as `FREE`. For
-    `margin` see `met_cells`.
+    `place` is the row of each cell in `kinds`, shape ``(t, parts, parts)``, or -1; `kinds` starts as `FREE`, `parts`
+    is even. `rim` holds the last column and row inside the bounds. For `margin` see `met_cells`.
     """
     first_row = rows[0]
     half = 0.5 + margin
@@ -184,6 +185,15 @@ def sub_cells(
                     kinds[place[p], part, s] = before
                 else:
                     before = 2
+        # beyond the bounds is as good as inside the area: no way leads around a wall out there
+        for part in range(parts):
+            for s in range(parts):
+                west = columns[p] == 0 and s < parts // 2
+                east = columns[p] == rim[0] and s >= parts // 2
+                south = rows[p] == 0 and part < parts // 2
+                north = rows[p] == rim[1] and part >= parts // 2
+                if west or east or south or north:
+                    kinds[place[p], part, s] = 1
 
 
 @kernel

@@ -16,7 +16,7 @@ SUB_CELLS = 16_384
 #: Sub-cells in all, unless that would leave fewer than so many along the side of a cell.
 MOST_SUB_CELLS, FEWEST_PARTS = 3_000_000, 4
 #: Further cells around those that matter, so that the rim of the mesh does no harm.
-HALO = 3
+HALO = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,10 +100,11 @@ class SplineMesh:
             counts[mesh_kernels.inside_cells(columns, rows, met, origin, spacing, arrays)] = 0
             place[met] = np.arange(met.sum())
             room = math.isqrt(MOST_SUB_CELLS // max(int(met.sum()), 1))
-            parts = max(min(SUB_CELLS // max(last), room), FEWEST_PARTS)
+            # an even number, so that the rim of the map runs between sub-cells
+            parts = 2 * (max(min(SUB_CELLS // max(last), room), FEWEST_PARTS) // 2)
             kinds = np.zeros((int(met.sum()), parts, parts), dtype=np.int8)
             mesh_kernels.sub_cells(
-                columns, rows, row_starts, place, parts, origin, spacing, edges, margin, arrays, kinds
+                columns, rows, row_starts, place, parts, origin, spacing, last, edges, margin, arrays, kinds
             )
             labels = np.empty(kinds.shape, dtype=np.int16)
             counts[met] = mesh_kernels.label_pieces(kinds, labels)
@@ -119,15 +120,22 @@ class SplineMesh:
         node_rows = rows[owners // 9] + (owners % 9) // 3 - 1
         neighbours = mesh_kernels.connect(controls, len(owners))
         matters = sparse_grid.are_in(columns, rows, runs)
-        found = [-1] * len(ends)
-        for number, (x, y) in enumerate(ends):
-            u, v = ((value - low) / step for value, low, step in zip((x, y), origin, spacing, strict=True))
-            i, j = (min(max(round(value), 0), most) for value, most in zip((u, v), last, strict=True))
-            (cell,) = np.nonzero((cell_columns == i) & (cell_rows == j))
-            if len(cell):
-                a, b = (min(max(int((value + 0.5) * parts), 0), parts - 1) for value in (u - i, v - j))
-                label = mesh_kernels.label_at(int(cell[0]), b, a, place, labels)
-                found[number] = int(first_piece[cell[0]]) + label if label >= 0 else -1
+        found = []
+        for end in ends:
+            at = [(value - low) / step for value, low, step in zip(end, origin, spacing, strict=True)]
+            node = [min(max(round(value), 0), most) for value, most in zip(at, last, strict=True)]
+            (cell,) = np.nonzero((cell_columns == node[0]) & (cell_rows == node[1]))
+            # of a cell on the rim, the half beyond the bounds counts as inside the area
+            low_high = [
+                (parts // 2 if i == 0 else 0, parts // 2 - 1 if i == most else parts - 1)
+                for i, most in zip(node, last, strict=True)
+            ]
+            a, b = (
+                min(max(int((value - i + 0.5) * parts), low), high)
+                for value, i, (low, high) in zip(at, node, low_high, strict=True)
+            )
+            label = mesh_kernels.label_at(int(cell[0]), b, a, place, labels) if len(cell) and counts[cell[0]] else -1
+            found.append(int(first_piece[cell[0]]) + label if label >= 0 else -1)
         ends_at = tuple(found)
         return cls(
             origin, spacing, last, columns, rows, matters, controls, node_columns, node_rows, neighbours, ends_at

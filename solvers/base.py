@@ -1,9 +1,12 @@
 """What a solver is: settings, traits and one method."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal, Protocol, TypeAlias, runtime_checkable
+from typing import ClassVar, Literal, Protocol, TypeAlias, get_args, runtime_checkable
 
-from cgla_graph.errors import SolverSettingError
+from cgla_graph._validate import positive_number
+from cgla_graph.edges import CornerRule
+from cgla_graph.errors import ProblemError, SolverSettingError
+from cgla_graph.lattice import Lattice
 from cgla_graph.problem import GraphProblem, Problem
 from cgla_graph.solution import Solution
 
@@ -95,3 +98,49 @@ def whole_setting(solver: str, name: str, value: object, *, at_least: int, at_mo
         msg = f"{solver}: {name} is {value!r}; give a whole number from {at_least} to {at_most}"
         raise SolverSettingError(msg)
     return value
+
+
+def positive_setting(solver: str, name: str, value: float) -> float:
+    """
+    Return a setting that must be a number above 0.
+
+    Raises
+    ------
+    SolverSettingError
+        If it is not.
+
+    Examples
+    --------
+    >>> positive_setting("rrt-star", "rewire_factor", 1)
+    1.0
+    """
+    try:
+        return positive_number(name, value)
+    except ProblemError as error:
+        msg = f"{solver}: {error}"
+        raise SolverSettingError(msg) from error
+
+
+def check_lattice(solver: str, resolution: int | tuple[int, int] | Lattice | None, corner_rule: CornerRule) -> None:
+    """
+    Check the settings of a solver that lays a lattice of its own.
+
+    Raises
+    ------
+    SolverSettingError
+        If the resolution is below 2, or the rule is unknown.
+
+    Examples
+    --------
+    >>> check_lattice("eight-direction", 20, "touch")
+    """
+    if corner_rule not in get_args(CornerRule):
+        msg = f"{solver}: unknown corner_rule {corner_rule!r}; choose touch or both-free"
+        raise SolverSettingError(msg)
+    if resolution is None or isinstance(resolution, Lattice):
+        return
+    try:
+        Lattice(resolution, bounds=(0.0, 0.0, 1.0, 1.0))
+    except ProblemError as error:
+        msg = f"{solver}: {error}"
+        raise SolverSettingError(msg) from error

@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from cgla_graph._validate import positive_number
-from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.problem import Problem
 from cgla_graph.solution import Solution
-from cgla_graph.solvers.base import LARGEST_SEED, Traits, whole_setting
+from cgla_graph.solvers.base import LARGEST_SEED, Traits, positive_setting, whole_setting
 from cgla_graph.solvers.budget import Budget
 
 
@@ -64,11 +62,7 @@ class BitStar:
         self._budget.check("bit-star")
         whole_setting("bit-star", "seed", self.seed, at_least=1, at_most=LARGEST_SEED)
         whole_setting("bit-star", "samples_per_batch", self.samples_per_batch, at_least=1, at_most=1_000_000)
-        try:
-            positive_number("rewire_factor", self.rewire_factor)
-        except ProblemError as error:
-            msg = f"bit-star: {error}"
-            raise SolverSettingError(msg) from error
+        positive_setting(self.traits.name, "rewire_factor", self.rewire_factor)
 
     @property
     def _budget(self) -> Budget:

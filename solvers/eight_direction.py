@@ -2,14 +2,13 @@
 
 import time
 from dataclasses import dataclass
-from typing import ClassVar, get_args
+from typing import ClassVar
 
 from cgla_graph.edges import CornerRule
-from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.lattice import Lattice
 from cgla_graph.problem import Problem
 from cgla_graph.solution import Solution
-from cgla_graph.solvers.base import Traits
+from cgla_graph.solvers.base import Traits, check_lattice
 from cgla_graph.solvers.dijkstra import Dijkstra
 
 
@@ -49,16 +48,7 @@ class EightDirection:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        if self.corner_rule not in get_args(CornerRule):
-            msg = f"eight-direction: unknown corner_rule {self.corner_rule!r}; choose touch or both-free"
-            raise SolverSettingError(msg)
-        if self.resolution is None or isinstance(self.resolution, Lattice):
-            return
-        try:
-            Lattice(self.resolution, bounds=(0.0, 0.0, 1.0, 1.0))
-        except ProblemError as error:
-            msg = f"eight-direction: {error}"
-            raise SolverSettingError(msg) from error
+        check_lattice(self.traits.name, self.resolution, self.corner_rule)
 
     def solve(self, problem: Problem) -> Solution:
         """Lay the lattice, which is reported as time to build, and search it."""

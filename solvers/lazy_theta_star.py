@@ -2,18 +2,17 @@
 
 import time
 from dataclasses import dataclass
-from typing import ClassVar, get_args
+from typing import ClassVar
 
 import numpy as np
 
 from cgla_graph._types import IntArray
 from cgla_graph.edges import CornerRule, cell_corners
-from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.lattice import Lattice
 from cgla_graph.problem import Problem
 from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers import theta_kernels
-from cgla_graph.solvers.base import Traits
+from cgla_graph.solvers.base import Traits, check_lattice
 
 
 @dataclass(frozen=True)
@@ -58,16 +57,7 @@ class LazyThetaStar:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        if self.corner_rule not in get_args(CornerRule):
-            msg = f"lazy-theta-star: unknown corner_rule {self.corner_rule!r}; choose touch or both-free"
-            raise SolverSettingError(msg)
-        if self.resolution is None or isinstance(self.resolution, Lattice):
-            return
-        try:
-            Lattice(self.resolution, bounds=(0.0, 0.0, 1.0, 1.0))
-        except ProblemError as error:
-            msg = f"lazy-theta-star: {error}"
-            raise SolverSettingError(msg) from error
+        check_lattice(self.traits.name, self.resolution, self.corner_rule)
 
     def solve(self, problem: Problem) -> Solution:
         """Lay the lattice, which is reported as time to build, and search it."""

@@ -11,11 +11,9 @@ from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph._validate import positive_number
-from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.problem import Problem
 from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
-from cgla_graph.solvers.base import LARGEST_SEED, Traits, whole_setting
+from cgla_graph.solvers.base import LARGEST_SEED, Traits, positive_setting, whole_setting
 from cgla_graph.solvers.budget import Budget, Incumbent, Meter
 
 #: The roadmap is searched when it has this many milestones, twice, four times … as many, and at its end.
@@ -86,11 +84,7 @@ class PrmStar:
         if self.milestones is not None:
             whole_setting("prm-star", "milestones", self.milestones, at_least=2)
         whole_setting("prm-star", "seed", self.seed, at_least=0, at_most=LARGEST_SEED)
-        try:
-            positive_number("radius_factor", self.radius_factor)
-        except ProblemError as error:
-            msg = f"prm-star: {error}"
-            raise SolverSettingError(msg) from error
+        positive_setting(self.traits.name, "radius_factor", self.radius_factor)
 
     @property
     def _budget(self) -> Budget:

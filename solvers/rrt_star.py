@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from cgla_graph._validate import positive_number
-from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.problem import Problem
 from cgla_graph.solution import Solution
-from cgla_graph.solvers.base import LARGEST_SEED, Traits, whole_setting
+from cgla_graph.solvers.base import LARGEST_SEED, Traits, positive_setting, whole_setting
 from cgla_graph.solvers.budget import Budget
 
 
@@ -57,11 +55,7 @@ class RrtStar:
         """Check the settings."""
         self._budget.check(self.traits.name)
         whole_setting(self.traits.name, "seed", self.seed, at_least=1, at_most=LARGEST_SEED)
-        try:
-            positive_number("rewire_factor", self.rewire_factor)
-        except ProblemError as error:
-            msg = f"{self.traits.name}: {error}"
-            raise SolverSettingError(msg) from error
+        positive_setting(self.traits.name, "rewire_factor", self.rewire_factor)
 
     @property
     def _budget(self) -> Budget:

@@ -520,3 +520,22 @@ def test_what_makes_no_sense_is_refused(own_settings: dict[str, Any], message: s
     problem = cg.Problem((0.1, 0.5), (0.9, 0.5), no_fly=shapely.box(0.4, 0.3, 0.6, 0.7))
     with pytest.raises(ProblemError, match=message):
         lower_bound(problem, **own_settings)
+
+
+def test_a_closed_pocket_beside_an_end_does_no_harm() -> None:
+    """No way leads into the pocket, whose cells are on the rim of the block around the end."""
+    pocket = shapely.box(0.5, 0.5, 0.512, 0.512).difference(shapely.box(0.502, 0.502, 0.51, 0.51))
+    found = lower_bound(cg.Problem((0.49, 0.503), (0.52, 0.51), no_fly=pocket), 0.02, max_cells=FEW_CELLS)
+    assert found.reached
+
+
+def test_ends_in_one_cell_are_told_apart_in_the_end() -> None:
+    field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, 0.9), cg.Threat(0.52, 0.5, 0.05, 0.9)])
+    assert lower_bound(cg.Problem((0.5, 0.5), (0.5 + 1e-6, 0.5), field, 20.0), 0.01, max_cells=FEW_CELLS).reached
+
+
+@pytest.mark.parametrize("goal", [(0.8, 0.05), (1.0, 0.05), (1.0, 0.0)])
+def test_no_way_leads_around_a_wall_beyond_the_bounds(goal: tuple[float, float]) -> None:
+    wall = shapely.box(0.4, -1e-4, 0.5, 0.8)
+    found = lower_bound(cg.Problem((0.2, 0.05), goal, no_fly=wall), 0.03, max_cells=FEW_CELLS)
+    assert found.reached
