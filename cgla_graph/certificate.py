@@ -27,8 +27,6 @@ from cgla_graph.certificate_field import FIRST_CELLS, Field, Level
 from cgla_graph.cgla_matrix import cost_matrix
 from cgla_graph.eikonal import descent
 from cgla_graph.errors import ProblemError
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.lattice import Lattice
 from cgla_graph.problem import Problem
 from cgla_graph.refine import refine_path
 from cgla_graph.solution import NEGATIVE_WEIGHTS
@@ -187,14 +185,12 @@ def _cost_of_own(problem: Problem) -> float:
     """Return the cost of the lattice optimum, refined; infinite if the lattice has no path."""
     if problem.start == problem.goal:
         return 0.0
-    points = corners(problem.model.area, problem.bounds)
-    extra = (problem.start, problem.goal, *map(tuple, points[:MOST_CORNERS].tolist()))
-    lattice = Lattice(OWN_LATTICE, bounds=problem.bounds)
-    graph = GeometricGraph.complete(lattice, problem.field, problem.k, no_fly=problem.no_fly, extra=extra)
-    graph.weight_matrix()
-    positions = np.asarray(graph.positions)
-    source, target = (int(np.nonzero((positions == end).all(axis=1))[0][0]) for end in (problem.start, problem.goal))
-    nodes = cost_matrix(graph, target).path_from(source)
+    points = corners(problem.model.area, problem.bounds)[:MOST_CORNERS]
+    on = problem.on_lattice(OWN_LATTICE, extra=map(tuple, points.tolist()))
+    # all weights at once, on all cores
+    on.graph.weight_matrix()
+    nodes = cost_matrix(on.graph, on.target).path_from(on.source)
+    positions = np.asarray(on.graph.positions)
     return refine_path(problem, positions[np.array(nodes, dtype=np.int64)]).cost if nodes else math.inf
 
 
@@ -218,7 +214,6 @@ class _Search:
     upper: float
     is_own: bool
     best: float = 0.0
-    spacing: float = 0.0
     cells: int = 0
     grids: list[Grid] = field(default_factory=list)
 
@@ -240,8 +235,8 @@ class _Search:
         before = -math.inf
         while True:
             level = Level.lay(problem, last, runs)
-            self.spacing, self.cells = max(level.mesh.spacing), len(level.mesh.columns)
-            self.grids.append(Grid(self.spacing, last, runs, self.best, self.upper))
+            self.cells = len(level.mesh.columns)
+            self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.upper))
             fields: list[Field] = []
             for to_goal in (True, False):
                 found = level.bound(to_goal=to_goal, aim=FRACTION * self.tolerance)
@@ -299,6 +294,5 @@ class _Search:
         return is_better
 
     def _end(self, message: str) -> Certificate:
-        return Certificate(
-            self.best, self.upper, self.tolerance, self.spacing, self.cells, message, 0.0, tuple(self.grids)
-        )
+        spacing = self.grids[-1].spacing if self.grids else 0.0
+        return Certificate(self.best, self.upper, self.tolerance, spacing, self.cells, message, 0.0, tuple(self.grids))

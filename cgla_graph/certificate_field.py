@@ -17,6 +17,7 @@ again, a few times: what is lost is of second order in the spacing where paths a
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -86,7 +87,7 @@ class Level:
         mesh, problem = self.mesh, self.problem
         source, other = (problem.goal, problem.start) if to_goal else (problem.start, problem.goal)
         piece, source_piece = mesh.ends if to_goal else mesh.ends[::-1]
-        block = Block.around(self, source)
+        block = self.blocks[1 if to_goal else 0]
         checked = mesh.matters & ~block.holds
         factors = np.ones(mesh.n_nodes)
         steep = np.empty(len(mesh.columns))
@@ -140,20 +141,23 @@ class Level:
         at = spline_value(mesh.controls[piece], x - int(mesh.columns[piece]), y - int(mesh.rows[piece]), shifted)
         return Field(float(at), shifted)
 
+    @cached_property
+    def blocks(self) -> "tuple[Block, Block]":
+        """The blocks around start and goal."""
+        return Block.around(self, self.problem.start), Block.around(self, self.problem.goal)
+
     @property
     def ends_apart(self) -> bool:
-        """Whether start and goal are in no common block."""
-        ends = (np.array([self.problem.start, self.problem.goal]) - self.mesh.origin) / self.mesh.spacing
-        return bool(np.abs(np.diff(np.round(ends), axis=0)).max() > self.reach)
+        """Whether the start is outside the block around the goal."""
+        return not self.blocks[1].holds[self.mesh.ends[0]]
 
-    def kept(self, to_goal: Field, to_start: Field | None, limit: float) -> WholeArray:
+    def kept(self, to_goal: Field, to_start: Field, limit: float) -> WholeArray:
         """Return the runs of the cells on which a path may cost less than the limit."""
         mesh = self.mesh
-        keep: BoolArray = mesh.matters.copy()
-        if to_start is not None and math.isfinite(limit):
-            certificate_kernels.within(to_goal.values, to_start.values, mesh.controls, mesh.matters, limit, keep)
-            for end in (self.problem.start, self.problem.goal):
-                keep |= mesh.matters & Block.around(self, end).holds
+        keep = np.empty(len(mesh.columns), dtype=np.bool_)
+        certificate_kernels.within(to_goal.values, to_start.values, mesh.controls, mesh.matters, limit, keep)
+        for block in self.blocks:
+            keep |= mesh.matters & block.holds
         return sparse_grid.runs_of(mesh.columns[keep], mesh.rows[keep])
 
 

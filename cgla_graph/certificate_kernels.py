@@ -15,6 +15,7 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
+from cgla_graph.eikonal_kernels import FAR, SEED, TRIAL
 from cgla_graph.no_fly_kernels import AreaArrays, segment_crosses
 from cgla_graph.risk_kernels import LOG_PEAK, PRECISION, REACH2, Field, X, Y, segment_cost
 
@@ -223,10 +224,10 @@ def start_disc(
     stack = np.empty(n + 9, dtype=np.int32)
     size = 0
     for o in range(9):
-        if state[middle[o]] == 0:
+        if state[middle[o]] == FAR:
             stack[size] = middle[o]
             size += 1
-            state[middle[o]] = 3
+            state[middle[o]] = SEED
     while size > 0:
         size -= 1
         p = stack[size]
@@ -235,13 +236,13 @@ def start_disc(
         times[p] = segment_cost(x, y, source[0], source[1], k, field)
         for side in range(4):
             q = neighbours[p, side]
-            if q == n or state[q] != 0:
+            if q == n or state[q] != FAR:
                 continue
             x = origin[0] + spacing[0] * node_columns[q]
             y = origin[1] + spacing[1] * node_rows[q]
             near = (x - source[0]) ** 2 + (y - source[1]) ** 2 <= radius * radius
             if near and not segment_crosses(x, y, source[0], source[1], area):
-                state[q] = 3
+                state[q] = SEED
                 stack[size] = q
                 size += 1
 
@@ -284,7 +285,7 @@ def bridge(
     for p in range(controls.shape[0]):
         for o in range(9):
             here = controls[p, o]
-            if state[here] != 0:
+            if state[here] != FAR:
                 continue
             for way in range(4):
                 a = o % 3 + (1 if way == 0 else (-1 if way == 1 else 0))
@@ -295,8 +296,8 @@ def bridge(
                         times[here] = time
                         found += 1
     for p in range(state.shape[0]):
-        if state[p] == 0 and times[p] < math.inf:
-            state[p] = 1
+        if state[p] == FAR and times[p] < math.inf:
+            state[p] = TRIAL
     return found
 
 

@@ -1,10 +1,9 @@
 """
-Compiled kernels of the eikonal equation ``|grad T| = c`` on a sparse grid: fast marching with a heap.
+Compiled kernels of the eikonal equation ``|grad T| = c`` on a mesh: fast marching with a heap, and steepest descent.
 
-The nodes of a mesh (`cgla_graph.spline_mesh`) know their four neighbours: row ``p`` of
-``neighbours``, shape ``(n + 1, 4)``, holds the numbers of the nodes to the west, east, south and north of node ``p``.
-Number ``n`` stands for "no node there" and is its own neighbour; its value is infinite. So no kernel asks whether a
-neighbour exists.
+The nodes of a mesh (`cgla_graph.spline_mesh`) know their four neighbours: row ``p`` of ``neighbours``, shape
+``(n + 1, 4)``, holds the numbers of the nodes to the west, east, south and north of node ``p``. Number ``n`` stands
+for "no node there" and is its own neighbour; its value is infinite. So no kernel asks whether a neighbour exists.
 """
 
 import math
@@ -17,7 +16,7 @@ from cgla_graph._types import FloatArray, WholeArray
 
 #: Controls, columns and rows of the pieces of a mesh, and the piece in whose middle each node is.
 Pieces: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, WholeArray]
-WEST, EAST, SOUTH, NORTH = range(4)
+#: States of a node: see `march`.
 FAR, TRIAL, DONE, SEED = range(4)
 
 
@@ -148,11 +147,11 @@ def march(
     work = np.empty((n + 1, 4))
     size = 0
     for p in range(n + 1):
-        work[p, 0] = times[p] if state[p] == 2 else math.inf
+        work[p, 0] = times[p] if state[p] == DONE else math.inf
         work[p, 1] = times[p]
         work[p, 2] = cost[p]
-        work[p, 3] = 1.0 if state[p] == 2 or p == n else (2.0 if state[p] == 3 else 0.0)
-        if state[p] == 1 or state[p] == 3:
+        work[p, 3] = 1.0 if state[p] == DONE or p == n else (2.0 if state[p] == SEED else 0.0)
+        if state[p] == TRIAL or state[p] == SEED:
             keys, items = with_room(keys, items, size + 8)
             size = push(keys, items, size, times[p], p)
     while size > 0:
@@ -196,7 +195,7 @@ def march(
     for p in range(n):
         times[p] = work[p, 1]
         if work[p, 0] < math.inf:
-            state[p] = 2
+            state[p] = DONE
 
 
 @kernel

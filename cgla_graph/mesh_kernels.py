@@ -14,7 +14,6 @@ from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.no_fly_kernels import AreaArrays, point_inside
 
-HERE: Final = 4
 #: What a sub-cell may be: free, inside the area, or met by an edge, which counts as free.
 FREE, INSIDE, MET = range(3)
 MOST_PIECES: Final = 250
@@ -169,22 +168,22 @@ def sub_cells(
                         first = math.floor(max((left - base - margin) * parts, 0.0))
                         last = math.floor(min((right - base + margin) * parts, parts - 1.0))
                         for s in range(first, last + 1):
-                            kinds[place[i], part, s] = 2
+                            kinds[place[i], part, s] = MET
                     i += 1
     for p in range(columns.shape[0]):
         if place[p] < 0:
             continue
         for part in range(parts):
             y = origin[1] + spacing[1] * (rows[p] - 0.5 + (part + 0.5) / parts)
-            before = 2
+            before = MET
             for s in range(parts):
-                if kinds[place[p], part, s] != 2:
-                    if before == 2:
+                if kinds[place[p], part, s] != MET:
+                    if before == MET:
                         x = origin[0] + spacing[0] * (columns[p] - 0.5 + (s + 0.5) / parts)
-                        before = 1 if point_inside(x, y, area) else 0
+                        before = INSIDE if point_inside(x, y, area) else FREE
                     kinds[place[p], part, s] = before
                 else:
-                    before = 2
+                    before = MET
         # beyond the bounds is as good as inside the area: no way leads around a wall out there
         for part in range(parts):
             for s in range(parts):
@@ -193,7 +192,7 @@ def sub_cells(
                 south = rows[p] == 0 and part < parts // 2
                 north = rows[p] == rim[1] and part >= parts // 2
                 if west or east or south or north:
-                    kinds[place[p], part, s] = 1
+                    kinds[place[p], part, s] = INSIDE
 
 
 @kernel
@@ -214,7 +213,7 @@ def label_pieces(kinds: WholeArray, labels: WholeArray) -> WholeArray:
         found = 0
         for i in range(parts):
             for j in range(parts):
-                if kinds[t, i, j] == 1 or labels[t, i, j] >= 0:
+                if kinds[t, i, j] == INSIDE or labels[t, i, j] >= 0:
                     continue
                 label = min(found, MOST_PIECES - 1)
                 found += 1
@@ -226,7 +225,7 @@ def label_pieces(kinds: WholeArray, labels: WholeArray) -> WholeArray:
                     at = stack[size]
                     for b in range(max(at // parts - 1, 0), min(at // parts + 2, parts)):
                         for a in range(max(at % parts - 1, 0), min(at % parts + 2, parts)):
-                            if kinds[t, b, a] != 1 and labels[t, b, a] < 0:
+                            if kinds[t, b, a] != INSIDE and labels[t, b, a] < 0:
                                 labels[t, b, a] = label
                                 stack[size] = b * parts + a
                                 size += 1

@@ -1,6 +1,6 @@
 """What is to be planned: a problem in the plane, or on a graph, and the oracle that judges every answer."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -196,7 +196,9 @@ class Problem:
             return replace(judged, status=Status.INFEASIBLE, message="; ".join(found.violations))
         return _honest(solution, judged)
 
-    def on_lattice(self, resolution: "int | tuple[int, int] | Lattice" = 20) -> "GraphProblem":
+    def on_lattice(
+        self, resolution: "int | tuple[int, int] | Lattice" = 20, *, extra: Iterable[Point] = ()
+    ) -> "GraphProblem":
         """
         Lay the complete graph over the bounds; start and goal become nodes where they are no lattice points.
 
@@ -205,6 +207,8 @@ class Problem:
         resolution
             Points a side of a closed lattice over the bounds, or a `Lattice`. Of one that goes beyond the bounds, the
             oracle refuses paths through the points outside.
+        extra
+            More points that become nodes, map units.
 
         Returns
         -------
@@ -217,7 +221,8 @@ class Problem:
             If the resolution is below 2.
         """
         lattice = resolution if isinstance(resolution, Lattice) else Lattice(resolution, bounds=self.bounds)
-        graph = GeometricGraph.complete(lattice, self.field, self.k, no_fly=self.no_fly, extra=(self.start, self.goal))
+        nodes = (self.start, self.goal, *extra)
+        graph = GeometricGraph.complete(lattice, self.field, self.k, no_fly=self.no_fly, extra=nodes)
         return GraphProblem(graph, *self._ends(graph))
 
     def on_eight_connected(

@@ -154,10 +154,7 @@ class _Search:
         values, trees = csgraph.dijkstra(roadmap.weights, indices=[0], return_predecessors=True)
         if not np.isfinite(values[0, 1]):
             return []
-        nodes = [1]
-        while nodes[-1] != 0:
-            nodes.append(int(trees[0, nodes[-1]]))
-        path = roadmap.positions[nodes[::-1]]
+        path = roadmap.positions[_to_root(1, trees[0])[::-1]]
         self._offer(path)
         return [self._refined(path, tolerance=1e-3, max_points=40)]
 
@@ -221,11 +218,14 @@ def _swept(positions: FloatArray, poles: FloatArray, values: FloatArray, before:
 
 def _through(via: int, before: IntArray, positions: FloatArray) -> FloatArray:
     """Read the best path through a node off the two trees."""
-    halves: list[list[int]] = []
-    for tree in before:
-        node, half = via, []
-        while node >= 0:
-            half.append(node)
-            node = int(tree[node])
-        halves.append(half)
-    return positions[halves[0][::-1] + halves[1][1:]]
+    there, back = (_to_root(via, tree) for tree in before)
+    return positions[there[::-1] + back[1:]]
+
+
+def _to_root(node: int, before: IntArray) -> list[int]:
+    """List the nodes from one of a tree to its root."""
+    nodes = []
+    while node >= 0:
+        nodes.append(node)
+        node = int(before[node])
+    return nodes

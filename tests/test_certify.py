@@ -1,17 +1,15 @@
 """`cgla certify`: the bracket that it prints, the paths that it reads, its files, its picture, and what it refuses."""
 
 import csv
-import json
 import math
-import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
 import shapely
+from command_line import Answer, Call, caller
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -23,7 +21,6 @@ import cgla_graph as cg
 from cgla_graph import sparse_grid
 from cgla_graph.certificate import Grid
 from cgla_graph.comparisons import certify, files
-from cgla_graph.comparisons.cli import main
 from cgla_graph.comparisons.plot_certificate import certificate_figure
 from cgla_graph.comparisons.plots import save
 from cgla_graph.comparisons.runner import Run
@@ -49,40 +46,12 @@ FILES = {
 }
 
 
-class Answer(NamedTuple):
-    """How a call of the command line ended, and what it wrote."""
-
-    code: int
-    out: str
-    err: str
-
-
-Call = Callable[..., Answer]
-
-
 @pytest.fixture
 def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
     """Call the command line in a folder of its own, in this process."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
     for name, text in FILES.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
-
-    def call(*words: object) -> Answer:
-        monkeypatch.setattr(sys, "argv", ["cgla", *map(str, words)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        captured = capfd.readouterr()
-        assert "Traceback" not in captured.err
-        assert isinstance(left.value.code, int)
-        return Answer(left.value.code, captured.out, captured.err)
-
-    return call
-
-
-def document(answer: Answer) -> Any:  # noqa: ANN401 - any JSON
-    assert answer.out.startswith("{")
-    return json.loads(answer.out, parse_constant=lambda text: pytest.fail(f"{text} is no JSON"))
+    return caller(tmp_path, monkeypatch, capfd)
 
 
 def lines_of(answer: Answer) -> dict[str, str]:
@@ -123,7 +92,7 @@ def test_certify_prints_the_bracket(cgla: Call) -> None:
 def test_certify_as_json(cgla: Call, tmp_path: Path) -> None:
     answer = cgla("certify", "small.toml", "--out", "out", "--json")
     assert (answer.code, answer.err) == (0, "")
-    found = document(answer)
+    found = answer.document()
     proof, grids = found["certificate"], found["grids"]
     assert (found["scenario"], found["solver"], found["status"]) == ("small", "hybrid", "found")
     assert {key: type(value) for key, value in proof.items()} == {
@@ -163,7 +132,7 @@ def test_more_cells_prove_more(cgla: Call) -> None:
     assert short.code == 0
     assert "--max-cells N allows more" in lines_of(short)["ended"]
     few, more = (
-        document(cgla("certify", "wall.toml", "--tolerance", "1e-6", "--max-cells", most, "--json"))["certificate"]
+        cgla("certify", "wall.toml", "--tolerance", "1e-6", "--max-cells", most, "--json").document()["certificate"]
         for most in (16384, 60000)
     )
     assert not few["reached"]
@@ -174,11 +143,11 @@ def test_more_cells_prove_more(cgla: Call) -> None:
 
 
 def test_certify_a_path_of_plan(cgla: Call) -> None:
-    plan = document(cgla("plan", "small.toml", "--solver", "cgla", "--out", "out", "--no-certificate", "--json"))
-    found = document(cgla("certify", "small.toml", "--path", "out/small-cgla.csv", "--json"))
+    plan = cgla("plan", "small.toml", "--solver", "cgla", "--out", "out", "--no-certificate", "--json").document()
+    found = cgla("certify", "small.toml", "--path", "out/small-cgla.csv", "--json").document()
     assert (found["solver"], found["path"]) == ("small-cgla.csv", plan["path"])
     assert found["cost"] == plan["cost"] == found["certificate"]["upper_bound"]
-    best = document(cgla("certify", "small.toml", "--json"))
+    best = cgla("certify", "small.toml", "--json").document()
     # a coarse lattice's path is worse, and the bound says so
     assert best["gap"] <= 0.001 < found["gap"] <= plan["cost"] / best["certificate"]["lower_bound"] - 1.0 + 0.1
     assert found["certificate"]["lower_bound"] <= best["cost"]
@@ -187,7 +156,7 @@ def test_certify_a_path_of_plan(cgla: Call) -> None:
 def test_certify_other_ends(cgla: Call) -> None:
     words = ("--start", "0.1,0.9", "--goal", "0.9,0.1")
     write_path("mine.csv", [(0.1, 0.9), (0.2, 0.1), (0.9, 0.1)])
-    found = document(cgla("certify", "small.toml", "--path", "mine.csv", *words, "--json"))
+    found = cgla("certify", "small.toml", "--path", "mine.csv", *words, "--json").document()
     assert (found["path"][0], found["path"][-1]) == ([0.1, 0.9], [0.9, 0.1])
     assert cgla("certify", "small.toml", "--path", "mine.csv").code == 2
 
@@ -294,7 +263,7 @@ def test_cases_without_a_bracket(cgla: Call, name: str, code: int, proven: str, 
     answer = cgla("certify", name, "--out", "out")
     assert (answer.code, answer.err) == (code, "")
     assert lines_of(answer)["proven"].startswith(proven)
-    found = document(cgla("certify", name, "--json"))
+    found = cgla("certify", name, "--json").document()
     assert len(found["grids"]) == n_grids
     assert bool(found["path"]) == (code == 0)
     assert (found["certificate"]["lower_bound"] is None) == (code == 1)
@@ -302,7 +271,7 @@ def test_cases_without_a_bracket(cgla: Call, name: str, code: int, proven: str, 
 
 
 def test_from_a_point_to_itself(cgla: Call) -> None:
-    found = document(cgla("certify", "small.toml", "--goal", "0.1,0.2", "--json", "--out", "out"))
+    found = cgla("certify", "small.toml", "--goal", "0.1,0.2", "--json", "--out", "out").document()
     assert (found["cost"], found["gap"], found["certificate"]["lower_bound"]) == (0.0, 0.0, 0.0)
 
 

@@ -15,15 +15,15 @@ import types
 from collections.abc import Callable, Iterator
 from importlib.metadata import EntryPoint
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
 import shapely
+from command_line import Call, caller
 
 from cgla_graph.comparisons import files, options
-from cgla_graph.comparisons.cli import main
 from cgla_graph.comparisons.rows import COLUMNS
 from cgla_graph.geojson import read_areas
 from cgla_graph.problem import Problem
@@ -40,48 +40,12 @@ SHUT = WALL.replace("0.8", "1.1")
 PROGRAM = [sys.executable, "-m", "cgla_graph.comparisons"]
 
 
-class Answer(NamedTuple):
-    """How a call of the command line ended, and what it wrote."""
-
-    code: int
-    out: str
-    err: str
-
-    def document(self) -> Any:  # noqa: ANN401 - any JSON
-        """Read standard output as one strict JSON document, with nothing around it."""
-        assert self.out.startswith("{")
-        return json.loads(self.out, parse_constant=lambda text: pytest.fail(f"{text} is no JSON"))
-
-    def refused(self, *words: str) -> None:
-        """Check that the input was refused: one line on standard error that says what is wrong."""
-        assert (self.code, self.out) == (2, ""), self.err
-        assert self.err.startswith("cgla: ")
-        assert self.err.count("\n") == 1
-        assert self.err.endswith("\n")
-        assert not [word for word in words if word.lower() not in self.err.lower()], self.err
-
-
-Call = Callable[..., Answer]
-
-
 @pytest.fixture
 def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
     """Call the command line in a folder of its own, in this process."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
     # a coarse lower bound is proven at once
     monkeypatch.setattr(options, "TOLERANCE", 0.1)
-
-    def call(*words: object) -> Answer:
-        monkeypatch.setattr(sys, "argv", ["cgla", *map(str, words)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        captured = capfd.readouterr()
-        assert "Traceback" not in captured.err
-        assert isinstance(left.value.code, int)
-        return Answer(left.value.code, captured.out, captured.err)
-
-    return call
+    return caller(tmp_path, monkeypatch, capfd)
 
 
 @pytest.fixture

@@ -1,19 +1,15 @@
 """`cgla pareto`, and `cgla plan` within a budget: what they print and write, and what they refuse."""
 
 import csv
-import json
 import math
-import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from command_line import Call, caller
 
 import cgla_graph as cg
 from cgla_graph.comparisons import trade_off
-from cgla_graph.comparisons.cli import main
 from cgla_graph.comparisons.plot_pareto import pareto_figure
 from cgla_graph.comparisons.plots import save
 from cgla_graph.scenario import load_scenario
@@ -29,40 +25,12 @@ resolution = 6
 SHUT = SMALL + "[no_fly]\npolygons = [[[0.45, -0.1], [0.55, -0.1], [0.55, 1.1], [0.45, 1.1]]]\n"
 
 
-class Answer(NamedTuple):
-    """How a call of the command line ended, and what it wrote."""
-
-    code: int
-    out: str
-    err: str
-
-
-Call = Callable[..., Answer]
-
-
 @pytest.fixture
 def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
     """Call the command line in a folder of its own, in this process."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
     (tmp_path / "small.toml").write_text(SMALL, encoding="utf-8")
     (tmp_path / "shut.toml").write_text(SHUT.replace("[lattice]", "").replace("resolution = 6", ""), encoding="utf-8")
-
-    def call(*words: object) -> Answer:
-        monkeypatch.setattr(sys, "argv", ["cgla", *map(str, words)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        captured = capfd.readouterr()
-        assert "Traceback" not in captured.err
-        assert isinstance(left.value.code, int)
-        return Answer(left.value.code, captured.out, captured.err)
-
-    return call
-
-
-def document(answer: Answer) -> Any:  # noqa: ANN401 - any JSON
-    assert answer.out.startswith("{")
-    return json.loads(answer.out, parse_constant=lambda text: pytest.fail(f"{text} is no JSON"))
+    return caller(tmp_path, monkeypatch, capfd)
 
 
 # cgla pareto
@@ -86,7 +54,7 @@ def test_pareto_prints_the_front(cgla: Call) -> None:
 def test_pareto_writes_its_files_and_json(cgla: Call, tmp_path: Path) -> None:
     answer = cgla("pareto", "small.toml", "--solver", "cgla", "--out", "out", "--json")
     assert (answer.code, answer.err) == (0, "")
-    found = document(answer)
+    found = answer.document()
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"pareto.csv", "pareto.png"}
     assert found["files"] == ["out/pareto.csv", "out/pareto.png"]
     assert (tmp_path / "out" / "pareto.png").read_bytes().startswith(b"\x89PNG")
@@ -107,7 +75,7 @@ def test_pareto_writes_its_files_and_json(cgla: Call, tmp_path: Path) -> None:
 def test_a_range_without_end_is_empty_in_csv_and_null_in_json(cgla: Call) -> None:
     free = SMALL.replace("threats = [{ x = 0.5, y = 0.5, spread = 0.1 }]", "")
     Path("free.toml").write_text(free, encoding="utf-8")
-    found = document(cgla("pareto", "free.toml", "--solver", "cgla", "--json", "--out", "out"))
+    found = cgla("pareto", "free.toml", "--solver", "cgla", "--json", "--out", "out").document()
     assert [point["k_high"] for point in found["points"]] == [None]
     assert found["knee"] is None
     line = Path("out/pareto.csv").read_text(encoding="utf-8").splitlines()[1]
@@ -117,7 +85,7 @@ def test_a_range_without_end_is_empty_in_csv_and_null_in_json(cgla: Call) -> Non
 
 def test_pareto_with_other_ends_another_lattice_and_settings(cgla: Call) -> None:
     words = ("--start", "0.2,0.5", "--goal", "0.8,0.5", "--resolution", "9", "--json")
-    found = document(cgla("pareto", "small.toml", "--solver", "cgla:schedule=synchronous", *words))
+    found = cgla("pareto", "small.toml", "--solver", "cgla:schedule=synchronous", *words).document()
     paths = [np.array(point["path"]) for point in found["points"]]
     assert all(path[0].tolist() == [0.2, 0.5] and path[-1].tolist() == [0.8, 0.5] for path in paths)
     inner = np.concatenate([path[1:-1] for path in paths])
@@ -131,7 +99,7 @@ def test_pareto_without_a_path(cgla: Call) -> None:
     assert answer.code == 1
     assert "no-path: no path exists on the graph" in answer.out
     assert not list(Path("out").iterdir())
-    found = document(cgla("pareto", "shut.toml", "--solver", "cgla", "--json"))
+    found = cgla("pareto", "shut.toml", "--solver", "cgla", "--json").document()
     assert (found["points"], found["status"], found["error"]) == ([], "no-path", None)
 
 
@@ -171,7 +139,7 @@ def test_plan_within_a_risk(cgla: Call) -> None:
 
 
 def test_plan_within_a_length_as_json(cgla: Call) -> None:
-    found = document(cgla("plan", "small.toml", "--solver", "cgla", "--max-length", "1.3", "--json", "--out", "out"))
+    found = cgla("plan", "small.toml", "--solver", "cgla", "--max-length", "1.3", "--json", "--out", "out").document()
     assert (found["status"], found["solver"]) == ("optimal", "cgla")
     assert found["length"] <= 1.3
     within = found["within"]
@@ -184,7 +152,7 @@ def test_plan_within_a_length_as_json(cgla: Call) -> None:
 
 
 def test_plan_without_a_budget_says_nothing_of_one(cgla: Call) -> None:
-    found = document(cgla("plan", "small.toml", "--solver", "cgla", "--no-certificate", "--json"))
+    found = cgla("plan", "small.toml", "--solver", "cgla", "--no-certificate", "--json").document()
     assert "within" not in found
 
 
@@ -200,7 +168,7 @@ def test_a_budget_that_cannot_be_kept(cgla: Call, words: list[str], said: str) -
     assert (answer.code, answer.err) == (1, "")
     assert said in answer.out
     assert "no path on the lattice keeps the budget" in answer.out
-    found = document(cgla("plan", "small.toml", "--solver", "cgla", *words, "--json"))
+    found = cgla("plan", "small.toml", "--solver", "cgla", *words, "--json").document()
     assert (found["within"]["dual_bound"], found["within"]["duality_gap"], found["path"]) == (None, None, [])
 
 

@@ -1,0 +1,52 @@
+"""How tests call the command line: in a folder of their own, in this process."""
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
+
+import pytest
+
+from cgla_graph.comparisons.cli import main
+
+
+class Answer(NamedTuple):
+    """How a call of the command line ended, and what it wrote."""
+
+    code: int
+    out: str
+    err: str
+
+    def document(self) -> Any:  # noqa: ANN401 - any JSON
+        """Read standard output as one strict JSON document, with nothing around it."""
+        assert self.out.startswith("{")
+        return json.loads(self.out, parse_constant=lambda text: pytest.fail(f"{text} is no JSON"))
+
+    def refused(self, *words: str) -> None:
+        """Check that the input was refused: one line on standard error that says what is wrong."""
+        assert (self.code, self.out) == (2, ""), self.err
+        assert self.err.startswith("cgla: ")
+        assert self.err.count("\n") == 1
+        assert self.err.endswith("\n")
+        assert not [word for word in words if word.lower() not in self.err.lower()], self.err
+
+
+Call: TypeAlias = Callable[..., Answer]
+
+
+def caller(folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
+    """Return what calls the command line in a folder, with a wide terminal."""
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def call(*words: object) -> Answer:
+        monkeypatch.setattr(sys, "argv", ["cgla", *map(str, words)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        captured = capfd.readouterr()
+        assert "Traceback" not in captured.err
+        assert isinstance(left.value.code, int)
+        return Answer(left.value.code, captured.out, captured.err)
+
+    return call
