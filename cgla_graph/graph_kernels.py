@@ -48,29 +48,44 @@ def _stride(i: int, j: int, width: int, height: int) -> int:
 
 
 @kernel
-def complete_row(positions: FloatArray, width: int, height: int, node: int, model: Model, out: FloatArray) -> None:
+def pair_cost(positions: FloatArray, width: int, height: int, i: int, j: int, k: float, field: Field) -> float:
     """
-    Write the weights between `node` and every node of the complete graph to `out`, shape ``(n,)``.
+    Evaluate Eq. 5 between two nodes of the complete graph, wherever the no-fly area is; 0 for a node and itself.
 
     The first ``width * height`` positions are a lattice. A segment through further lattice nodes is added up from its
-    parts, as `complete_sums` does it, so that rows and matrix agree to the last bit.
+    parts, as `complete_sums` does it, so that every kernel gives the same float.
     """
+    low, high = min(i, j), max(i, j)
+    if low == high:
+        return 0.0
+    # between lattice nodes, equal steps along the segment are equal steps of the index
+    step = (high - low) // _stride(low, high, width, height)
+    total = 0.0
+    for end in range(high, low, -step):
+        a, b = end - step, end
+        total = segment_cost(positions[a, 0], positions[a, 1], positions[b, 0], positions[b, 1], k, field) + total
+    return total
+
+
+@kernel
+def pair_weight(positions: FloatArray, width: int, height: int, i: int, j: int, model: Model) -> float:
+    """Weigh the pair of two nodes of the complete graph, as `complete_row` does: infinity if the segment crosses."""
+    k, field, area = model
+    if i != j and segment_crosses(positions[i, 0], positions[i, 1], positions[j, 0], positions[j, 1], area):
+        return math.inf
+    return pair_cost(positions, width, height, i, j, k, field)
+
+
+@kernel
+def complete_row(positions: FloatArray, width: int, height: int, node: int, model: Model, out: FloatArray) -> None:
+    """Write the weights between `node` and every node of the complete graph to `out`, shape ``(n,)``."""
     k, field, area = model
     for j in range(positions.shape[0]):
         out[j] = math.inf
-        if j == node:
-            out[j] = 0.0
-        elif not segment_crosses(positions[node, 0], positions[node, 1], positions[j, 0], positions[j, 1], area):
-            low, high = min(node, j), max(node, j)
-            # between lattice nodes, equal steps along the segment are equal steps of the index
-            step = (high - low) // _stride(low, high, width, height)
-            total = 0.0
-            for end in range(high, low, -step):
-                a, b = end - step, end
-                total = (
-                    segment_cost(positions[a, 0], positions[a, 1], positions[b, 0], positions[b, 1], k, field) + total
-                )
-            out[j] = total
+        if j == node or not segment_crosses(
+            positions[node, 0], positions[node, 1], positions[j, 0], positions[j, 1], area
+        ):
+            out[j] = pair_cost(positions, width, height, node, j, k, field)
 
 
 @kernel

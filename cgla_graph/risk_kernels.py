@@ -3,10 +3,11 @@ Compiled kernels of the risk field: density, gradient and the line integral of o
 
 A field reaches a kernel as the table that `threat_table` makes, one row a threat. The integral of
 ``F = 1 - prod(1 - f_i)`` over a segment is exact up to pruning: of ``m`` threats, each that stays below
-``CUTOFF / m`` along the whole segment is left out, and so is every product of threats below ``CUTOFF / m^2``. As
-``0 <= prod(1 - f_j) <= 1``, a pruned product ``g`` together with all its multiples changes the result by at most
-the integral of ``g``, about ``2.5 * spread`` times its height. At most ``4 m^2`` branches are cut, so that all cuts
-together change the result by less than ``13 * CUTOFF`` times the greatest spread.
+``CUTOFF / m`` along the whole segment (less for most ``m``, see `reach_class`) is left out, and so is every product
+of threats below ``CUTOFF / m^2``. As ``0 <= prod(1 - f_j) <= 1``, a pruned product ``g`` together with all its
+multiples changes the result by at most the integral of ``g``, about ``2.5 * spread`` times its height. At most
+``4 m^2`` branches are cut, so that all cuts together change the result by less than ``13 * CUTOFF`` times the greatest
+spread.
 """
 
 import math
@@ -27,6 +28,21 @@ N_NODES = 16
 Field: TypeAlias = tuple[FloatArray, FloatArray, bool]
 
 
+def reach_class(n_threats: int) -> int:
+    """
+    Return the number of threats that the reach of each is made for: `n_threats` up to the next power of two, least 16.
+
+    So a threat keeps its reach while others come and go, and a segment out of reach of what changed keeps its risk to
+    the last bit.
+
+    Examples
+    --------
+    >>> [reach_class(n) for n in (0, 16, 17)]
+    [16, 16, 32]
+    """
+    return max(16, 1 << max(n_threats - 1, 0).bit_length())
+
+
 def threat_table(threats: FloatArray, *, improper: bool) -> FloatArray:
     """
     Precompute what the kernels need of each threat.
@@ -45,7 +61,7 @@ def threat_table(threats: FloatArray, *, improper: bool) -> FloatArray:
     """
     x, y, spread, peak = threats.T
     growth = float(np.log1p(peak).sum()) if improper else 0.0
-    log_cutoff = LOG_CUTOFF - math.log(max(len(peak), 1))
+    log_cutoff = LOG_CUTOFF - math.log(reach_class(len(peak)))
     reach2 = 2.0 * spread**2 * np.maximum(np.log(peak) - log_cutoff + growth, 0.0)
     columns = [x, y, reach2, spread**-2.0, np.log(peak), math.sqrt(0.5) / spread, spread]
     return np.ascontiguousarray(np.column_stack(columns))

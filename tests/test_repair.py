@@ -1,0 +1,487 @@
+"""
+Incremental planning equals planning from scratch, whatever changed.
+
+Oracles: `cost_matrix` and scipy's Dijkstra on a fresh graph that weighs every pair. Maps are of unit size, `k`
+goes up to 100, and values agree to 1e-12.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from scipy.sparse.csgraph import dijkstra
+from strategies import crowds, fields, fields_and_segments, lattices, points, seeds, threats, usual
+
+from cgla_graph import bound_kernels, repair_kernels
+from cgla_graph._types import FloatArray, Point
+from cgla_graph.cgla_matrix import CostMatrix, cost_matrix
+from cgla_graph.cost_model import CostModel
+from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
+from cgla_graph.graph import GeometricGraph
+from cgla_graph.lattice import Lattice
+from cgla_graph.repair import lazy_cost_matrix, linked, repair, reweigh, with_node
+from cgla_graph.risk import ImproperFieldWarning, RiskField, Threat
+from cgla_graph.risk_kernels import reach_class
+from cgla_graph.scenario import load_scenario
+
+UNIT = (0.0, 0.0, 1.0, 1.0)
+EXACT = 1e-12
+PAPER = load_scenario("paper").problem.field.threats
+many = settings(usual, max_examples=120)
+
+
+# ---------------------------------------------------------------------------------------------- models and changes
+@st.composite
+def areas(draw: st.DrawFn) -> shapely.MultiPolygon:
+    """Draw up to three boxes or triangles with corners on eighths (where lattice nodes are, too) or anywhere."""
+    eighth = st.integers(0, 8).map(lambda i: i / 8)
+    corner = draw(st.sampled_from([st.tuples(eighth, eighth), points]))
+    shapes = []
+    for _ in range(draw(st.integers(0, 3))):
+        a, b, c = draw(st.lists(corner, min_size=3, max_size=3))
+        shape = draw(st.sampled_from([shapely.box(*a, *b), shapely.Polygon([a, b, c])]))
+        if shape.is_valid and shape.area > 1e-6 and all(shape.disjoint(other) for other in shapes):
+            shapes.append(shape)
+    return shapely.MultiPolygon(shapes)
+
+
+@st.composite
+def plain_threats(draw: st.DrawFn) -> Threat:
+    """Draw threats that paths turn aside for."""
+    return Threat(*draw(points), spread=draw(st.floats(0.02, 0.15)))
+
+
+@st.composite
+def models(draw: st.DrawFn) -> CostModel:
+    k = draw(st.sampled_from([10.0, 100.0, 1.0, 0.0]))
+    # 17 threats have a greater reach than 16
+    plain = st.lists(plain_threats(), max_size=5).map(RiskField)
+    field = draw(st.one_of(plain, fields(max_threats=6), crowds(max_threats=18)))
+    return CostModel(field, k, draw(areas()) if draw(st.booleans()) else None)
+
+
+@st.composite
+def changed(draw: st.DrawFn, model: CostModel) -> CostModel:
+    """Draw another model: threats come, go, move and change places; areas pop up and vanish; k changes."""
+    members = list(model.field.threats)
+    events = st.sampled_from(["come", "go", "move", "double", "shuffle"])
+    for event in draw(st.lists(events, min_size=draw(st.integers(0, 1)), max_size=3)):
+        at = draw(st.integers(0, max(len(members) - 1, 0)))
+        if event == "come" or not members:
+            members.append(draw(st.one_of(threats(), plain_threats())))
+        elif event == "go":
+            del members[at]
+        elif event == "move":
+            t = members[at]
+            x, y = draw(points)
+            members[at] = Threat(x, y, spread=t.spread, peak=t.peak)
+        elif event == "double":
+            members.insert(0, members[at])
+        else:
+            members.reverse()
+    k, no_fly = model.k, model.no_fly
+    if draw(st.integers(0, 4)) == 0:
+        k = draw(st.sampled_from([0.0, 1.0, 10.0, 50.0, 100.0]))
+    if draw(st.integers(0, 2)) == 0:
+        no_fly = draw(st.one_of(st.none(), areas()))
+        if isinstance(model.no_fly, shapely.MultiPolygon) and isinstance(no_fly, shapely.MultiPolygon):
+            # some parts stay
+            kept = [part for part in model.no_fly.geoms if draw(st.booleans())]
+            new = [part for part in no_fly.geoms if all(part.disjoint(other) for other in kept)]
+            no_fly = shapely.MultiPolygon(kept + new)
+    return CostModel(RiskField(members), k, no_fly)
+
+
+@st.composite
+def graphs(draw: st.DrawFn, model: CostModel, max_side: int = 7) -> GeometricGraph:
+    """Draw complete graphs: a lattice of any kind with further nodes, or points without one."""
+    if draw(st.integers(0, 5)) == 0:
+        base: Lattice | FloatArray = np.random.default_rng(draw(seeds)).random((draw(st.integers(1, 12)), 2))
+        extra: Sequence[Point] = ()
+    else:
+        base = draw(lattices(max_side=max_side, unit=True))
+        extra = draw(st.lists(points, max_size=2))
+    return GeometricGraph.complete(base, model.field, model.k, no_fly=model.no_fly, extra=extra)
+
+
+def under(graph: GeometricGraph, model: CostModel) -> GeometricGraph:
+    """Weigh the same nodes afresh."""
+    return GeometricGraph(graph.labels, graph.positions, model=model, lattice=graph.lattice)
+
+
+def bits(matrix: CostMatrix) -> tuple[bytes, ...]:
+    return tuple(array.tobytes() for array in (matrix.values, matrix.successors, matrix.order))
+
+
+def check(matrix: CostMatrix, model: CostModel) -> None:
+    """Compare values and paths with planning from scratch, twice over."""
+    fresh = under(matrix.graph, model)
+    weights = fresh.weight_matrix()
+    for reference in (
+        cost_matrix(fresh, matrix.target).values,
+        dijkstra(fresh.to_csgraph(), indices=matrix.target),
+    ):
+        np.testing.assert_allclose(matrix.values, reference, rtol=0.0, atol=EXACT)
+    costs = np.full(len(weights), np.inf)
+    costs[matrix.target] = 0.0
+    assert matrix.order[0] == matrix.target
+    assert sorted(matrix.order.tolist()) == np.flatnonzero(np.isfinite(matrix.values)).tolist()
+    for i in matrix.order[1:].tolist():
+        # each after its successor: the tree has no circles
+        costs[i] = weights[i, matrix.successors[i]] + costs[matrix.successors[i]]
+    np.testing.assert_allclose(matrix.values, costs, rtol=0.0, atol=EXACT)
+    assert (np.diff(matrix.values[matrix.order]) >= -EXACT).all()
+    assert (matrix.successors[~np.isfinite(matrix.values)] == -1).all()
+    assert matrix.graph.is_implicit
+    assert matrix.converged
+    assert not any(array.flags.writeable for array in (matrix.values, matrix.successors, matrix.order))
+
+
+# ------------------------------------------------------------------------------------------------------ cost matrix
+@many
+@given(data=st.data())
+def test_repair_is_planning_from_scratch(data: st.DataObject) -> None:
+    before = data.draw(models())
+    graph = data.draw(graphs(before))
+    target = data.draw(st.integers(0, graph.n_nodes - 1))
+    after = data.draw(changed(before))
+    plan: Callable[..., CostMatrix] = data.draw(st.sampled_from([cost_matrix, lazy_cost_matrix]))
+    matrix = plan(graph, target)
+    was = bits(matrix)
+    repaired = repair(matrix, after)
+    check(repaired, after)
+    assert bits(matrix) == was
+    assert graph.is_implicit
+    assert bits(repair(matrix, after)) == bits(repaired)
+
+
+@usual
+@given(data=st.data())
+def test_lazy_cost_matrix_is_the_cost_matrix(data: st.DataObject) -> None:
+    model = data.draw(models())
+    graph = data.draw(graphs(model))
+    check(lazy_cost_matrix(graph, data.draw(st.integers(0, graph.n_nodes - 1))), model)
+
+
+@settings(usual, max_examples=15)
+@given(data=st.data())
+def test_ten_repairs_in_a_row(data: st.DataObject) -> None:
+    model = data.draw(models())
+    matrix = lazy_cost_matrix(data.draw(graphs(model)), 0)
+    for _ in range(10):
+        model = data.draw(changed(model))
+        matrix = repair(matrix, model)
+    check(matrix, model)
+
+
+@pytest.mark.parametrize("k", [1.0, 10.0, 100.0])
+def test_the_papers_map_threat_by_threat(k: float) -> None:
+    """Threats are detected one after the other, one moves, and they vanish in another order."""
+    graph = GeometricGraph.complete(Lattice(14, bounds=UNIT), k=k, extra=[(0.9, 0.9)])
+    known: list[Threat] = []
+    matrix = lazy_cost_matrix(graph, 196)
+    for threat in PAPER:
+        known.append(threat)
+        matrix = repair(matrix, CostModel(RiskField(known), k))
+        check(matrix, CostModel(RiskField(known), k))
+    first = known[0]
+    known[0] = Threat(first.x - 0.1, first.y + 0.07, first.spread, first.peak)
+    matrix = repair(matrix, CostModel(RiskField(known), k))
+    check(matrix, CostModel(RiskField(known), k))
+    for at in (3, 0, 6, 2, 4, 0, 1, 1, 1, 0):
+        del known[at]
+        matrix = repair(matrix, CostModel(RiskField(known), k))
+        check(matrix, CostModel(RiskField(known), k))
+
+
+@settings(usual, max_examples=15)
+@given(seed=seeds, n=st.integers(14, 18), k=st.sampled_from([10.0, 100.0]))
+def test_reach_grows_and_shrinks(seed: int, n: int, k: float) -> None:
+    """A seventeenth threat widens the reach of all others: no weight may be taken for unchanged."""
+    rng = np.random.default_rng(seed)
+    crowd = [Threat(*rng.random(2).tolist(), spread=s) for s in rng.uniform(0.02, 0.08, n + 2).tolist()]
+    lattice = Lattice(8, bounds=UNIT)
+    matrix = lazy_cost_matrix(GeometricGraph.complete(lattice, RiskField(crowd[:n]), k), 0)
+    for m in (n + 1, n + 2, n + 1, n - 1):
+        model = CostModel(RiskField(crowd[:m]), k)
+        matrix = repair(matrix, model)
+        check(matrix, model)
+
+
+@usual
+@given(data=st.data(), side=st.integers(3, 9))
+def test_walls_pop_up_and_vanish(data: st.DataObject, side: int) -> None:
+    """No-fly areas alone, on a lattice whose nodes and lines touch their corners and edges."""
+    lattice = Lattice(side, bounds=UNIT)
+    matrix = lazy_cost_matrix(GeometricGraph.complete(lattice), data.draw(st.integers(0, side * side - 1)))
+    for _ in range(3):
+        model = CostModel(no_fly=data.draw(areas()))
+        matrix = repair(matrix, model)
+        check(matrix, model)
+    check(repair(matrix, CostModel()), CostModel())
+
+
+def test_nodes_become_unreachable_and_reachable_again() -> None:
+    graph = GeometricGraph.complete(Lattice(5, bounds=UNIT))
+    open_map = lazy_cost_matrix(graph, 12)
+    ring = shapely.box(0.3, 0.3, 0.7, 0.7).difference(shapely.box(0.4, 0.4, 0.6, 0.6))
+    closed = repair(open_map, CostModel(no_fly=ring))
+    assert np.isfinite(closed.values).sum() == 1
+    assert closed.path_from(0) == []
+    check(closed, CostModel(no_fly=ring))
+    gap = CostModel(no_fly=shapely.box(0.3, 0.3, 0.7, 0.45))
+    check(repair(closed, gap), gap)
+    check(repair(closed, CostModel()), CostModel())
+
+
+def test_maps_in_metres() -> None:
+    """The same agreement on a map of 20 km, relative to its size."""
+    rng = np.random.default_rng(7)
+    size = 20_000.0
+    known = [Threat(*(size * rng.random(2)).tolist(), spread=s * size) for s in rng.uniform(0.03, 0.06, 6).tolist()]
+    graph = GeometricGraph.complete(Lattice(10, bounds=(0.0, 0.0, size, size)), RiskField(known[:3]), 10.0)
+    matrix = lazy_cost_matrix(graph, 99)
+    for members in (known[:5], known[1:], known[:2]):
+        model = CostModel(RiskField(members), 10.0)
+        matrix = repair(matrix, model)
+        fresh = cost_matrix(under(graph, model), 99)
+        np.testing.assert_allclose(matrix.values, fresh.values, rtol=0.0, atol=EXACT * size)
+
+
+def test_what_the_change_does_not_reach_keeps_its_bits() -> None:
+    graph = GeometricGraph.complete(Lattice(12, bounds=UNIT), RiskField(PAPER[:3]), 10.0)
+    matrix = lazy_cost_matrix(graph, 0)
+    far = CostModel(RiskField([*PAPER[:3], Threat(5.0, 5.0, spread=0.05)]), 10.0)
+    repaired = repair(matrix, far)
+    assert repaired.values.tobytes() == matrix.values.tobytes()
+    assert repaired.successors.tobytes() == matrix.successors.tobytes()
+
+
+def test_few_pairs_are_weighed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the paper's map, some hundred weights decide; from scratch there are 79 800."""
+    weighed: list[int] = []
+    kernel = repair_kernels.settle_lazily
+
+    def counting(*args: object) -> tuple[int, int]:
+        settled, n_weighed = kernel(*args)  # type: ignore[arg-type]
+        weighed.append(n_weighed)
+        return settled, n_weighed
+
+    monkeypatch.setattr(repair_kernels, "settle_lazily", counting)
+    graph = GeometricGraph.complete(Lattice(20, bounds=UNIT), RiskField(PAPER[:9]), 10.0)
+    matrix = lazy_cost_matrix(graph, 399)
+    repair(matrix, CostModel(RiskField(PAPER), 10.0))
+    assert weighed[0] < 3000
+    assert weighed[1] < 500
+
+
+# ----------------------------------------------------------------------------------------------------------- bounds
+@many
+@given(st.one_of(fields_and_segments(fields(max_threats=6)), fields_and_segments(crowds(max_threats=20))), seeds)
+def test_bounds_of_the_risk_are_bounds(case: tuple[RiskField, tuple[FloatArray, FloatArray]], seed: int) -> None:
+    """From below by single threats, from above what some of them add."""
+    field, (start, end) = case
+    rng = np.random.default_rng(seed)
+    table = field.table
+    risk = float(field.line_integral(start, end))
+    ends = (*start.tolist(), *end.tolist())
+    error = bound_kernels.risk_error(table)
+    near = np.empty((len(field) + 1, 3))
+    hint = int(rng.integers(max(len(field), 1)))
+    if len(field):
+        bound, strongest = bound_kernels.least_risk(*ends, table, near, math.inf, hint)
+        assert bound <= risk + error
+        alone = max(float(RiskField([t]).line_integral(start, end)) for t in field.threats)
+        assert bound >= alone - 1e-5 * max(t.spread for t in field.threats)
+        assert 0 <= strongest < len(field)
+        if bound > 0.0:
+            enough, _ = bound_kernels.least_risk(*ends, table, near, 0.5 * bound, hint)
+            assert 0.5 * bound <= enough <= risk + error
+    kept = rng.random(len(field)) < 0.5
+    rest = RiskField([t for t, keep in zip(field.threats, kept.tolist(), strict=True) if keep])
+    gone = bound_kernels.gone_risk(*ends, np.ascontiguousarray(table[~kept]))
+    assert risk - float(rest.line_integral(start, end)) <= gone + 2.0 * error
+
+
+def test_reach_class() -> None:
+    assert [reach_class(n) for n in (0, 1, 16, 17, 32, 33)] == [16, 16, 16, 32, 32, 64]
+
+
+@usual
+@given(field=fields(1, 6), more=st.lists(threats(), min_size=1, max_size=6), seed=seeds)
+def test_risk_out_of_reach_of_a_change_keeps_its_bits(field: RiskField, more: list[Threat], seed: int) -> None:
+    starts, ends = np.random.default_rng(seed).random((2, 300, 2))
+    wider = field.with_threats(more)
+    table = wider.table[len(field) :]
+    far = [not bound_kernels.in_reach(*a, *b, table) for a, b in zip(starts.tolist(), ends.tolist(), strict=True)]
+    np.testing.assert_array_equal(
+        field.line_integral(starts[far], ends[far]), wider.line_integral(starts[far], ends[far])
+    )
+
+
+# ---------------------------------------------------------------------------------------------------- linked nodes
+@usual
+@given(data=st.data())
+def test_linked_is_a_graph_with_one_more_node(data: st.DataObject) -> None:
+    model = data.draw(models())
+    graph = data.draw(graphs(model))
+    target = data.draw(st.integers(0, graph.n_nodes - 1))
+    matrix = lazy_cost_matrix(graph, target)
+    spot = data.draw(points)
+    was = bits(matrix)
+    joined, node = linked(matrix, spot)
+    assert bits(matrix) == was
+    assert joined.graph.positions is not None
+    assert tuple(joined.graph.positions[joined.graph.index_of(node)]) == spot
+    fresh = cost_matrix(under(joined.graph, model), target, source=node)
+    assert joined.value(node) == pytest.approx(fresh.value(node), rel=0.0, abs=EXACT)
+    weights = under(joined.graph, model)
+    path = joined.path_from(node)
+    assert bool(path) == bool(np.isfinite(joined.value(node)))
+    if path:
+        indices = [weights.index_of(step) for step in path]
+        cost = sum(float(weights.weights_from(i)[j]) for i, j in pairwise(indices))
+        assert cost == pytest.approx(joined.value(node), rel=0.0, abs=EXACT)
+    np.testing.assert_array_equal(joined.values[: graph.n_nodes], matrix.values)
+
+
+def test_linking_a_node_that_is_there() -> None:
+    matrix = lazy_cost_matrix(GeometricGraph.complete(Lattice(4, bounds=UNIT)), 0)
+    assert matrix.graph.positions is not None
+    joined, node = linked(matrix, tuple(matrix.graph.positions[7].tolist()))
+    assert joined is matrix
+    assert node == 7
+
+
+def test_linked_values_are_those_of_an_early_stop() -> None:
+    """What is below the new node's value is final, and nothing else is claimed."""
+    matrix = lazy_cost_matrix(GeometricGraph.complete(Lattice(6, bounds=UNIT), RiskField(PAPER[:4]), 10.0), 35)
+    joined, node = linked(matrix, (0.31, 0.44))
+    assert not joined.converged
+    final = joined.order
+    fresh = cost_matrix(under(joined.graph, CostModel(RiskField(PAPER[:4]), 10.0)), 35)
+    np.testing.assert_allclose(joined.values[final], fresh.values[final], rtol=0.0, atol=EXACT)
+    assert joined.values[final].max() < joined.value(node) <= np.delete(joined.values, final).min()
+
+
+# ----------------------------------------------------------------------------------------------------- all weights
+@many
+@given(data=st.data())
+def test_reweigh_is_weighing_from_scratch(data: st.DataObject) -> None:
+    before = data.draw(models())
+    graph = data.draw(graphs(before))
+    weights = graph.weight_matrix()
+    was = weights.tobytes()
+    after = data.draw(changed(before))
+    result = reweigh(graph, after)
+    fresh = under(graph, after).weight_matrix()
+    np.testing.assert_allclose(result.weight_matrix(), fresh, rtol=0.0, atol=EXACT)
+    assert not result.is_implicit
+    assert not result.weight_matrix().flags.writeable
+    assert result.model is after
+    assert graph.weight_matrix().tobytes() == was
+    assert graph.model is not None
+    assert graph.model.k == before.k
+
+
+def test_reweigh_on_threads_gives_the_same_floats() -> None:
+    """Above 200 nodes all cores share the work; threats that come last leave every other float alone."""
+    lattice = Lattice(16, bounds=UNIT)
+    wall = shapely.box(0.2, 0.3, 0.4, 0.6)
+    graph = GeometricGraph.complete(lattice, RiskField(PAPER[:5]), 10.0, extra=[(0.91, 0.93)])
+    after = CostModel(RiskField(PAPER[:7]), 10.0, wall)
+    fresh = under(graph, after).weight_matrix()
+    np.testing.assert_array_equal(reweigh(graph, after).weight_matrix(), fresh)
+    back = reweigh(under(graph, after), CostModel(RiskField(PAPER[:5]), 10.0))
+    np.testing.assert_array_equal(back.weight_matrix(), graph.weight_matrix())
+
+
+@usual
+@given(data=st.data())
+def test_with_node_is_a_graph_with_one_more_node(data: st.DataObject) -> None:
+    model = data.draw(models())
+    graph = data.draw(graphs(model))
+    stored = data.draw(st.booleans())
+    if stored:
+        graph.weight_matrix()
+    n = graph.n_nodes
+    spot = data.draw(points)
+    assert graph.positions is not None
+    assume(not (graph.positions == spot).all(axis=1).any())
+    result, node = with_node(graph, spot)
+    assert graph.n_nodes == n
+    assert result.n_nodes == n + 1
+    assert result.is_implicit != stored
+    fresh = under(result, model)
+    np.testing.assert_array_equal(result.weight_matrix(), fresh.weight_matrix())
+    assert with_node(result, spot) == (result, node)
+
+
+# -------------------------------------------------------------------------------------------------- what is refused
+def test_only_complete_graphs() -> None:
+    lattice = Lattice(3, bounds=UNIT)
+    sparse = GeometricGraph.eight_connected(lattice)
+    given_weights = GeometricGraph.from_matrix([[0.0, 1.0], [1.0, 0.0]])
+    for graph, what in ((sparse, "sparse"), (given_weights, "without a cost model")):
+        for attempt in (
+            lambda graph=graph: lazy_cost_matrix(graph, 0),
+            lambda graph=graph: repair(cost_matrix(graph, 0), CostModel()),
+            lambda graph=graph: reweigh(graph, CostModel()),
+            lambda graph=graph: linked(cost_matrix(graph, 0), (0.1, 0.1)),
+            lambda graph=graph: with_node(graph, (0.1, 0.1)),
+        ):
+            with pytest.raises(GraphError, match=what):
+                attempt()
+    with pytest.raises(GraphError, match="Lattice"):
+        lazy_cost_matrix(lattice, 0)  # type: ignore[arg-type]
+
+
+def test_only_whole_matrices() -> None:
+    graph = GeometricGraph.complete(Lattice(4, bounds=UNIT), k=1.0)
+    early = cost_matrix(graph, 0, source=5)
+    rounds = cost_matrix(graph, 0, schedule="synchronous")
+    joined, _ = linked(lazy_cost_matrix(graph, 0), (0.21, 0.4))
+    for matrix in (early, rounds, joined):
+        with pytest.raises(GraphError, match="label setting"):
+            repair(matrix, CostModel())
+    for matrix in (early, joined):
+        with pytest.raises(GraphError, match="not all"):
+            linked(matrix, (0.5, 0.123))
+
+
+def test_malformed_arguments() -> None:
+    graph = GeometricGraph.complete(Lattice(4, bounds=UNIT))
+    matrix = lazy_cost_matrix(graph, 0)
+    with pytest.raises(NodeNotFoundError, match="99"):
+        lazy_cost_matrix(graph, 99)
+    with pytest.raises(GraphError, match="CostModel"):
+        repair(matrix, RiskField())  # type: ignore[arg-type]
+    with pytest.raises(GraphError, match="CostModel"):
+        reweigh(graph, RiskField())  # type: ignore[arg-type]
+    with pytest.raises(ProblemError, match="point"):
+        linked(matrix, (math.nan, 0.0))
+
+
+def test_improper_fields_are_planned_from_scratch() -> None:
+    """Weights may be negative there: no length bounds them, and label setting promises nothing."""
+    with pytest.warns(ImproperFieldWarning):
+        improper = RiskField([Threat(0.5, 0.5, 0.1, peak=3.0), Threat(0.55, 0.5, 0.1, peak=3.0)], improper=True)
+    lattice = Lattice(5, bounds=UNIT)
+    proper = lazy_cost_matrix(GeometricGraph.complete(lattice, k=2.0), 3)
+    odd = GeometricGraph.complete(lattice, improper, 2.0)
+    fresh = cost_matrix(under(odd, CostModel(improper, 2.0)), 3)
+    for matrix in (lazy_cost_matrix(odd, 3), repair(proper, CostModel(improper, 2.0))):
+        assert bits(matrix) == bits(fresh)
+    back = repair(fresh, CostModel(k=2.0))
+    np.testing.assert_allclose(back.values, proper.values, rtol=0.0, atol=EXACT)
+    joined, node = linked(fresh, (0.33, 0.41))
+    offers = joined.graph.weights_from(25)[:25] + fresh.values
+    assert joined.value(node) == offers.min()
+    np.testing.assert_array_equal(
+        reweigh(under(odd, CostModel(k=2.0)), CostModel(improper, 2.0)).weight_matrix(), odd.weight_matrix()
+    )
