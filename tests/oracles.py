@@ -100,6 +100,59 @@ def path_risk(threats: Sequence[Threat], path: FloatArray) -> float:
     return math.fsum(line_integral(threats, a, b) for a, b in itertools.pairwise(path))
 
 
+def largest_integral(fields: Sequence[Sequence[Threat]], start: FloatArray, end: FloatArray) -> float:
+    """
+    Integrate the largest of several fields: cell by cell of a fine grid where two of them are close, else as Eq. 2.
+
+    Where the lead of the largest is least, `quad` halves the cell until it has found what is hidden in it.
+    """
+    length = math.dist(start, end)
+    every = [threat for threats in fields for threat in threats]
+    if length == 0.0 or not every:
+        return 0.0
+    foot, _, spread, _ = _along(every, start, end)
+    places = np.add.outer(np.linspace(-9.0, 9.0, 91), np.zeros(len(foot))) * spread + foot
+    t = np.unique(np.clip(np.concatenate([places.ravel(), np.linspace(0.0, length, 101)]), 0.0, length))
+
+    def at(distance: FloatArray) -> FloatArray:
+        return start + distance[..., None] * (end - start) / length
+
+    values = np.array([density(threats, at(t)) for threats in fields])
+    winner = np.argmax(values, axis=0)
+    values = np.sort(values, axis=0)
+    lead = values[-1] - values[-2] if len(fields) > 1 else values[-1]
+    least = np.concatenate([[False], (lead[1:-1] <= lead[:-2]) & (lead[1:-1] <= lead[2:]), [False]])
+    same = np.maximum(lead[1:], lead[:-1]) <= 1e-14
+    tight = ~same & (least[1:] | least[:-1] | (winner[1:] != winner[:-1]))
+    curves = []
+    for threats in fields:
+        foot, miss2, spread, peak = _along(threats, start, end)
+        curves.append(_piece(foot, -0.5 / spread**2, np.log(peak) - 0.5 * miss2 / spread**2))
+
+    def kinked(distance: float) -> float:
+        return max(curve(distance) for curve in curves)
+
+    pieces = []
+    run = 0.0
+    for cell in range(len(tight)):
+        last = cell + 1 == len(tight)
+        if tight[cell]:
+            pieces.append(quad(kinked, t[cell], t[cell + 1], epsabs=1e-13, epsrel=1e-12, limit=60, full_output=1)[0])
+            run = float(t[cell + 1])
+        elif last or tight[cell + 1] or winner[cell + 1] != winner[cell]:
+            ends = at(np.array([run, t[cell + 1]]))
+            pieces.append(line_integral(fields[winner[cell]], *ends))
+            run = float(t[cell + 1])
+    return math.fsum(pieces)
+
+
+def raster(fields: Sequence[Sequence[Threat]], start: FloatArray, end: FloatArray, samples: int) -> float:
+    """Add up the largest of several fields at the far ends of equal parts of a segment, times their length."""
+    points = start + np.arange(1, samples + 1)[:, None] / samples * (end - start)
+    values = [density(threats, points) for threats in fields]
+    return float(np.max(values, axis=0).sum()) * math.dist(start, end) / samples
+
+
 # Lattices and polygons
 
 
@@ -332,6 +385,23 @@ def spline(
         product *= np.where(away < 0.5, 0.75 - away**2, 0.5 * np.maximum(1.5 - away, 0.0) ** 2)
     # what has no weight may be infinite
     return np.asarray(np.where(product > 0.0, product * values[controls], 0.0).sum(axis=1))
+
+
+# Motion in space and time
+
+
+def least_gap(a: tuple[FloatArray, FloatArray], b: tuple[FloatArray, FloatArray]) -> float:
+    """Return the least distance of two motions (times, points) while both are there; infinite if they never are."""
+    low, high = max(a[0][0], b[0][0]), min(a[0][-1], b[0][-1])
+    if low > high:
+        return math.inf
+    cuts = np.unique([low, high, *(t for t in (*a[0], *b[0]) if low < t < high)])
+    gap = np.stack([np.interp(cuts, a[0], a[1][:, i]) - np.interp(cuts, b[0], b[1][:, i]) for i in range(2)], axis=1)
+    begin, move = gap[:-1], np.diff(gap, axis=0)
+    speed2 = (move**2).sum(axis=1)
+    part = np.clip(-(begin * move).sum(axis=1) / np.where(speed2 > 0.0, speed2, 1.0), 0.0, 1.0)
+    nearest = np.concatenate([gap, begin + part[:, None] * move])
+    return float(np.hypot(*nearest.T).min())
 
 
 # Convergence

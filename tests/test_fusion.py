@@ -1,0 +1,537 @@
+"""The readings of Eq. 5: what several UAVs know together, against `quad`, plain NumPy and the laws that must hold."""
+
+import itertools
+import math
+from collections.abc import Callable
+from typing import Any, TypeAlias, get_args
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+from oracles import largest_integral, line_integral, raster, rate
+from strategies import Segment, fast, off_lattice_points, seeds, segments, slow, threats, usual
+
+from cgla_graph import envelope_kernels, fusion
+from cgla_graph._types import FloatArray, Point
+from cgla_graph.cost_model import THREADED_FROM, CostModel
+from cgla_graph.errors import ProblemError
+from cgla_graph.fusion import Fusion, Integral, fused_graph, fused_weights, united_field
+from cgla_graph.graph import GeometricGraph
+from cgla_graph.lattice import Lattice
+from cgla_graph.risk import ImproperFieldWarning, RiskField, Threat
+
+FUSIONS: tuple[Fusion, ...] = get_args(Fusion)
+INTEGRALS: tuple[Integral, ...] = get_args(Integral)
+TOLERANCE = 1e-9
+
+Fields: TypeAlias = list[RiskField]
+#: Risk of one segment under one reading.
+Risk: TypeAlias = Callable[[Fields, Segment, Fusion], float]
+
+
+@st.composite
+def knowledge(draw: st.DrawFn, min_fields: int = 1, max_fields: int = 4) -> Fields:
+    """Draw what each UAV knows: some of the same few threats, some of them twice."""
+    pool = draw(st.lists(threats(), min_size=1, max_size=6))
+    some = st.lists(st.sampled_from(pool), max_size=6).map(RiskField)
+    return draw(st.lists(some, min_size=min_fields, max_size=max_fields))
+
+
+@st.composite
+def cases(draw: st.DrawFn, min_fields: int = 1) -> tuple[Fields, Segment]:
+    fields = draw(knowledge(min_fields))
+    start, end = draw(segments(united_field(fields)))
+    # of a segment of 1000 units, 1e-9 is not asked
+    assume(math.dist(start, end) <= 2.0)
+    return fields, (start, end)
+
+
+def members(fields: Fields) -> list[tuple[Threat, ...]]:
+    return [field.threats for field in fields]
+
+
+def risk(fields: Fields, segment: Segment, how: Fusion, *, integral: Integral = "exact", samples: int = 50) -> float:
+    start, end = segment
+    # a large k keeps the length from rounding the risk away
+    weight = fused_weights([start], [end], fields, 1e3, fusion=how, integral=integral, samples=samples)[0]
+    return float(weight - math.dist(start, end)) / 1e3
+
+
+def scattered(rng: np.random.Generator, n: int) -> RiskField:
+    """Return threats as on the paper's maps."""
+    return RiskField([Threat(*rng.random(2).tolist(), spread=s) for s in rng.uniform(0.025, 0.065, n).tolist()])
+
+
+# The integral of the largest field against quad
+
+
+def check_quad(fields: Fields, segment: Segment, of: Risk = risk) -> None:
+    assert abs(of(fields, segment, "integral_max") - largest_integral(members(fields), *segment)) <= TOLERANCE
+
+
+@usual
+@given(cases(min_fields=2))
+def test_integral_of_the_largest_equals_quad(case: tuple[Fields, Segment]) -> None:
+    check_quad(*case)
+
+
+@usual
+@given(seeds, st.integers(2, 5), st.integers(1, 8))
+def test_integral_of_the_largest_equals_quad_on_maps(seed: int, n_fields: int, n_threats: int) -> None:
+    rng = np.random.default_rng(seed)
+    fields = [scattered(rng, n_threats) for _ in range(n_fields)]
+    start, end = rng.random((2, 2))
+    check_quad(fields, (start, end))
+
+
+@slow
+@given(seeds, st.sampled_from([1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-13]))
+def test_fields_that_hardly_differ(seed: int, shift: float) -> None:
+    # two UAVs have seen the same threats, each with a small error of its own
+    rng = np.random.default_rng(seed)
+    one, errors = scattered(rng, 6), shift * rng.normal(size=(6, 2))
+    moved = [Threat(t.x + dx, t.y + dy, t.spread) for t, (dx, dy) in zip(one.threats, errors, strict=True)]
+    start, end = rng.random((2, 2))
+    check_quad([one, RiskField(moved)], (start, end))
+
+
+@pytest.mark.parametrize("excess", [0.0, 1e-3, -1e-3, 1e-6, -1e-6, 1e-9, -1e-9, 1e-12])
+def test_fields_that_touch(excess: float) -> None:
+    # a narrow bump under a wide one of nearly the same height: the fields touch, or cross twice close together
+    fields = [RiskField([Threat(0.5, 0.5, 0.1, peak=0.8)]), RiskField([Threat(0.5, 0.5, 0.05, peak=0.8 + excess)])]
+    for segment in [((0.0, 0.5), (1.0, 0.5)), ((0.1, 0.3), (0.83, 0.66))]:
+        check_quad(fields, (np.array(segment[0]), np.array(segment[1])))
+
+
+def test_fields_that_cross_many_times() -> None:
+    combs = [RiskField([Threat(x, 0.5, spread=0.01) for x in np.arange(a, 0.5, 0.12)]) for a in (0.04, 0.08)]
+    check_quad(combs, (np.array([0.0, 0.49]), np.array([0.5, 0.51])))
+
+
+def test_a_threat_known_twice_counts_twice() -> None:
+    # as often as it counts decides where the two fields cross
+    one, other = Threat(0.4, 0.5, spread=0.1, peak=0.5), Threat(0.6, 0.5, spread=0.1, peak=0.6)
+    check_quad([RiskField([one, one]), RiskField([other])], (np.array([0.0, 0.5]), np.array([1.0, 0.5])))
+
+
+@usual
+@given(seeds)
+def test_legendre_series_equal_those_of_numpy(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    series, slope = rng.normal(size=envelope_kernels.N_NODES), np.empty(envelope_kernels.N_NODES)
+    envelope_kernels._differentiate(series, slope)
+    np.testing.assert_allclose(slope, [*np.polynomial.legendre.legder(series), 0.0], rtol=0.0, atol=1e-11)
+    x = rng.uniform(-1.0, 1.0)
+    assert abs(envelope_kernels._polynomial(series, x) - np.polynomial.legendre.legval(x, series)) <= 1e-12
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        lambda fields, segment, _: risk(fields, segment, "max_integral"),
+        lambda fields, segment, _: risk(fields, segment, "union"),
+        lambda fields, segment, _: risk(fields, segment, "integral_max", integral="raster", samples=5000),
+    ],
+    ids=["max_integral", "union", "raster"],
+)
+def test_another_integral_would_be_seen(broken: Risk) -> None:
+    fields = [RiskField([Threat(0.4, 0.5, spread=0.1)]), RiskField([Threat(0.6, 0.5, spread=0.1)])]
+    segment = np.array([0.0, 0.5]), np.array([0.5, 0.5])
+    check_quad(fields, segment)
+    with pytest.raises(AssertionError):
+        check_quad([RiskField(fields[0].threats), fields[1]], (segment[0], np.array([0.9, 0.5])), broken)
+
+
+# Laws of the four readings
+
+
+def check_order(fields: Fields, segment: Segment, of: Risk = risk) -> None:
+    a, b, c = (of(fields, segment, how) for how in ("max_integral", "integral_max", "union"))
+    total = sum(line_integral(known, *segment) for known in members(fields))
+    assert a <= b + TOLERANCE
+    assert b <= c + TOLERANCE
+    assert c <= total + TOLERANCE
+
+
+@usual
+@given(cases())
+def test_readings_are_in_order(case: tuple[Fields, Segment]) -> None:
+    check_order(*case)
+
+
+@usual
+@given(cases())
+def test_max_integral_is_the_largest_of_the_integrals(case: tuple[Fields, Segment]) -> None:
+    fields, segment = case
+    largest = max(line_integral(known, *segment) for known in members(fields))
+    assert abs(risk(fields, segment, "max_integral") - largest) <= TOLERANCE
+
+
+@usual
+@given(cases())
+def test_union_is_one_field_of_all_threats(case: tuple[Fields, Segment]) -> None:
+    fields, segment = case
+    every = {threat for known in members(fields) for threat in known}
+    most = [threat for threat in every for _ in range(max(known.count(threat) for known in members(fields)))]
+    assert abs(risk(fields, segment, "union") - line_integral(most, *segment)) <= TOLERANCE
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(["max_integral", "integral_max", "union"]))[1:])
+def test_readings_in_another_order_would_be_seen(order: tuple[Fusion, ...]) -> None:
+    names = dict(zip(("max_integral", "integral_max", "union"), order, strict=True))
+    fields = [RiskField([Threat(x, 0.5, spread=0.1)]) for x in (0.4, 0.6)]
+    segment = np.array([0.0, 0.5]), np.array([1.0, 0.5])
+    check_order(fields, segment)
+    with pytest.raises(AssertionError):
+        check_order(fields, segment, lambda known, where, how: risk(known, where, names[how]))
+
+
+@usual
+@given(cases())
+def test_of_one_field_all_readings_are_equal(case: tuple[Fields, Segment]) -> None:
+    fields, (start, end) = case
+    exact = CostModel(fields[0], 7.0).weights([start], [end])
+    rastered = fused_weights([start], [end], fields[:1], 7.0, integral="raster")
+    for how in FUSIONS:
+        assert fused_weights([start], [end], fields[:1], 7.0, fusion=how) == exact
+        assert fused_weights([start], [end], fields[:1], 7.0, fusion=how, integral="raster") == rastered
+
+
+@usual
+@given(cases(), st.sampled_from(INTEGRALS), st.data())
+def test_what_others_know_already_changes_nothing(
+    case: tuple[Fields, Segment], integral: Integral, data: st.DataObject
+) -> None:
+    fields, segment = case
+    twin = data.draw(st.sampled_from(fields))
+    kept = data.draw(st.lists(st.booleans(), min_size=len(twin), max_size=len(twin)))
+    part = RiskField([threat for threat, keep in zip(twin.threats, kept, strict=True) if keep])
+    more = data.draw(st.permutations([*fields, twin, part]))
+    for how in FUSIONS:
+        few, many = (risk(known, segment, how, integral=integral) for known in (fields, more))
+        assert abs(few - many) <= TOLERANCE
+
+
+@usual
+@given(cases(), st.floats(0.0, 1.0))
+def test_integrals_of_a_field_add_up_over_pieces(case: tuple[Fields, Segment], t: float) -> None:
+    fields, (start, end) = case
+    middle = start + t * (end - start)
+    for how in ("union", "integral_max"):
+        parts = risk(fields, (start, middle), how) + risk(fields, (middle, end), how)
+        assert abs(parts - risk(fields, (start, end), how)) <= 2.0 * TOLERANCE
+
+
+@usual
+@given(cases(), st.floats(0.0, 1.0))
+def test_a_point_on_the_way_never_makes_max_integral_cheaper(case: tuple[Fields, Segment], t: float) -> None:
+    fields, (start, end) = case
+    middle = start + t * (end - start)
+    parts = risk(fields, (start, middle), "max_integral") + risk(fields, (middle, end), "max_integral")
+    assert parts >= risk(fields, (start, end), "max_integral") - TOLERANCE
+
+
+def test_max_integral_does_not_add_up() -> None:
+    # claim C7 fails for Eq. 5 to the letter: half of each of two threats is worth one, both halves are worth two
+    fields = [RiskField([Threat(x, 0.5, spread=0.05)]) for x in (0.25, 0.75)]
+    start, middle, end = (np.array([x, 0.5]) for x in (0.0, 0.5, 1.0))
+    direct = risk(fields, (start, end), "max_integral")
+    parts = risk(fields, (start, middle), "max_integral") + risk(fields, (middle, end), "max_integral")
+    assert direct == pytest.approx(0.05 * math.sqrt(2.0 * math.pi), rel=1e-5)
+    assert parts == pytest.approx(2.0 * direct, rel=1e-5)
+
+
+@usual
+@given(cases())
+def test_exact_weights_are_the_same_there_and_back(case: tuple[Fields, Segment]) -> None:
+    fields, (start, end) = case
+    for how in FUSIONS:
+        there, back = fused_weights([start, end], [end, start], fields, 3.0, fusion=how)
+        assert there == back
+
+
+@usual
+@given(cases(), st.sampled_from([1e-3, 1e3]))
+def test_readings_scale_with_the_map(case: tuple[Fields, Segment], scale: float) -> None:
+    fields, (start, end) = case
+    scaled = [
+        RiskField([Threat(scale * t.x, scale * t.y, scale * t.spread, t.peak) for t in known])
+        for known in members(fields)
+    ]
+    for how in FUSIONS:
+        found = risk(scaled, (scale * start, scale * end), how)
+        assert abs(found / scale - risk(fields, (start, end), how)) <= 2.0 * TOLERANCE
+
+
+# The riskiest field
+
+
+@usual
+@given(knowledge(), seeds)
+def test_riskiest_is_the_field_of_the_largest_total(fields: Fields, seed: int) -> None:
+    starts, ends = np.random.default_rng(seed).random((2, 30, 2))
+    totals = [float(field.line_integral(starts, ends).sum()) for field in fields]
+    found = fused_weights(starts, ends, fields, 5.0, fusion="riskiest")
+    best = [field for field, total in zip(fields, totals, strict=True) if total >= max(totals) - 1e-12]
+    assert any(np.array_equal(found, CostModel(field, 5.0).weights(starts, ends)) for field in best)
+
+
+def test_of_equal_totals_the_first_counts() -> None:
+    fields = [RiskField([Threat(0.5, y, spread=0.1)]) for y in (0.25, 0.75)]
+    starts, ends = np.array([[0.0, 0.25], [0.0, 0.75]]), np.array([[1.0, 0.25], [1.0, 0.75]])
+    low, high = fused_weights(starts, ends, fields, 1.0, fusion="riskiest")
+    assert low > high
+    low, high = fused_weights(starts, ends, fields[::-1], 1.0, fusion="riskiest")
+    assert low < high
+
+
+def test_what_crosses_does_not_count_for_the_total() -> None:
+    fields = [RiskField([Threat(0.5, 0.25, spread=0.1)]), RiskField([Threat(0.5, 0.75, spread=0.05)])]
+    starts, ends = np.array([[0.0, 0.25], [0.0, 0.75]]), np.array([[1.0, 0.25], [1.0, 0.75]])
+    wall = shapely.box(0.4, 0.2, 0.6, 0.3)
+    free = fused_weights(starts, ends, fields, 1.0, fusion="riskiest")
+    walled = fused_weights(starts, ends, fields, 1.0, wall, fusion="riskiest")
+    assert free[0] > 1.1
+    assert free[1] < 1.1
+    assert walled[0] == np.inf
+    assert walled[1] > 1.1
+
+
+# The raster integral
+
+
+def check_raster(fields: Fields, segment: Segment, samples: int, of: Callable[..., float] = risk) -> None:
+    there = of(fields, segment, "integral_max", integral="raster", samples=samples)
+    assert abs(there - raster(members(fields), *segment, samples)) <= TOLERANCE
+
+
+@usual
+@given(cases(), st.integers(1, 60))
+def test_raster_equals_numpy(case: tuple[Fields, Segment], samples: int) -> None:
+    fields, segment = case
+    check_raster(fields, segment, samples)
+    check_raster(fields, segment[::-1], samples)
+    sums = [raster([known], *segment, samples) for known in members(fields)]
+    settings: dict[str, Any] = {"integral": "raster", "samples": samples}
+    assert abs(risk(fields, segment, "max_integral", **settings) - max(sums)) <= TOLERANCE
+    assert abs(risk(fields, segment, "riskiest", **settings) - max(sums)) <= TOLERANCE
+    union = raster([united_field(fields).threats], *segment, samples)
+    assert abs(risk(fields, segment, "union", **settings) - union) <= TOLERANCE
+
+
+def test_the_near_ends_would_be_seen() -> None:
+    fields, segment = [RiskField([Threat(0.3, 0.5, spread=0.1)])], (np.array([0.3, 0.5]), np.array([0.9, 0.5]))
+    check_raster(fields, segment, 50)
+    with pytest.raises(AssertionError):
+        check_raster(fields, segment, 50, lambda known, where, *how, **more: risk(known, where[::-1], *how, **more))
+
+
+@pytest.mark.parametrize("how", FUSIONS)
+def test_raster_converges_with_first_order(how: Fusion) -> None:
+    fields = [RiskField([Threat(0.3, 0.45, spread=0.1)]), RiskField([Threat(0.55, 0.5, spread=0.12)])]
+    segment = np.array([0.1, 0.5]), np.array([0.6, 0.4])
+    exact = risk(fields, segment, how)
+    errors = [
+        abs(risk(fields, segment, how, integral="raster", samples=samples) - exact)
+        for samples in (100, 200, 400, 800, 1600)
+    ]
+    assert rate(errors) == pytest.approx(1.0, abs=0.02)
+
+
+@usual
+@given(cases(), st.integers(1, 60))
+def test_raster_differs_there_and_back_by_the_ends(case: tuple[Fields, Segment], samples: int) -> None:
+    fields, (start, end) = case
+    there, back = (
+        risk(fields, where, "union", integral="raster", samples=samples) for where in ((start, end), (end, start))
+    )
+    at_end, at_start = united_field(fields).density([end, start])
+    assert abs(there - back - (at_end - at_start) * math.dist(start, end) / samples) <= TOLERANCE
+
+
+# Graphs
+
+
+def all_pairs(
+    positions: FloatArray, fields: Fields, no_fly: shapely.Polygon | None, settings: dict[str, Any]
+) -> FloatArray:
+    """Weigh all pairs of nodes with `fused_weights`."""
+    n = len(positions)
+    starts, ends = np.repeat(positions, n, axis=0), np.tile(positions, (n, 1))
+    weights = fused_weights(starts, ends, fields, 10.0, no_fly, **settings).reshape(n, n)
+    np.fill_diagonal(weights, 0.0)
+    return weights
+
+
+@usual
+@given(
+    how=st.sampled_from(FUSIONS),
+    integral=st.sampled_from(INTEGRALS),
+    fields=knowledge(),
+    extra=off_lattice_points(),
+    walled=st.booleans(),
+)
+def test_graph_has_the_weights_of_its_segments(
+    how: Fusion, integral: Integral, fields: Fields, extra: list[Point], *, walled: bool
+) -> None:
+    no_fly = shapely.box(0.3, 0.2, 0.6, 0.7) if walled else None
+    lattice = Lattice((4, 3), bounds=(0, 0, 1, 1))
+    settings: dict[str, Any] = {"fusion": how, "integral": integral, "samples": 7}
+    graph = fused_graph(lattice, fields, 10.0, no_fly, extra=extra, **settings)
+    plain = GeometricGraph.complete(lattice, RiskField(), no_fly=no_fly, extra=extra)
+    assert graph.positions is not None
+    assert plain.positions is not None
+    np.testing.assert_array_equal(graph.positions, plain.positions)
+    assert graph.lattice == lattice
+    found = graph.weight_matrix()
+    np.testing.assert_array_equal(np.isinf(found), np.isinf(plain.weight_matrix()))
+    np.testing.assert_array_equal(np.diag(found), 0.0)
+    assert (found >= plain.weight_matrix() - 1e-12).all()
+    # of fields with nearly the same total, rounding may choose another
+    may_be = [[field] for field in fields] if how == "riskiest" else [fields]
+    expected = [all_pairs(graph.positions, one, no_fly, settings) for one in may_be]
+    assert any(np.allclose(found, matrix, rtol=0.0, atol=1e-8) for matrix in expected)
+    assert graph.directed == (not np.array_equal(found, found.T))
+    assert integral == "raster" or not graph.directed
+
+
+@slow
+@given(knowledge(), off_lattice_points())
+def test_union_is_the_complete_graph(fields: Fields, extra: list[Point]) -> None:
+    lattice = Lattice(4, bounds=(0, 0, 1, 1))
+    graph = fused_graph(lattice, fields, 10.0, extra=extra)
+    assert graph.is_implicit
+    assert graph.model == CostModel(united_field(fields), 10.0)
+    complete = GeometricGraph.complete(lattice, united_field(fields), 10.0, extra=extra)
+    np.testing.assert_array_equal(graph.weight_matrix(), complete.weight_matrix())
+
+
+def test_raster_graph_is_directed_where_the_ends_differ() -> None:
+    fields = [RiskField([Threat(0.2, 0.2, spread=0.2)])]
+    graph = fused_graph(Lattice(3, bounds=(0, 0, 1, 1)), fields, 10.0, integral="raster")
+    there, back = graph.weights_from(0)[8], graph.weights_from(8)[0]
+    assert graph.directed
+    # from the lattice point near the threat, the first sample is already away from it
+    assert there < back
+    assert graph.weights_to(0)[8] == back
+
+
+@pytest.mark.parametrize("how", FUSIONS)
+def test_points_of_any_kind_make_a_graph(how: Fusion) -> None:
+    places = np.random.default_rng(1).random((5, 2))
+    fields = [RiskField([Threat(x, 0.5, spread=0.2)]) for x in (0.3, 0.7)]
+    graph = fused_graph(places, fields, 10.0, fusion=how)
+    assert graph.lattice is None
+    np.testing.assert_array_equal(graph.weight_matrix(), all_pairs(places, fields, None, {"fusion": how}))
+
+
+@pytest.mark.parametrize("how", FUSIONS)
+@pytest.mark.parametrize("integral", INTEGRALS)
+def test_threads_change_nothing(how: Fusion, integral: Integral, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(2)
+    fields = [scattered(rng, 4) for _ in range(3)]
+    lattice = Lattice(15, bounds=(0, 0, 1, 1))
+    starts, ends = rng.random((2, THREADED_FROM + 1, 2))
+    settings: dict[str, Any] = {"fusion": how, "integral": integral, "samples": 5}
+    assert lattice.n_points > THREADED_FROM
+    monkeypatch.setattr(fusion, "n_cores", lambda: 3)
+    threaded = fused_graph(lattice, fields, 10.0, **settings), fused_weights(starts, ends, fields, 10.0, **settings)
+    monkeypatch.setattr(fusion, "n_cores", lambda: 1)
+    alone = fused_graph(lattice, fields, 10.0, **settings), fused_weights(starts, ends, fields, 10.0, **settings)
+    np.testing.assert_array_equal(threaded[0].weight_matrix(), alone[0].weight_matrix())
+    np.testing.assert_array_equal(threaded[1], alone[1])
+
+
+# What is given
+
+
+@pytest.mark.parametrize("integral", INTEGRALS)
+@pytest.mark.parametrize("how", FUSIONS)
+def test_no_fields_and_no_weight_are_no_risk(how: Fusion, integral: Integral) -> None:
+    lattice = Lattice(3, bounds=(0, 0, 1, 1))
+    lengths = GeometricGraph.complete(lattice).weight_matrix()
+    known = [RiskField([Threat(0.5, 0.5, spread=0.1)]), RiskField()]
+    for fields, k in (([], 10.0), ([RiskField()], 10.0), ([RiskField(), RiskField()], 10.0), (known, 0.0)):
+        graph = fused_graph(lattice, fields, k, fusion=how, integral=integral)
+        np.testing.assert_array_equal(graph.weight_matrix(), lengths)
+    assert fused_weights(np.empty((0, 2)), np.empty((0, 2)), known, 10.0, fusion=how, integral=integral).shape == (0,)
+
+
+@slow
+@given(st.sampled_from(FUSIONS), st.sampled_from(INTEGRALS), cases())
+def test_inputs_stay_as_they_are(how: Fusion, integral: Integral, case: tuple[Fields, Segment]) -> None:
+    fields, (start, end) = case
+    starts, ends, before = np.array([start]), np.array([end]), [*members(fields)]
+    tables = [field.table.copy() for field in fields]
+    fused_weights(starts, ends, fields, 10.0, fusion=how, integral=integral)
+    places = np.array([start, end])
+    fused_graph(places, fields, 10.0, fusion=how, integral=integral)
+    np.testing.assert_array_equal(starts, [start])
+    np.testing.assert_array_equal(ends, [end])
+    np.testing.assert_array_equal(places, [start, end])
+    assert members(fields) == before
+    for field, table in zip(fields, tables, strict=True):
+        np.testing.assert_array_equal(field.table, table)
+
+
+@fast
+@given(knowledge())
+@example([RiskField(), RiskField()])
+def test_united_field_has_each_threat_as_often_as_any_uav(fields: Fields) -> None:
+    union = united_field(fields)
+    for threat in {*union.threats, *(t for known in members(fields) for t in known)}:
+        assert union.threats.count(threat) == max(known.count(threat) for known in members(fields))
+
+
+def test_united_field_is_the_one_that_has_all() -> None:
+    a, b = Threat(0.2, 0.5, spread=0.1), Threat(0.8, 0.5, spread=0.1)
+    whole = RiskField([b, a, b])
+    assert united_field([RiskField([a]), whole, RiskField([b, b])]) is whole
+    assert len(united_field([])) == 0
+
+
+SEGMENT: tuple[Any, Any] = ([(0.0, 0.0)], [(1.0, 1.0)])
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"fusion": "sum"}, "unknown fusion 'sum'; choose one of union, max_integral, integral_max, riskiest"),
+        ({"fusion": None}, "unknown fusion None"),
+        ({"integral": "simpson"}, "unknown integral 'simpson'; choose one of exact, raster"),
+        ({"samples": 0}, "samples is 0; give a whole number from 1"),
+        ({"samples": 2.5}, "samples is 2.5"),
+        ({"samples": True}, "samples is True"),
+        ({"k": -1.0}, "k is -1"),
+        ({"fields": RiskField()}, "give a list with the RiskField of each UAV"),
+        ({"fields": [RiskField(), 3]}, "field 1 is 3"),
+        ({"no_fly": "wall"}, "a no-fly area is a shapely geometry, not str"),
+    ],
+)
+def test_malformed_settings_are_refused(change: dict[str, Any], said: str) -> None:
+    settings = {"fields": [RiskField()], "k": 1.0, **change}
+    with pytest.raises(ProblemError, match=said):
+        fused_weights(*SEGMENT, **settings)
+    with pytest.raises(ProblemError, match=said):
+        fused_graph([(0.0, 0.0), (1.0, 1.0)], **settings)
+
+
+@pytest.mark.parametrize("how", FUSIONS)
+def test_improper_fields_are_refused(how: Fusion) -> None:
+    with pytest.warns(ImproperFieldWarning):
+        improper = RiskField([Threat(0.5, 0.5, spread=0.1, peak=2.0)], improper=True)
+    with pytest.raises(ProblemError, match="field 1 has a peak above 1"):
+        fused_weights(*SEGMENT, [RiskField(), improper], 1.0, fusion=how)
+    with pytest.raises(ProblemError, match="field 0 has a peak above 1"):
+        united_field([improper])
+
+
+def test_malformed_points_are_refused() -> None:
+    with pytest.raises(ProblemError, match=r"starts have shape \(1, 2\), ends \(2, 2\)"):
+        fused_weights([(0, 0)], [(1, 1), (2, 2)], [RiskField()], fusion="integral_max")
+    with pytest.raises(ProblemError, match="finite"):
+        fused_weights([(0, np.nan)], [(1, 1)], [RiskField()], fusion="integral_max")
+    with pytest.raises(ProblemError, match="shape"):
+        fused_graph([0.0, 1.0], [RiskField()], fusion="integral_max")
