@@ -51,6 +51,14 @@ def non_negative_number(name: str, value: object) -> float:
     return number
 
 
+def whole_number(name: str, value: object, *, at_least: int, at_most: int) -> int:
+    """Return `value`, or raise `ProblemError` unless it is a whole number in that range."""
+    if isinstance(value, bool) or not isinstance(value, int) or not at_least <= value <= at_most:
+        msg = f"{name} is {value!r}; give a whole number from {at_least} to {at_most}"
+        raise ProblemError(msg)
+    return value
+
+
 def _numbers(name: str, value: object, form: str) -> tuple[object, ...]:
     """Return `value` as a tuple as long as `form` says, or raise `ProblemError`."""
     try:

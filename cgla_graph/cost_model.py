@@ -5,6 +5,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -63,8 +64,7 @@ class CostModel:
     @cached_property
     def area(self) -> NoFlyArea:
         """The no-fly polygons, made ready for exact crossing tests."""
-        # what is no geometry is refused by name, not by the cache
-        return _area(self.no_fly) if isinstance(self.no_fly, BaseGeometry) else NoFlyArea(self.no_fly)
+        return indexed_area(self.no_fly)
 
     def kernel_model(self) -> graph_kernels.Model:
         """Hand the model to a kernel, with scratch memory of its own (one call for each thread)."""
@@ -139,9 +139,22 @@ class CostModel:
         return out
 
 
-@lru_cache(maxsize=8)
-def _area(no_fly: BaseGeometry) -> NoFlyArea:
-    """Index an area once for all the problems on one map."""
+def indexed_area(no_fly: BaseGeometry | None) -> NoFlyArea:
+    """
+    Index an area, once for all the problems on one map (errors as `NoFlyArea`).
+
+    Examples
+    --------
+    >>> indexed_area(None) is indexed_area(None)
+    True
+    """
+    # what is no geometry is refused by name, not by the cache
+    is_area = isinstance(cast("object", no_fly), BaseGeometry | None)
+    return _indexed(no_fly) if is_area else NoFlyArea(no_fly)
+
+
+@lru_cache(maxsize=16)
+def _indexed(no_fly: BaseGeometry | None) -> NoFlyArea:
     return NoFlyArea(no_fly)
 
 

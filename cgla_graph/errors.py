@@ -32,6 +32,10 @@ class ScenarioError(CglaError, ValueError):
     """A scenario file, or a map that it names, cannot be read or is malformed."""
 
 
+class MissionError(CglaError, ValueError):
+    """A mission, one of its UAVs, its world or a mission file is malformed."""
+
+
 class SolverSettingError(CglaError, ValueError):
     """A solver was given a setting that it does not have, or a value that it does not allow."""
 

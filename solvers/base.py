@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar, Literal, Protocol, TypeAlias, get_args, runtime_checkable
 
-from cgla_graph._validate import positive_number
+from cgla_graph._validate import positive_number, whole_number
 from cgla_graph.edges import CornerRule
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.lattice import Lattice
@@ -94,10 +94,11 @@ def whole_setting(solver: str, name: str, value: object, *, at_least: int, at_mo
     >>> whole_setting("rrt-star", "iterations", 100, at_least=1)
     100
     """
-    if isinstance(value, bool) or not isinstance(value, int) or not at_least <= value <= at_most:
-        msg = f"{solver}: {name} is {value!r}; give a whole number from {at_least} to {at_most}"
-        raise SolverSettingError(msg)
-    return value
+    try:
+        return whole_number(name, value, at_least=at_least, at_most=at_most)
+    except ProblemError as error:
+        msg = f"{solver}: {error}"
+        raise SolverSettingError(msg) from error
 
 
 def positive_setting(solver: str, name: str, value: float) -> float:

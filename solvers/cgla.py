@@ -4,7 +4,7 @@ import itertools
 from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args
 
-from cgla_graph.cgla_matrix import cost_matrix
+from cgla_graph.cgla_matrix import CostMatrix, cost_matrix
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.problem import GraphProblem
 from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
@@ -66,6 +66,10 @@ class Cgla:
             # n sweeps are enough for weights of at least 0: each settles one more edge of every least-cost path
             sweeps = itertools.chain.from_iterable(itertools.repeat(graph.labels, graph.n_nodes))
             matrix = cost_matrix(graph, problem.target, schedule="given", order=sweeps)
+        return self.read(problem, matrix)
+
+    def read(self, problem: GraphProblem, matrix: CostMatrix) -> Solution:
+        """Read the path off a cost matrix towards the problem's target, which a mission may have repaired."""
         nodes = matrix.path_from(problem.source)
         if not nodes:
             return Solution(Status.NO_PATH)

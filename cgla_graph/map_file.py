@@ -1,0 +1,291 @@
+"""What all TOML files with a map share: their tables, how these become map units, and how a fault is told."""
+
+import difflib
+import tomllib
+import typing
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from reprlib import repr as short
+from typing import Annotated, Any, Literal, TypeVar
+
+import numpy as np
+import shapely
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import Bounds, Point
+from cgla_graph.errors import ScenarioError
+from cgla_graph.geojson import read_areas
+from cgla_graph.lattice import Lattice, LatticeKind
+from cgla_graph.projection import LocalProjection, project_area, projected_bounds
+from cgla_graph.risk import Reading, Threat
+
+#: Draws in a row that fall where they may not before there is no room.
+MOST_MISSES = 10_000
+
+#: What pydantic calls the members of unions, which no file writes; tags of our own begin with "=".
+UNION_MEMBERS = ("int", "float", "str", "bool", "list[", "=")
+
+
+class Table(BaseModel):
+    """A table of a file: no unknown keys, no conversion of types, no infinite numbers."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+def _rising(pair: list[float]) -> list[float]:
+    """Check an interval of positive numbers."""
+    if not 0.0 < pair[0] <= pair[1]:
+        msg = "give the least and the greatest, both above 0"
+        raise ValueError(msg)
+    return pair
+
+
+Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+Range = Annotated[Pair, AfterValidator(_rising)]
+Ring = Annotated[list[Pair], Field(min_length=3)]
+
+
+class ThreatTable(Table):
+    """One threat: its centre, and spread and peak, or else the sigma of Eq. 1 in one of its readings."""
+
+    x: float
+    y: float
+    spread: float | None = Field(None, gt=0, description="standard deviation, map units")
+    peak: float = Field(1.0, gt=0, description="risk per unit length at the centre")
+    sigma: float | None = Field(None, gt=0, description="sigma of Eq. 1, instead of spread and peak")
+    reading: Reading = Field("membership", description="how Eq. 1 is read")
+
+    def build(self, x: float, y: float) -> Threat:
+        """Return the threat, its centre in map units given."""
+        if (self.spread is None) == (self.sigma is None):
+            msg = "a threat needs either spread (and peak) or sigma (and reading)"
+            raise ValueError(msg)
+        if self.sigma is not None:
+            return Threat.from_eq1(x, y, self.sigma, reading=self.reading)
+        return Threat(x, y, spread=self.spread or 0.0, peak=self.peak)
+
+
+class RandomThreatsTable(Table):
+    """Threats drawn evenly over the bounds, from a seed."""
+
+    count: int = Field(ge=1, le=10_000)
+    seed: int = Field(ge=0)
+    spread: Range = Field(description="least and greatest spread, map units")
+    peak: Range = Field([1.0, 1.0], description="least and greatest peak")
+    clear: float = Field(0.0, ge=0, description="least distance of a centre from any start and goal, map units")
+
+    def build(self, bounds: Bounds, ends: list[Point]) -> list[Threat]:
+        """Draw the threats."""
+        random = np.random.default_rng(self.seed)
+        threats: list[Threat] = []
+        misses = 0
+        while len(threats) < self.count:
+            x, y = random.uniform(bounds[0], bounds[2]), random.uniform(bounds[1], bounds[3])
+            spread, peak = (random.uniform(low, high) for low, high in (self.spread, self.peak))
+            if all(float(np.hypot(x - a, y - b)) >= self.clear for a, b in ends):
+                threats.append(Threat(x, y, spread=spread, peak=peak))
+                misses = 0
+            elif (misses := misses + 1) > MOST_MISSES:
+                msg = f"random_threats: no room that keeps {self.clear:g} from start and goal; lower clear"
+                raise ValueError(msg)
+        return threats
+
+
+class NoFlyTable(Table):
+    """No-fly areas: polygons written here, and GeoJSON files beside this one."""
+
+    polygons: list[Ring] = Field(default_factory=list, description="rings of corners, closed or not")
+    geojson: list[str] = Field(default_factory=list, description="paths of GeoJSON files (lon/lat), from this file")
+
+
+class LatticeTable(Table):
+    """The lattice of graph solvers."""
+
+    resolution: int | Annotated[list[int], Field(min_length=2, max_length=2)] = Field(
+        default=20, description="points a side"
+    )
+    kind: LatticeKind = "closed"
+
+    def build(self, bounds: Bounds) -> Lattice:
+        """Return the lattice over the bounds."""
+        given = self.resolution
+        return Lattice((given[0], given[1]) if isinstance(given, list) else given, bounds=bounds, kind=self.kind)
+
+
+class MapTable(Table):
+    """The map in a file."""
+
+    title: str = ""
+    notes: str = ""
+    coordinates: Literal["plane", "lonlat"] = Field(
+        "plane", description="lonlat: points are degrees, all lengths (spread, clear, …) are metres"
+    )
+    bounds: Annotated[list[float], Field(min_length=4, max_length=4)] = Field(
+        [0.0, 0.0, 1.0, 1.0], description="x_min, y_min, x_max, y_max"
+    )
+    improper: bool = Field(default=False, description="allow peaks above 1, to see what breaks")
+    threats: list[ThreatTable] = Field(default_factory=list)
+    random_threats: RandomThreatsTable | None = None
+    no_fly: NoFlyTable = Field(default_factory=NoFlyTable)
+    lattice: LatticeTable = Field(default_factory=LatticeTable)
+
+
+@dataclass(frozen=True)
+class MapBuilder:
+    """
+    A checked table on its way to map units.
+
+    Attributes
+    ----------
+    table
+        The table.
+    folder
+        Where relative paths in it start.
+
+    Examples
+    --------
+    >>> MapBuilder(MapTable(), Path()).bounds
+    (0.0, 0.0, 1.0, 1.0)
+    """
+
+    table: MapTable
+    folder: Path
+
+    @cached_property
+    def projection(self) -> LocalProjection | None:
+        """The projection of a lon/lat map, centred on its bounds; None for a map in the plane."""
+        if self.table.coordinates == "plane":
+            return None
+        west, south, east, north = self.table.bounds
+        return LocalProjection.centred_on((west, south, east, north))
+
+    def point(self, pair: list[float]) -> Point:
+        """Return a point in map units."""
+        x, y = pair
+        if self.projection is None:
+            return x, y
+        east, north = self.projection.forward((x, y)).tolist()
+        return east, north
+
+    def end(self, name: str, pair: list[float]) -> Point:
+        """Return a start or goal in map units, checked in the file's own units."""
+        x, y = pair
+        west, south, east, north = self.table.bounds
+        # bounds may span the antimeridian: then west is greater than east
+        inside = west <= x <= east if west <= east else x >= west or x <= east
+        if self.projection is not None and not (inside and south <= y <= north):
+            msg = f"{name} {(x, y)} is outside the bounds {(west, south, east, north)}; move it, or widen the bounds"
+            raise ValueError(msg)
+        return self.point(pair)
+
+    @cached_property
+    def bounds(self) -> Bounds:
+        """The bounds in map units: for lon/lat, the least box around them."""
+        west, south, east, north = self.table.bounds
+        if self.projection is None:
+            return west, south, east, north
+        if west == east or south >= north:
+            msg = f"bounds {(west, south, east, north)} are empty; south < north and west != east must hold"
+            raise ValueError(msg)
+        return projected_bounds((west, south, east + 360.0 * (east < west), north), self.projection)
+
+    def areas(self, key: str, rings: list[list[list[float]]], files: list[str]) -> list[BaseGeometry]:
+        """Return polygons of rings and of GeoJSON files in map units; `key` is where the file names the latter."""
+        areas: list[BaseGeometry] = [shapely.Polygon(ring) for ring in rings]
+        for name in files:
+            if self.projection is None:
+                msg = f'{key} {name!r} holds longitudes and latitudes; set coordinates = "lonlat"'
+                raise ValueError(msg)
+            areas += [area.polygon for area in read_areas(self.folder / name)]
+        return areas if self.projection is None else [project_area(area, self.projection) for area in areas]
+
+    def no_fly(self) -> BaseGeometry | None:
+        """Return all no-fly areas in map units."""
+        areas = self.areas("no_fly.geojson", self.table.no_fly.polygons, self.table.no_fly.geojson)
+        return shapely.GeometryCollection(areas) if areas else None
+
+    def threats(self, ends: list[Point]) -> list[Threat]:
+        """Return the threats, those written first; those drawn keep clear of `ends` (map units)."""
+        threats = [entry.build(*self.point([entry.x, entry.y])) for entry in self.table.threats]
+        if self.table.random_threats is not None:
+            threats += self.table.random_threats.build(self.bounds, ends)
+        return threats
+
+    def lattice(self) -> Lattice:
+        """Return the lattice."""
+        return self.table.lattice.build(self.bounds)
+
+
+AnyTable = TypeVar("AnyTable", bound=Table)
+
+
+def read_table(text: str, kind: type[AnyTable], *, place: str, command: str) -> AnyTable:
+    r"""
+    Read a TOML text into its table.
+
+    Parameters
+    ----------
+    text
+        The text.
+    kind
+        The table of the whole file.
+    place
+        What error messages call the file.
+    command
+        What prints the schema of such files.
+
+    Raises
+    ------
+    ScenarioError
+        If the text is no TOML, a key is unknown or missing, or a value has the wrong type; the message names the
+        key's path, the value and the remedy.
+
+    Examples
+    --------
+    >>> read_table("kind = 'upper'", LatticeTable, place="mine.toml", command="cgla scenarios --schema").resolution
+    20
+    """
+    try:
+        document = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        msg = f"{place}: not TOML that can be read: {error}"
+        raise ScenarioError(msg) from error
+    try:
+        return kind.model_validate(document)
+    except ValidationError as error:
+        msg = f"{place}: {_first_fault(error, kind, command)}"
+        raise ScenarioError(msg) from error
+
+
+def _first_fault(error: ValidationError, kind: type[Table], command: str) -> str:
+    """Say in one line what is wrong first: the key's path, the fault, the value and the remedy."""
+    fault = error.errors()[0]
+    # pydantic names the member of a union as well; what remains is the path as the file writes it
+    place = ".".join(str(part) for part in fault["loc"] if not str(part).startswith(UNION_MEMBERS))
+    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    if fault["type"] == "extra_forbidden":
+        keys = list(_table_at(kind, fault["loc"][:-1]).model_fields)
+        near = difflib.get_close_matches(str(fault["loc"][-1]), keys, n=1)
+        hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(keys)}"
+        return f"{place}: unknown key; {hint}{more}"
+    if fault["type"] == "missing":
+        return f"{place}: this key is needed; add it ({command} says what it holds){more}"
+    return f"{place}: {fault['msg']} (it is {short(fault['input'])}); {command} says what is allowed{more}"
+
+
+def _table_at(kind: type[Table], loc: tuple[int | str, ...]) -> type[Table]:
+    """Find the kind of table at a place in the file: keys lead into tables, all other parts stay in the same."""
+    for part in loc:
+        if part in kind.model_fields:
+            kind = next(_tables_in(kind.model_fields[str(part)].annotation), kind)
+    return kind
+
+
+def _tables_in(annotation: Any) -> typing.Iterator[type[Table]]:  # noqa: ANN401 - any type form
+    """List the tables that a type is made of."""
+    if isinstance(annotation, type) and issubclass(annotation, Table):
+        yield annotation
+    for part in typing.get_args(annotation):
+        yield from _tables_in(part)

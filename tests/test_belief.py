@@ -1,0 +1,181 @@
+"""What UAVs believe, see and tell each other."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import fast, seeds, usual
+
+from cgla_graph.belief import Belief, Report
+from cgla_graph.errors import MissionError
+from cgla_graph.risk import RiskField, Threat
+from cgla_graph.sensing import sightings
+from cgla_graph.sharing import Radio, Sharing
+from cgla_graph.world import TimedArea, TimedThreat, World
+
+PLACES = [Threat(0.1 * i, 0.5, 0.05) for i in range(4)]
+reports = st.builds(
+    Report,
+    st.tuples(st.just("threat"), st.integers(0, 2)),
+    st.sampled_from(PLACES),
+    st.booleans(),
+    st.integers(0, 6),
+    st.integers(0, 2),
+)
+
+
+@fast
+@given(st.lists(reports, max_size=12), st.randoms(use_true_random=False))
+def test_what_is_believed_does_not_depend_on_the_order_of_hearing(told: list[Report], random: object) -> None:
+    one, other = Belief(), Belief()
+    one.hear(told)
+    mixed = list(told)
+    random.shuffle(mixed)  # type: ignore[attr-defined]
+    for report in mixed:
+        other.hear([report])
+    assert one.threats == other.threats
+    assert list(one.threats) == sorted(one.threats)
+    assert set(one.journal) == set(told)
+    assert len(one.journal) == len(set(told))
+
+
+@fast
+@given(st.lists(reports, max_size=12))
+def test_the_newest_sighting_that_nobody_refuted_later_counts(told: list[Report]) -> None:
+    belief = Belief()
+    belief.hear(told)
+    for number in range(3):
+        about = [report for report in told if report.thing == ("threat", number)]
+        standing = [
+            seen
+            for seen in about
+            if seen.is_there
+            and not any(not no.is_there and no.content == seen.content and no.tick > seen.tick for no in about)
+        ]
+        assert (number in belief.threats) == bool(standing)
+        if standing:
+            newest = max(seen.tick for seen in standing)
+            assert belief.threats[number] in [seen.content for seen in standing if seen.tick == newest]
+
+
+def test_the_absence_of_a_threat_refutes_only_the_place_where_it_was_believed() -> None:
+    belief = Belief()
+    belief.hear([Report(("threat", 0), PLACES[1], is_there=True, tick=5, origin=1)])
+    belief.hear([Report(("threat", 0), PLACES[0], is_there=False, tick=9, origin=0)])
+    assert dict(belief.threats) == {0: PLACES[1]}
+
+
+def test_the_fields_of_eq_5_are_what_each_uav_saw_itself() -> None:
+    belief = Belief()
+    belief.hear(
+        [Report(("threat", i), PLACES[i], is_there=True, tick=0, origin=origin) for i, origin in [(0, 1), (2, 1)]]
+    )
+    belief.hear(
+        [Report(("threat", i), PLACES[i], is_there=True, tick=2, origin=origin) for i, origin in [(1, 0), (2, 0)]]
+    )
+    belief.hear([Report(("threat", 0), PLACES[0], is_there=False, tick=4, origin=0)])
+    assert [field.threats for field in belief.fields_by_origin()] == [(PLACES[1], PLACES[2]), (PLACES[2],)]
+
+
+def test_a_uav_sees_what_is_within_its_radius_and_what_is_missing_there() -> None:
+    world = World(
+        RiskField([Threat(0.5, 0.5, 0.1)]),
+        timed=[TimedThreat(Threat(0.2, 0.5, 0.1), vanishes=5), TimedArea(shapely.box(0.3, 0.6, 0.4, 0.7), 2, 5)],
+    )
+    here, belief = np.array([[0.3, 0.5]]), Belief()
+
+    def look(tick: int, radius: float = 0.15) -> list[tuple[tuple[str, int], bool]]:
+        return [(new.thing, new.is_there) for new in belief.hear(sightings(world, tick, belief, here, radius, 0))]
+
+    assert look(0) == [(("threat", 1), True)]
+    assert look(1) == []
+    assert look(2) == [(("area", 1), True)]
+    assert look(3, radius=0.2) == [(("threat", 0), True)]
+    assert look(6, radius=0.05) == []
+    assert look(6) == [(("threat", 1), False), (("area", 1), False)]
+    assert (dict(belief.threats), belief.areas) == ({0: world.field.threats[0]}, frozenset())
+
+
+def test_the_rim_of_the_radius_belongs_to_it_and_a_leg_is_looked_along() -> None:
+    world = World(RiskField([Threat(0.5, 0.25, 0.1)]))
+    at = np.array([[0.5, 0.0]])
+    assert len(sightings(world, 0, Belief(), at, 0.25, 0)) == 1
+    assert sightings(world, 0, Belief(), at, math.nextafter(0.25, 0), 0) == []
+    leg = np.array([[0.0, 0.0], [1.0, 0.0]])
+    assert len(sightings(world, 0, Belief(), leg, 0.25, 0)) == 1
+    assert sightings(world, 0, Belief(), leg[:1], 0.25, 0) == []
+
+
+def exchange_until(sharing: Sharing, positions: list[tuple[float, float]], ticks: int) -> list[list[int]]:
+    """Let UAV 0 know one thing; return who knows it after each tick."""
+    beliefs = {number: Belief() for number in range(len(positions))}
+    beliefs[0].hear([Report(("threat", 0), PLACES[0], is_there=True, tick=0, origin=0)])
+    radio, known = Radio(sharing), []
+    for tick in range(ticks):
+        radio.exchange(tick, beliefs, positions)
+        known.append([number for number, belief in beliefs.items() if belief.journal])
+    return known
+
+
+CHAIN = [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]
+
+
+@pytest.mark.parametrize(
+    ("sharing", "known"),
+    [
+        (Sharing(is_on=False), [[0], [0], [0], [0]]),
+        (Sharing(), [[0, 1, 2]] * 4),
+        (Sharing(delay=2), [[0], [0], [0, 1, 2], [0, 1, 2]]),
+        (Sharing(radius=1.0), [[0, 1], [0, 1, 2], [0, 1, 2], [0, 1, 2]]),
+        # what arrives at tick 1 is passed on from tick 2 on
+        (Sharing(radius=1.0, delay=1), [[0], [0, 1], [0, 1], [0, 1, 2]]),
+        (Sharing(radius=0.5), [[0]] * 4),
+    ],
+)
+def test_knowledge_spreads_as_far_and_as_fast_as_the_radio_carries(sharing: Sharing, known: list[list[int]]) -> None:
+    assert exchange_until(sharing, CHAIN, 4) == known
+
+
+@usual
+@given(seeds, st.floats(0.1, 0.9))
+def test_lost_messages_are_sent_again_and_the_seed_says_which_are_lost(seed: int, loss: float) -> None:
+    sharing = Sharing(loss=loss, seed=seed)
+    runs = [exchange_until(sharing, CHAIN, 200) for _ in range(2)]
+    assert runs[0] == runs[1]
+    assert runs[0][-1] == [0, 1, 2]
+    heard = np.mean([sharing.heard(tick, np.zeros((10, 2))).sum() / 90.0 for tick in range(50)])
+    assert heard == pytest.approx(1.0 - loss, abs=0.05)
+
+
+def test_who_has_left_neither_sends_nor_hears() -> None:
+    beliefs = {number: Belief() for number in range(3)}
+    beliefs[0].hear([Report(("threat", 0), PLACES[0], is_there=True, tick=0, origin=0)])
+    radio = Radio(Sharing(delay=1))
+    assert radio.exchange(0, beliefs, CHAIN) == []
+    del beliefs[2]
+    learned = radio.exchange(1, beliefs, CHAIN[:2])
+    assert [(receiver, sender) for receiver, sender, _ in learned] == [(1, 0)]
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"radius": 0.0}, "radius is 0"),
+        ({"radius": "far"}, "radius is 'far'"),
+        ({"delay": -1}, "delay is -1"),
+        ({"delay": 0.5}, "delay is 0.5"),
+        ({"loss": 1.0}, "loss is 1; it must be at least 0 and below 1"),
+        ({"loss": -0.1}, "loss is -0.1"),
+        ({"seed": -1}, "seed is -1"),
+        ({"is_on": 1}, "is_on is 1"),
+    ],
+)
+def test_malformed_sharing_is_refused_by_name(settings: dict[str, object], words: str) -> None:
+    with pytest.raises(MissionError) as caught:
+        Sharing(**settings)  # type: ignore[arg-type]
+    assert words in str(caught.value)
+    with pytest.raises(MissionError, match="some"):
+        Sharing.parse("some")

@@ -1,0 +1,434 @@
+"""What a mission takes and refuses, and what its options do."""
+
+import dataclasses
+import json
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+import cgla_graph as cg
+from cgla_graph.errors import CglaError, MissionError
+from cgla_graph.flight import Flight, MissionStatus
+from cgla_graph.mission import Mission, Uav
+from cgla_graph.problem import Problem
+from cgla_graph.risk import RiskField, Threat
+from cgla_graph.sharing import Sharing
+from cgla_graph.solution import Solution, Status
+from cgla_graph.solvers.base import Traits
+from cgla_graph.virtual_obstacle import VirtualObstacle
+from cgla_graph.world import TimedArea, TimedThreat, World
+
+CGLA = cg.solvers.get("cgla")
+MIDDLE = RiskField([Threat(0.5, 0.5, 0.08), Threat(0.35, 0.6, 0.05), Threat(0.7, 0.55, 0.06)])
+A = Uav("a", (0.1, 0.1), (0.9, 0.9), 0.2)
+B = Uav("b", (0.1, 0.4), (0.55, 0.95), 0.2)
+SMALL = 9
+
+
+def mission(*uavs: Uav, **settings: Any) -> Mission:  # noqa: ANN401 - any setting
+    """Return a small mission through three threats."""
+    world = settings.pop("world", World(MIDDLE))
+    return Mission(world, uavs or (A,), settings.pop("solver", CGLA), **{"resolution": SMALL, **settings})
+
+
+def kinds(flight: Flight, kind: str, uav: str | None = None) -> list[tuple[int, dict[str, Any]]]:
+    """List the events of a kind."""
+    return [
+        (event.tick, dict(event.detail)) for event in flight.events if event.kind == kind and uav in {None, event.uav}
+    ]
+
+
+def test_a_uav_without_knowledge_sets_out_straight_and_turns_when_it_sees() -> None:
+    flight = mission().fly().uavs["a"]
+    assert flight.status is MissionStatus.ARRIVED
+    # points in line may be on it: adding up lengths is rounded
+    assert np.ptp(flight.plans[0][1] @ [1.0, -1.0]) == 0.0
+    assert len(flight.knowledge_at(0).threats) == 0
+    assert len(flight.knowledge_at(flight.ended).threats) > 0
+    assert len(flight.replans) > 1
+    assert flight.length > 0.8 * math.sqrt(2.0) + 1e-6
+    assert flight.position_at(0) == (0.1, 0.1)
+    assert flight.position_at(flight.ended) == (0.9, 0.9)
+    assert flight.position_at(flight.ended + 1) is None
+
+
+def test_every_step_has_the_length_of_a_step() -> None:
+    flight = mission().fly().uavs["a"]
+    step = 0.4 / SMALL
+    along = np.hypot(*np.diff(flight.path, axis=0).T)
+    ticks = np.floor(flight.times[1:] - 1e-9).astype(int)
+    flown = np.bincount(ticks, weights=along)
+    assert flown[:-1] == pytest.approx(step)
+    assert 0.0 < flown[-1] <= step * (1 + 1e-9)
+
+
+def test_the_numbers_of_a_flight_are_the_oracle_s() -> None:
+    flight = mission().fly().uavs["a"]
+    found = Problem((0.1, 0.1), (0.9, 0.9), MIDDLE, k=10.0).evaluate(flight.path)
+    assert (flight.length, flight.risk, flight.cost) == pytest.approx((found.length, found.risk, found.cost))
+    assert flight.risk_sum == pytest.approx(float(MIDDLE.density(flight.trace).sum()))
+    fine = np.vstack([np.linspace(a, b, 400) for a, b in zip(flight.path[:-1], flight.path[1:], strict=True)])
+    assert flight.max_risk == pytest.approx(float(MIDDLE.density(fine).max()), rel=0.02)
+    lengths = np.hypot(*np.diff(fine, axis=0).T)
+    exposed = lengths[MIDDLE.density(fine)[1:] > 0.1].sum()
+    assert flight.exposure == pytest.approx(float(exposed), abs=0.01)
+    assert flight.exposure > 0.0
+
+
+def test_risk_counts_as_it_was_when_it_was_flown_through() -> None:
+    east = Uav("a", (0.0, 0.5), (1.0, 0.5), 0.1, step=0.1)
+    spot = Threat(0.5, 0.5, 0.05)
+    for life, share in [((0, None), 1.0), ((0, 5), 0.5), ((5, None), 0.5), ((5, 6), 0.4772), ((20, None), 0.0)]:
+        world = World(timed=[TimedThreat(spot, *life)])
+        # k = 0: risk is measured, not avoided
+        flight = mission(dataclasses.replace(east, k=0.0), world=world).fly().uavs["a"]
+        assert flight.risk == pytest.approx(share * 0.05 * math.sqrt(2.0 * math.pi), rel=1e-3, abs=1e-9)
+
+
+class _Recorder:
+    """A plane solver that keeps every problem it is given, and flies straight."""
+
+    traits = Traits("recorder", "records", domain="plane")
+
+    def __init__(self) -> None:
+        self.problems: list[Problem] = []
+
+    def solve(self, problem: Problem) -> Solution:
+        self.problems.append(problem)
+        path = np.array([problem.start, problem.goal])
+        return Solution(Status.FOUND, path=path, cost=problem.evaluate(path).cost)
+
+
+def test_a_solver_sees_only_what_its_uav_knows() -> None:
+    recorder = _Recorder()
+    flight = mission(A, B, solver=recorder, sharing="none").fly()
+    for name, uav in (("a", A), ("b", B)):
+        mine = [problem for problem in recorder.problems if problem.goal == uav.goal]
+        known = [set(problem.field.threats) for problem in mine]
+        assert known[0] == set()
+        seen = {0: set[Threat]()}
+        for tick, detail in kinds(flight, "detected", name):
+            seen[tick] = set(seen[max(seen)]) | {MIDDLE.threats[detail["threat"]]}
+        assert known == list(seen.values())
+        for problem in mine:
+            position = np.array(problem.start)
+            new = problem.field.threats
+            assert all(any(math.dist(spot, (t.x, t.y)) <= 0.2 for spot in flight.uavs[name].trace) for t in new)
+            assert position.tolist() in flight.uavs[name].trace.tolist()
+
+
+def test_sharing_tells_who_learned_what_when_and_from_whom() -> None:
+    flight = mission(A, B).fly()
+    seen = {(event.detail["threat"], event.tick): event.uav for event in flight.events if event.kind == "detected"}
+    learned = kinds(flight, "learned")
+    assert learned
+    for tick, detail in learned:
+        assert seen[detail["threat"], detail["seen"]] == detail["origin"] == detail["source"]
+        assert tick == detail["seen"]
+    late = mission(A, B, sharing=Sharing(delay=3)).fly()
+    assert {tick - detail["seen"] for tick, detail in kinds(late, "learned")} == {3}
+    assert kinds(mission(A, B, sharing="none").fly(), "learned") == []
+
+
+def test_on_the_ground_a_uav_hears_but_does_not_see() -> None:
+    late = dataclasses.replace(B, start=(0.45, 0.45), departs=15)
+    flight = mission(A, late).fly()
+    before = [event for event in flight.events if event.uav == "b" and event.tick < 15]
+    assert {event.kind for event in before} == {"learned"}
+    assert flight.uavs["b"].departed == 15
+    assert flight.uavs["b"].position_at(14) is None
+    assert flight.uavs["b"].position_at(15) == (0.45, 0.45)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"movement": "vertex"},
+        {"replan": "tick"},
+        {"exclude": "last"},
+        {"exclude": "all"},
+        {"start": "snapped"},
+        {"update": "sequential"},
+        {"fusion": "max_integral"},
+        {"fusion": "integral_max"},
+        {"fusion": "riskiest"},
+        {"integral": "raster"},
+        {"virtual_obstacle": True},
+        {"virtual_obstacle": VirtualObstacle(placement="add", zones="near", stepnum=1)},
+        {"avoidance": "prioritized"},
+        {"incremental": False},
+        {"solver": cg.solvers.get("dijkstra")},
+        {"solver": cg.solvers.get("eight-direction")},
+        {"solver": cg.solvers.get("hybrid", tolerance=None)},
+        {"arrival_radius": 0.05},
+        {"sharing": Sharing(radius=0.3, delay=1, loss=0.5)},
+    ],
+    ids=str,
+)
+def test_every_option_flies(settings: dict[str, Any]) -> None:
+    flight = mission(A, B, **settings).fly()
+    assert [one.status for one in flight.uavs.values()] == [MissionStatus.ARRIVED] * 2
+    again = mission(A, B, **settings).fly()
+    assert [event.document() for event in flight.events] == [event.document() for event in again.events]
+    for name in "ab":
+        assert np.array_equal(flight.uavs[name].path, again.uavs[name].path)
+
+
+def test_a_uav_arrives_within_the_arrival_radius() -> None:
+    flight = mission(arrival_radius=0.05).fly().uavs["a"]
+    assert math.dist(flight.trace[-1], A.goal) <= 0.05 < math.dist(flight.trace[-2], A.goal)
+
+
+def test_from_vertex_to_vertex_it_flies_blind_and_sees_along_the_way() -> None:
+    flight = mission(movement="vertex").fly()
+    # the first plan knows of nothing: a straight line to the goal
+    assert flight.ticks <= 2
+    assert flight.uavs["a"].risk == pytest.approx(float(MIDDLE.line_integral(A.start, A.goal)))
+    stop = World(MIDDLE, no_fly=shapely.box(0.45, 0.0, 0.55, 0.8))
+    flight = mission(movement="vertex", world=stop).fly()
+    assert flight.ticks > 1
+    assert kinds(flight, "detected")[0][0] == 1
+
+
+def test_excluded_points_are_not_used_again() -> None:
+    world = World(RiskField([Threat(0.3, 0.3, 0.1), Threat(0.5, 0.6, 0.1), Threat(0.7, 0.6, 0.1)]))
+    flight = mission(world=world, exclude="all", replan="tick").fly()
+    nearest = [flight.mission.lattice.nearest((x, y)) for x, y in flight.uavs["a"].trace.tolist()]
+    runs = [node for node, before in zip(nearest, [None, *nearest], strict=False) if node != before]
+    planned = {
+        flight.mission.lattice.index_of((x, y))
+        for tick, plan in flight.uavs["a"].plans[1:]
+        for x, y in plan[1:-1].tolist()
+    }
+    assert planned
+    for tick, plan in flight.uavs["a"].plans:
+        before = set(nearest[:tick]) - {nearest[tick]}
+        nodes = {flight.mission.lattice.index_of((x, y)) for x, y in plan[1:-1].tolist()}
+        assert not nodes & before, (tick, runs)
+
+
+def test_a_uav_that_starts_inside_a_threat_says_so_and_flies() -> None:
+    world = World(RiskField([Threat(0.1, 0.12, 0.05)]))
+    flight = mission(world=world).fly()
+    ((tick, detail),) = kinds(flight, "started-in-risk")
+    assert (tick, detail["threat"], round(detail["risk"], 3)) == (0, 0, 0.923)
+    assert flight.all_arrived
+
+
+def test_a_threat_that_comes_up_on_top_of_a_uav_is_logged_and_left_behind() -> None:
+    free = mission(world=World()).fly().uavs["a"]
+    x, y = free.trace[5].tolist()
+    world = World(timed=[TimedThreat(Threat(x, y, 0.05), appears=5)])
+    flight = mission(world=world).fly()
+    assert [(tick, round(detail["distance"], 9)) for tick, detail in kinds(flight, "appeared-on")] == [(5, 0.0)]
+    assert kinds(flight, "detected")[0][0] == 5
+    assert flight.all_arrived
+    # C38: on top of it, at least half a crossing cannot be avoided
+    assert flight.uavs["a"].risk >= 0.5 * 0.05 * math.sqrt(2.0 * math.pi) - 1e-9
+
+
+@pytest.mark.parametrize("solver", ["cgla", "dijkstra", "hybrid"])
+def test_a_goal_that_an_area_swallows_is_an_end_with_its_tick(solver: str) -> None:
+    world = World(timed=[TimedArea(shapely.box(0.8, 0.8, 1.0, 1.0), appears=9)])
+    seen_all = mission(world=world, solver=cg.solvers.get(solver), knowledge="all").fly().uavs["a"]
+    assert seen_all.status is MissionStatus.NO_PATH
+    assert seen_all.ended == 9
+    assert "tick 9" in seen_all.message
+    assert "goal" in seen_all.message
+    sensed = mission(world=world, solver=cg.solvers.get(solver)).fly().uavs["a"]
+    assert sensed.status is MissionStatus.NO_PATH
+    assert sensed.ended > 9
+    assert len(sensed.trace) == sensed.ended + 1
+
+
+def test_an_area_that_comes_up_around_a_uav_is_an_end_with_its_tick() -> None:
+    world = World(timed=[TimedArea(shapely.box(0.2, 0.2, 0.6, 0.6), appears=8)])
+    flight = mission(world=world).fly()
+    assert flight.uavs["a"].status is MissionStatus.NO_PATH
+    assert flight.uavs["a"].ended == 8
+    assert kinds(flight, "appeared-on") == [(8, {"area": 0})]
+
+
+def test_an_area_that_comes_up_is_flown_around_and_one_that_goes_is_flown_through() -> None:
+    wall = shapely.box(0.45, 0.2, 0.55, 0.95)
+    shut = World(timed=[TimedArea(wall, appears=3)])
+    flight = mission(world=shut).fly().uavs["a"]
+    assert flight.status is MissionStatus.ARRIVED
+    assert not shapely.LineString(flight.path).crosses(wall.buffer(-1e-6))
+    opened = World(timed=[TimedArea(wall, vanishes=12)])
+    later = mission(world=opened, knowledge="all").fly().uavs["a"]
+    assert later.length < flight.length
+    refuted = mission(Uav("a", (0.1, 0.5), (0.9, 0.5), 0.3), world=World(timed=[TimedArea(wall, vanishes=9)])).fly()
+    assert kinds(refuted, "refuted") == [(9, {"area": 0})]
+
+
+def test_a_threat_that_moves_is_believed_where_it_was_seen() -> None:
+    there, later = Threat(0.5, 0.5, 0.05), (0.5, 0.62)
+    world = World(timed=[TimedThreat(there, moves=[(6, *later)])])
+    flight = mission(world=world).fly()
+    events = [(event.kind, event.tick) for event in flight.events if event.kind in {"detected", "refuted"}]
+    assert {kind for kind, _ in events} == {"detected"}
+    near = mission(Uav("a", (0.1, 0.1), (0.9, 0.9), 0.6), world=world).fly()
+    assert [kind for kind, _ in [(e.kind, e.tick) for e in near.events if e.kind in {"detected", "refuted"}]] == [
+        "detected",
+        "refuted",
+        "detected",
+    ]
+    assert {(threat.x, threat.y) for threat in near.uavs["a"].knowledge_at(near.ticks).threats.values()} == {later}
+
+
+def test_uavs_that_collide_end_there_or_are_recorded() -> None:
+    east, west = Uav("e", (0.0, 0.5), (1.0, 0.5), 0.2), Uav("w", (1.0, 0.5), (0.0, 0.5), 0.2)
+    flight = mission(east, west, world=World()).fly()
+    assert [one.status for one in flight.uavs.values()] == [MissionStatus.COLLISION] * 2
+    (pair,) = flight.separations
+    assert (pair.first, pair.second) == ("e", "w")
+    assert math.isinf(flight.cost)
+    flight = mission(east, west, world=World(), collisions="record").fly()
+    assert flight.all_arrived
+    assert flight.least_separation == pytest.approx(0.0, abs=1e-9)
+    assert flight.separations[0].where == pytest.approx((0.5, 0.5))
+    assert len(kinds(flight, "collision", "e")) == 1
+    rule, aside = VirtualObstacle(stepnum=0, spread=0.05), dataclasses.replace(west, start=(1.0, 0.53))
+    apart = mission(east, aside, world=World(), virtual_obstacle=rule, collision_distance=0.02).fly()
+    assert apart.all_arrived
+    assert apart.least_separation > 0.02
+
+
+def test_near_the_common_goal_nobody_counts_as_near() -> None:
+    other = Uav("b", (0.1, 0.3), (0.9, 0.9), 0.15, safe_distance=0.1)
+    first = Uav("a", (0.3, 0.1), (0.9, 0.9), 0.15, safe_distance=0.1)
+    flight = mission(first, other, world=World(), terminal_radius=0.3).fly()
+    assert flight.all_arrived
+    # two sides of 1 meet at the goal, 16.26 degrees apart
+    assert flight.least_separation == pytest.approx(0.6 * math.sin(math.radians(16.26 / 2)), rel=1e-3)
+    strict = mission(first, other, world=World(), terminal_radius=0.0).fly()
+    assert {one.status for one in strict.uavs.values()} == {MissionStatus.COLLISION}
+
+
+def test_a_mission_stops_at_its_last_tick() -> None:
+    flight = mission(max_ticks=3).fly().uavs["a"]
+    assert (flight.status, flight.ended, len(flight.trace)) == (MissionStatus.OUT_OF_TICKS, 3, 4)
+
+
+def test_a_solver_that_raises_or_lies_is_an_end_and_not_a_crash() -> None:
+    class Broken(_Recorder):
+        def solve(self, problem: Problem) -> Solution:
+            if len(self.problems) > 1:
+                msg = "out of luck"
+                raise RuntimeError(msg)
+            return super().solve(problem)
+
+    flight = mission(solver=Broken()).fly().uavs["a"]
+    assert flight.status is MissionStatus.NO_PATH
+    assert "RuntimeError: out of luck" in flight.message
+
+    class Liar(_Recorder):
+        def solve(self, problem: Problem) -> Solution:
+            return Solution(Status.FOUND, path=np.array([problem.start, (5.0, 5.0), problem.goal]), cost=1.0)
+
+    assert mission(solver=Liar()).fly().uavs["a"].status is MissionStatus.NO_PATH
+
+
+def test_an_interrupted_mission_keeps_its_flight_so_far() -> None:
+    simulation = mission(A, B).simulate()
+    for _ in range(4):
+        simulation.advance()
+    flight = simulation.flight(interrupted=True)
+    assert flight.interrupted
+    assert {one.status for one in flight.uavs.values()} == {MissionStatus.INTERRUPTED}
+    assert [len(one.trace) for one in flight.uavs.values()] == [5, 5]
+    whole = mission(A, B).fly()
+    assert np.array_equal(whole.uavs["a"].trace[:5], flight.uavs["a"].trace)
+
+
+def test_price_of_ignorance_and_value_of_sharing_are_ratios_of_flown_costs() -> None:
+    flight = mission(A, B).fly()
+    informed = mission(A, B, knowledge="all").fly()
+    unshared = mission(A, B, sharing="none").fly()
+    for name in "ab":
+        price = flight.uavs[name].cost / informed.uavs[name].cost
+        assert flight.price_of_ignorance[name] == pytest.approx(price)
+        assert flight.value_of_sharing[name] == pytest.approx(unshared.uavs[name].cost / flight.uavs[name].cost)
+    assert informed.price_of_ignorance == {"a": 1.0, "b": 1.0}
+    assert all(math.isnan(value) for value in unshared.value_of_sharing.values())
+
+
+def test_the_same_mission_is_the_same_flight_in_every_process() -> None:
+    code = (
+        f"import sys, json; sys.path[:0] = {sys.path!r}; import test_mission as t;"
+        "f = t.mission(t.A, t.B, sharing=t.Sharing(radius=0.4, loss=0.3), virtual_obstacle=True).fly();"
+        "print(json.dumps([e.document() for e in f.events] + [u.path.tolist() for u in f.uavs.values()]))"
+    )
+    texts = [
+        subprocess.run(
+            [sys.executable, "-c", code], env={**os.environ, "PYTHONHASHSEED": seed}, capture_output=True, check=True
+        ).stdout
+        for seed in ("1", "2")
+    ]
+    assert texts[0] == texts[1]
+    assert len(json.loads(texts[0])) > 10
+
+
+NEAR = dataclasses.replace(A, name="n", start=(0.15, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("build", "words"),
+    [
+        (lambda: Mission(World(), [], CGLA), "at least one UAV"),
+        (lambda: Mission(World(), "ab", CGLA), "give a list of Uav"),  # type: ignore[arg-type]
+        (lambda: Mission(World(), [A, "b"], CGLA), "'b' is no UAV"),  # type: ignore[list-item]
+        (lambda: mission(A, A), "two UAVs are called 'a'"),
+        (lambda: mission(A, NEAR), "start 0.05 apart, closer than the safe distance 0.1"),
+        (lambda: mission(world=World(no_fly=shapely.box(0.05, 0.05, 0.2, 0.2))), "UAV a: start"),
+        (lambda: mission(world=World(no_fly=shapely.box(0.8, 0.8, 1, 1))), "UAV a: goal"),
+        (lambda: mission(world=World(timed=[TimedArea(shapely.box(0.05, 0.05, 0.2, 0.2))])), "inside the no-fly area"),
+        (lambda: mission(world=World(bounds=(0, 0, 0.5, 0.5))), "UAV a: goal (0.9, 0.9) is outside the bounds"),
+        (lambda: Uav("", (0, 0), (1, 1), 0.2), "name is ''"),
+        (lambda: Uav("a", (0, 0), (1, 1), 0.0), "UAV a: detection_radius is 0; it must be above 0"),
+        (lambda: Uav("a", (0, 0), (1, 1), -1.0), "detection_radius is -1"),
+        (lambda: Uav("a", (0, 0), (1, 1), 0.2, step=0.0), "step is 0"),
+        (lambda: Uav("a", (0, 0), (1, 1), 0.2, k=-1.0), "k is -1"),
+        (lambda: Uav("a", (0, 0), (1, 1), 0.2, safe_distance=0.2), "not below its detection_radius 0.2"),
+        (lambda: Uav("a", (0, 0), (1, 1), 0.2, safe_distance=0.0), "safe_distance is 0"),
+        (lambda: Uav("a", (0, 0), (1, 1), 0.2, departs=-1), "departs is -1"),
+        (lambda: Uav("a", "here", (1, 1), 0.2), "UAV a: start is 'here'"),  # type: ignore[arg-type]
+        (lambda: mission(world="flat"), "give a World"),
+        (lambda: mission(solver="cgla"), "cgla_graph.solvers.get"),
+        (lambda: mission(sharing="some"), "sharing is 'some'"),
+        (lambda: mission(replan="never"), "unknown replan 'never'; choose one of change, tick"),
+        (lambda: mission(fusion="sum"), "unknown fusion"),
+        (lambda: mission(virtual_obstacle=3), "give a VirtualObstacle"),
+        (lambda: mission(resolution=1), "resolution is 1"),
+        (lambda: mission(max_ticks=0), "max_ticks is 0"),
+        (lambda: mission(arrival_radius=-1.0), "arrival_radius is -1"),
+        (lambda: mission(incremental=1), "incremental is 1"),
+        (lambda: mission(solver=cg.solvers.get("hybrid"), exclude="all"), "needs a graph solver, hybrid plans"),
+        (lambda: mission(avoidance="prioritized", virtual_obstacle=True), "virtual_obstacle cannot be combined"),
+        (lambda: mission(avoidance="prioritized", movement="vertex"), "movement cannot be combined"),
+        (
+            lambda: mission(dataclasses.replace(A, safe_distance=0.02), virtual_obstacle=True),
+            "safe_distance / detection_radius is 0.1; virtual obstacles need more than 0.1",
+        ),
+    ],
+)
+def test_malformed_missions_are_refused_by_name(build: Callable[[], object], words: str) -> None:
+    with pytest.raises((CglaError, TypeError)) as caught:
+        build()
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_uavs_that_depart_at_different_times_may_share_a_start() -> None:
+    late = dataclasses.replace(A, name="late", departs=12)
+    assert mission(A, late).fly().all_arrived
+    with pytest.raises(MissionError, match="let one depart later"):
+        mission(A, dataclasses.replace(A, name="late"))

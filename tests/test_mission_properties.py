@@ -1,0 +1,290 @@
+"""What holds for every mission: arrival, knowledge, separation, symmetry, scale."""
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from itertools import combinations, pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from strategies import seeds, slow
+
+import cgla_graph as cg
+from cgla_graph._types import FloatArray, Point
+from cgla_graph.flight import Flight, MissionStatus, UavFlight
+from cgla_graph.lattice import Lattice
+from cgla_graph.mission import Mission, Uav
+from cgla_graph.problem import Problem
+from cgla_graph.risk import RiskField, Threat
+from cgla_graph.sharing import Sharing
+from cgla_graph.virtual_obstacle import VirtualObstacle
+from cgla_graph.world import TimedThreat, World
+
+CGLA = cg.solvers.get("cgla")
+
+
+def scattered(seed: int, *, n_uavs: int, n_threats: int = 6, **settings: Any) -> Mission:  # noqa: ANN401 - any setting
+    """Draw a mission in general position, so that no ties decide: UAVs start and end far enough from each other."""
+    rng = np.random.default_rng(seed)
+    threats = [Threat(*rng.uniform(0.1, 0.9, 2).tolist(), spread=rng.uniform(0.03, 0.09)) for _ in range(n_threats)]
+    ends: list[Point] = []
+    while len(ends) < 2 * n_uavs:
+        x, y = rng.uniform(0.02, 0.98, 2).tolist()
+        if all(math.dist((x, y), other) > 0.15 for other in ends):
+            ends.append((x, y))
+    uavs = [
+        Uav(f"u{i}", ends[2 * i], ends[2 * i + 1], 0.22, k=float(rng.uniform(1.0, 40.0)), safe_distance=0.1)
+        for i in range(n_uavs)
+    ]
+    return Mission(World(RiskField(threats)), uavs, **{"solver": CGLA, "resolution": 8, **settings})
+
+
+def moved(mission: Mission, place: Any, scale: float = 1.0) -> Mission:  # noqa: ANN401 - a function of points
+    """Return the same mission with every point moved by `place`, and every length scaled."""
+
+    def threat(one: Threat) -> Threat:
+        return Threat(*place((one.x, one.y)), spread=scale * one.spread, peak=one.peak)
+
+    uavs = [
+        dataclasses.replace(
+            uav,
+            start=place(uav.start),
+            goal=place(uav.goal),
+            detection_radius=scale * uav.detection_radius,
+            safe_distance=scale * uav.safe,
+        )
+        for uav in mission.uavs
+    ]
+    world = World(RiskField([threat(one) for one in mission.world.field.threats]), bounds=(0.0, 0.0, scale, scale))
+    return dataclasses.replace(mission, world=world, uavs=uavs)
+
+
+def assert_same_but_moved(flight: Flight, other: Flight, place: Any, scale: float = 1.0) -> None:  # noqa: ANN401
+    for name, one in flight.uavs.items():
+        twin = other.uavs[name]
+        assert (one.status, one.ended, one.replans) == (twin.status, twin.ended, twin.replans)
+        assert np.array([place(spot) for spot in one.trace.tolist()]) == pytest.approx(twin.trace, abs=1e-6 * scale)
+        assert scale * one.cost == pytest.approx(twin.cost, rel=1e-6)
+
+
+@slow
+@given(seeds, st.integers(1, 3), st.booleans())
+def test_with_static_threats_every_uav_arrives_within_the_bound(seed: int, n_uavs: int, shared: bool) -> None:
+    """C17: between two detections it follows one plan, no longer than its cost, at most (1 + k) times the straight."""
+    mission = scattered(seed, n_uavs=n_uavs, sharing=Sharing(is_on=shared), collisions="record", max_ticks=100_000)
+    flight = mission.fly()
+    n_threats = len(mission.world.field)
+    for one in flight.uavs.values():
+        assert one.status is MissionStatus.ARRIVED
+        assert len(one.replans) <= n_threats + 1
+        longest = math.ceil((1.0 + one.uav.k) * math.sqrt(2.0) / mission.step_of(one.uav))
+        assert one.ended <= (n_threats + 1) * longest
+
+
+@slow
+@given(seeds)
+def test_from_vertex_to_vertex_it_takes_at_most_as_many_moves_as_c17_says(seed: int) -> None:
+    mission = scattered(seed, n_uavs=1, n_threats=8, movement="vertex", replan="tick", max_ticks=100_000)
+    (flight,) = mission.fly().uavs.values()
+    assert flight.status is MissionStatus.ARRIVED
+    n_nodes = mission.lattice.n_points + 2
+    assert flight.ended <= (len(flight.knowledge_at(flight.ended).threats) + 1) * (n_nodes - 1)
+
+
+@slow
+@given(seeds)
+def test_between_detections_the_cost_to_go_falls_with_every_tick(seed: int) -> None:
+    """The argument of C17: G of the position falls strictly as long as nothing new is known."""
+    mission = scattered(seed, n_uavs=1, replan="tick")
+    flight = next(iter(mission.fly().uavs.values()))
+    costs: list[tuple[int, float]] = []
+    for tick, plan in flight.plans:
+        known = RiskField(flight.knowledge_at(tick).threats.values())
+        problem = Problem((*plan[0].tolist(),), flight.uav.goal, known, flight.uav.k)  # type: ignore[arg-type]
+        costs.append((len(known), problem.evaluate(plan).cost))
+    for (known, cost), (known_next, cost_next) in pairwise(costs):
+        assert known_next > known or cost_next < cost
+
+
+def test_two_uavs_that_change_places_lock_each_other_for_ever() -> None:
+    """C19: "getting stuck never happens" is false; the joint state of tick 12 comes back at tick 14."""
+    lattice = Lattice(12, bounds=(0, 0, 1, 1), kind="upper")
+    east, west = Uav("e", (0.05, 0.5), (0.95, 0.5), 0.2, k=50.0), Uav("w", (0.95, 0.5), (0.05, 0.5), 0.2, k=50.0)
+    rule = VirtualObstacle(stepnum=3, spread=0.05)
+    mission = Mission(World(), [east, west], CGLA, resolution=lattice, virtual_obstacle=rule)
+    flight = mission.fly()
+    assert [one.status for one in flight.uavs.values()] == [MissionStatus.LIVELOCK] * 2
+    assert flight.livelock is not None
+    assert (flight.livelock.since, flight.livelock.period) == (12, 2)
+    # the proof, independently: from that state on, the flight without the check repeats itself
+    simulation = mission.simulate()
+    simulation._find_livelock = lambda: None  # type: ignore[method-assign]
+    for _ in range(60):
+        simulation.advance()
+    for one in simulation.flight(interrupted=True).uavs.values():
+        assert np.array_equal(one.trace[13:-2], one.trace[15:])
+        assert not np.array_equal(one.trace[13], one.trace[14])
+    # planning in space and time finds the way past
+    around = dataclasses.replace(mission, virtual_obstacle=None, avoidance="prioritized").fly()
+    assert around.all_arrived
+    assert around.least_separation >= 0.1
+
+
+@slow
+@given(seeds, st.integers(2, 3))
+def test_whoever_is_told_knows_what_all_have_seen(seed: int, n_uavs: int) -> None:
+    """C43: with sharing, what a UAV knows is the union of all sightings so far, its own among them."""
+    flight = scattered(seed, n_uavs=n_uavs, sharing="global", collisions="record").fly()
+    seen: dict[int, set[int]] = {}
+    for event in flight.events:
+        if event.kind == "detected":
+            seen.setdefault(event.tick, set()).add(event.detail["threat"])
+    for one in flight.uavs.values():
+        for tick in range(one.ended):
+            by_all = set().union(*(numbers for when, numbers in seen.items() if when <= tick))
+            assert set(one.knowledge_at(tick).threats) == by_all
+
+
+@slow
+@given(seeds, st.floats(0.05, 0.5), st.integers(0, 3), st.sampled_from([0.0, 0.4]))
+def test_nobody_knows_what_nobody_told_or_saw(seed: int, radius: float, delay: int, loss: float) -> None:
+    flight = scattered(
+        seed, n_uavs=3, sharing=Sharing(radius=radius, delay=delay, loss=loss, seed=seed), collisions="record"
+    ).fly()
+    known: dict[str, set[int]] = {name: set() for name in flight.uavs}
+    for event in flight.events:
+        if event.kind == "detected":
+            known[event.uav].add(event.detail["threat"])
+        if event.kind == "learned":
+            sent = event.tick - delay
+            sender, receiver = (flight.uavs[name] for name in (event.detail["source"], event.uav))
+            assert math.dist(_place(sender, sent), _place(receiver, sent)) <= radius
+            known[event.uav].add(event.detail["threat"])
+    for name, one in flight.uavs.items():
+        assert set(one.knowledge_at(flight.ticks).threats) == known[name]
+
+
+def _place(flight: UavFlight, tick: int) -> Point:
+    """Return where a UAV is when it sends: before it moves."""
+    x, y = flight.trace[min(tick, len(flight.trace) - 1)].tolist()
+    return x, y
+
+
+@slow
+@given(seeds, st.sampled_from(["cgla", "dijkstra", "eight-direction", "networkx"]))
+def test_with_full_knowledge_the_flight_is_the_offline_optimum_of_its_solver(seed: int, solver: str) -> None:
+    mission = scattered(seed, n_uavs=1, knowledge="all", solver=cg.solvers.get(solver))
+    flight = mission.fly()
+    (one,) = flight.uavs.values()
+    problem = Problem(one.uav.start, one.uav.goal, mission.world.field, one.uav.k)
+    offline = cg.solve(problem, solver, resolution=8)
+    assert one.cost == pytest.approx(offline.cost, rel=1e-9)
+    assert one.length == pytest.approx(offline.length, rel=1e-9)
+    assert flight.price_of_ignorance == {one.name: 1.0}
+
+
+@slow
+@given(seeds)
+def test_threats_that_nobody_comes_near_change_nothing(seed: int) -> None:
+    mission = scattered(seed, n_uavs=2, collisions="record")
+    flight = mission.fly()
+    rng = np.random.default_rng(seed)
+    far = [
+        Threat(*spot, spread=0.05)
+        for spot in rng.uniform(0.0, 1.0, (20, 2)).tolist()
+        if min(math.dist(spot, at) for one in flight.uavs.values() for at in one.trace.tolist()) > 0.22 + 1e-9
+    ]
+    assume(far)
+    world = World(mission.world.field, timed=[TimedThreat(threat) for threat in far])
+    other = dataclasses.replace(mission, world=world).fly()
+    for name, one in flight.uavs.items():
+        assert np.array_equal(one.path, other.uavs[name].path)
+    # (the risk at the start has the tails of all threats in it)
+    logs = [[event.document() for event in one.events if event.kind != "started-in-risk"] for one in (flight, other)]
+    assert logs[0] == logs[1]
+
+
+@slow
+@given(seeds, st.sampled_from([None, VirtualObstacle()]))
+def test_a_mission_in_metres_is_the_scaled_flight(seed: int, rule: VirtualObstacle | None) -> None:
+    mission = scattered(seed, n_uavs=2, collisions="record", virtual_obstacle=rule, max_ticks=300)
+
+    def place(spot: Point) -> Point:
+        return 1000.0 * spot[0], 1000.0 * spot[1]
+
+    assert_same_but_moved(mission.fly(), moved(mission, place, 1000.0).fly(), place, 1000.0)
+
+
+@slow
+@given(seeds, st.sampled_from([None, VirtualObstacle()]), st.sampled_from(["swapped", "flipped"]))
+def test_mirrored_missions_are_mirrored_flights(seed: int, rule: VirtualObstacle | None, mirror: str) -> None:
+    mission = scattered(seed, n_uavs=2, collisions="record", virtual_obstacle=rule, max_ticks=300)
+
+    def place(spot: Point) -> Point:
+        return (spot[1], spot[0]) if mirror == "swapped" else (1.0 - spot[0], spot[1])
+
+    assert_same_but_moved(mission.fly(), moved(mission, place).fly(), place)
+
+
+@slow
+@given(seeds, st.integers(1, 3), st.sampled_from([None, VirtualObstacle()]), st.sampled_from(["cgla", "dijkstra"]))
+def test_repairing_gives_the_same_flight_as_planning_from_scratch(
+    seed: int, n_uavs: int, rule: VirtualObstacle | None, solver: str
+) -> None:
+    mission = scattered(
+        seed, n_uavs=n_uavs, solver=cg.solvers.get(solver), virtual_obstacle=rule, collisions="record", max_ticks=150
+    )
+    flight, scratch = mission.fly(), dataclasses.replace(mission, incremental=False).fly()
+    assert_same_but_moved(flight, scratch, lambda spot: spot)
+
+
+def samples(flight: Flight) -> Iterator[tuple[str, str, float]]:
+    """Sample the distances of all pairs 200 times a tick, from the flown waypoints alone."""
+    times = np.arange(0.0, flight.ticks, 0.005)
+
+    def positions(one: UavFlight) -> FloatArray:
+        there = np.column_stack([np.interp(times, one.times, one.path[:, axis]) for axis in (0, 1)])
+        there[(times < one.times[0]) | (times > one.times[-1])] = np.nan
+        return there
+
+    places = {name: positions(one) for name, one in flight.uavs.items()}
+    for first, second in combinations(places, 2):
+        apart = np.hypot(*(places[first] - places[second]).T)
+        if np.isfinite(apart).any():
+            yield first, second, float(np.nanmin(apart))
+
+
+@slow
+@given(seeds, st.integers(2, 5), st.booleans())
+def test_prioritized_uavs_are_never_closer_than_the_safe_distance(seed: int, n_uavs: int, moving: bool) -> None:
+    mission = scattered(seed, n_uavs=n_uavs, avoidance="prioritized", terminal_radius=0.0)
+    if moving:
+        # threats that come up while everybody is under way: all plan again in the middle of their flights
+        rng = np.random.default_rng(seed)
+        popups = [
+            TimedThreat(Threat(*rng.uniform(0.2, 0.8, 2).tolist(), spread=0.08), appears=int(tick))
+            for tick in rng.integers(1, 15, 4)
+        ]
+        world = World(mission.world.field, timed=popups)
+        mission = dataclasses.replace(mission, world=world, knowledge="all")
+    flight = mission.fly()
+    assert flight.least_separation >= 0.1
+    for _, _, distance in samples(flight):
+        assert distance >= 0.1 * (1.0 - 1e-9)
+    for one in flight.uavs.values():
+        assert one.status in {MissionStatus.ARRIVED, MissionStatus.NO_PATH}
+        if one.status is MissionStatus.NO_PATH:
+            assert "safe distances" in one.message
+
+
+@slow
+@given(seeds, st.integers(2, 4))
+def test_the_least_separation_is_that_of_the_flown_paths(seed: int, n_uavs: int) -> None:
+    flight = scattered(seed, n_uavs=n_uavs, collisions="record", terminal_radius=0.0).fly()
+    found = {(pair.first, pair.second): pair.distance for pair in flight.separations}
+    for first, second, distance in samples(flight):
+        assert found[first, second] <= distance + 1e-9
+        assert found[first, second] == pytest.approx(distance, abs=0.002)

@@ -1,0 +1,212 @@
+"""`cgla compare` on missions: the same flight by every solver, with rows that say why where one cannot."""
+
+import csv
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from command_line import Call, caller
+from missions_small import CROSSING, DEGREES
+
+from cgla_graph.comparisons import mission_runner
+from cgla_graph.comparisons.contender import Contender
+from cgla_graph.errors import CglaError
+from cgla_graph.flight import Flight
+from cgla_graph.mission import Mission
+from cgla_graph.mission_file import MissionFile, load_mission
+from cgla_graph.solvers import registry
+from cgla_graph.solvers.bridge import solve
+from cgla_graph.solvers.dijkstra import Dijkstra
+
+#: A rule that only graph solvers can follow.
+EXCLUDE = CROSSING.replace('collisions = "record"', 'collisions = "record"\nexclude = "last"')
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> MissionFile:
+    path = tmp_path / "small.toml"
+    path.write_text(CROSSING, encoding="utf-8")
+    return load_mission(path)
+
+
+@pytest.fixture
+def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
+    """Call the command line in a folder of its own, in this process."""
+    for name, text in (("small", CROSSING), ("exclude", EXCLUDE), ("north", DEGREES)):
+        (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
+    return caller(tmp_path, monkeypatch, capfd)
+
+
+def contenders(*names: str) -> list[Contender]:
+    return [Contender.parse(name) for name in names]
+
+
+def test_a_row_says_what_the_flight_came_to(small: MissionFile) -> None:
+    runs = list(mission_runner.compare([small], contenders("cgla")))
+    assert len(runs) == 2
+    for run, (variant, mission) in zip(runs, small.missions(registry.get).items(), strict=True):
+        flight = mission.fly()
+        row = run.row()
+        assert tuple(row) == mission_runner.COLUMNS
+        assert (row["mission"], row["variant"], row["solver"], row["seed"]) == ("small", variant, "cgla", None)
+        assert (row["status"], row["arrived"], row["uavs"], row["message"]) == ("arrived", 2, 2, "")
+        assert (row["cost"], row["least_separation"]) == (flight.cost, flight.least_separation)
+        assert row["ticks"] == flight.ticks
+        assert row["replans"] == sum(len(uav.replans) for uav in flight.uavs.values())
+        assert row["planning_seconds"] > 0.0
+        assert json.dumps(row, allow_nan=False)
+
+
+def test_exact_solvers_fly_at_one_cost(small: MissionFile) -> None:
+    alone = dataclasses.replace(small, variants={"alone": small.variants["alone"]})
+    costs = [run.row()["cost"] for run in mission_runner.compare([alone], contenders("cgla", "dijkstra"))]
+    # ties may be broken differently, after which the two flights see different things
+    assert costs[0] == pytest.approx(costs[1], rel=0.2)
+
+
+def test_seeds(small: MissionFile) -> None:
+    of = contenders("cgla", "prm-star:milestones=60", "prm-star:milestones=60:seed=9")
+    alone = dataclasses.replace(small, variants={"alone": small.variants["alone"]})
+    runs = list(mission_runner.compare([alone], of, 2))
+    assert [run.seed for run in runs] == [None, 1, 2, 9]
+    assert mission_runner.count([alone], of, 2) == 4
+    assert mission_runner.count([small], of, 2) == 8
+    again = [run.row()["cost"] for run in mission_runner.compare([alone], of, 2)]
+    assert [run.row()["cost"] for run in runs] == again
+
+
+@dataclasses.dataclass(frozen=True)
+class Angry(Dijkstra):
+    """Raises on graphs that are larger than the one it warms up on."""
+
+    def solve(self, problem: Any) -> Any:  # noqa: ANN401 - as its base
+        if problem.graph.n_nodes > 30:
+            msg = "no\nmore"
+            raise RuntimeError(msg)
+        return solve(problem, Dijkstra())
+
+
+def test_a_solver_that_raises_is_a_row(small: MissionFile, monkeypatch: pytest.MonkeyPatch) -> None:
+    get = registry.get
+    monkeypatch.setattr(registry, "get", lambda name, **how: Angry() if name == "dijkstra" else get(name, **how))
+    runs = list(mission_runner.compare([small], contenders("dijkstra", "cgla")))
+    assert [run.status for run in runs] == ["no-path", "arrived"] * 2
+    assert runs[0].message == "a: at tick 0: RuntimeError: no"
+    assert runs[0].row()["cost"] is None
+
+
+def test_a_flight_that_raises_is_a_row(small: MissionFile, monkeypatch: pytest.MonkeyPatch) -> None:
+    fly = Mission.fly
+
+    def unlucky(self: Mission) -> Flight:
+        if self.shares.is_on and len(self.lattice.points) > 16:
+            msg = "no\nmore"
+            raise RuntimeError(msg)
+        return fly(self)
+
+    monkeypatch.setattr(Mission, "fly", unlucky)
+    runs = list(mission_runner.compare([small], contenders("cgla")))
+    assert [(run.status, run.message) for run in runs] == [("arrived", ""), ("failed", "RuntimeError: no")]
+    assert runs[1].row()["arrived"] is None
+    assert not runs[1].all_arrived
+
+
+def test_a_solver_that_is_not_installed_is_a_row(small: MissionFile, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "missing", lambda name: "needs luck" if name == "dijkstra" else None)
+    runs = list(mission_runner.compare([small], contenders("dijkstra")))
+    assert [(run.status, run.message) for run in runs] == [("unavailable", "needs luck")] * 2
+
+
+def test_the_usual_pilots_need_nothing_and_are_fast() -> None:
+    every = [Contender.parse(name) for name in registry.names()]
+    names = {one.name for one in mission_runner.pilots(every, chosen=False)}
+    assert {"cgla", "dijkstra", "hybrid"} <= names
+    assert not names & {"networkx", "networkx-astar"}
+    assert all(not registry.traits(name).needs for name in names)
+    assert mission_runner.pilots(every, chosen=True) == every
+
+
+def test_missions_are_told_from_maps() -> None:
+    maps, missions = mission_runner.split(["paper", "fig4", "finland", "fig6"], start=None, refine=False)
+    assert maps == ["paper", "finland"]
+    assert [mission.name for mission in missions] == ["fig4", "fig6"]
+    assert mission_runner.split(["paper"], refine=True) == (["paper"], [])
+    with pytest.raises(CglaError, match=r"--refine is for maps, and fig4 is a mission; name refine:base=NAME"):
+        mission_runner.split(["paper", "fig4"], refine=True)
+
+
+# the command
+
+
+def test_missions_alone(cgla: Call) -> None:
+    answer = cgla("compare", "small.toml", "--solvers", "cgla,eight-direction", "--out", "out")
+    assert (answer.code, answer.err) == (0, "")
+    assert {path.name for path in Path("out").iterdir()} == {"flights.jsonl", "flights.csv"}
+    lines = [json.loads(line) for line in Path("out/flights.jsonl").read_text(encoding="utf-8").splitlines()]
+    with Path("out/flights.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [line["solver"] for line in lines] == ["cgla", "eight-direction"] * 2
+    for line, row in zip(lines, rows, strict=True):
+        assert tuple(line) == tuple(row) == mission_runner.COLUMNS
+        assert {key: "" if value is None else str(value) for key, value in line.items()} == row
+    cells = [line for line in answer.out.splitlines() if line.startswith("│")]
+    assert len(cells) == 4
+    assert answer.out.count("small, alone: two cross") == 1
+
+
+def test_maps_and_missions_together(cgla: Call) -> None:
+    words = ("compare", "one-threat", "small.toml", "--solvers", "cgla", "--no-certificate", "--pictures", "0")
+    answer = cgla(*words, "--json", "--out", "out")
+    found = answer.document()
+    assert [row["scenario"] for row in found["rows"]] == ["one-threat"]
+    assert [(row["mission"], row["variant"]) for row in found["flights"]] == [("small", "alone"), ("small", "told")]
+    names = {Path(path).name for path in found["files"]}
+    assert {"rows.jsonl", "flights.jsonl", "flights.csv"} <= names
+    assert names == {path.name for path in Path("out").iterdir()}
+
+
+def test_a_plane_solver_under_a_rule_of_graphs_says_so(cgla: Call) -> None:
+    answer = cgla("compare", "exclude.toml", "--solvers", "cgla,fast-marching")
+    assert answer.code == 0
+    assert "fast-marching: exclude.toml: variant 'alone': exclude='last' needs a graph solver" in answer.out
+    assert cgla("compare", "exclude.toml", "--solvers", "cgla,fast-marching", "--strict").code == 1
+
+
+def test_a_map_in_degrees(cgla: Call) -> None:
+    answer = cgla("compare", "north.toml", "--solvers", "cgla", "--strict")
+    assert answer.code == 0
+    assert "lengths in m)" in answer.out
+
+
+def test_ctrl_c_keeps_the_flights_so_far(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    run, calls = mission_runner._run, iter(range(99))
+
+    def third(*names: Any) -> mission_runner.FlightRun:  # noqa: ANN401 - as `_run`
+        if next(calls) == 2:
+            raise KeyboardInterrupt
+        return run(*names)
+
+    monkeypatch.setattr(mission_runner, "_run", third)
+    answer = cgla("compare", "small.toml", "--solvers", "cgla,dijkstra", "--out", "out")
+    assert answer.code == 130
+    assert "2 of 4 runs are done and kept in out" in answer.err
+    assert len(Path("out/flights.jsonl").read_text(encoding="utf-8").splitlines()) == 2
+    assert not list(Path("out").glob("*.part"))
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["small.toml", "--refine"], ["--refine", "small", "refine:base=NAME"]),
+        (["small.toml", "--start", "0,0"], ["--start is for maps"]),
+        (["paper", "small.toml", "--resolution", "9"], ["--resolution is for maps"]),
+        (["small.toml", "--solvers", "cgl"], ["cgl"]),
+        (["small.toml", "fig88"], ["fig88"]),
+    ],
+    ids=" ".join,
+)
+def test_bad_words(cgla: Call, words: list[str], said: list[str]) -> None:
+    cgla("compare", *words, "--out", "out").refused(*said)
+    assert not Path("out").exists()

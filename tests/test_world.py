@@ -1,0 +1,84 @@
+"""The truth of a mission: what is where at which tick."""
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import fast, seeds
+
+from cgla_graph.errors import MissionError, ProblemError
+from cgla_graph.risk import RiskField, Threat
+from cgla_graph.world import TimedArea, TimedThreat, World, distance_to_segment
+
+SPOT = Threat(0.5, 0.5, 0.1)
+BOX = shapely.box(0.2, 0.2, 0.4, 0.4)
+ticks = st.integers(0, 12)
+
+
+@fast
+@given(st.lists(st.tuples(ticks, st.one_of(st.none(), ticks)), max_size=4), ticks)
+def test_what_there_is_follows_from_when_it_comes_and_goes(lives: list[tuple[int, int | None]], tick: int) -> None:
+    lives = [(first, last) for first, last in lives if last is None or last > first]
+    threats = [TimedThreat(Threat(i, 0, 1), first, last) for i, (first, last) in enumerate(lives)]
+    areas = [TimedArea(shapely.box(i, 0, i + 0.5, 1), first, last) for i, (first, last) in enumerate(lives)]
+    world = World(RiskField([SPOT]), timed=[*threats, *areas])
+    there = [i for i, (first, last) in enumerate(lives) if first <= tick and (last is None or tick < last)]
+    assert dict(world.threats_at(tick)) == {0: SPOT, **{1 + i: threats[i].threat for i in there}}
+    assert list(world.areas_at(tick)) == [len(lives) + i for i in there]
+    assert world.field_at(tick).threats == tuple(world.threats_at(tick).values())
+    closed = world.no_fly_at(tick)
+    assert (0.0 if closed is None else closed.area) == pytest.approx(0.5 * len(there))
+
+
+def test_a_threat_is_where_it_last_moved_to() -> None:
+    threat = TimedThreat(SPOT, appears=2, vanishes=9, moves=[(4, 0.1, 0.2), (7, 0.3, 0.4)])
+    assert [threat.at(tick) for tick in (1, 9, 50)] == [None] * 3
+    places = [(there.x, there.y) for tick in (2, 3, 4, 6, 7, 8) if (there := threat.at(tick))]
+    assert places == [(0.5, 0.5)] * 2 + [(0.1, 0.2)] * 2 + [(0.3, 0.4)] * 2
+    world = World(timed=[threat])
+    assert world.changes == (2, 4, 7, 9)
+
+
+def test_what_is_always_there_is_the_same_object_at_every_tick() -> None:
+    world = World(RiskField([SPOT]), no_fly=BOX, timed=[TimedArea(shapely.box(0.6, 0.6, 0.7, 0.7), 3, 5)])
+    assert world.field_at(0) is world.field_at(4) is world.field
+    assert world.no_fly_at(0) is world.no_fly_at(7) is BOX
+    assert world.no_fly_at(4) is world.no_fly_at(3)
+
+
+@pytest.mark.parametrize(
+    ("build", "words"),
+    [
+        (lambda: TimedThreat("here"), "timed threat holds 'here'"),  # type: ignore[arg-type]
+        (lambda: TimedThreat(SPOT, appears=-1), "appears is -1"),
+        (lambda: TimedThreat(SPOT, appears=1.5), "appears is 1.5"),  # type: ignore[arg-type]
+        (lambda: TimedThreat(SPOT, appears=True), "appears is True"),
+        (lambda: TimedThreat(SPOT, appears=5, vanishes=5), "vanishes at tick 5"),
+        (lambda: TimedThreat(SPOT, moves=[(3, 0, 0), (3, 1, 1)]), "let the ticks of moves rise"),
+        (lambda: TimedThreat(SPOT, moves=[(3, 0)]), "give (tick, x, y)"),  # type: ignore[list-item]
+        (lambda: TimedThreat(SPOT, moves=[(3, 0, float("nan"))]), "finite"),
+        (lambda: TimedArea(shapely.Point(0, 0)), "a timed area"),
+        (lambda: TimedArea(shapely.Polygon()), "polygon with an inside"),
+        (lambda: TimedArea(BOX, vanishes=0), "vanishes at tick 0"),
+        (lambda: World("field"), "give a RiskField"),  # type: ignore[arg-type]
+        (lambda: World(bounds=(0, 0, 0, 1)), "bounds"),
+        (lambda: World(timed=[SPOT]), "give a TimedThreat or a TimedArea"),  # type: ignore[list-item]
+        (lambda: World(timed=5), "give a list"),  # type: ignore[arg-type]
+        (lambda: World(timed=[TimedThreat(Threat(0, 0, 1, peak=2.0))]), "peak 2"),
+        (lambda: World(timed=[TimedThreat(SPOT)]).timed_area(0), "not a TimedArea"),
+    ],
+)
+def test_malformed_parts_are_refused_by_name(build: object, words: str) -> None:
+    with pytest.raises((MissionError, ProblemError)) as caught:
+        build()  # type: ignore[operator]
+    assert words in str(caught.value)
+
+
+@fast
+@given(seeds, st.booleans())
+def test_the_distance_to_a_segment_is_shapely_s(seed: int, is_point: bool) -> None:
+    place, start, end = np.random.default_rng(seed).uniform(-1.0, 1.0, (3, 2)).tolist()
+    end = start if is_point else end
+    expected = shapely.distance(shapely.Point(place), shapely.LineString([start, end]))
+    assert distance_to_segment(place, start, end) == pytest.approx(expected, abs=1e-12)
