@@ -30,7 +30,9 @@ app = typer.Typer(
 
 ScenarioArg = Annotated[
     list[str] | None,
-    typer.Argument(metavar="SCENARIO", help="shipped name, .toml, .geojson, .map, or .scen (FILE.scen:FIRST-LAST)"),
+    typer.Argument(
+        metavar="SCENARIO", help="shipped name, mission, .toml, .geojson, .map, or .scen (FILE.scen:FIRST-LAST)"
+    ),
 ]
 OneScenarioArg = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW")
@@ -107,18 +109,23 @@ def compare(
 
     Without arguments: every installed solver on the paper's map. Prints tables: how far each path is from the best
     possible, and how soon solvers that draw random numbers or improve with time get there; with --out, writes rows
-    (JSON Lines, CSV) and pictures as well. Ctrl-C keeps what is done.
+    (JSON Lines, CSV) and pictures as well. A mission is flown with each solver in turn; unless --solvers names some,
+    with those that need no other package and are fast enough to plan dozens of times. Ctrl-C keeps what is done.
     """
-    from cgla_graph.comparisons import files, options, output, performance, rows, runner
+    from cgla_graph.comparisons import files, mission_runner, options, output, performance, rows, runner
 
     bound = options.read_tolerance(tolerance, certify=not no_certificate)
     contenders = options.read_contenders(solvers, budget=budget, refine=refine)
-    opened = options.number_names(options.open_all(scenarios or ["paper"], start, goal, resolution))
+    maps, missions = mission_runner.split(
+        scenarios or ["paper"], start=start, goal=goal, resolution=resolution, refine=refine
+    )
+    opened = options.number_names(options.open_all(maps, start, goal, resolution))
+    pilots = mission_runner.pilots(contenders, chosen=solvers is not None)
     folder = files.make_folder(out) if out else None
     total = runner.count_runs(opened, contenders, seeds)
     runs: list[Run] = []
     interrupted = False
-    with _row_log(folder) as log:
+    with _row_log(folder if opened else None) as log:
         try:
             with terminal.output_to_stderr(), terminal.progress(total) as tick:
                 for run in runner.compare(opened, contenders, seeds, tolerance=bound):
@@ -131,24 +138,30 @@ def compare(
         written = output.write_rows(folder, log, runs) if folder and log else []
         if folder and not interrupted:
             written += output.write_all_pictures(folder, runs, pictures)
+    flights = mission_runner.run_all(missions if not interrupted else [], pilots, seeds, folder)
+    total, interrupted = total + mission_runner.count(missions, pilots, seeds), interrupted or flights.interrupted
+    written += flights.written
     if as_json:
         groups = rows.by_scenario(runs)
         document = {
             "rows": rows.rows_of(runs),
             "summary": [one.document() for group in groups for one in performance.performances(group)],
             "certificates": [output.certificate_document(group[0]) for group in groups],
+            "flights": [flight.row() for flight in flights.runs],
             "files": [str(path) for path in written],
             "interrupted": interrupted,
         }
         _print_json(document)
     else:
         output.print_comparison(runs, contenders)
+        mission_runner.print_flight_runs(missions, flights.runs)
         _say_files(written, folder)
     if interrupted:
         kept = f" and kept in {folder}" if folder else ""
-        msg = f"{len(runs)} of {total} runs are done{kept}"
+        msg = f"{len(runs) + len(flights.runs)} of {total} runs are done{kept}"
         raise terminal.InterruptedRunError(msg)
-    if strict and not all(run.solution.status.is_path for run in runs):
+    found = all(run.solution.status.is_path for run in runs) and all(run.all_arrived for run in flights.runs)
+    if strict and not found:
         raise typer.Exit(MISSING)
 
 
@@ -291,6 +304,52 @@ def certify(
 
 
 @app.command()
+def fly(
+    mission: Annotated[
+        str, typer.Argument(metavar="[MISSION]", help="shipped name, or .toml (cgla missions lists them)")
+    ] = "fig8",
+    solver: Annotated[
+        str | None,
+        typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:A=1:B=2 (default: the mission's)"),
+    ] = None,
+    variant: Annotated[
+        str | None, typer.Option("--variant", metavar="NAME", help="fly only this variant (default: all)")
+    ] = None,
+    max_ticks: Annotated[int | None, typer.Option("--max-ticks", metavar="N", min=1, help="stop after N ticks")] = None,
+    value: Annotated[
+        bool,
+        typer.Option(help="fly again with full knowledge, and without sharing, to see what these are worth"),
+    ] = True,
+    animation: Annotated[bool, typer.Option(help="with --out: draw animations as well as pictures")] = True,
+    out: OutOption = None,
+    strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a UAV does not arrive")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Fly a mission of several UAVs.
+
+    Without arguments: Fig. 8 of the paper, two UAVs that meet unless virtual obstacles keep them apart. Prints a table
+    a variant; with --out, writes a log (JSON Lines), traces (CSV), pictures and animations. Ctrl-C keeps what is flown.
+    """
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons import fly as flights
+
+    opened, sorties = flights.open_mission(mission, solver=solver, variant=variant, max_ticks=max_ticks)
+    folder = files.make_folder(out) if out else None
+    with terminal.output_to_stderr(), terminal.progress(None) as tick:
+        done = flights.fly_all(sorties, folder, value=value, animation=animation, step=tick)
+    if as_json:
+        _print_json(flights.flights_document(opened, done))
+    else:
+        flights.print_flights(done.flown)
+        _say_files(done.written, folder)
+    if done.interrupted:
+        raise terminal.InterruptedRunError(flights.kept_note(done, len(sorties), folder))
+    if strict and not all(flown.flight.all_arrived for flown in done.flown):
+        raise typer.Exit(MISSING)
+
+
+@app.command()
 def solvers(as_json: JsonOption = False) -> None:
     """
     List the solvers.
@@ -334,6 +393,45 @@ def scenarios(
             _print_json({"scenarios": lines})
         else:
             terminal.out_table(tables.listing("scenarios", ["name", "title"], lines))
+
+
+@app.command()
+def missions(
+    show: Annotated[
+        str | None, typer.Option("--show", metavar="NAME", help="print the file of a shipped mission")
+    ] = None,
+    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of mission files")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    List the shipped missions.
+
+    With --show, prints the file of one as a start for your own; with --schema, the JSON schema of such files.
+    """
+    from cgla_graph import mission_file
+    from cgla_graph.comparisons import tables
+
+    if schema:
+        _print_json(mission_file.mission_schema())
+    elif show is not None:
+        terminal.out(mission_file.mission_text(show))
+    else:
+        opened = [mission_file.load_mission(name) for name in mission_file.shipped_missions()]
+        lines: list[dict[str, Any]] = [
+            {
+                "name": one.name,
+                "title": one.title,
+                "uavs": len(next(iter(one.variants.values())).uavs),
+                "variants": [name for name in one.variants if name],
+                "notes": one.notes,
+            }
+            for one in opened
+        ]
+        if as_json:
+            _print_json({"missions": lines})
+        else:
+            plain = [{**line, "variants": ", ".join(line["variants"])} for line in lines]
+            terminal.out_table(tables.listing("missions", ["name", "title", "uavs", "variants"], plain))
 
 
 @contextmanager

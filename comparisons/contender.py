@@ -112,7 +112,7 @@ class Contender:
         """Have its paths refined; its label says so."""
         return dataclasses.replace(self, label=f"{self.label}+refine", refine=True)
 
-    def settings_on(self, scenario: Scenario) -> dict[str, Any]:
+    def settings_on(self, scenario: Scenario | None) -> dict[str, Any]:
         """
         Merge all settings: the scenario's, then the budget, then the user's own, which win.
 
@@ -122,7 +122,7 @@ class Contender:
         Parameters
         ----------
         scenario
-            The scenario.
+            The scenario; None for a mission, which brings no settings of solvers.
 
         Returns
         -------
@@ -130,7 +130,8 @@ class Contender:
             For `registry.get`; the seed may be missing.
         """
         certify: dict[str, Any] = {"tolerance": None} if self._may_be_none("tolerance") else {}
-        return {**certify, **scenario.settings.get(self.name, {}), **self._limits(), **self.settings}
+        brought = {} if scenario is None else scenario.settings.get(self.name, {})
+        return {**certify, **brought, **self._limits(), **self.settings}
 
     def small_settings(self) -> dict[str, Any]:
         """Return settings for a short run that only loads compiled code: the user's own, but with small limits."""

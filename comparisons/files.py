@@ -75,13 +75,13 @@ class RowLog:
     """
     Rows that reach the disk one by one, so that an interrupted comparison keeps what is done.
 
-    Until it is closed the file is called ``rows.jsonl.part``.
+    Until it is closed the file has the ending ``.part``.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, name: str = "rows.jsonl") -> None:
         """Start the log."""
-        self.path = folder / "rows.jsonl"
-        self._part = folder / "rows.jsonl.part"
+        self.path = folder / name
+        self._part = folder / f"{name}.part"
         try:
             # unbuffered: what is added is on the disk, and closing has nothing left to write
             self._file = self._part.open("wb", buffering=0)

@@ -33,7 +33,7 @@ def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[st
     unit = "m" if scenario.projection else "map units"
     title = f"{scenario.full_title} (k = {scenario.problem.k:g}, lengths in {unit})"
     heads = ("cost", "gap", "excess", "length", "risk", "clearance", "time", "build", "evaluations", "seed spread")
-    table = _table(title, ("solver", "status"), heads)
+    table = table_of(title, ("solver", "status"), heads)
     remarks = []
     for summary in summaries(runs):
         table.add_row(*(Text(cell) for cell in _cells(summary)))
@@ -79,7 +79,7 @@ def performance_table(found: Sequence[Performance]) -> Table:
     first = found[0]
     heads = ["runs", "success", "to first path", *(f"to {share} %" for share in TARGET_PERCENTS)]
     heads += [f"evaluations to {TARGET_PERCENTS[-1]} %", "median cost"]
-    table = _table(f"{first.scenario}: how soon, in milliseconds", ("solver",), heads)
+    table = table_of(f"{first.scenario}: how soon, in milliseconds", ("solver",), heads)
     # optima that differ by rounding are equal
     for one in sorted(found, key=lambda one: (float(f"{one.cost.median:.9g}"), one.seconds[0].median)):
         cells = [
@@ -105,7 +105,8 @@ def performance_table(found: Sequence[Performance]) -> Table:
     return table
 
 
-def _table(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
+def table_of(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
+    """Start a table: words in the columns on the left, numbers in those on the right; titles appear as they are."""
     table = Table(title=Text(title), title_justify="left", title_style="bold", caption_justify="left")
     for head in left:
         table.add_column(head, no_wrap=True)

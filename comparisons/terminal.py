@@ -52,8 +52,12 @@ def say(text: str) -> None:
 
 
 @contextmanager
-def progress(total: int) -> Iterator[Callable[[str], None]]:
-    """Show progress on standard error while it is a terminal; the body calls what it gets after each step."""
+def progress(total: int | None) -> Iterator[Callable[[str], None]]:
+    """
+    Show progress on standard error while it is a terminal; the body calls what it gets after each step.
+
+    Of how many steps, nobody may know beforehand: then `total` is None.
+    """
     from rich.console import Console  # noqa: PLC0415 - `cgla --help` answers at once
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
 

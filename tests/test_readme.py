@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from cgla_graph.mission_file import shipped_missions
 from cgla_graph.scenario import shipped
 from cgla_graph.solvers import registry
 
@@ -48,5 +49,7 @@ def test_the_commands_of_the_readme_name_real_options(capsys: pytest.CaptureFixt
         _, name, *rest = shlex.split(line, comments=True)
         options = {option for parameter in commands[name].params for option in parameter.opts}
         assert {word for word in rest if word.startswith("--")} <= options
-        if name in {"compare", "plan"} and rest and not rest[0].startswith("--"):
-            assert rest[0] in {*shipped(), "mine.toml"}
+        if name in {"compare", "plan", "fly"} and rest and not rest[0].startswith("--"):
+            missions = [] if name == "plan" else shipped_missions()
+            known = missions if name == "fly" else [*shipped(), *missions, "mine.toml"]
+            assert rest[0] in known

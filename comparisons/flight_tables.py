@@ -1,0 +1,162 @@
+"""Tables of flights for the terminal: a line a UAV, and a line a variant."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+from rich.table import Table
+from rich.text import Text
+
+from cgla_graph.comparisons.flight_files import team_totals
+from cgla_graph.comparisons.flown import Flown
+from cgla_graph.comparisons.tables import duration, figure, table_of
+from cgla_graph.flight import EXPOSED_ABOVE, MissionStatus, UavFlight
+
+_HEADS = (
+    "ticks",
+    "length",
+    "risk",
+    "risk sum",
+    "max F",
+    "exposure",
+    "replans",
+    "known",
+    "cost",
+)
+
+
+def heading(flown: Flown) -> str:
+    """Name a mission in one line."""
+    lengths = "map units" if flown.projection is None else "metres"
+    return f"{flown.name}: {flown.title or 'a mission'} (lengths in {lengths})"
+
+
+def flight_table(flown: Flown) -> Table:
+    """Show one flight: a line a UAV. Names appear as they are: no markup, no emoji codes."""
+    table = table_of(flown.variant or flown.name, ("UAV", "status"), _HEADS)
+    for uav in flown.flight.uavs.values():
+        table.add_row(*(Text(cell) for cell in _cells(uav)))
+    return table
+
+
+def flight_notes(flown: Flown) -> list[str]:
+    """Say what stands below the table of a flight: who planned, how near UAVs came, and why some did not arrive."""
+    livelock = flown.flight.livelock
+    circles = (
+        []
+        if livelock is None
+        else [
+            f"livelock: the state of tick {livelock.since} came back; it repeats every {livelock.period} ticks for ever"
+        ]
+    )
+    remarks = [
+        f"{uav.name}: {uav.status.value}{f': {uav.message}' if uav.message else ''}"
+        for uav in flown.flight.uavs.values()
+        if uav.status is not MissionStatus.ARRIVED
+    ]
+    near = [closest_note(flown)] if len(flown.flight.uavs) > 1 else []
+    return [rules_note(flown), *near, *_worth_lines(flown), *circles, *remarks]
+
+
+#: What the columns of `flight_table` are.
+COLUMN_NOTES = (
+    f"risk sum: F added up over ticks (the paper's measure); exposure: the length with F over {EXPOSED_ABOVE:g}",
+    "replans: the plan of take-off is the first; known: threats and areas that it believed in at the end",
+)
+
+
+def rules_note(flown: Flown) -> str:
+    """Say in one line who planned, by which rules."""
+    mission = flown.mission
+    weights = sorted({uav.k for uav in mission.uavs})
+    k = ", ".join(f"{weight:g}" for weight in weights[:4]) + (", …" if len(weights) > 4 else "")  # noqa: PLR2004 - one line
+    sharing = mission.shares
+    if not sharing.is_on:
+        shared = "none"
+    else:
+        limits = {"radius": sharing.radius, "delay": sharing.delay, "loss": sharing.loss}
+        shared = " ".join(f"{name}={value:g}" for name, value in limits.items() if value) or "global"
+    rule = mission.obstacles
+    obstacle = "none" if rule is None else f"stepnum={rule.stepnum}"
+    seconds = math.fsum(uav.planning_seconds for uav in flown.flight.uavs.values())
+    return (
+        f"solver: {flown.solver}; k: {k}; sharing: {shared}; virtual obstacles: {obstacle}; "
+        f"avoidance: {mission.avoidance}; {flown.flight.ticks} ticks in {duration(flown.seconds)}, "
+        f"{duration(seconds)} of them planning"
+    )
+
+
+def closest_note(flown: Flown) -> str:
+    """Say in one line how near two UAVs came to each other."""
+    pair = flown.closest
+    if pair is None:
+        return "least separation: no two UAVs were in the air together outside their terminal discs"
+    x, y = pair.where
+    if flown.projection is None:
+        where = f"({x:.4g}, {y:.4g})"
+    else:
+        east, north = flown.projection.inverse((x, y)).tolist()
+        where = f"longitude {east:.5g}, latitude {north:.5g}"
+    near = " (closer than the collision distance)" if pair.distance < flown.mission.collision_at else ""
+    return (
+        f"least separation: {figure(pair.distance, 4)}{flown.unit}{near}, of {pair.first} and {pair.second}, "
+        f"at tick {pair.time:.4g}, near {where}"
+    )
+
+
+def _worth_lines(flown: Flown) -> list[str]:
+    """Say what not knowing cost each UAV, and what sharing was worth; nothing that was not asked for."""
+    lines = []
+    if flown.ignorance is not None:
+        lines.append(f"price of ignorance (cost over that with full knowledge): {_ratios(flown.ignorance)}")
+    if flown.sharing is not None:
+        lines.append(f"value of sharing (cost without it over cost): {_ratios(flown.sharing)}")
+    return lines
+
+
+def _ratios(ratios: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} {_ratio(value)}" for name, value in ratios.items())
+
+
+def _ratio(value: float) -> str:
+    return "∞" if value == math.inf else figure(value, 4)
+
+
+def variants_table(flights: Sequence[Flown]) -> Table:
+    """Show the variants of a mission beside each other: a line a variant."""
+    heads = ("arrived", "ticks", "least separation", "length", "risk", "risk sum", "cost", "replans")
+    table = table_of(f"{flights[0].name}: all variants, all UAVs together", ("variant",), heads)
+    for flown in flights:
+        table.add_row(*(Text(cell) for cell in (flown.variant, *team_cells(flown))))
+    return table
+
+
+def team_cells(flown: Flown) -> list[str]:
+    """Return what a flight came to, as the cells of a line: arrived, ticks, separation, and the sums over all UAVs."""
+    flight, totals = flown.flight, team_totals(flown.flight)
+    return [
+        f"{flown.n_arrived}/{len(flight.uavs)}",
+        str(flight.ticks),
+        figure(flight.least_separation, 4),
+        figure(totals["length"], 6),
+        figure(totals["risk"], 4),
+        figure(totals["risk_sum"], 4),
+        figure(totals["cost"], 6),
+        str(sum(len(uav.replans) for uav in flight.uavs.values())),
+    ]
+
+
+def _cells(uav: UavFlight) -> list[str]:
+    known = uav.knowledge_at(uav.ended)
+    return [
+        uav.name,
+        uav.status.label,
+        str(uav.ended - uav.departed),
+        figure(uav.length, 6),
+        figure(uav.risk, 4),
+        figure(uav.risk_sum, 4),
+        figure(uav.max_risk, 3),
+        figure(uav.exposure, 3),
+        str(len(uav.replans)),
+        str(len(known.threats) + len(known.areas)),
+        figure(uav.cost, 6),
+    ]

@@ -1,0 +1,91 @@
+"""A mission with its name and its map, before and after it is flown: what tables, files and pictures are made of."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from cgla_graph.flight import Flight, MissionStatus, Separation
+from cgla_graph.mission import Mission
+from cgla_graph.problem import Problem
+from cgla_graph.projection import LocalProjection
+from cgla_graph.scenario import Scenario
+
+
+@dataclass(frozen=True, eq=False)
+class Sortie:
+    """
+    A mission to be flown, and what its file says beside it.
+
+    Attributes
+    ----------
+    name, variant
+        Of the mission, and of its variant; empty for a mission that has none.
+    title
+        One line that says what the mission shows.
+    solver
+        What plans, as the user or the file wrote it.
+    mission
+        The mission.
+    projection
+        How longitude and latitude became metres; None for a map in the plane.
+    """
+
+    name: str
+    variant: str
+    title: str
+    solver: str
+    mission: Mission
+    projection: LocalProjection | None = None
+
+    @property
+    def label(self) -> str:
+        """Name and variant in one line."""
+        return f"{self.name}, {self.variant}" if self.variant else self.name
+
+    @property
+    def unit(self) -> str:
+        """The unit of lengths, to follow a number; empty where it has no name."""
+        return "" if self.projection is None else " m"
+
+    def scene(self, tick: int) -> Scenario:
+        """
+        Return the true risk map at a tick, as what the pictures of maps draw.
+
+        No-fly areas are left out: those of missions come and go.
+        """
+        first, world = self.mission.uavs[0], self.mission.world
+        problem = Problem(first.start, first.goal, world.field_at(tick), k=first.k, bounds=world.bounds)
+        return Scenario(self.name, self.title, problem, self.mission.lattice, projection=self.projection)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Flown(Sortie):
+    """
+    A mission that was flown.
+
+    Attributes
+    ----------
+    flight
+        What it came to.
+    ignorance, sharing
+        The price of ignorance and the value of sharing of each UAV by name (see `Flight`); None where that was not
+        asked for, or nothing is shared.
+    seconds
+        How long flying took.
+    """
+
+    flight: Flight
+    ignorance: Mapping[str, float] | None = None
+    sharing: Mapping[str, float] | None = None
+    seconds: float = field(default=0.0)
+
+    @property
+    def closest(self) -> Separation | None:
+        """The least separation of any two UAVs; None where no two were in the air together."""
+        pair = min(self.flight.separations, key=lambda pair: pair.distance, default=None)
+        return pair if pair is not None and pair.distance < math.inf else None
+
+    @property
+    def n_arrived(self) -> int:
+        """How many UAVs arrived."""
+        return sum(uav.status is MissionStatus.ARRIVED for uav in self.flight.uavs.values())

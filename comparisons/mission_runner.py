@@ -1,0 +1,370 @@
+"""Every solver on every mission: the same flight, planned by each of them in turn."""
+
+import dataclasses
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import nullcontext, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import shapely
+from rich.table import Table
+from rich.text import Text
+
+from cgla_graph.comparisons import files, terminal
+from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.flight_files import plain_json, team_totals
+from cgla_graph.comparisons.flown import Flown, Sortie
+from cgla_graph.comparisons.tables import duration, figure, table_of
+from cgla_graph.errors import CglaError
+from cgla_graph.mission import Mission, Uav
+from cgla_graph.mission_file import MissionFile, is_mission_file, load_mission
+from cgla_graph.risk import RiskField, Threat
+from cgla_graph.solvers import registry
+from cgla_graph.world import World
+
+#: The columns of `flights.jsonl` and `flights.csv`, one row a flight.
+COLUMNS = (
+    "mission",
+    "variant",
+    "solver",
+    "seed",
+    "status",
+    "arrived",
+    "uavs",
+    "cost",
+    "length",
+    "risk",
+    "risk_sum",
+    "least_separation",
+    "ticks",
+    "replans",
+    "planning_seconds",
+    "message",
+)
+#: What `cgla compare` leaves out on missions unless it is asked for: a flight plans dozens of times, and these hand
+#: over a complete graph edge by edge each time.
+TOO_SLOW = ("networkx", "networkx-astar")
+
+
+@dataclass(frozen=True, eq=False)
+class FlightRun:
+    """
+    One solver's flight of one variant of a mission.
+
+    Attributes
+    ----------
+    mission, variant
+        The names.
+    solver
+        The contender's label.
+    seed
+        For seeded solvers; else None.
+    n_uavs
+        How many UAVs there are.
+    status
+        ``arrived`` if all did, else how the first that did not ended; ``unavailable`` or ``failed`` where nothing flew.
+    flown
+        The flight; None where nothing flew.
+    message
+        Why, if not all arrived.
+    """
+
+    mission: str
+    variant: str
+    solver: str
+    seed: int | None
+    n_uavs: int
+    status: str
+    flown: Flown | None = None
+    message: str = ""
+
+    @property
+    def all_arrived(self) -> bool:
+        """Whether every UAV reached its goal."""
+        return self.flown is not None and self.flown.flight.all_arrived
+
+    def row(self) -> dict[str, Any]:
+        """Return one value for each of `COLUMNS`; numbers that do not exist are None."""
+        row: dict[str, Any] = dict.fromkeys(COLUMNS)
+        row |= {"mission": self.mission, "variant": self.variant, "solver": self.solver, "seed": self.seed}
+        row |= {"status": self.status, "uavs": self.n_uavs, "message": self.message}
+        if self.flown is not None:
+            flight = self.flown.flight
+            uavs = flight.uavs.values()
+            row |= {
+                "arrived": self.flown.n_arrived,
+                **team_totals(flight),
+                "least_separation": flight.least_separation,
+                "ticks": flight.ticks,
+                "replans": sum(len(uav.replans) for uav in uavs),
+                "planning_seconds": math.fsum(uav.planning_seconds for uav in uavs),
+            }
+        found: dict[str, Any] = plain_json(row)
+        return found
+
+
+@dataclass
+class FlightRuns:
+    """
+    The flights of a comparison so far.
+
+    Attributes
+    ----------
+    runs
+        The flights.
+    written
+        The files.
+    interrupted
+        Whether Ctrl-C ended it.
+    """
+
+    runs: list[FlightRun] = field(default_factory=list)
+    written: list[Path] = field(default_factory=list)
+    interrupted: bool = False
+
+
+def split(specs: Sequence[str], **for_maps: object) -> tuple[list[str], list[MissionFile]]:
+    """
+    Part missions from maps.
+
+    Parameters
+    ----------
+    specs
+        What the user named.
+    for_maps
+        Options that missions do not have, by their names on the command line, as the user set them.
+
+    Returns
+    -------
+    maps, missions
+        The names of maps, and the missions, opened.
+
+    Raises
+    ------
+    CglaError
+        If a mission cannot be opened, or is to be flown with an option that it does not have.
+
+    Examples
+    --------
+    >>> maps, missions = split(["paper", "fig8"])
+    >>> maps, [mission.name for mission in missions]
+    (['paper'], ['fig8'])
+    """
+    missions = [load_mission(spec) for spec in specs if is_mission_file(spec)]
+    unfit = [f"--{name}" for name, value in for_maps.items() if value]
+    if missions and unfit:
+        remedy = "name refine:base=NAME as a solver" if unfit[0] == "--refine" else "compare maps and missions apart"
+        msg = f"{unfit[0]} is for maps, and {missions[0].name} is a mission; {remedy}"
+        raise CglaError(msg)
+    return [spec for spec in specs if not is_mission_file(spec)], missions
+
+
+def pilots(contenders: Sequence[Contender], *, chosen: bool) -> list[Contender]:
+    """
+    Choose the solvers that fly missions.
+
+    Parameters
+    ----------
+    contenders
+        Those of the comparison.
+    chosen
+        Whether the user named them; otherwise those that need another package, or take too long, are left out.
+
+    Examples
+    --------
+    >>> named = [Contender.parse(name) for name in ("networkx", "cgla")]
+    >>> [one.name for one in pilots(named, chosen=False)], len(pilots(named, chosen=True))
+    (['cgla'], 2)
+    """
+    if chosen:
+        return list(contenders)
+    fast = [one for one in contenders if one.is_available and one.name not in TOO_SLOW]
+    return [one for one in fast if not registry.traits(one.name).needs]
+
+
+def count(missions: Sequence[MissionFile], contenders: Sequence[Contender], n_seeds: int) -> int:
+    """Count the flights of a comparison."""
+    flights = sum(len(_seeds(contender, n_seeds)) for contender in contenders)
+    return flights * sum(len(mission.variants) for mission in missions)
+
+
+def compare(missions: Sequence[MissionFile], contenders: Sequence[Contender], n_seeds: int = 3) -> Iterator[FlightRun]:
+    """
+    Fly every variant of every mission with every solver; seeded ones with the seeds 1 to `n_seeds`.
+
+    Parameters
+    ----------
+    missions, contenders
+        What to fly, and what plans.
+    n_seeds
+        At least 1.
+
+    Yields
+    ------
+    run
+        As soon as it is done. A solver that cannot fly the mission, or that raises, is a run that says why.
+
+    Examples
+    --------
+    >>> from cgla_graph.mission_file import load_mission
+    >>> runs = compare([load_mission("fig4")], [Contender.parse("cgla")])
+    >>> {run.status for run in runs}
+    {'arrived'}
+    """
+    if missions:
+        _warm_up(contenders)
+    for mission in missions:
+        for variant in mission.variants:
+            for contender in contenders:
+                for seed in _seeds(contender, n_seeds):
+                    yield _run(mission, variant, contender, seed)
+
+
+def run_all(
+    missions: Sequence[MissionFile],
+    contenders: Sequence[Contender],
+    n_seeds: int,
+    folder: Path | None = None,
+) -> FlightRuns:
+    """
+    Compare (see `compare`), showing progress, and write ``flights.jsonl`` and ``flights.csv``.
+
+    After Ctrl-C they hold what is done.
+
+    Raises
+    ------
+    OutputError
+        If a file cannot be written.
+    """
+    done = FlightRuns()
+    if not missions:
+        return done
+    with nullcontext() if folder is None else files.RowLog(folder, "flights.jsonl") as log:
+        try:
+            total = count(missions, contenders, n_seeds)
+            with terminal.output_to_stderr(), terminal.progress(total) as tick:
+                for run in compare(missions, contenders, n_seeds):
+                    done.runs.append(run)
+                    if log is not None:
+                        log.add(run.row())
+                    tick(f"{run.mission}: {run.solver}")
+        except KeyboardInterrupt:
+            done.interrupted = True
+        if folder is not None and log is not None:
+            table = [run.row() for run in done.runs]
+            text = files.csv_text(table, COLUMNS)
+            done.written += [log.finish(table), files.write_text(folder / "flights.csv", text)]
+    return done
+
+
+def _seeds(contender: Contender, n_seeds: int) -> Sequence[int | None]:
+    """List the seeds of a contender: none, the one that the user set, or 1 to `n_seeds`."""
+    if not contender.is_available or not registry.traits(contender.name).seeded:
+        return [None]
+    return [contender.settings["seed"]] if "seed" in contender.settings else range(1, n_seeds + 1)
+
+
+def _warm_up(contenders: Sequence[Contender]) -> None:
+    """Load the compiled kernels with a short flight, so that no solver's first plan is charged for that."""
+    world = World(RiskField([Threat(0.5, 0.5, 0.1)]), no_fly=shapely.box(0.45, 0.7, 0.55, 0.8))
+    uavs = [Uav("a", (0.1, 0.4), (0.9, 0.4), 0.3), Uav("b", (0.9, 0.6), (0.1, 0.6), 0.3)]
+    for contender in contenders:
+        # what is wrong with a solver is told by its own flight
+        with suppress(Exception):
+            solver = registry.get(contender.name, **contender.small_settings())
+            Mission(world, uavs, solver, resolution=4, virtual_obstacle=True, max_ticks=8).fly()
+
+
+def _run(mission: MissionFile, variant: str, contender: Contender, seed: int | None) -> FlightRun:
+    """Fly one variant with one solver; whatever that raises becomes its answer."""
+    names = (mission.name, variant, contender.label, seed, len(mission.variants[variant].uavs))
+    missing = registry.missing(contender.name)
+    if missing is not None:
+        return FlightRun(*names, status="unavailable", message=missing)
+    settings = contender.settings_on(None) | ({} if seed is None else {"seed": seed})
+    try:
+        solver = registry.get(contender.name, **settings)
+        alone = dataclasses.replace(mission, variants={variant: mission.variants[variant]})
+        (built,) = alone.missions(lambda _: solver, solver=contender.label).values()
+        flight = built.fly()
+    except CglaError as error:
+        return FlightRun(*names, status="failed", message=" ".join(str(error).split()))
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - a comparison survives any solver
+        return FlightRun(*names, status="failed", message=f"{type(error).__name__}: {error}".splitlines()[0])
+    sortie = Sortie(mission.name, variant, mission.title, contender.label, built, mission.projection)
+    given = {f.name: getattr(sortie, f.name) for f in dataclasses.fields(Sortie)}
+    flown = Flown(**given, flight=flight)
+    lost = [uav for uav in flight.uavs.values() if flown.n_arrived < len(flight.uavs) and uav.status.label != "arrived"]
+    status = lost[0].status.label if lost else "arrived"
+    message = f"{lost[0].name}: {lost[0].message or lost[0].status.value}" if lost else ""
+    return FlightRun(*names, status=status, flown=flown, message=message)
+
+
+def print_flight_runs(missions: Sequence[MissionFile], runs: Sequence[FlightRun]) -> None:
+    """Print a table a variant, the cheapest solver first; and why solvers did not fly, or not all UAVs arrived."""
+    for mission in missions:
+        for variant in mission.variants:
+            of_variant = [run for run in runs if (run.mission, run.variant) == (mission.name, variant)]
+            if of_variant:
+                terminal.out_table(flights_table(mission, variant, of_variant))
+
+
+def flights_table(mission: MissionFile, variant: str, runs: Sequence[FlightRun]) -> Table:
+    """Show the flights of one variant: a line a flight, the cheapest first."""
+    unit = "m" if mission.projection else "map units"
+    name = f"{mission.name}, {variant}" if variant else mission.name
+    heads = (
+        "seed",
+        "arrived",
+        "cost",
+        "length",
+        "risk",
+        "risk sum",
+        "least separation",
+        "ticks",
+        "replans",
+        "planning",
+    )
+    table = table_of(f"{name}: {mission.title} (lengths in {unit})", ("solver", "status"), heads)
+    remarks = []
+    for run in sorted(runs, key=_place):
+        row = run.row()
+        seconds = row["planning_seconds"]
+        cells = [
+            run.solver,
+            run.status,
+            "-" if run.seed is None else str(run.seed),
+            "-" if run.flown is None else f"{row['arrived']}/{row['uavs']}",
+            _figure(row["cost"], 6),
+            _figure(row["length"], 6),
+            _figure(row["risk"], 4),
+            _figure(row["risk_sum"], 4),
+            _figure(row["least_separation"], 4),
+            "-" if row["ticks"] is None else str(row["ticks"]),
+            "-" if row["replans"] is None else str(row["replans"]),
+            "-" if seconds is None else duration(seconds),
+        ]
+        table.add_row(*(Text(cell) for cell in cells))
+        if run.message:
+            remarks.append(f"{run.solver}: {run.message}")
+    notes = [
+        "cost, length, risk: of all UAVs together; the cost only where all arrive",
+        "least separation: outside terminal discs; planning: of all UAVs, all replans",
+        *dict.fromkeys(remarks),
+    ]
+    table.caption = Text("\n".join(notes))
+    return table
+
+
+def _figure(value: float | None, digits: int) -> str:
+    return "-" if value is None else figure(value, digits)
+
+
+def _place(run: FlightRun) -> tuple[bool, float, float]:
+    """Sort flights: all arrived before some, before none flown; then by cost, or length."""
+    row = run.row()
+    flown = run.flown is not None
+    cost = row["cost"] if row["cost"] is not None else math.inf
+    return not flown, float(f"{cost:.9g}"), row["planning_seconds"] if flown else 0.0
