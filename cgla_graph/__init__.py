@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from cgla_graph.graph import GeometricGraph as GeometricGraph
     from cgla_graph.lattice import Lattice as Lattice
     from cgla_graph.mission import Mission as Mission
-    from cgla_graph.mission import Uav as Uav
     from cgla_graph.mission_file import load_mission as load_mission
     from cgla_graph.no_fly import NoFlyArea as NoFlyArea
     from cgla_graph.problem import Evaluation as Evaluation
@@ -39,6 +38,7 @@ if TYPE_CHECKING:
     from cgla_graph.solvers.trade_off import pareto as pareto
     from cgla_graph.solvers.within import plan_within_length as plan_within_length
     from cgla_graph.solvers.within import plan_within_risk as plan_within_risk
+    from cgla_graph.uav import Uav as Uav
     from cgla_graph.virtual_obstacle import VirtualObstacle as VirtualObstacle
     from cgla_graph.world import TimedArea as TimedArea
     from cgla_graph.world import TimedThreat as TimedThreat
@@ -68,7 +68,7 @@ _HOMES = {
     "Threat": "risk",
     "TimedArea": "world",
     "TimedThreat": "world",
-    "Uav": "mission",
+    "Uav": "uav",
     "VirtualObstacle": "virtual_obstacle",
     "World": "world",
     "cost_matrix": "cgla_matrix",

@@ -37,7 +37,8 @@ class Belief:
     """
     The reports of one UAV, in the order in which they reached it, and what follows from them.
 
-    Of one thing, the newest report that it is there counts, unless a newer one says that just that is not so.
+    Of one thing, the newest report that it is there counts; if a later one says that just that is not so, nothing is
+    believed of it.
 
     Attributes
     ----------
@@ -55,6 +56,8 @@ class Belief:
 
     journal: list[Report] = field(default_factory=list)
     _known: set[Report] = field(default_factory=set)
+    _newest: dict[tuple[str, int], Report] = field(default_factory=dict)
+    _refuted_at: dict[tuple[tuple[str, int], Threat | None], int] = field(default_factory=dict)
     _threats: dict[int, Threat] = field(default_factory=dict)
     _areas: set[int] = field(default_factory=set)
 
@@ -80,29 +83,37 @@ class Belief:
         new = [report for report in dict.fromkeys(reports) if report not in self._known]
         self._known.update(new)
         self.journal += new
-        for thing in {report.thing for report in new}:
+        for report in new:
+            self._note(report)
+        for thing in dict.fromkeys(report.thing for report in new):
             self._settle(thing)
         return new
 
+    def _note(self, report: Report) -> None:
+        """Keep the newest sighting of a thing, and when each of its places was last found empty."""
+        thing = report.thing
+        if not report.is_there:
+            place = thing, report.content
+            self._refuted_at[place] = max(self._refuted_at.get(place, -1), report.tick)
+        elif thing not in self._newest or _order(report) > _order(self._newest[thing]):
+            self._newest[thing] = report
+
     def _settle(self, thing: tuple[str, int]) -> None:
         """Work out what is believed of one thing."""
-        about = [report for report in self.journal if report.thing == thing]
         kind, number = thing
-        believed = max(
-            (report for report in about if report.is_there and not _refuted(report, about)),
-            # of two sightings on one tick, of different places, always the same one, whoever was heard first
-            key=lambda report: (report.tick, -report.origin, repr(report.content)),
-            default=None,
-        )
+        newest = self._newest.get(thing)
+        is_there = newest is not None and self._refuted_at.get((thing, newest.content), -1) <= newest.tick
         if kind == "area":
-            (self._areas.add if believed else self._areas.discard)(number)
-        elif believed is None or believed.content is None:
+            (self._areas.add if is_there else self._areas.discard)(number)
+        elif newest is None or newest.content is None or not is_there:
             self._threats.pop(number, None)
+        elif number in self._threats:
+            self._threats[number] = newest.content
         else:
-            self._threats[number] = believed.content
+            self._threats[number] = newest.content
             self._threats = dict(sorted(self._threats.items()))
 
-    def fields_by_origin(self, *, improper: bool = False) -> list[RiskField]:
+    def fields_by_origin(self) -> list[RiskField]:
         """
         Return the risk field of each UAV that saw anything still believed in: the ``F^j`` of Eq. 5.
 
@@ -113,14 +124,9 @@ class Belief:
             kind, number = report.thing
             if kind == "threat" and report.is_there and self._threats.get(number) == report.content:
                 by_origin.setdefault(report.origin, {})[number] = self._threats[number]
-        return [
-            RiskField([threats[number] for number in sorted(threats)], improper=improper)
-            for _, threats in sorted(by_origin.items())
-        ]
+        return [RiskField([threats[number] for number in sorted(threats)]) for _, threats in sorted(by_origin.items())]
 
 
-def _refuted(sighting: Report, about: Iterable[Report]) -> bool:
-    """Return whether a later report says that what was sighted is not there."""
-    return any(
-        not other.is_there and other.content == sighting.content and other.tick > sighting.tick for other in about
-    )
+def _order(report: Report) -> tuple[int, int, str]:
+    """Order sightings by time; of two on one tick, always the same one counts, whoever was heard first."""
+    return report.tick, -report.origin, repr(report.content)

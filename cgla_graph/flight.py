@@ -7,23 +7,25 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from itertools import groupby
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.risk import Threat
+from cgla_graph.risk import RiskField, Threat
 from cgla_graph.world import World
 
 if TYPE_CHECKING:
-    from cgla_graph.mission import Mission, Uav
+    from cgla_graph.mission import Mission
+    from cgla_graph.uav import Uav
 
 #: A flight is exposed where the risk is above this.
 EXPOSED_ABOVE = 0.1
-#: Exposure and greatest risk are read off this many points a flown segment.
-SAMPLES = 17
+#: Exposure and greatest risk are read off so many points of a piece no longer than the least spread of a threat.
+FRACTIONS = np.linspace(0.0, 1.0, 17)[:, None]
+#: A segment is cut into at most so many pieces for that.
+MOST_PIECES = 1000
 
 EventKind: TypeAlias = Literal[
     "departed",
@@ -79,9 +81,9 @@ class Event:
     kind
         ``detected``: a UAV saw a threat or area that it did not know; ``refuted``: it saw that one it believed in is
         not there; ``learned``: another UAV (`source`) told it; ``planned``: it has a new plan; ``kept``: it found no
-        better one and keeps its old; ``near``: another UAV is within the safe distance; ``appeared-on``: a threat or
-        area came up around it; ``collision``, ``arrived``, ``no-path``, ``livelock``, ``out-of-ticks``,
-        ``interrupted``: its end.
+        better one and keeps its old; ``near``: another UAV is within the safe distance, terminal discs or not;
+        ``appeared-on``: a threat or area came up around it; ``collision``, ``arrived``, ``no-path``, ``livelock``,
+        ``out-of-ticks``, ``interrupted``: its end.
     uav
         To whom.
     detail
@@ -175,8 +177,10 @@ class UavFlight:
         The UAV.
     status, message
         How the flight ended, and why in one line.
+    took_off
+        Whether it was ever in the air.
     departed, ended
-        The ticks of take-off and end.
+        The ticks of take-off and end; of one that never took off, both are the tick of the end.
     trace
         Positions at the ticks from `departed` to `ended`, shape ``(t, 2)``, map units.
     path
@@ -184,11 +188,14 @@ class UavFlight:
     times
         When it was at each waypoint of the path, shape ``(m,)``, ticks.
     length, risk, cost
-        Of the path, in the true field of the moment: ``cost = length + k * risk``.
+        Of the path, in the true field of the moment: ``cost = length + k * risk``. Who waits circles: it flies a step a
+        tick through the risk where it is, and that counts.
+    waited
+        Ticks of waiting, which only ``avoidance="prioritized"`` plans.
     risk_sum
         The paper's measure: the sum of the true ``F`` over the positions of the trace.
     max_risk
-        The greatest true ``F`` met (sampled 16 times a flown segment).
+        The greatest true ``F`` met (sampled 16 times a spread or a flown segment, whichever is less).
     exposure
         The length flown where the true ``F`` is above 0.1, map units (sampled likewise).
     replans
@@ -206,6 +213,7 @@ class UavFlight:
     uav: "Uav"
     status: MissionStatus
     message: str
+    took_off: bool
     departed: int
     ended: int
     trace: FloatArray
@@ -214,6 +222,7 @@ class UavFlight:
     length: float
     risk: float
     cost: float
+    waited: float
     risk_sum: float
     max_risk: float
     exposure: float
@@ -245,7 +254,7 @@ class UavFlight:
 
     def position_at(self, tick: int) -> Point | None:
         """Return where it was at a tick; None on the ground."""
-        if not self.departed <= tick <= self.ended:
+        if not self.took_off or not self.departed <= tick <= self.ended:
             return None
         x, y = self.trace[tick - self.departed].tolist()
         return x, y
@@ -359,7 +368,7 @@ class Measures:
     Examples
     --------
     >>> path = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
-    >>> measure(World(), path, np.array([0.0, 1.0, 2.0]), path, 0).length
+    >>> measure(World(), path, np.array([0.0, 1.0, 2.0]), path, 0, step=0.5).length
     1.0
     """
 
@@ -370,7 +379,9 @@ class Measures:
     exposure: float
 
 
-def measure(world: World, path: FloatArray, times: FloatArray, trace: FloatArray, departed: int) -> Measures:
+def measure(
+    world: World, path: FloatArray, times: FloatArray, trace: FloatArray, departed: int, *, step: float
+) -> Measures:
     """
     Measure a flight: each piece in the field of the tick in which it was flown.
 
@@ -380,9 +391,11 @@ def measure(world: World, path: FloatArray, times: FloatArray, trace: FloatArray
         The truth.
     path, times
         Waypoints, shape ``(m, 2)``, map units, and when they were passed, shape ``(m,)``, ticks. Every whole tick on
-        the way is among them.
+        the way is among them. Between two equal points it waits.
     trace, departed
         Positions at whole ticks, shape ``(t, 2)``, the first at tick `departed`.
+    step
+        What is flown in a tick of waiting, map units: a UAV that waits circles.
 
     Returns
     -------
@@ -390,29 +403,55 @@ def measure(world: World, path: FloatArray, times: FloatArray, trace: FloatArray
         Length, risk and the rest.
     """
     starts, ends = path[:-1], path[1:]
-    lengths = np.hypot(*(ends - starts).T)
+    straight = np.hypot(*(ends - starts).T)
+    # circles are small: they meet the risk of the point that they go around
+    circled = np.where(straight == 0.0, step * np.diff(times), 0.0)
     # at a bend, rounding may leave a time just below the whole tick that it stands for
-    ticks = np.floor(times[:-1] + 1e-9).astype(np.int64)
+    phases = np.searchsorted(world.changes, np.floor(times[:-1] + 1e-9), side="right")
     risk, exposure, worst = [0.0], [0.0], [0.0]
-    fractions = np.linspace(0.0, 1.0, SAMPLES)[:, None]
-    for phase, members in groupby(range(len(lengths)), key=lambda i: sum(c <= ticks[i] for c in world.changes)):
-        of_phase = list(members)
+    for phase in np.unique(phases).tolist():
         field_then = world.field_at(0 if phase == 0 else world.changes[phase - 1])
         if not field_then.threats:
             continue
-        first, last = starts[of_phase], ends[of_phase]
-        risk.append(float(field_then.line_integral(first, last).sum()))
-        samples = field_then.density(first[:, None] * (1.0 - fractions) + last[:, None] * fractions)
+        here = phases == phase
+        first, last = starts[here], ends[here]
+        at_start = field_then.density(first)
+        risk += [float(field_then.line_integral(first, last).sum()), float((circled[here] * at_start).sum())]
+        begins, finishes, lengths = _fine_pieces(first, last, field_then)
+        samples = field_then.density(begins[:, None] * (1.0 - FRACTIONS) + finishes[:, None] * FRACTIONS)
         worst.append(float(samples.max()))
-        exposure.append(float((_share_above(samples, EXPOSED_ABOVE) * lengths[of_phase]).sum()))
+        exposure += [
+            float((_share_above(samples, EXPOSED_ABOVE) * lengths).sum()),
+            float(circled[here][at_start > EXPOSED_ABOVE].sum()),
+        ]
     at_ticks = [float(world.field_at(departed + i).density(spot)) for i, spot in enumerate(trace)]
     return Measures(
-        length=float(lengths.sum()),
+        length=float(straight.sum() + circled.sum()),
         risk=math.fsum(risk),
         risk_sum=math.fsum(at_ticks),
-        max_risk=max([*worst, *at_ticks]),
+        max_risk=max([*worst, *at_ticks], default=0.0),
         exposure=math.fsum(exposure),
     )
+
+
+def _fine_pieces(
+    starts: FloatArray, ends: FloatArray, field_then: RiskField
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Cut segments at the points next to threats, and finer than the least spread; return starts, ends and lengths."""
+    lengths = np.hypot(*(ends - starts).T)
+    finest = min(threat.spread for threat in field_then.threats)
+    pieces_begin, pieces_end = [], []
+    for start, end, length in zip(starts, ends, lengths.tolist(), strict=True):
+        cuts = np.linspace(0.0, 1.0, 2 + int(min(length / finest, MOST_PIECES)))
+        if len(cuts) > 2:  # noqa: PLR2004 - a short segment needs no foot points
+            centres = np.array([(threat.x, threat.y) for threat in field_then.threats])
+            feet = (centres - start) @ (end - start) / length**2
+            cuts = np.unique(np.concatenate([cuts, feet[(feet > 0.0) & (feet < 1.0)]]))
+        at = start * (1.0 - cuts[:, None]) + end * cuts[:, None]
+        pieces_begin.append(at[:-1])
+        pieces_end.append(at[1:])
+    begins, finishes = np.vstack(pieces_begin), np.vstack(pieces_end)
+    return begins, finishes, np.hypot(*(finishes - begins).T)
 
 
 def _share_above(samples: FloatArray, level: float) -> FloatArray:

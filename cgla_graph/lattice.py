@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from reprlib import repr as short
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -15,6 +16,10 @@ LatticeKind: TypeAlias = Literal["closed", "upper", "lower", "centre"]
 
 #: A lattice point this close to a given point, in lattice steps, counts as that point.
 SNAP = 1e-9
+
+
+#: More points a side than this are a mistake.
+MOST_A_SIDE = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -58,8 +63,8 @@ class Lattice:
             tuple(self.resolution) if isinstance(self.resolution, tuple | list) else (self.resolution,) * 2
         )
         sides = [int(n) for n in given if isinstance(n, int | np.integer) and not isinstance(n, bool)]
-        if not len(given) == len(sides) == 2 or min(sides) < 2:  # noqa: PLR2004 - two sides, two ends
-            msg = f"resolution is {self.resolution!r}; give one whole number of at least 2, or two (nx, ny)"
+        if not len(given) == len(sides) == 2 or min(sides) < 2 or max(sides) > MOST_A_SIDE:  # noqa: PLR2004 - two each
+            msg = f"resolution is {short(self.resolution)}; give one whole number of at least 2, or two (nx, ny)"
             raise ProblemError(msg)
         object.__setattr__(self, "resolution", (sides[0], sides[1]))
 

@@ -7,8 +7,7 @@ from itertools import combinations
 from math import dist
 from typing import Any, Literal, TypeAlias, cast, get_args
 
-from cgla_graph._types import Point
-from cgla_graph._validate import non_negative_number, point, positive_number
+from cgla_graph._validate import non_negative_number
 from cgla_graph.errors import MissionError, ProblemError
 from cgla_graph.flight import Flight
 from cgla_graph.fusion import Fusion, Integral
@@ -16,8 +15,9 @@ from cgla_graph.lattice import Lattice
 from cgla_graph.problem import Problem
 from cgla_graph.sharing import Sharing
 from cgla_graph.simulation import Simulation
+from cgla_graph.uav import Uav
 from cgla_graph.virtual_obstacle import UNITS_A_STEP, VirtualObstacle
-from cgla_graph.world import World, union_of, whole_tick
+from cgla_graph.world import MOST_TICKS, World, union_of, whole_tick
 
 #: The paper asks that the safe distance is more than this much of the detection radius (Section 4.1).
 LEAST_GAMMA = 0.1
@@ -30,80 +30,6 @@ Update: TypeAlias = Literal["simultaneous", "sequential"]
 Avoidance: TypeAlias = Literal["none", "prioritized"]
 Meeting: TypeAlias = Literal["end", "record"]
 KnowledgeRule: TypeAlias = Literal["sensed", "all"]
-
-
-@dataclass(frozen=True)
-class Uav:
-    """
-    One UAV: from where to where, how far it sees, how it weighs risk.
-
-    Attributes
-    ----------
-    name
-        Its name; names in a mission differ.
-    start, goal
-        ``(x, y)``, map units.
-    detection_radius
-        The paper's OR, map units: a threat is seen when its centre is so near, a no-fly area when any part of it is.
-    step
-        What it flies in a tick, map units; None: the paper's 0.4 units (0.4/N on a unit map).
-    k
-        Its risk weight, at least 0.
-    safe_distance
-        The paper's SD, map units, below the detection radius; None: half the detection radius.
-    departs
-        The tick of take-off. On the ground it hears others but does not see, and nobody can meet it.
-
-    Raises
-    ------
-    MissionError
-        If a part is malformed.
-
-    Examples
-    --------
-    >>> Uav("a", start=(0.1, 0.1), goal=(0.9, 0.9), detection_radius=0.2).safe_distance
-    0.1
-    """
-
-    name: str
-    start: Point
-    goal: Point
-    detection_radius: float
-    step: float | None = None
-    k: float = 10.0
-    safe_distance: float | None = None
-    departs: int = 0
-
-    def __post_init__(self) -> None:
-        """Check everything once."""
-        if not isinstance(cast("object", self.name), str) or not self.name.strip():
-            msg = f"a UAV's name is {self.name!r}; give a text"
-            raise MissionError(msg)
-        try:
-            for name in ("start", "goal"):
-                object.__setattr__(self, name, point(name, getattr(self, name)))
-            radius = positive_number("detection_radius", self.detection_radius)
-            object.__setattr__(self, "detection_radius", radius)
-            if self.step is not None:
-                object.__setattr__(self, "step", positive_number("step", self.step))
-            object.__setattr__(self, "k", non_negative_number("k", self.k))
-            safe = 0.5 * radius if self.safe_distance is None else self.safe_distance
-            object.__setattr__(self, "safe_distance", positive_number("safe_distance", safe))
-        except ProblemError as error:
-            msg = f"UAV {self.name}: {error}"
-            raise MissionError(msg) from error
-        if self.safe >= radius:
-            msg = (
-                f"UAV {self.name}: safe_distance is {self.safe:g}, not below its detection_radius {radius:g}; "
-                "it could not see in time what it must stay away from"
-            )
-            raise MissionError(msg)
-        whole_tick(f"UAV {self.name}: departs", self.departs)
-
-    @property
-    def safe(self) -> float:
-        """The safe distance, map units, whichever way it was given."""
-        return float(self.safe_distance or 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +86,8 @@ class Mission:
     max_ticks
         When to stop; None: enough for a flight of twenty times the way around the map.
     incremental
-        False: every plan is computed from scratch (the same plans, for comparison).
+        False: every plan is computed from scratch, for comparison: the same plans, but for which of the points in line
+        they name.
 
     Raises
     ------
@@ -210,7 +137,7 @@ class Mission:
         self._check_options()
         for name in ("arrival_radius", "collision_distance", "terminal_radius"):
             value = getattr(self, name)
-            if value is not None:
+            if value is not None or name == "arrival_radius":
                 try:
                     object.__setattr__(self, name, non_negative_number(name, value))
                 except ProblemError as error:
@@ -219,6 +146,7 @@ class Mission:
             whole_tick("max_ticks", self.max_ticks, at_least=1)
         _ = self.shares, self.lattice, self.obstacles
         self._check_solver()
+        self._check_steps()
         self._check_safety()
 
     def _check_uavs(self) -> None:
@@ -270,7 +198,8 @@ class Mission:
         }
         for name, alias in choices.items():
             allowed = get_args(alias)
-            if getattr(self, name) not in list(allowed):
+            given = getattr(self, name)
+            if not (isinstance(given, str) and given in allowed):
                 msg = f"unknown {name} {getattr(self, name)!r}; choose one of {', '.join(allowed)}"
                 raise MissionError(msg)
         if not isinstance(self.incremental, bool):
@@ -279,7 +208,9 @@ class Mission:
 
     def _check_solver(self) -> None:
         domain = getattr(getattr(self.solver, "traits", None), "domain", None)
-        if domain not in {"graph", "plane"} or not callable(getattr(self.solver, "solve", None)):
+        # a class has the attributes of its instances, but no settings
+        is_solver = not isinstance(self.solver, type) and callable(getattr(self.solver, "solve", None))
+        if not is_solver or domain not in {"graph", "plane"}:
             msg = f'solver is {self.solver!r}; give a solver, such as cgla_graph.solvers.get("cgla")'
             raise MissionError(msg)
         needs_graph = {"fusion": "union", "integral": "exact", "exclude": "none", "start": "exact"}
@@ -287,6 +218,23 @@ class Mission:
             if getattr(self, name) != default and domain != "graph":
                 msg = (
                     f"{name}={getattr(self, name)!r} needs a graph solver, {self.solver.traits.name} plans in the plane"
+                )
+                raise MissionError(msg)
+
+        if (self.fusion, self.integral) != ("union", "exact") and not self.world.is_probability:
+            reading = f"fusion={self.fusion!r} with integral={self.integral!r}"
+            msg = f"{reading} needs a world without peaks above 1; lower them"
+            raise MissionError(msg)
+
+    def _check_steps(self) -> None:
+        """Refuse a lattice beside the map, and steps so small that nobody gets anywhere."""
+        if self.lattice.bounds != self.world.bounds:
+            msg = f"the lattice lies over {self.lattice.bounds}, the world over {self.world.bounds}; give both one box"
+            raise MissionError(msg)
+        for uav in self.uavs:
+            if self._around / self.step_of(uav) > MOST_TICKS:
+                msg = (
+                    f"UAV {uav.name}: step is {self.step_of(uav):g}, which takes more than {MOST_TICKS} ticks; raise it"
                 )
                 raise MissionError(msg)
 
@@ -301,8 +249,15 @@ class Mission:
                     raise MissionError(msg)
         if self.avoidance == "none":
             return
-        if not self.world.field.is_probability:
-            msg = f"avoidance={self.avoidance!r} needs a risk field without peaks above 1"
+        if not self.world.is_probability:
+            msg = f"avoidance={self.avoidance!r} needs a world without peaks above 1; lower them"
+            raise MissionError(msg)
+        below = [uav for uav in self.uavs if uav.safe < self.collision_at]
+        if self.collisions == "end" and len(below) > 1:
+            msg = (
+                f"UAVs {below[0].name} and {below[1].name}: both safe distances are below the collision distance "
+                f"{self.collision_at:g}, so avoidance={self.avoidance!r} would let them collide; raise one"
+            )
             raise MissionError(msg)
         alone = {
             "fusion": "union",
@@ -369,10 +324,17 @@ class Mission:
         """The tick at which the mission stops at the latest."""
         if self.max_ticks is not None:
             return self.max_ticks
+        # from vertex to vertex, a tick is a leg of any length
+        default = UNITS_A_STEP * self.unit
+        steps = [default if self.movement == "vertex" else min(self.step_of(uav), default) for uav in self.uavs]
+        begins = max([*self.world.changes, *(uav.departs for uav in self.uavs), 0])
+        return begins + int(20.0 * self._around / min(steps))
+
+    @property
+    def _around(self) -> float:
+        """The way around the map, map units."""
         x_min, y_min, x_max, y_max = self.world.bounds
-        around = 2.0 * (x_max - x_min + y_max - y_min)
-        slowest = max(around / self.step_of(uav) for uav in self.uavs)
-        return int(20.0 * slowest) + max([*self.world.changes, *(uav.departs for uav in self.uavs), 0])
+        return 2.0 * (x_max - x_min + y_max - y_min)
 
     def simulate(self) -> Simulation:
         """Return the mission at tick 0, to be flown tick by tick."""
@@ -394,7 +356,8 @@ class Mission:
         """
         simulation = self.simulate()
         while not simulation.is_over:
+            before = simulation.tick
             simulation.advance()
-            if watch is not None:
+            if watch is not None and simulation.tick > before:
                 watch(simulation.tick)
         return simulation.flight()

@@ -12,11 +12,11 @@ import shapely
 from cgla_graph.errors import CglaError, MissionError
 from cgla_graph.lattice import Lattice
 from cgla_graph.map_file import MapBuilder
-from cgla_graph.mission import Uav
 from cgla_graph.mission_tables import SOLVER, MissionTable, SharingTable, VirtualObstacleTable
 from cgla_graph.risk import RiskField
 from cgla_graph.scenario import ScenarioTable, open_table
 from cgla_graph.sharing import Sharing
+from cgla_graph.uav import Uav
 from cgla_graph.virtual_obstacle import VirtualObstacle
 from cgla_graph.world import Timed, TimedArea, TimedThreat, World
 

@@ -15,7 +15,7 @@ from cgla_graph.trajectory import Trajectory
 from cgla_graph.world import World
 
 if TYPE_CHECKING:
-    from cgla_graph.mission import Uav
+    from cgla_graph.uav import Uav
 
 
 @dataclass(eq=False)
@@ -136,25 +136,34 @@ class Pilot:
         place = self.number, self.position, self.heading
         return *place, plan, tick - self.plan_since, self.planned_on, tuple(self.visited)
 
-    def flown(self, world: World, tick: int) -> UavFlight:
-        """Return the flight so far."""
-        departed = self.uav.departs
+    def flown(self, world: World, tick: int, step: float) -> UavFlight:
+        """Return the flight so far; `step` is what it flies in a tick, map units."""
+        took_off = bool(self.trace)
+        ended = self.ended if self.is_done else tick
+        departed = self.uav.departs if took_off else ended
         trace = np.array(self.trace or [self.position])
-        path = np.vstack(self.path) if self.path else trace[:1]
-        times = np.concatenate(self.times) if self.times else np.array([float(departed)])
-        found = measure(world, path, times, trace, departed)
+        path, times = trace[:1], np.array([float(departed)])
+        if took_off:
+            path, times = np.vstack(self.path), np.concatenate(self.times)
+            # of waypoints that rounding puts at one time, the last one stays
+            later = np.append(np.diff(times) > 0.0, True)
+            path, times = path[later], times[later]
+        found = measure(world, path, times, trace if took_off else trace[:0], departed, step=step)
+        still = (np.diff(path, axis=0) == 0.0).all(axis=1)
         return UavFlight(
             uav=self.uav,
             status=self.status or MissionStatus.INTERRUPTED,
             message=self.message,
+            took_off=took_off,
             departed=departed,
-            ended=self.ended if self.is_done else max(tick, departed),
+            ended=ended,
             trace=trace,
             path=path,
             times=times,
             length=found.length,
             risk=found.risk,
             cost=found.length + self.uav.k * found.risk,
+            waited=float(np.diff(times)[still].sum()),
             risk_sum=found.risk_sum,
             max_risk=found.max_risk,
             exposure=found.exposure,

@@ -23,7 +23,8 @@ from cgla_graph.solution import Solution, Status
 IN_LINE = 1e-9
 
 if TYPE_CHECKING:
-    from cgla_graph.mission import Mission, Uav
+    from cgla_graph.mission import Mission
+    from cgla_graph.uav import Uav
 
 
 @runtime_checkable
@@ -228,7 +229,7 @@ class Planner:
             return problem.start
         lattice = self.mission.lattice
         x, y = lattice.points[lattice.nearest(problem.start)].tolist()
-        return x, y
+        return problem.start if problem.model.area.contains((x, y)) else (x, y)
 
     def _from(self, problem: Problem, answer: Solution, graph: GeometricGraph) -> Solution:
         """Turn nodes into waypoints, beginning where the UAV is, and weigh the way to a snapped start as well."""

@@ -151,6 +151,9 @@ class RiskField:
 
     def __init__(self, threats: Iterable[Threat] = (), *, improper: bool = False) -> None:
         """Collect the threats and check their peaks."""
+        self._take(threats, improper=improper, warned=False)
+
+    def _take(self, threats: Iterable[Threat], *, improper: bool, warned: bool) -> None:
         members = _listed(threats)
         for number, threat in enumerate(members):
             if not isinstance(threat, Threat):
@@ -163,9 +166,9 @@ class RiskField:
                 )
                 raise ProblemError(msg)
         above = sum(threat.peak > 1.0 for threat in members)
-        if above:
+        if above and not warned:
             msg = f"{above} of {len(members)} threats peak above 1: no probability, and weights may be negative"
-            warnings.warn(msg, ImproperFieldWarning, stacklevel=2)
+            warnings.warn(msg, ImproperFieldWarning, stacklevel=3)
         object.__setattr__(self, "threats", members)
         object.__setattr__(self, "improper", bool(improper))
 
@@ -209,6 +212,24 @@ class RiskField:
         2
         """
         return RiskField((*self.threats, *_listed(threats)), improper=self.improper)
+
+    def with_only(self, threats: Iterable[Threat]) -> "RiskField":
+        """
+        Return a new field of `threats` alone; it is improper if this one is, without a warning: this one gave it.
+
+        Raises
+        ------
+        ProblemError
+            As `with_threats`.
+
+        Examples
+        --------
+        >>> len(RiskField([Threat(0, 0, 1)]).with_only([]))
+        0
+        """
+        field = object.__new__(RiskField)
+        field._take(threats, improper=self.improper, warned=True)
+        return field
 
     def density(self, points: ArrayLike) -> FloatArray:
         """

@@ -82,10 +82,8 @@ class Sharing:
         """
         if isinstance(value, Sharing):
             return value
-        if value == "none":
-            return cls(is_on=False)
-        if value == "global":
-            return cls()
+        if isinstance(value, str) and value in {"none", "global"}:
+            return cls(is_on=value == "global")
         msg = f'sharing is {value!r}; give "none", "global" or Sharing(radius=…, delay=…, loss=…, seed=…)'
         raise MissionError(msg)
 

@@ -5,9 +5,9 @@ A tick begins with what the UAVs see where they are, then they tell each other, 
 changed, then all move. Nothing depends on the time of day or on the order of anything but the UAVs themselves.
 """
 
+import dataclasses
 import math
 import time
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from cgla_graph.sharing import Radio
 from cgla_graph.solution import Solution
 from cgla_graph.space_time import MARGIN, SpaceTimePlan, plan_in_space_time
 from cgla_graph.trajectory import Disc, Trajectory, closest_approach
+from cgla_graph.virtual_obstacle import UNITS_A_STEP
 from cgla_graph.world import union_of
 
 if TYPE_CHECKING:
@@ -54,7 +55,8 @@ class Simulation:
 
     Examples
     --------
-    >>> from cgla_graph.mission import Mission, Uav
+    >>> from cgla_graph.mission import Mission
+    >>> from cgla_graph.uav import Uav
     >>> from cgla_graph.solvers import get
     >>> from cgla_graph.world import World
     >>> uav = Uav("a", start=(0.1, 0.1), goal=(0.9, 0.9), detection_radius=0.2)
@@ -97,11 +99,13 @@ class Simulation:
         if self.mission.update == "sequential":
             for pilot in self._flying():
                 self._plan(pilot)
-                self._move([pilot])
+                if pilot.in_air:
+                    pilot.move(self.tick)
         else:
             for pilot in self._flying():
                 self._plan(pilot)
-            self._move(self._flying())
+            for pilot in self._flying():
+                pilot.move(self.tick)
         if self.is_over:
             # nobody was left to fly this tick
             return
@@ -128,7 +132,10 @@ class Simulation:
             events += [Event(self.tick, "interrupted", pilot.name) for pilot in self._pilots if not pilot.is_done]
         return Flight(
             mission=self.mission,
-            uavs={pilot.name: pilot.flown(self.mission.world, self.tick) for pilot in self._pilots},
+            uavs={
+                pilot.name: pilot.flown(self.mission.world, self.tick, self.mission.step_of(pilot.uav))
+                for pilot in self._pilots
+            },
             separations=tuple(self._encounters.separations.values()),
             events=tuple(events),
             ticks=self.tick,
@@ -227,11 +234,10 @@ class Simulation:
         pilot.seconds += time.perf_counter() - began
 
     def _situation(self, pilot: Pilot, obstacles: tuple[Threat, ...], excluded: frozenset[int]) -> Situation:
-        improper = self.mission.world.field.improper
-        known = RiskField(pilot.belief.threats.values(), improper=improper)
+        known = self.mission.world.field.with_only(pilot.belief.threats.values())
         fields: tuple[RiskField, ...] = (known,)
         if self.mission.fusion != "union":
-            fields = tuple(pilot.belief.fields_by_origin(improper=improper))
+            fields = tuple(pilot.belief.fields_by_origin())
         no_fly = self._known_areas(pilot.belief.areas)
         position = self._outside(pilot.position, no_fly)
         return Situation(position, known, no_fly, obstacles, fields, excluded)
@@ -262,14 +268,15 @@ class Simulation:
             for other in self._flying()
             if other is not pilot and (motion := other.motion(self.tick)) is not None
         ]
-        candidate, reason = None, solution.message or solution.status.value
+        plan, reason = None, solution.message or solution.status.value
         if solution.status.is_path:
-            candidate = Trajectory.along(solution.path, float(self.tick), self.mission.step_of(pilot.uav))
-            if not all(_stays_clear(candidate, motion, safe) for motion, safe in others):
+            plan = self._motion_along(pilot, solution.path)
+            in_time = plan.shifted(self.tick)
+            if not all(_stays_clear(in_time, motion, safe) for motion, safe in others):
                 found = self._around_others(pilot, situation, others)
-                candidate, reason = found.trajectory, found.message
-        if candidate is not None:
-            self._follow(pilot, candidate.shifted(-self.tick))
+                plan, reason = found.trajectory, found.message
+        if plan is not None:
+            self._follow(pilot, plan)
         elif self._is_open(pilot, situation):
             self._say("kept", pilot, reason=reason)
         else:
@@ -280,11 +287,19 @@ class Simulation:
     ) -> SpaceTimePlan:
         """Search in space and time, until all others are gone and a detour after that is flown."""
         problem, matrix = pilot.planner.problem(situation), pilot.planner.matrix(situation)
-        step = self.mission.step_of(pilot.uav)
         x_min, y_min, x_max, y_max = self.mission.world.bounds
+        # the search waits in ticks and tells arrivals apart in ticks: on a clock that goes with the speed, its work
+        # does not depend on how finely a mission divides its time
+        step = UNITS_A_STEP * self.mission.unit
+        pace = self.mission.step_of(pilot.uav) / step
+        crowd = [(motion.paced(pace), safe) for motion, safe in others]
+        now = self.tick * pace
         detour = 2.0 * (x_max - x_min + y_max - y_min) / step
-        latest = max([float(self.tick), *(motion.ends for motion, _ in others)]) + detour
-        return plan_in_space_time(problem, matrix, others, start_time=float(self.tick), step=step, latest=latest)
+        latest = max([now, *(motion.ends for motion, _ in crowd)]) + detour
+        found = plan_in_space_time(problem, matrix, crowd, start_time=now, step=step, latest=latest)
+        if found.trajectory is None:
+            return found
+        return dataclasses.replace(found, trajectory=found.trajectory.shifted(-now).paced(1.0 / pace))
 
     def _is_open(self, pilot: Pilot, situation: Situation) -> bool:
         """Return whether there is a plan, and the rest of it crosses no area that is known now."""
@@ -364,10 +379,6 @@ class Simulation:
             self._say("livelock", pilot, since=before, period=self.livelock.period)
             message = f"the state of tick {before} came back at tick {self.tick}: period {self.livelock.period}"
             pilot.end(MissionStatus.LIVELOCK, self.tick, message)
-
-    def _move(self, pilots: Iterable[Pilot]) -> None:
-        for pilot in pilots:
-            pilot.move(self.tick)
 
     def _meet(self) -> dict[int, str]:
         """Measure how near the UAVs came to each other; return why it is the end for whom."""

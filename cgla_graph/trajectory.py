@@ -196,7 +196,20 @@ class Trajectory:
         >>> Trajectory([0, 1], [(0, 0), (1, 0)]).shifted(2).times.tolist()
         [2.0, 3.0]
         """
-        times = self.times + by
+        return self._at_times(self.times + by)
+
+    def paced(self, factor: float) -> "Trajectory":
+        """
+        Return the same way on a clock that goes `factor` times as fast, above 0; equal times as in `shifted`.
+
+        Examples
+        --------
+        >>> Trajectory([2, 3], [(0, 0), (1, 0)]).paced(0.5).times.tolist()
+        [1.0, 1.5]
+        """
+        return self._at_times(self.times * factor)
+
+    def _at_times(self, times: FloatArray) -> "Trajectory":
         kept = np.append(np.diff(times) > 0.0, True)
         return Trajectory(times[kept], self.points[kept])
 

@@ -1,11 +1,11 @@
 """The world of a mission: the true threats and no-fly areas, which may come, move and go while UAVs fly."""
 
 import math
+from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import shapely
 from shapely.geometry.base import BaseGeometry
@@ -61,6 +61,9 @@ class TimedThreat:
         _check_life("a timed threat", self.appears, self.vanishes)
         moves = []
         before = self.appears
+        if not isinstance(cast("object", self.moves), Iterable):
+            msg = f"a timed threat's moves are {self.moves!r}; give a list of (tick, x, y)"
+            raise MissionError(msg)
         for move in self.moves:
             tick, x, y = _triple(move)
             if whole_tick("a move's tick", tick) <= before:
@@ -191,7 +194,15 @@ class World:
                 msg = f"timed {number} is {item!r}; give a TimedThreat or a TimedArea"
                 raise MissionError(msg)
         # what may peak above 1 is refused now, not at the tick when it appears
-        self.field.with_threats([item.threat for item in self.timed if isinstance(item, TimedThreat)])
+        timed = [item.threat for item in self.timed if isinstance(item, TimedThreat)]
+        # an improper field has said so already
+        _ = self.field.with_threats(timed) if self.field.is_probability else self.field.with_only(timed)
+
+    @cached_property
+    def is_probability(self) -> bool:
+        """Whether no threat, whenever it comes, peaks above 1."""
+        peaks = [item.threat.peak for item in self.timed if isinstance(item, TimedThreat)]
+        return self.field.is_probability and all(peak <= 1.0 for peak in peaks)
 
     @cached_property
     def changes(self) -> tuple[int, ...]:
@@ -233,7 +244,7 @@ class World:
 
     def _phase(self, tick: int) -> int:
         """Count the changes up to a tick."""
-        return sum(change <= tick for change in self.changes)
+        return bisect_right(self.changes, tick)
 
     @cached_property
     def _states(self) -> list[tuple[Mapping[int, Threat], Mapping[int, BaseGeometry], RiskField, BaseGeometry | None]]:
@@ -251,10 +262,8 @@ class World:
                     areas[number] = item.polygon
             elif (threat := item.at(tick)) is not None:
                 threats[len(self.field) + number] = threat
-        whole = (
-            self.field if len(threats) == len(self.field) else RiskField(threats.values(), improper=self.field.improper)
-        )
-        return MappingProxyType(threats), MappingProxyType(areas), whole, union_of(self.no_fly, areas.values())
+        whole = self.field if len(threats) == len(self.field) else self.field.with_only(threats.values())
+        return threats, areas, whole, union_of(self.no_fly, areas.values())
 
 
 def union_of(no_fly: BaseGeometry | None, areas: Iterable[BaseGeometry]) -> BaseGeometry | None:

@@ -296,7 +296,7 @@ class Film:
 
     def _known_to_any(self, flights: Sequence[UavFlight], tick: int) -> Iterator[Artist]:
         """Outline what at least one UAV in the air knows."""
-        known = [uav.knowledge_at(tick) for uav in flights if uav.departed <= tick <= uav.ended]
+        known = [uav.knowledge_at(tick) for uav in flights if uav.position_at(tick) is not None]
         look: Look = {"edgecolor": "0.15", "linewidth": 1.0, "zorder": 2.4}
         for threat in dict.fromkeys(threat for one in known for threat in one.threats.values()):
             yield self._ring(np.array([threat.x, threat.y]), OUTLINE_SPREADS * threat.spread, **look)

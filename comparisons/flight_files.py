@@ -131,8 +131,12 @@ def log_lines(sortie: Sortie, flight: Flight, first: int = 0, end: int | None = 
     for tick in range(first, end):
         yield from ({"type": "event", **plain_json(event)} for event in happened.get(tick, ()))
         for uav in flight.uavs.values():
-            if 0 <= tick - uav.departed < len(uav.trace):
+            if tick in _ticks_in_air(uav):
                 yield _uav_line(sortie, uav, tick)
+
+
+def _ticks_in_air(uav: UavFlight) -> range:
+    return range(uav.departed, uav.departed + len(uav.trace) if uav.took_off else uav.departed)
 
 
 def _uav_line(sortie: Sortie, uav: UavFlight, tick: int) -> dict[str, Any]:
@@ -171,7 +175,7 @@ def trace_csv(flown: Flown) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
     for uav in flown.flight.uavs.values():
-        for tick in range(uav.departed, uav.departed + len(uav.trace)):
+        for tick in _ticks_in_air(uav):
             line = _uav_line(flown, uav, tick)
             counted = {"known_threats": len(line["threats"]), "known_areas": len(line["areas"])}
             writer.writerow([{**line, **counted}[column] for column in columns])
@@ -275,9 +279,13 @@ def _uav_document(flown: Flown, uav: UavFlight) -> dict[str, Any]:
         "name": uav.name,
         "status": uav.status.label,
         "message": uav.message,
+        "took_off": uav.took_off,
         "departed": uav.departed,
         "ended": uav.ended,
-        **{name: getattr(uav, name) for name in ("length", "risk", "cost", "risk_sum", "max_risk", "exposure")},
+        **{
+            name: getattr(uav, name)
+            for name in ("length", "risk", "cost", "waited", "risk_sum", "max_risk", "exposure")
+        },
         "replans": uav.replans,
         "known_threats": list(known.threats),
         "known_areas": list(known.areas),

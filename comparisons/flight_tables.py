@@ -54,7 +54,19 @@ def flight_notes(flown: Flown) -> list[str]:
         if uav.status is not MissionStatus.ARRIVED
     ]
     near = [closest_note(flown)] if len(flown.flight.uavs) > 1 else []
-    return [rules_note(flown), *near, *_worth_lines(flown), *circles, *remarks]
+    return [rules_note(flown), *near, *_worth_lines(flown), *_warnings(flown), *circles, *remarks]
+
+
+def _warnings(flown: Flown) -> list[str]:
+    """Say who started inside a threat, and around whom something came up."""
+    lines = []
+    for event in flown.flight.events:
+        if event.kind == "started-in-risk":
+            lines.append(f"{event.uav}: starts inside threat {event.detail['threat']}, F = {event.detail['risk']:.3g}")
+        elif event.kind == "appeared-on":
+            ((what, number),) = [(name, event.detail[name]) for name in ("threat", "area") if name in event.detail]
+            lines.append(f"{event.uav}: {what} {number} came up around it at tick {event.tick}")
+    return lines
 
 
 #: What the columns of `flight_table` are.

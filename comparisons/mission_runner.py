@@ -18,10 +18,11 @@ from cgla_graph.comparisons.flight_files import plain_json, team_totals
 from cgla_graph.comparisons.flown import Flown, Sortie
 from cgla_graph.comparisons.tables import duration, figure, table_of
 from cgla_graph.errors import CglaError
-from cgla_graph.mission import Mission, Uav
+from cgla_graph.mission import Mission
 from cgla_graph.mission_file import MissionFile, is_mission_file, load_mission
 from cgla_graph.risk import RiskField, Threat
 from cgla_graph.solvers import registry
+from cgla_graph.uav import Uav
 from cgla_graph.world import World
 
 #: The columns of `flights.jsonl` and `flights.csv`, one row a flight.

@@ -66,7 +66,8 @@ def flight_figure(views: Sequence[Flown]) -> Figure:
 
     Examples
     --------
-    >>> from cgla_graph.mission import Mission, Uav
+    >>> from cgla_graph.mission import Mission
+    >>> from cgla_graph.uav import Uav
     >>> from cgla_graph.solvers import get
     >>> from cgla_graph.world import World
     >>> mission = Mission(World(), [Uav("a", (0.1, 0.1), (0.9, 0.9), detection_radius=0.2)], get("cgla"))

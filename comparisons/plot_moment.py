@@ -35,7 +35,7 @@ def place_at(uav: UavFlight, time: float) -> Point | None:
     time
         In ticks.
     """
-    if not uav.departed <= time <= uav.ended:
+    if not uav.took_off or not uav.departed <= time <= uav.ended:
         return None
     x, y = (float(np.interp(time, uav.times, uav.path[:, axis])) for axis in (0, 1))
     return x, y

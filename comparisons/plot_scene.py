@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
 from cgla_graph.comparisons.plot_solvers import COLOURS, DASHES, Dashes
-from cgla_graph.mission import Uav
+from cgla_graph.uav import Uav
 from cgla_graph.world import TimedArea, TimedThreat, World
 
 #: Settings of something that is drawn, as matplotlib names them.

@@ -406,3 +406,15 @@ def test_everything_becomes_strict_json(value: Any) -> None:  # noqa: ANN401 - a
     for before, after in pairs(value, again):
         is_number = isinstance(before, float | np.floating)
         assert after == (None if is_number and not math.isfinite(before) else before)
+
+
+def test_a_start_in_a_threat_and_what_comes_up_around_a_uav_are_said(cgla: Call, tmp_path: Path) -> None:
+    Path(tmp_path, "risky.toml").write_text(
+        "detection_radius = 0.2\nthreats = [{ x = 0.1, y = 0.12, spread = 0.05 }]\n"
+        'uavs = [{ name = "a", start = [0.1, 0.1], goal = [0.9, 0.9] }]\n'
+        "[[timed_threats]]\nx = 0.1\ny = 0.1\nspread = 0.3\nappears = 2\n",
+        encoding="utf-8",
+    )
+    answer = cgla("fly", "risky.toml", "--no-value")
+    assert "a: starts inside threat 0, F = 0.923" in answer.out
+    assert "a: threat 1 came up around it at tick 2" in answer.out

@@ -1,9 +1,11 @@
 """What a mission takes and refuses, and what its options do."""
 
+import copy
 import dataclasses
 import json
 import math
 import os
+import pickle
 import subprocess
 import sys
 from collections.abc import Callable
@@ -16,12 +18,13 @@ import shapely
 import cgla_graph as cg
 from cgla_graph.errors import CglaError, MissionError
 from cgla_graph.flight import Flight, MissionStatus
-from cgla_graph.mission import Mission, Uav
+from cgla_graph.mission import Mission
 from cgla_graph.problem import Problem
 from cgla_graph.risk import RiskField, Threat
 from cgla_graph.sharing import Sharing
 from cgla_graph.solution import Solution, Status
 from cgla_graph.solvers.base import Traits
+from cgla_graph.uav import Uav
 from cgla_graph.virtual_obstacle import VirtualObstacle
 from cgla_graph.world import TimedArea, TimedThreat, World
 
@@ -337,6 +340,110 @@ def test_a_solver_that_raises_or_lies_is_an_end_and_not_a_crash() -> None:
     assert mission(solver=Liar()).fly().uavs["a"].status is MissionStatus.NO_PATH
 
 
+def test_a_uav_that_gives_up_does_not_fly_on_when_moves_are_sequential() -> None:
+    world = World(timed=[TimedArea(shapely.box(0.5, 0.3, 0.6, 0.7), appears=10)])
+    uav = Uav("a", (0.1, 0.5), (0.55, 0.5), 0.2)
+    one, other = (mission(uav, world=world, update=how).fly().uavs["a"] for how in ("sequential", "simultaneous"))
+    assert one.status is MissionStatus.NO_PATH
+    assert one.times[-1] == one.ended == other.ended
+    assert np.array_equal(one.path, other.path)
+
+
+def test_who_never_took_off_was_nowhere() -> None:
+    world = World(RiskField([Threat(0.4, 0.4, 0.1)]))
+    late = Uav("late", (0.4, 0.4), (0.9, 0.9), 0.2, departs=50)
+    flight = mission(A, late, world=world, max_ticks=5).fly().uavs["late"]
+    assert (flight.status, flight.took_off) == (MissionStatus.OUT_OF_TICKS, False)
+    assert (flight.length, flight.risk, flight.risk_sum, flight.max_risk, flight.exposure) == (0.0,) * 5
+    assert flight.departed == flight.ended == 5
+    assert [flight.position_at(tick) for tick in (0, 5, 50)] == [None] * 3
+
+
+def test_waiting_is_flown_in_circles_and_counts() -> None:
+    """A UAV that has to wait for another one flies on the spot: length, risk and cost go on."""
+    walls = shapely.union_all([shapely.box(0.2, 0.2, 0.45, 0.42), shapely.box(0.55, 0.2, 0.8, 0.42)])
+    random = np.random.default_rng(0)
+    uavs = [
+        Uav("a", (0.1, 0.5), (0.9, 0.5), 0.4, safe_distance=0.15),
+        Uav("b", (float(random.uniform(0.3, 0.7)), 0.1), (0.5, 0.9), 0.4, safe_distance=0.15, k=50.0),
+        Uav("c", (0.9, float(random.uniform(0.3, 0.7))), (0.1, 0.5), 0.4, safe_distance=0.2),
+    ]
+    world = World(RiskField([Threat(0.5, 0.5, 0.5, peak=1e-4)]), no_fly=walls)
+    flight = mission(*uavs, world=world, avoidance="prioritized", resolution=8, collision_distance=0.0).fly()
+    assert flight.all_arrived
+    assert sum(one.waited for one in flight.uavs.values()) > 0.9
+    for one in flight.uavs.values():
+        step = flight.mission.step_of(one.uav)
+        lengths, ticks = np.hypot(*np.diff(one.path, axis=0).T), np.diff(one.times)
+        assert one.waited == pytest.approx(float(ticks[lengths == 0.0].sum()))
+        # the clock agrees: a step a tick, waiting or not
+        assert one.length == pytest.approx(float(lengths.sum()) + one.waited * step)
+        assert one.length == pytest.approx((one.times[-1] - one.departed) * step)
+        spots = one.path[:-1][lengths == 0.0]
+        circled = float((world.field.density(spots) * ticks[lengths == 0.0]).sum()) * step
+        flown = float(world.field.line_integral(one.path[:-1], one.path[1:]).sum())
+        assert one.risk == pytest.approx(flown + circled)
+
+
+@pytest.mark.parametrize("movement", ["step", "vertex"])
+def test_the_greatest_risk_of_a_long_leg_is_found(movement: str) -> None:
+    world = World(RiskField([Threat(0.525, 0.5, 0.008)]))
+    uav = Uav("a", (0.1, 0.5), (0.9, 0.5), 0.05, k=0.0, step=0.5)
+    flight = mission(uav, world=world, movement=movement).fly().uavs["a"]
+    assert flight.max_risk == pytest.approx(1.0, abs=1e-6)
+    # F > 0.1 within sqrt(2 ln 10) spreads
+    assert flight.exposure == pytest.approx(2.0 * 0.008 * math.sqrt(2.0 * math.log(10.0)), rel=0.02)
+
+
+def test_missions_worlds_and_flights_can_be_pickled_and_copied() -> None:
+    world = World(
+        MIDDLE, timed=[TimedThreat(Threat(0.6, 0.3, 0.05), appears=3), TimedArea(shapely.box(0, 0.9, 0.1, 1))]
+    )
+    flight = mission(A, B, world=world).fly()
+    for twin in (pickle.loads(pickle.dumps(flight)), copy.deepcopy(flight)):  # noqa: S301 - our own
+        assert [event.document() for event in twin.events] == [event.document() for event in flight.events]
+        again = twin.mission.fly()
+        assert np.array_equal(again.uavs["a"].path, flight.uavs["a"].path)
+
+
+def test_from_vertex_to_vertex_the_step_does_not_count() -> None:
+    walls = World(no_fly=shapely.union_all([shapely.box(0.3, 0.0, 0.35, 0.8), shapely.box(0.6, 0.2, 0.65, 1.0)]))
+    flight = mission(dataclasses.replace(A, step=50.0), world=walls, movement="vertex").fly()
+    assert flight.all_arrived
+    assert flight.ticks > 2
+
+
+@pytest.mark.parametrize("step", [0.04, 0.01, 0.002])
+def test_planning_in_space_and_time_does_not_depend_on_how_finely_time_is_divided(step: float) -> None:
+    gap = shapely.union_all([shapely.box(0.48, 0.0, 0.52, 0.48), shapely.box(0.48, 0.55, 0.52, 1.0)])
+    east = Uav("e", (0.1, 0.5), (0.9, 0.5), 0.5, step=step, safe_distance=0.2)
+    west = Uav("w", (0.9, 0.52), (0.1, 0.52), 0.5, step=step, safe_distance=0.2)
+    flight = mission(east, west, world=World(no_fly=gap), avoidance="prioritized", resolution=15).fly()
+    assert flight.all_arrived
+    assert flight.least_separation >= 0.2
+
+
+def test_an_improper_world_warns_once_and_flies_or_is_refused() -> None:
+    with pytest.warns(cg.risk.ImproperFieldWarning):
+        field = RiskField([Threat(0.5, 0.5, 0.05, peak=2.0)], improper=True)
+    flight = mission(world=World(field, timed=[TimedThreat(Threat(0.3, 0.4, 0.05), appears=2)])).fly()
+    assert flight.uavs["a"].status in {MissionStatus.ARRIVED, MissionStatus.NO_PATH}
+    assert len(flight.uavs["a"].replans) > 1
+    for settings in ({"avoidance": "prioritized"}, {"fusion": "max_integral"}, {"integral": "raster"}):
+        with pytest.raises(MissionError, match="peaks above 1"):
+            mission(world=World(field), **settings)
+    with pytest.warns(cg.risk.ImproperFieldWarning):
+        late = World(RiskField([], improper=True), timed=[TimedThreat(Threat(0.5, 0.5, 0.1, peak=3.0))])
+    with pytest.raises(MissionError, match="peaks above 1"):
+        mission(world=late, avoidance="prioritized")
+
+
+def test_a_snapped_start_inside_an_area_is_left_out() -> None:
+    world = World(no_fly=shapely.box(0.3, 0.3, 0.52, 0.52))
+    flight = mission(Uav("a", (0.53, 0.5), (0.9, 0.9), 0.2), world=world, start="snapped", resolution=3).fly()
+    assert flight.all_arrived
+
+
 def test_an_interrupted_mission_keeps_its_flight_so_far() -> None:
     simulation = mission(A, B).simulate()
     for _ in range(4):
@@ -414,6 +521,17 @@ NEAR = dataclasses.replace(A, name="n", start=(0.15, 0.1))
         (lambda: mission(solver=cg.solvers.get("hybrid"), exclude="all"), "needs a graph solver, hybrid plans"),
         (lambda: mission(avoidance="prioritized", virtual_obstacle=True), "virtual_obstacle cannot be combined"),
         (lambda: mission(avoidance="prioritized", movement="vertex"), "movement cannot be combined"),
+        (lambda: mission(arrival_radius=None), "arrival_radius is None"),
+        (lambda: mission(solver=type(CGLA)), "give a solver"),
+        (lambda: mission(replan=np.array(["tick"])), "unknown replan"),
+        (lambda: mission(sharing=np.array(["none"])), "sharing is"),
+        (lambda: mission(resolution=10**400), "resolution is"),
+        (lambda: mission(resolution=cg.Lattice(9, bounds=(5, 5, 6, 6))), "the lattice lies over (5.0, 5.0, 6.0, 6.0)"),
+        (lambda: mission(dataclasses.replace(A, step=1e-310)), "takes more than 1000000 ticks"),
+        (
+            lambda: mission(*(dataclasses.replace(uav, safe_distance=0.01) for uav in (A, B)), avoidance="prioritized"),
+            "both safe distances are below the collision distance 0.0666667",
+        ),
         (
             lambda: mission(dataclasses.replace(A, safe_distance=0.02), virtual_obstacle=True),
             "safe_distance / detection_radius is 0.1; virtual obstacles need more than 0.1",

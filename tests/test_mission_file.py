@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from cgla_graph.errors import MissionError, UnknownSolverError
 from cgla_graph.flight import Flight
 from cgla_graph.lattice import Lattice
-from cgla_graph.mission import Mission, Uav
+from cgla_graph.mission import Mission
 from cgla_graph.mission_file import (
     MissionFile,
     is_mission_file,
@@ -35,6 +35,7 @@ from cgla_graph.risk import RiskField, Threat
 from cgla_graph.scenario import ScenarioTable, load_scenario, shipped
 from cgla_graph.sharing import Sharing
 from cgla_graph.solvers import get
+from cgla_graph.uav import Uav
 from cgla_graph.virtual_obstacle import VirtualObstacle
 from cgla_graph.world import TimedArea, TimedThreat
 

@@ -24,6 +24,7 @@ from cgla_graph.cost_model import CostModel
 from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
 from cgla_graph.graph import GeometricGraph
 from cgla_graph.lattice import Lattice
+from cgla_graph.model_change import ModelChange
 from cgla_graph.repair import lazy_cost_matrix, linked, repair, reweigh, with_node
 from cgla_graph.risk import ImproperFieldWarning, RiskField, Threat
 from cgla_graph.risk_kernels import reach_class
@@ -239,6 +240,44 @@ def test_nodes_become_unreachable_and_reachable_again() -> None:
     check(repair(closed, CostModel()), CostModel())
 
 
+def hidden_parts(*, near: bool) -> tuple[Lattice, int, int, shapely.Polygon]:
+    """
+    Find two lattice nodes that see each other along an edge of a triangle, but not the nodes between them.
+
+    Lattice nodes on one line are not in line to the last bit: a node between may lie inside the triangle by rounding.
+    `near`: the part from the first node to the next one is hidden; else only the rest of the way is.
+    """
+    for side in range(5, 40):
+        lattice = Lattice(side, bounds=UNIT)
+        for step in (1, side + 1, side - 1, side + 2, 2 * side + 1):
+            for i in range(side):
+                a, b, c, r = (lattice.points[min(i + hop * step, side * side - 1)] for hop in (0, 1, 2, 3))
+                if not np.allclose(r - a, 3.0 * (b - a)):
+                    continue
+                # both sides of the line
+                for sign in (1.0, -1.0):
+                    foot = a if near else 0.5 * (a + r)
+                    apex = 0.5 * (foot + r) + sign * np.array([foot[1] - r[1], r[0] - foot[0]])
+                    triangle = shapely.Polygon([foot, r, apex])
+                    free = CostModel(no_fly=triangle).weights([a, a, b, c], [r, b, r, r])
+                    if np.isfinite(free[0]) and np.isinf(free[2:]).all() and np.isinf(free[1]) == near:
+                        return lattice, i, i + 3 * step, triangle
+    pytest.fail("no such lattice")
+
+
+@pytest.mark.parametrize("near", [True, False])
+def test_a_segment_may_be_free_where_its_parts_are_not(near: bool) -> None:
+    """Such a pair is weighed, though it joins further lattice nodes."""
+    lattice, i, r, triangle = hidden_parts(near=near)
+    model = CostModel(no_fly=triangle)
+    for target in (i, r):
+        open_map = lazy_cost_matrix(GeometricGraph.complete(lattice), target)
+        check(repair(open_map, model), model)
+        check(lazy_cost_matrix(under(open_map.graph, model), target), model)
+    graph = under(open_map.graph, CostModel())
+    np.testing.assert_array_equal(reweigh(graph, model).weight_matrix(), under(graph, model).weight_matrix())
+
+
 def test_maps_in_metres() -> None:
     """The same agreement on a map of 20 km, relative to its size."""
     rng = np.random.default_rng(7)
@@ -251,6 +290,32 @@ def test_maps_in_metres() -> None:
         matrix = repair(matrix, model)
         fresh = cost_matrix(under(graph, model), 99)
         np.testing.assert_allclose(matrix.values, fresh.values, rtol=0.0, atol=EXACT * size)
+
+
+def test_what_changed() -> None:
+    a, b, c = PAPER[:3]
+    wall, other = shapely.box(0.2, 0.2, 0.4, 0.4), shapely.box(0.6, 0.6, 0.8, 0.8)
+    same = ModelChange.between(CostModel(RiskField([a, b]), 1.0, wall), CostModel(RiskField([b, a]), 1.0, wall))
+    assert not len(same.threats)
+    assert not len(same.redrawn)
+    assert same.weights_only_grow
+    assert not same.everything
+    twice = ModelChange.between(CostModel(RiskField([a, b])), CostModel(RiskField([a, c, a, c, a])))
+    assert sorted(twice.came[:, 0].tolist()) == sorted([a.x, a.x, c.x, c.x])
+    assert twice.gone[:, 0].tolist() == [b.x]
+    assert not twice.weights_only_grow
+    both = CostModel(no_fly=shapely.MultiPolygon([wall, other]))
+    came, went = ModelChange.between(CostModel(no_fly=wall), both), ModelChange.between(both, CostModel(no_fly=wall))
+    assert not len(came.opened)
+    assert came.redrawn.tolist() == went.redrawn.tolist() == went.opened.tolist() == [list(other.bounds)]
+    grown = ModelChange.between(CostModel(no_fly=wall), CostModel(no_fly=shapely.box(0.1, 0.1, 0.5, 0.5)))
+    assert not len(grown.opened)
+    assert len(grown.redrawn) == 2
+    more = CostModel(RiskField([a] * 17), 1.0)
+    assert ModelChange.between(CostModel(RiskField([a] * 16), 1.0), more).everything
+    assert ModelChange.between(more, CostModel(RiskField([a] * 16), 1.0)).reach_shrank
+    assert ModelChange.between(CostModel(k=2.0), CostModel(k=1.0)).everything
+    assert not ModelChange.between(CostModel(k=2.0), CostModel(k=1.0)).weights_only_grow
 
 
 def test_what_the_change_does_not_reach_keeps_its_bits() -> None:
@@ -350,6 +415,17 @@ def test_linked_is_a_graph_with_one_more_node(data: st.DataObject) -> None:
     np.testing.assert_array_equal(joined.values[: graph.n_nodes], matrix.values)
 
 
+@usual
+@given(field=crowds(max_threats=30), k=st.sampled_from([10.0, 100.0]), wall=areas(), seed=seeds)
+def test_linked_takes_the_best_of_all_nodes(field: RiskField, k: float, wall: shapely.MultiPolygon, seed: int) -> None:
+    """Where many threats overlap, the bounds are loose, and the first node by its bound is not the best."""
+    matrix = lazy_cost_matrix(GeometricGraph.complete(Lattice(6, bounds=UNIT), field, k, no_fly=wall), 35)
+    for spot in np.random.default_rng(seed).random((20, 2)).tolist():
+        joined, node = linked(matrix, tuple(spot))
+        offers = joined.graph.weights_from(36)[:36] + matrix.values
+        assert joined.value(node) == offers.min()
+
+
 def test_linking_a_node_that_is_there() -> None:
     matrix = lazy_cost_matrix(GeometricGraph.complete(Lattice(4, bounds=UNIT)), 0)
     assert matrix.graph.positions is not None
@@ -387,6 +463,17 @@ def test_reweigh_is_weighing_from_scratch(data: st.DataObject) -> None:
     assert graph.weight_matrix().tobytes() == was
     assert graph.model is not None
     assert graph.model.k == before.k
+
+
+def test_reweigh_where_all_threats_reach_further() -> None:
+    """A seventeenth threat, far away, changes the last digits of weights everywhere."""
+    rng = np.random.default_rng(3)
+    crowd = [Threat(*rng.random(2).tolist(), spread=s) for s in rng.uniform(0.03, 0.06, 16).tolist()]
+    graph = GeometricGraph.complete(Lattice(9, bounds=UNIT), RiskField(crowd), 100.0)
+    after = CostModel(RiskField([*crowd, Threat(9.0, 9.0, spread=0.05)]), 100.0)
+    fresh = under(graph, after).weight_matrix()
+    assert (graph.weight_matrix() != fresh).any()
+    np.testing.assert_array_equal(reweigh(graph, after).weight_matrix(), fresh)
 
 
 def test_reweigh_on_threads_gives_the_same_floats() -> None:

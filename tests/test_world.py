@@ -58,6 +58,7 @@ def test_what_is_always_there_is_the_same_object_at_every_tick() -> None:
         (lambda: TimedThreat(SPOT, moves=[(3, 0, 0), (3, 1, 1)]), "let the ticks of moves rise"),
         (lambda: TimedThreat(SPOT, moves=[(3, 0)]), "give (tick, x, y)"),  # type: ignore[list-item]
         (lambda: TimedThreat(SPOT, moves=[(3, 0, float("nan"))]), "finite"),
+        (lambda: TimedThreat(SPOT, moves=None), "moves are None"),  # type: ignore[arg-type]
         (lambda: TimedArea(shapely.Point(0, 0)), "a timed area"),
         (lambda: TimedArea(shapely.Polygon()), "polygon with an inside"),
         (lambda: TimedArea(BOX, vanishes=0), "vanishes at tick 0"),

@@ -1,6 +1,7 @@
 """Speed of missions, as ratios measured in one run: ``make bench``; see `test_speed`."""
 
 import dataclasses
+import os
 import statistics
 import time
 import tracemalloc
@@ -124,26 +125,37 @@ def test_fig8(benchmark: BenchmarkFixture, variant: str) -> None:
     """
     The paper's Fig. 8: each replan repaired, against planned from scratch; the whole mission within 0.5 s.
 
-    (The paper reports 7.6 s for a mission of its own on a computer of 2013: context, no comparison.)
+    The target is for one core; planning from scratch weighs its pairs on all there are, repairing never needs more than
+    one, so the ratio is printed for both. (The paper reports 7.6 s for a mission of its own on a computer of 2013:
+    context, no comparison.)
     """
     mission = load_mission("fig8").missions(get)[variant]
     scratch = dataclasses.replace(mission, incremental=False)
     ours, theirs = mission.fly(), scratch.fly()
     assert [one.replans for one in ours.uavs.values()] == [one.replans for one in theirs.uavs.values()]
-    ratios = [planning_seconds(scratch.fly()) / planning_seconds(mission.fly()) for _ in range(3)]
-    seconds = []
-    for _ in range(5):
-        began = time.perf_counter()
-        mission.fly()
-        seconds.append(time.perf_counter() - began)
+    all_cores = os.sched_getaffinity(0)
+    ratios, seconds = {}, []
+    try:
+        for cores in (all_cores, {min(all_cores)}):
+            os.sched_setaffinity(0, cores)
+            ratios[len(cores)] = statistics.median(
+                planning_seconds(scratch.fly()) / planning_seconds(mission.fly()) for _ in range(5)
+            )
+        for _ in range(5):
+            began = time.perf_counter()
+            mission.fly()
+            seconds.append(time.perf_counter() - began)
+    finally:
+        os.sched_setaffinity(0, all_cores)
     n_replans = sum(len(one.replans) for one in ours.uavs.values())
+    shown = ", ".join(f"{ratio:.1f} on {n} cores" for n, ratio in ratios.items())
     print(
-        f"\nFig. 8 {variant}: {min(seconds):.3f} s, {n_replans} replans of {planning_seconds(ours) * 1e3:.1f} ms, "
-        f"{statistics.median(ratios):.1f} times faster than from scratch"
+        f"\nFig. 8 {variant}: {min(seconds):.3f} s on one core, {n_replans} replans of "
+        f"{planning_seconds(ours) * 1e3:.1f} ms, times faster than from scratch: {shown}"
     )
-    benchmark.extra_info["times faster a replan"] = round(statistics.median(ratios), 1)
+    benchmark.extra_info["times faster a replan"] = round(ratios[1], 1)
     benchmark.pedantic(mission.fly, rounds=3)
-    assert statistics.median(ratios) >= 5
+    assert ratios[1] >= 5
     assert min(seconds) <= 0.5
 
 
