@@ -8,7 +8,8 @@ import numpy as np
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.belief import Belief
-from cgla_graph.flight import Knowledge, MissionStatus, UavFlight, measure
+from cgla_graph.flight import Knowledge, MissionStatus, UavFlight
+from cgla_graph.measures import measure
 from cgla_graph.planner import Planner
 from cgla_graph.risk import Threat
 from cgla_graph.trajectory import Trajectory

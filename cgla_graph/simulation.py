@@ -5,7 +5,6 @@ A tick begins with what the UAVs see where they are, then they tell each other, 
 changed, then all move. Nothing depends on the time of day or on the order of anything but the UAVs themselves.
 """
 
-import dataclasses
 import math
 import time
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ import numpy as np
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
+from cgla_graph.avoidance import plan_around, stays_clear
 from cgla_graph.cost_model import indexed_area
 from cgla_graph.encounters import Encounters
 from cgla_graph.flight import Event, EventKind, Flight, Knowledge, Livelock, MissionStatus
@@ -23,9 +23,7 @@ from cgla_graph.risk import RiskField, Threat
 from cgla_graph.sensing import sightings
 from cgla_graph.sharing import Radio
 from cgla_graph.solution import Solution
-from cgla_graph.space_time import MARGIN, SpaceTimePlan, plan_in_space_time
-from cgla_graph.trajectory import Disc, Trajectory, closest_approach
-from cgla_graph.virtual_obstacle import UNITS_A_STEP
+from cgla_graph.trajectory import Disc, Trajectory
 from cgla_graph.world import union_of
 
 if TYPE_CHECKING:
@@ -272,8 +270,10 @@ class Simulation:
         if solution.status.is_path:
             plan = self._motion_along(pilot, solution.path)
             in_time = plan.shifted(self.tick)
-            if not all(_stays_clear(in_time, motion, safe) for motion, safe in others):
-                found = self._around_others(pilot, situation, others)
+            if not stays_clear(in_time, others):
+                problem, matrix = pilot.planner.problem(situation), pilot.planner.matrix(situation)
+                step = self.mission.step_of(pilot.uav)
+                found = plan_around(problem, matrix, others, self.tick, step, self.mission.unit)
                 plan, reason = found.trajectory, found.message
         if plan is not None:
             self._follow(pilot, plan)
@@ -281,25 +281,6 @@ class Simulation:
             self._say("kept", pilot, reason=reason)
         else:
             self._give_up(pilot, f"no plan keeps the safe distances: {reason}")
-
-    def _around_others(
-        self, pilot: Pilot, situation: Situation, others: list[tuple[Trajectory, float]]
-    ) -> SpaceTimePlan:
-        """Search in space and time, until all others are gone and a detour after that is flown."""
-        problem, matrix = pilot.planner.problem(situation), pilot.planner.matrix(situation)
-        x_min, y_min, x_max, y_max = self.mission.world.bounds
-        # the search waits in ticks and tells arrivals apart in ticks: on a clock that goes with the speed, its work
-        # does not depend on how finely a mission divides its time
-        step = UNITS_A_STEP * self.mission.unit
-        pace = self.mission.step_of(pilot.uav) / step
-        crowd = [(motion.paced(pace), safe) for motion, safe in others]
-        now = self.tick * pace
-        detour = 2.0 * (x_max - x_min + y_max - y_min) / step
-        latest = max([now, *(motion.ends for motion, _ in crowd)]) + detour
-        found = plan_in_space_time(problem, matrix, crowd, start_time=now, step=step, latest=latest)
-        if found.trajectory is None:
-            return found
-        return dataclasses.replace(found, trajectory=found.trajectory.shifted(-now).paced(1.0 / pace))
 
     def _is_open(self, pilot: Pilot, situation: Situation) -> bool:
         """Return whether there is a plan, and the rest of it crosses no area that is known now."""
@@ -408,9 +389,3 @@ class Simulation:
             if is_last and not pilot.is_done:
                 self._say("out-of-ticks", pilot)
                 pilot.end(MissionStatus.OUT_OF_TICKS, self.tick, f"{self.tick} ticks are over")
-
-
-def _stays_clear(one: Trajectory, other: Trajectory, safe: float) -> bool:
-    """Return whether two motions never come closer than the safe distance, with room for rounding later on."""
-    approach = closest_approach(one, other)
-    return approach is None or approach.distance >= safe * (1.0 + MARGIN)

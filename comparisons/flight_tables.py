@@ -9,7 +9,8 @@ from rich.text import Text
 from cgla_graph.comparisons.flight_files import team_totals
 from cgla_graph.comparisons.flown import Flown
 from cgla_graph.comparisons.tables import duration, figure, table_of
-from cgla_graph.flight import EXPOSED_ABOVE, MissionStatus, UavFlight
+from cgla_graph.flight import MissionStatus, UavFlight
+from cgla_graph.measures import EXPOSED_ABOVE
 
 _HEADS = (
     "ticks",

@@ -13,13 +13,16 @@ from hypothesis import strategies as st
 from strategies import seeds, slow
 
 import cgla_graph as cg
+from cgla_graph import simulation
 from cgla_graph._types import FloatArray, Point
+from cgla_graph.avoidance import Others, plan_around
 from cgla_graph.flight import Flight, MissionStatus, UavFlight
 from cgla_graph.lattice import Lattice
 from cgla_graph.mission import Mission
 from cgla_graph.problem import Problem
 from cgla_graph.risk import RiskField, Threat
 from cgla_graph.sharing import Sharing
+from cgla_graph.space_time import SpaceTimePlan, SpaceTimeStatus
 from cgla_graph.uav import Uav
 from cgla_graph.virtual_obstacle import VirtualObstacle
 from cgla_graph.world import TimedThreat, World
@@ -121,11 +124,11 @@ def test_two_uavs_that_change_places_lock_each_other_for_ever() -> None:
     assert flight.livelock is not None
     assert (flight.livelock.since, flight.livelock.period) == (12, 2)
     # the proof, independently: from that state on, the flight without the check repeats itself
-    simulation = mission.simulate()
-    simulation._find_livelock = lambda: None  # type: ignore[method-assign]
+    under_way = mission.simulate()
+    under_way._find_livelock = lambda: None  # type: ignore[method-assign]
     for _ in range(60):
-        simulation.advance()
-    for one in simulation.flight(interrupted=True).uavs.values():
+        under_way.advance()
+    for one in under_way.flight(interrupted=True).uavs.values():
         assert np.array_equal(one.trace[13:-2], one.trace[15:])
         assert not np.array_equal(one.trace[13], one.trace[14])
     # planning in space and time finds the way past
@@ -289,3 +292,39 @@ def test_the_least_separation_is_that_of_the_flown_paths(seed: int, n_uavs: int)
     for first, second, distance in samples(flight):
         assert found[first, second] <= distance + 1e-9
         assert found[first, second] == pytest.approx(distance, abs=0.002)
+
+
+def test_who_finds_no_plan_around_the_others_keeps_the_last_one_and_the_distance(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Searches fail from tick 1 on; every UAV flies on along a plan that all others planned around."""
+
+    def fails_later(problem: Problem, matrix: Any, others: Others, tick: int, *rest: float) -> SpaceTimePlan:  # noqa: ANN401
+        if tick == 0:
+            return plan_around(problem, matrix, others, tick, *rest)
+        return SpaceTimePlan(SpaceTimeStatus.NOT_FOUND, message="out of luck")
+
+    monkeypatch.setattr(simulation, "plan_around", fails_later)
+    kept = 0
+    for seed in range(12):
+        mission = scattered(seed, n_uavs=5, avoidance="prioritized", terminal_radius=0.0)
+        flight = mission.fly()
+        kept += sum(event.kind == "kept" for event in flight.events)
+        assert flight.least_separation >= 0.1
+        for _, _, distance in samples(flight):
+            assert distance >= 0.1 * (1.0 - 1e-9)
+    assert kept > 0
+
+
+def test_who_would_take_off_too_close_to_another_does_not() -> None:
+    world = World()
+    first = Uav("first", (0.1, 0.5), (0.9, 0.5), 0.3, safe_distance=0.15)
+    late = Uav("late", (0.5, 0.55), (0.5, 0.9), 0.3, safe_distance=0.15, departs=20)
+    flight = Mission(world, [first, late], CGLA, avoidance="prioritized").fly()
+    assert flight.uavs["first"].position_at(20) == pytest.approx((0.5, 0.5))
+    assert flight.uavs["late"].status is MissionStatus.NO_PATH
+    assert flight.uavs["late"].ended == 20
+    assert "no plan keeps the safe distances" in flight.uavs["late"].message
+    assert math.isinf(flight.least_separation)
+    early = dataclasses.replace(late, departs=30)
+    assert Mission(world, [first, early], CGLA, avoidance="prioritized").fly().all_arrived
