@@ -1,17 +1,12 @@
 """Keeping UAVs apart for sure: plans around what all others are committed to fly."""
 
 import dataclasses
-from collections.abc import Sequence
-from typing import TypeAlias
 
 from cgla_graph.cgla_matrix import CostMatrix
 from cgla_graph.problem import Problem
-from cgla_graph.space_time import MARGIN, SpaceTimePlan, plan_in_space_time
+from cgla_graph.space_time import MARGIN, Others, SpaceTimePlan, plan_in_space_time
 from cgla_graph.trajectory import Trajectory, closest_approach
 from cgla_graph.virtual_obstacle import UNITS_A_STEP
-
-#: Motions, and how far to keep from each, map units.
-Others: TypeAlias = Sequence[tuple[Trajectory, float]]
 
 
 def stays_clear(motion: Trajectory, others: Others) -> bool:

@@ -16,6 +16,11 @@ from cgla_graph.risk_kernels import LOG_PEAK, PRECISION, REACH2, ROOT, SPREAD, X
 FAINT = 24.0
 #: The integrals of Eq. 6 err by less than this times the greatest spread (see `risk_kernels`).
 RISK_ERROR = 2e-11
+#: Relative rounding of a few operations, with room to spare: lower bounds are lowered by so much.
+ULPS = 4e-15
+#: ``sqrt(pi) / 2``, from the integral of ``exp(-x^2)``, and ``sqrt(2 pi)``, from that over the whole line.
+HALF_SQRT_PI = 0.886226925452758
+SQRT_2_PI = 2.5066282746310002
 #: Who asks whether a threat reaches a segment may be told so too often, never too rarely.
 REACH_SLACK = 1.000001
 
@@ -67,8 +72,7 @@ def gone_risk(x1: float, y1: float, x2: float, y2: float, table: FloatArray) -> 
         beyond = min(t, 0.0) + max(t - length, 0.0)
         if off * off + beyond * beyond <= REACH_SLACK * row[REACH2]:
             amplitude = math.exp(row[LOG_PEAK] - 0.5 * off * off * row[PRECISION])
-            # sqrt(pi) / 2, from the integral of exp(-x^2)
-            total += 0.886226925452758 * amplitude / row[ROOT] * (erf((length - t) * row[ROOT]) + erf(t * row[ROOT]))
+            total += HALF_SQRT_PI * amplitude / row[ROOT] * (erf((length - t) * row[ROOT]) + erf(t * row[ROOT]))
     return total
 
 
@@ -108,7 +112,7 @@ def least_risk(
             continue
         root = table[row, ROOT]
         amplitude = math.exp(table[row, LOG_PEAK] - 0.5 * off * off * precision)
-        alone = 0.886226925452758 * amplitude / root * (erf((length - t) * root) + erf(t * root))
+        alone = HALF_SQRT_PI * amplitude / root * (erf((length - t) * root) + erf(t * root))
         if alone > most:
             most = alone
             strongest = row
@@ -119,8 +123,7 @@ def least_risk(
             both = 1.0 / (precision + near[j, 1])
             apart = t - near[j, 0]
             power = min(0.5 * precision * near[j, 1] * apart * apart * both, FAINT)
-            # sqrt(2 pi)
-            gain -= 2.5066282746310002 * amplitude * near[j, 2] * math.exp(-power) * math.sqrt(both)
+            gain -= SQRT_2_PI * amplitude * near[j, 2] * math.exp(-power) * math.sqrt(both)
         if gain > 0.0:
             total += gain
             if total >= enough:

@@ -121,21 +121,16 @@ class CostModel:
         """
         n_nodes = len(positions)
         out = np.empty((n_nodes, n_nodes))
-        n_shares = n_cores() if n_nodes >= THREADED_FROM else 1
-        with ThreadPoolExecutor(n_shares) as pool:
-
-            def share_out(task: Callable[[int], None]) -> None:
-                list(pool.map(task, range(n_shares)))
-
-            share_out(
-                lambda share: graph_kernels.complete_share(
-                    positions, *lattice_shape, self.kernel_model(), share, n_shares, out
-                )
-            )
-            graph_kernels.complete_sums(*lattice_shape, out)
-            if not self.area.is_empty:
-                area = self.area.kernel_arrays
-                share_out(lambda share: graph_kernels.complete_crossings(positions, area, share, n_shares, out))
+        share_out(
+            lambda first, step: graph_kernels.complete_share(
+                positions, *lattice_shape, self.kernel_model(), first, step, out
+            ),
+            n_nodes,
+        )
+        graph_kernels.complete_sums(*lattice_shape, out)
+        if not self.area.is_empty:
+            area = self.area.kernel_arrays
+            share_out(lambda first, step: graph_kernels.complete_crossings(positions, area, first, step, out), n_nodes)
         return out
 
 
@@ -161,3 +156,22 @@ def _indexed(no_fly: BaseGeometry | None) -> NoFlyArea:
 def n_cores() -> int:
     """Count the cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def share_out(task: Callable[[int, int], None], n_items: int) -> None:
+    """
+    Run a task on all cores: ``task(first, step)`` for the items `first`, ``first + step``, …, one thread each.
+
+    Few items (below `THREADED_FROM`) stay in this thread.
+
+    Examples
+    --------
+    >>> share_out(lambda first, step: print(first, step), n_items=10)
+    0 1
+    """
+    step = n_cores() if n_items >= THREADED_FROM else 1
+    if step == 1:
+        task(0, 1)
+        return
+    with ThreadPoolExecutor(step) as pool:
+        list(pool.map(lambda first: task(first, step), range(step)))

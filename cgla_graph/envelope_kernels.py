@@ -81,7 +81,7 @@ def workspace(fields: Fields) -> Work:
 
 
 @kernel
-def in_reach(
+def threats_in_reach(
     x1: float, y1: float, ux: float, uy: float, length: float, threats: FloatArray, active: FloatArray, ids: IntArray
 ) -> int:
     """Describe the threats that reach a segment as Gaussians along it, and count them."""
@@ -357,7 +357,7 @@ def envelope_risk(x1: float, y1: float, x2: float, y2: float, fields: Fields, wo
         return 0.0
     ux = (x2 - x1) / length
     uy = (y2 - y1) / length
-    m = in_reach(x1, y1, ux, uy, length, threats, active, ids)
+    m = threats_in_reach(x1, y1, ux, uy, length, threats, active, ids)
     n = _rivals(m, ids, counts, rivals)
     if n == 0:
         return 0.0

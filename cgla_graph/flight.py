@@ -71,11 +71,12 @@ class Event:
     tick
         When.
     kind
-        ``detected``: a UAV saw a threat or area that it did not know; ``refuted``: it saw that one it believed in is
-        not there; ``learned``: another UAV (`source`) told it; ``planned``: it has a new plan; ``kept``: it found no
-        better one and keeps its old; ``near``: another UAV is within the safe distance, terminal discs or not;
-        ``appeared-on``: a threat or area came up around it; ``collision``, ``arrived``, ``no-path``, ``livelock``,
-        ``out-of-ticks``, ``interrupted``: its end.
+        ``departed``: a UAV took off; ``started-in-risk``: it did so within a spread of a threat; ``detected``: it saw
+        a threat or area that it did not know; ``refuted``: it saw that one it believed in is not there; ``learned``:
+        another UAV (`source`) told it; ``planned``: it has a new plan; ``kept``: it found no better one and keeps its
+        old; ``near``: another UAV is within the safe distance, terminal discs or not; ``appeared-on``: a threat or
+        area came up around it; ``collision``, ``arrived``, ``no-path``, ``livelock``, ``out-of-ticks``,
+        ``interrupted``: its end.
     uav
         To whom.
     detail

@@ -14,7 +14,6 @@ may make it dearer to pass through a point on the way.
 import dataclasses
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -24,7 +23,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph import envelope_kernels, fusion_kernels
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import non_negative_number, point_array, whole_number
-from cgla_graph.cost_model import THREADED_FROM, CostModel, n_cores
+from cgla_graph.cost_model import CostModel, share_out
 from cgla_graph.errors import ProblemError
 from cgla_graph.graph import GeometricGraph
 from cgla_graph.lattice import Lattice
@@ -130,7 +129,7 @@ def fused_weights(
             return CostModel(group[0], k).weights(first, second)
         risks = np.empty(len(first))
         known_to = _kernel_fields(group)
-        _share_out(
+        share_out(
             lambda share, step: fusion_kernels.segment_risks(first, second, known_to, parts, share, step, risks),
             len(first),
         )
@@ -193,7 +192,7 @@ def fused_graph(
             return CostModel(group[0], k).matrix(positions, lattice_shape)
         risks = np.empty(lengths.shape)
         known_to = _kernel_fields(group)
-        _share_out(
+        share_out(
             lambda share, step: fusion_kernels.pair_risks(positions, known_to, parts, share, step, risks),
             len(positions),
         )
@@ -280,10 +279,3 @@ def _kernel_fields(group: Group) -> envelope_kernels.Fields:
         np.concatenate([field.table for field in group]),
         np.cumsum([0, *(len(field) for field in group)]),
     )
-
-
-def _share_out(task: Callable[[int, int], None], n_items: int) -> None:
-    """Run a task with each number of a share and the number of shares, one thread a core."""
-    n_shares = n_cores() if n_items >= THREADED_FROM else 1
-    with ThreadPoolExecutor(n_shares) as pool:
-        list(pool.map(lambda share: task(share, n_shares), range(n_shares)))

@@ -36,7 +36,7 @@ def segment_weights(starts: FloatArray, ends: FloatArray, model: Model, out: Flo
 
 
 @kernel
-def _stride(i: int, j: int, width: int, height: int) -> int:
+def stride(i: int, j: int, width: int, height: int) -> int:
     """Return the greatest common divisor of the steps between two lattice nodes; 1 where one is off the lattice."""
     if i >= width * height or j >= width * height:
         return 1
@@ -59,7 +59,7 @@ def pair_cost(positions: FloatArray, width: int, height: int, i: int, j: int, k:
     if low == high:
         return 0.0
     # between lattice nodes, equal steps along the segment are equal steps of the index
-    step = (high - low) // _stride(low, high, width, height)
+    step = (high - low) // stride(low, high, width, height)
     total = 0.0
     for end in range(high, low, -step):
         a, b = end - step, end
@@ -103,7 +103,7 @@ def complete_share(
     for i in range(first, n, step):
         x, y = positions[i, 0], positions[i, 1]
         for j in range(i + 1, n):
-            if _stride(i, j, width, height) == 1:
+            if stride(i, j, width, height) == 1:
                 out[i, j] = segment_cost(x, y, positions[j, 0], positions[j, 1], k, field)
 
 
@@ -114,7 +114,7 @@ def complete_sums(width: int, height: int, out: FloatArray) -> None:
     for i in range(n - 1, -1, -1):
         out[i, i] = 0.0
         for j in range(i + 1, n):
-            parts = _stride(i, j, width, height)
+            parts = stride(i, j, width, height)
             if parts > 1:
                 # the nodes between have higher numbers than i, so their rows are complete
                 between = i + (j - i) // parts

@@ -200,7 +200,7 @@ class Mission:
             allowed = get_args(alias)
             given = getattr(self, name)
             if not (isinstance(given, str) and given in allowed):
-                msg = f"unknown {name} {getattr(self, name)!r}; choose one of {', '.join(allowed)}"
+                msg = f"unknown {name} {given!r}; choose one of {', '.join(allowed)}"
                 raise MissionError(msg)
         if not isinstance(self.incremental, bool):
             msg = f"incremental is {self.incremental!r}; give True or False"
@@ -220,7 +220,6 @@ class Mission:
                     f"{name}={getattr(self, name)!r} needs a graph solver, {self.solver.traits.name} plans in the plane"
                 )
                 raise MissionError(msg)
-
         if (self.fusion, self.integral) != ("union", "exact") and not self.world.is_probability:
             reading = f"fusion={self.fusion!r} with integral={self.integral!r}"
             msg = f"{reading} needs a world without peaks above 1; lower them"
@@ -324,11 +323,10 @@ class Mission:
         """The tick at which the mission stops at the latest."""
         if self.max_ticks is not None:
             return self.max_ticks
-        # from vertex to vertex, a tick is a leg of any length
-        default = UNITS_A_STEP * self.unit
-        steps = [default if self.movement == "vertex" else min(self.step_of(uav), default) for uav in self.uavs]
+        # a long step saves no ticks: a UAV that has to turn often, or goes from vertex to vertex, needs as many
+        step = min([UNITS_A_STEP * self.unit, *(self.step_of(uav) for uav in self.uavs)])
         begins = max([*self.world.changes, *(uav.departs for uav in self.uavs), 0])
-        return begins + int(20.0 * self._around / min(steps))
+        return begins + int(20.0 * self._around / step)
 
     @property
     def _around(self) -> float:

@@ -9,6 +9,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
 from cgla_graph.cost_model import CostModel
+from cgla_graph.risk import Threat
 from cgla_graph.risk_kernels import reach_class
 
 #: No boxes.
@@ -59,13 +60,14 @@ class ModelChange:
     def between(cls, old: CostModel, new: CostModel) -> "ModelChange":
         """Compare two models."""
         reach, reach_now = reach_class(len(old.field)), reach_class(len(new.field))
+        before, after = Counter(old.field.threats), Counter(new.field.threats)
+        gone = _rows(old, before - after)
         opened, redrawn = _redrawn(old, new)
-        gone = _rows_beyond(old, new)
         return cls(
             everything=old.k != new.k or reach != reach_now,
             reach_shrank=reach_now < reach,
             weights_only_grow=new.k >= old.k and reach_now >= reach and not len(gone) and not len(opened),
-            came=_rows_beyond(new, old),
+            came=_rows(new, after - before),
             gone=gone,
             opened=opened,
             redrawn=redrawn,
@@ -77,9 +79,8 @@ class ModelChange:
         return np.vstack([self.came, self.gone])
 
 
-def _rows_beyond(model: CostModel, other: CostModel) -> FloatArray:
-    """Return the rows of the threats that `model` has and `other` has not, each as often as it has it more."""
-    surplus = Counter(model.field.threats) - Counter(other.field.threats)
+def _rows(model: CostModel, surplus: Counter[Threat]) -> FloatArray:
+    """Return the rows of the surplus threats in the model's table, each as often as it counts; empties the surplus."""
     chosen: list[int] = []
     for index, threat in enumerate(model.field.threats):
         if surplus[threat] > 0:

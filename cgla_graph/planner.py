@@ -19,12 +19,12 @@ from cgla_graph.repair import lazy_cost_matrix, linked, repair, reweigh, with_no
 from cgla_graph.risk import RiskField, Threat
 from cgla_graph.solution import Solution, Status
 
-#: A bend by less than this, in radians, is rounding.
-IN_LINE = 1e-9
-
 if TYPE_CHECKING:
     from cgla_graph.mission import Mission
     from cgla_graph.uav import Uav
+
+#: A bend by less than this, in radians, is rounding.
+IN_LINE = 1e-9
 
 
 @runtime_checkable
@@ -70,7 +70,9 @@ class Situation:
 @dataclass(eq=False)
 class Planner:
     """
-    Plans for one UAV, and keeps what the last plan computed.
+    Plans for one UAV, and keeps what the last plan computed: G, or for solvers that want all weights, the graph.
+
+    Neither holds virtual obstacles, or the node of a start between lattice points: they change with every plan.
 
     Attributes
     ----------
@@ -106,8 +108,13 @@ class Planner:
         except Exception as error:  # noqa: BLE001 - a mission survives any solver
             return Solution(Status.FAILED, message=f"{type(error).__name__}: {error}".splitlines()[0])
 
+    @property
+    def _is_fused(self) -> bool:
+        """Whether weights are another reading of Eq. 5 than the cost model's."""
+        return self.mission.fusion != "union" or self.mission.integral != "exact"
+
     def _judged(self, problem: Problem, solution: Solution) -> Solution:
-        if self.mission.fusion == "union" and self.mission.integral == "exact":
+        if not self._is_fused:
             return problem.judge(solution)
         if not solution.status.is_path:
             return solution
@@ -136,17 +143,13 @@ class Planner:
 
     def matrix(self, situation: Situation) -> CostMatrix:
         """
-        Return G towards the goal on what is known, repaired from the last one; virtual obstacles are put on top.
+        Return G towards the goal on the union of what is known, repaired from the last one.
 
-        Examples
-        --------
-        See `cgla_graph.repair.repair`.
+        Virtual obstacles are put on top, and forgotten.
         """
         known = CostModel(situation.field, self.uav.k, situation.no_fly)
         if self._matrix is None or not self.mission.incremental:
-            graph = GeometricGraph.complete(
-                self.mission.lattice, known.field, known.k, no_fly=known.no_fly, extra=(self.uav.goal,)
-            )
+            graph = self._complete(known, self.uav.goal)
             self._matrix = lazy_cost_matrix(graph, _node_at(graph, self.uav.goal))
         elif self._matrix.graph.model != known:
             self._matrix = repair(self._matrix, known)
@@ -160,8 +163,8 @@ class Planner:
         solver = self.mission.solver
         if solver.traits.domain == "plane":
             return self._solve_in_plane(problem)
-        plain = self.mission.fusion == "union" and self.mission.integral == "exact" and self.mission.exclude == "none"
-        if plain and isinstance(solver, CostMatrixReader) and problem.field.is_probability:
+        plain = not self._is_fused and self.mission.exclude == "none" and problem.field.is_probability
+        if plain and isinstance(solver, CostMatrixReader):
             return self._read(problem, situation, solver)
         return self._solve_on_graph(problem, situation)
 
@@ -172,20 +175,19 @@ class Planner:
         answer: Solution = solver.solve(problem)
         return answer
 
+    def _complete(self, model: CostModel, *extra: Point) -> GeometricGraph:
+        """Lay the complete graph over the mission's lattice and some more points."""
+        return GeometricGraph.complete(self.mission.lattice, model.field, model.k, no_fly=model.no_fly, extra=extra)
+
     def _read(self, problem: Problem, situation: Situation, solver: CostMatrixReader) -> Solution:
         """Read the path off the cost matrix."""
+        first = self._first(problem)
         if self.mission.incremental:
-            matrix, node = linked(self.matrix(situation), self._first(problem))
+            matrix, node = linked(self.matrix(situation), first)
         else:
-            on = GeometricGraph.complete(
-                self.mission.lattice,
-                problem.field,
-                problem.k,
-                no_fly=problem.no_fly,
-                extra=(self.uav.goal, self._first(problem)),
-            )
-            on.weight_matrix()
-            matrix, node = cost_matrix(on, _node_at(on, self.uav.goal)), _node_at(on, self._first(problem))
+            graph = self._complete(problem.model, self.uav.goal, first)
+            graph.weight_matrix()
+            matrix, node = cost_matrix(graph, _node_at(graph, self.uav.goal)), _node_at(graph, first)
         answer = solver.read(GraphProblem(matrix.graph, node, matrix.graph.labels[matrix.target]), matrix)
         return self._from(problem, answer, matrix.graph)
 
@@ -199,8 +201,9 @@ class Planner:
         return self._from(problem, on.judge(self.mission.solver.solve(on)), graph)
 
     def _weighed(self, problem: Problem, situation: Situation) -> tuple[GeometricGraph, Node]:
+        """Return the graph with all its weights, brought up to date from the last one, and the node to plan from."""
         mission, first = self.mission, self._first(problem)
-        if mission.fusion != "union" or mission.integral != "exact":
+        if self._is_fused:
             fields = [one.with_threats(situation.obstacles) for one in situation.fields or (RiskField(),)]
             graph = fused_graph(
                 mission.lattice,
@@ -214,9 +217,7 @@ class Planner:
             return graph, _node_at(graph, first)
         known = CostModel(situation.field, self.uav.k, situation.no_fly)
         if self._graph is None or not mission.incremental:
-            self._graph = GeometricGraph.complete(
-                mission.lattice, known.field, known.k, no_fly=known.no_fly, extra=(self.uav.goal,)
-            )
+            self._graph = self._complete(known, self.uav.goal)
             self._graph.weight_matrix()
         elif self._graph.model != known:
             self._graph = reweigh(self._graph, known)

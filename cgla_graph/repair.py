@@ -1,7 +1,6 @@
 """Incremental planning: a cost matrix, or all weights, after threats or no-fly areas came, went or moved."""
 
-from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph._validate import point as pair
 from cgla_graph.bound_kernels import risk_error
 from cgla_graph.cgla_matrix import CostMatrix, cost_matrix
-from cgla_graph.cost_model import THREADED_FROM, CostModel, n_cores
+from cgla_graph.cost_model import CostModel, share_out
 from cgla_graph.edges import Node
 from cgla_graph.errors import GraphError
 from cgla_graph.graph import GeometricGraph
@@ -182,27 +181,17 @@ def reweigh(graph: GeometricGraph, model: CostModel) -> GeometricGraph:
     old = graph.weight_matrix()
     change = ModelChange.between(old_model, model)
     everything = change.everything or not _is_proper(old_model, model)
-    changed = change.threats
+    changed, redrawn = change.threats, change.redrawn
     out = np.empty_like(old)
-    n_shares = n_cores() if graph.n_nodes >= THREADED_FROM else 1
-    with ThreadPoolExecutor(n_shares) as pool:
-        for primitive in (True, False):
 
-            def share_out(share: int, primitive: bool = primitive) -> None:
-                reweigh_kernels.reweigh_share(
-                    nodes,
-                    model.kernel_model(),
-                    everything,
-                    changed,
-                    change.redrawn,
-                    share,
-                    n_shares,
-                    old,
-                    primitive,
-                    out,
-                )
+    def weigh(first: int, step: int, *, primitive: bool) -> None:
+        reweigh_kernels.reweigh_share(
+            nodes, model.kernel_model(), everything, changed, redrawn, first, step, old, primitive, out
+        )
 
-            list(pool.map(share_out, range(n_shares)))
+    # the other pairs are sums of primitive ones, in rows of any share
+    share_out(partial(weigh, primitive=True), graph.n_nodes)
+    share_out(partial(weigh, primitive=False), graph.n_nodes)
     out.flags.writeable = False
     return GeometricGraph(graph.labels, graph.positions, model=model, lattice=graph.lattice, _stored=out)
 
@@ -243,7 +232,7 @@ def linked(matrix: CostMatrix, point: Point) -> tuple[CostMatrix, Node]:
     >>> round(joined.value(node), 12), joined.path_from(node)
     (0.5, [9, 8])
     """
-    _, model = _complete(matrix.graph)
+    _complete(matrix.graph)
     if len(matrix.order) != int(np.isfinite(matrix.values).sum()):
         msg = f"this cost matrix settled {len(matrix.order)} nodes, not all; compute it without a source"
         raise GraphError(msg)
@@ -251,10 +240,9 @@ def linked(matrix: CostMatrix, point: Point) -> tuple[CostMatrix, Node]:
     index = graph.index_of(node)
     if graph.n_nodes == matrix.graph.n_nodes:
         return matrix, node
-    positions = _positions(graph)
+    nodes, model = _complete(graph)
     if model.field.is_probability:
-        x, y = positions[index].tolist()
-        value, successor = repair_kernels.link(positions[:index], x, y, matrix.values, model.kernel_model())
+        value, successor = repair_kernels.link(nodes, matrix.values, model.kernel_model())
     else:
         offers = graph.weights_from(index)[:index] + matrix.values
         successor = int(offers.argmin())
@@ -314,7 +302,10 @@ def with_node(graph: GeometricGraph, point: Point) -> tuple[GeometricGraph, Node
 
 def _nothing(n_nodes: int) -> repair_kernels.Before:
     """Say nothing of what was before."""
-    return np.zeros(n_nodes), 1.0, 0.0, np.empty((0, 7)), 0.0, EVERYWHERE
+    values = np.zeros(n_nodes)
+    # as the values of a cost matrix are: kernels are compiled once for such arrays, and once more for others
+    values.flags.writeable = False
+    return values, 1.0, 0.0, np.empty((0, 7)), 0.0, EVERYWHERE
 
 
 def _settle(
@@ -377,6 +368,6 @@ def _shape(graph: GeometricGraph) -> tuple[int, int]:
 
 @lru_cache(maxsize=8)
 def _coprime(width: int, height: int) -> BoolArray:
-    table = repair_kernels.coprime_table(width, height)
+    table: BoolArray = np.gcd.outer(np.arange(width), np.arange(height)) == 1
     table.flags.writeable = False
     return table

@@ -16,33 +16,19 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, IntArray
-from cgla_graph.bound_kernels import gone_risk, in_boxes, in_reach, least_risk, risk_error
-from cgla_graph.graph_kernels import Model, pair_weight, segment_weight
+from cgla_graph.bound_kernels import ULPS, gone_risk, in_boxes, in_reach, least_risk, risk_error
+from cgla_graph.graph_kernels import Model, pair_weight, stride
 from cgla_graph.no_fly_kernels import point_inside, segment_crosses
 
 #: Lower bounds of pairs that wait for each node; where there are more, the most promising one is weighed at once.
 ROOM = 12
-#: Relative rounding of a few operations, with room to spare.
-ULPS = 4e-15
 
-#: Nodes of a complete graph: positions, shape of the lattice, and `coprime_table`.
+#: Nodes of a complete graph: positions, width and height of the lattice that the first of them are (0, 0: none), and,
+#: shape ``(width, height)``, whether a step of so many columns and rows passes no third lattice node.
 Nodes: TypeAlias = tuple[FloatArray, int, int, BoolArray]
 #: What is known of the model before: H, ``min(1, k / k_old)``, k_old, the table of the threats that are gone, the error
 #: of the old weights, and the boxes of no-fly polygons that are gone, shape ``(b, 4)``.
 Before: TypeAlias = tuple[FloatArray, float, float, FloatArray, float, FloatArray]
-
-
-@kernel
-def coprime_table(width: int, height: int) -> BoolArray:
-    """Tabulate, for steps between lattice nodes, whether their segment joins no third one: shape (width, height)."""
-    table = np.empty((width, height), dtype=np.bool_)
-    for i in range(width):
-        for j in range(height):
-            a, b = i, j
-            while b:
-                a, b = b, a % b
-            table[i, j] = a == 1
-    return table
 
 
 @kernel
@@ -137,19 +123,12 @@ def borrow(
 @kernel
 def _is_sum(nodes: Nodes, model: Model, i: int, r: int) -> bool:
     """Tell whether a way along the lattice nodes between two nodes costs the same as the segment itself."""
-    positions, width, height, coprime = nodes
-    if i >= width * height or r >= width * height:
-        return False
-    across, up = abs(r % width - i % width), abs(r // width - i // width)
-    if coprime[across, up]:
-        return False
+    positions, width, height, _ = nodes
     area = model[2]
-    if area[2].shape[0] == 0:
-        return True
-    a, b = across, up
-    while b:
-        a, b = b, a % b
-    between = i + (r - i) // a
+    parts = stride(i, r, width, height)
+    if parts == 1:
+        return False
+    between = i + (r - i) // parts
     x, y = positions[between, 0], positions[between, 1]
     return not (
         segment_crosses(positions[i, 0], positions[i, 1], x, y, area)
@@ -238,6 +217,8 @@ def settle_lazily(
     A pair waits under a lower bound of the value that it offers. What is least of all values and bounds comes next:
     a value is final then, a bound is replaced by the truth. So a pair is weighed only if its bound is below the final
     value of its node, or if more than `ROOM` pairs wait for the node.
+
+    Long, because the innermost loop works on some twenty arrays, which parts of it would have to hand each other.
     """
     positions, width, height, coprime = nodes
     old, shrink, _, gone, _, opened = before
@@ -396,16 +377,18 @@ def _weigh_first(
 
 
 @kernel
-def link(positions: FloatArray, x: float, y: float, values: FloatArray, model: Model) -> tuple[float, int]:
+def link(nodes: Nodes, values: FloatArray, model: Model) -> tuple[float, int]:
     """
-    Return ``min_j A(p, j) + G(j)`` for a point ``p``, and the node of lowest bound that attains it; -1 if none does.
+    Return ``min_j A(p, j) + G(j)`` for the last node ``p``, and the ``j`` of lowest bound that attains it, or -1.
 
-    `values` is G, shape ``(n,)``. Nodes are taken in the order of their bounds: length first, then the risk of single
-    threats, then the weight.
+    `values` is G of all nodes but the last, shape ``(n - 1,)``. Nodes are taken in the order of their bounds: length
+    first, then the risk of single threats, then the weight.
     """
+    positions, width, height, _ = nodes
     k, field, _ = model
     table = field[0]
-    n = positions.shape[0]
+    n = values.shape[0]
+    x, y = positions[n, 0], positions[n, 1]
     error = k * risk_error(table)
     near = np.empty((table.shape[0] + 1, 3))
     keys = np.empty(n)
@@ -423,7 +406,7 @@ def link(positions: FloatArray, x: float, y: float, values: FloatArray, model: M
         x2, y2 = positions[j, 0], positions[j, 1]
         if bounded[j] or k == 0.0 or table.shape[0] == 0:
             keys[j] = math.inf
-            offer = segment_weight(x, y, x2, y2, model) + values[j]
+            offer = pair_weight(positions, width, height, n, j, model) + values[j]
             if offer < best:
                 best = offer
                 successor = j

@@ -5,7 +5,7 @@ import math
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray
 from cgla_graph.bound_kernels import in_boxes, in_reach
-from cgla_graph.graph_kernels import Model, pair_cost
+from cgla_graph.graph_kernels import Model, pair_cost, stride
 from cgla_graph.no_fly_kernels import segment_crosses
 from cgla_graph.repair_kernels import Nodes
 
@@ -58,12 +58,9 @@ def reweigh_share(
                 weight = 0.0
                 if not primitive:
                     # added up from the far end, as `pair_cost` does it
-                    a, b = across, up
-                    while b:
-                        a, b = b, a % b
-                    stride = (j - i) // a
-                    for end in range(j, i, -stride):
-                        weight = out[end - stride, end] + weight
+                    part = (j - i) // stride(i, j, width, height)
+                    for end in range(j, i, -part):
+                        weight = out[end - part, end] + weight
                 if primitive or weight == math.inf:
                     weight = pair_cost(positions, width, height, i, j, k, field)
             out[i, j] = weight

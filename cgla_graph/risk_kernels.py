@@ -264,23 +264,14 @@ def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray, 
 
 
 @kernel
-def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> float:
+def _threats_in_reach(
+    x1: float, y1: float, ux: float, uy: float, length: float, table: FloatArray, active: FloatArray
+) -> int:
     """
-    Integrate the risk field over the straight segment from ``(x1, y1)`` to ``(x2, y2)`` (Eq. 6).
+    Describe the threats that reach a segment as Gaussians along it, and count them.
 
-    The closed form serves where few threats overlap, quadrature where many do; both are within 1e-12 of the truth
-    on a map of unit size. The ends are put in one order first, so that both directions give the same float.
+    Here, `HIGH` is the square of half the length that each reaches along the line.
     """
-    table, scratch, improper = field
-    if x2 < x1 or (x2 == x1 and y2 < y1):
-        x1, x2 = x2, x1
-        y1, y2 = y2, y1
-    length = math.hypot(x2 - x1, y2 - y1)
-    if length == 0.0:
-        return 0.0
-    ux = (x2 - x1) / length
-    uy = (y2 - y1) / length
-    active = scratch[2 : 2 + table.shape[0]]
     m = 0
     for i in range(table.shape[0]):
         rx = table[i, X] - x1
@@ -300,6 +291,28 @@ def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> fl
             active[m, HIGH] = table[i, REACH2] - off * off
             active[m, SPREAD_AT] = table[i, SPREAD]
             m += 1
+    return m
+
+
+@kernel
+def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> float:
+    """
+    Integrate the risk field over the straight segment from ``(x1, y1)`` to ``(x2, y2)`` (Eq. 6).
+
+    The closed form serves where few threats overlap, quadrature where many do; both are within 1e-12 of the truth
+    on a map of unit size. The ends are put in one order first, so that both directions give the same float.
+    """
+    table, scratch, improper = field
+    if x2 < x1 or (x2 == x1 and y2 < y1):
+        x1, x2 = x2, x1
+        y1, y2 = y2, y1
+    length = math.hypot(x2 - x1, y2 - y1)
+    if length == 0.0:
+        return 0.0
+    ux = (x2 - x1) / length
+    uy = (y2 - y1) / length
+    active = scratch[2 : 2 + table.shape[0]]
+    m = _threats_in_reach(x1, y1, ux, uy, length, table, active)
     if m == 0:
         return 0.0
     if not improper:

@@ -346,10 +346,9 @@ class Simulation:
         if self.mission.shares.loss > 0.0 and self._radio.can_teach({pilot.number: pilot.belief for pilot in pilots}):
             # whose message is lost next, the state does not say
             return
-        # journals and what was sent of them only grow: equal sizes are equal contents
+        # journals only grow: equal sizes are equal contents; what was sent meanwhile was new to nobody
         radio = (
             sum(len(pilot.belief.journal) for pilot in self._pilots),
-            sum(self._radio.sent.values()),
             tuple((due - self.tick, *ends) for due, *ends, _ in self._radio.under_way),
         )
         before = self._states.setdefault((radio, *(pilot.state(self.tick) for pilot in pilots)), self.tick)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
@@ -15,8 +15,11 @@ from cgla_graph.cgla_matrix import CostMatrix
 from cgla_graph.errors import ProblemError
 from cgla_graph.problem import COST_TOLERANCE, Problem
 from cgla_graph.solution import NEGATIVE_WEIGHTS
-from cgla_graph.space_time_kernels import ARRIVED, COST, EXHAUSTED, NODE, PARENT, SAME_TIME, TIME, Limits, Map, Others
+from cgla_graph.space_time_kernels import ARRIVED, COST, EXHAUSTED, NODE, PARENT, SAME_TIME, TIME, Limits, Map, Motions
 from cgla_graph.trajectory import Trajectory, closest_approach
+
+#: Motions, and how far to keep from each, map units.
+Others: TypeAlias = Sequence[tuple[Trajectory, float]]
 
 #: Plans keep this much more than the separation, relative to it, so that no later check finds less by rounding.
 MARGIN = 1e-9
@@ -89,7 +92,7 @@ class SpaceTimePlan:
 def plan_in_space_time(
     problem: Problem,
     matrix: CostMatrix,
-    others: Sequence[tuple[Trajectory, float]],
+    others: Others,
     *,
     start_time: float,
     step: float,
@@ -168,7 +171,7 @@ def plan_in_space_time(
         _whole("max_expansions", max_expansions),
     )
     area, alone = _map(problem, matrix, limits.step)
-    crowd, crowded = _others(problem.start, others, limits, float(np.abs(area.positions).max()))
+    crowd, crowded = _crowd(problem.start, others, limits, float(np.abs(area.positions).max()))
     if crowded:
         return SpaceTimePlan(SpaceTimeStatus.TOO_CLOSE, lower_bound=math.inf, message=crowded)
     least = float(area.to_goal[area.start])
@@ -179,7 +182,8 @@ def plan_in_space_time(
     if (
         area.usable[alone].all()
         and flight.ends <= limits.latest + SAME_TIME
-        and not space_time_kernels.too_near(flight.times, flight.points, crowd)
+        # copies, because the search calls the same kernel with arrays of its own, which are not read-only
+        and not space_time_kernels.too_near(flight.times.copy(), flight.points.copy(), crowd)
     ):
         return _judged(problem, flight, limits.step, least, least, "the way without the others is free")
     outcome, state, n_expansions, bound, moments, states = space_time_kernels.search(area, limits, crowd)
@@ -250,9 +254,7 @@ def _fixed(array: Any) -> Any:  # noqa: ANN401 - any array
     return view
 
 
-def _others(
-    start: Point, others: Sequence[tuple[Trajectory, float]], limits: Limits, farthest: float
-) -> tuple[Others, str]:
+def _crowd(start: Point, others: Others, limits: Limits, farthest: float) -> tuple[Motions, str]:
     """
     Lay the other trajectories end to end, and say if one of them is too close to the start already.
 
@@ -278,7 +280,7 @@ def _others(
     return _joined([other for other, _ in others], keep), ""
 
 
-def _joined(trajectories: list[Trajectory], keep: FloatArray) -> Others:
+def _joined(trajectories: list[Trajectory], keep: FloatArray) -> Motions:
     """Join the arrays of several trajectories."""
     first = np.concatenate([[0], np.cumsum([len(each.times) for each in trajectories], dtype=np.int64)])
     times = np.concatenate([np.empty(0), *(each.times for each in trajectories)])

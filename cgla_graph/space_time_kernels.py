@@ -15,22 +15,20 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, IntArray
-from cgla_graph.bound_kernels import least_risk, risk_error
+from cgla_graph.bound_kernels import ULPS, least_risk, risk_error
 from cgla_graph.graph_kernels import Model, pair_weight
 from cgla_graph.trajectory_kernels import NO_DISC, closest
 
 #: Two arrivals at a node closer in time than this, ticks, are one: rounding sets them apart.
 SAME_TIME: Final = 1e-9
-#: Lower bounds are lowered by so much, relative to them, that rounding cannot make them wrong.
-ULPS: Final = 4e-15
 #: How a search ends: at the goal, with nothing left to try, or at the limit of expansions.
 ARRIVED, EXHAUSTED, LIMIT = range(3)
 #: Columns of a search's table of states.
 NODE, PARENT, BEFORE, CURSOR = range(4)
 TIME, COST = range(2)
 
-#: The other motions end to end: where each begins (and where the last ends), times, points, the distance to keep.
-Others: TypeAlias = tuple[IntArray, FloatArray, FloatArray, FloatArray]
+#: The motions of the others end to end: where each begins (and the last ends), times, points, the distances to keep.
+Motions: TypeAlias = tuple[IntArray, FloatArray, FloatArray, FloatArray]
 
 
 class Map(NamedTuple):
@@ -138,7 +136,7 @@ def drop_first(keys: FloatArray, items: IntArray, size: int) -> int:
 
 
 @kernel
-def too_near(times: FloatArray, points: FloatArray, others: Others) -> bool:
+def too_near(times: FloatArray, points: FloatArray, others: Motions) -> bool:
     """Whether a motion comes nearer to one of the others than is to be kept, at any time when both are there."""
     first, other_times, other_points, keep = others
     for i in range(keep.shape[0]):
@@ -211,7 +209,7 @@ def sort_next(area: Map, node: int, keys: FloatArray, items: IntArray, size: int
 
 
 @kernel
-def search(area: Map, limits: Limits, others: Others) -> tuple[int, int, int, float, FloatArray, IntArray]:
+def search(area: Map, limits: Limits, others: Motions) -> tuple[int, int, int, float, FloatArray, IntArray]:
     """
     Find a way from the start to the goal that keeps its distance from all others.
 
@@ -229,6 +227,10 @@ def search(area: Map, limits: Limits, others: Others) -> tuple[int, int, int, fl
         Time and cost of each state, shape ``(states, 2)``.
     states
         Node, state before, and two more columns of each state, shape ``(states, 4)``.
+
+    Notes
+    -----
+    Long, because each of its steps may find an array full and put a longer one in its place.
     """
     n = area.positions.shape[0]
     moments = np.empty((256, 2))

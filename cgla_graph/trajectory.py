@@ -53,9 +53,19 @@ class Trajectory:
         if len(wrong):
             msg = f"times[{wrong[0]}] is {when[wrong[0]]:g}; times must be finite and strictly increase"
             raise ProblemError(msg)
-        for name, array in (("times", when), ("points", where)):
+        self._keep(when, where)
+
+    def _keep(self, times: FloatArray, points: FloatArray) -> None:
+        for name, array in (("times", times), ("points", points)):
             array.flags.writeable = False
             object.__setattr__(self, name, array)
+
+    @classmethod
+    def _of(cls, times: FloatArray, points: FloatArray) -> "Trajectory":
+        """Take over new arrays that are sound because they were made of a trajectory's: a mission makes thousands."""
+        made = object.__new__(cls)
+        made._keep(times, points)
+        return made
 
     @classmethod
     def along(cls, path: ArrayLike, start_time: float, step: float) -> "Trajectory":
@@ -182,36 +192,46 @@ class Trajectory:
         if not low <= high:
             return None
         if low == high:
-            return Trajectory(np.array([low]), np.array([self.at(low)]))
+            return self._of(np.array([low]), np.array([self.at(low)]))
         inner = (self.times > low) & (self.times < high)
         times = np.concatenate([[low], self.times[inner], [high]])
-        return Trajectory(times, np.vstack([self.at(low), self.points[inner], self.at(high)]))
+        return self._of(times, np.vstack([self.at(low), self.points[inner], self.at(high)]))
 
     def shifted(self, by: float) -> "Trajectory":
         """
         Return the same motion so many ticks later; of waypoints that rounding puts at one time, the last one stays.
+
+        Raises
+        ------
+        ProblemError
+            If `by` is no finite number.
 
         Examples
         --------
         >>> Trajectory([0, 1], [(0, 0), (1, 0)]).shifted(2).times.tolist()
         [2.0, 3.0]
         """
-        return self._at_times(self.times + by)
+        return self._at_times(self.times + finite_number("by", by))
 
     def paced(self, factor: float) -> "Trajectory":
         """
         Return the same way on a clock that goes `factor` times as fast, above 0; equal times as in `shifted`.
+
+        Raises
+        ------
+        ProblemError
+            If `factor` is not above 0.
 
         Examples
         --------
         >>> Trajectory([2, 3], [(0, 0), (1, 0)]).paced(0.5).times.tolist()
         [1.0, 1.5]
         """
-        return self._at_times(self.times * factor)
+        return self._at_times(self.times * positive_number("factor", factor))
 
     def _at_times(self, times: FloatArray) -> "Trajectory":
         kept = np.append(np.diff(times) > 0.0, True)
-        return Trajectory(times[kept], self.points[kept])
+        return self._of(times[kept], self.points[kept])
 
     def between(self, first: float, last: float) -> FloatArray:
         """

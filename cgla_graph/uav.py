@@ -79,5 +79,5 @@ class Uav:
 
     @property
     def safe(self) -> float:
-        """The safe distance, map units, whichever way it was given."""
-        return float(self.safe_distance or 0.0)
+        """The safe distance, map units, given or by default."""
+        return cast("float", self.safe_distance)

@@ -3,9 +3,9 @@
 import math
 from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, TypeAlias, cast
+from typing import Any, NamedTuple, TypeAlias, cast
 
 import shapely
 from shapely.geometry.base import BaseGeometry
@@ -39,7 +39,7 @@ class TimedThreat:
     Raises
     ------
     MissionError
-        If a tick is no whole number of at least 0, or ticks do not rise.
+        If `threat` is no threat, a tick no whole number of at least 0, a move no triple, or ticks do not rise.
 
     Examples
     --------
@@ -59,11 +59,11 @@ class TimedThreat:
             msg = f"a timed threat holds {self.threat!r}; give a Threat"
             raise MissionError(msg)
         _check_life("a timed threat", self.appears, self.vanishes)
-        moves = []
-        before = self.appears
         if not isinstance(cast("object", self.moves), Iterable):
             msg = f"a timed threat's moves are {self.moves!r}; give a list of (tick, x, y)"
             raise MissionError(msg)
+        moves = []
+        before = self.appears
         for move in self.moves:
             tick, x, y = _triple(move)
             if whole_tick("a move's tick", tick) <= before:
@@ -82,7 +82,7 @@ class TimedThreat:
         if not places:
             return self.threat
         x, y = places[-1]
-        return Threat(x, y, spread=self.threat.spread, peak=self.threat.peak)
+        return replace(self.threat, x=x, y=y)
 
     @property
     def changes(self) -> list[int]:
@@ -143,6 +143,15 @@ class TimedArea:
 Timed: TypeAlias = TimedThreat | TimedArea
 
 
+class _State(NamedTuple):
+    """What there is in a world from one change to the next."""
+
+    threats: Mapping[int, Threat]
+    areas: Mapping[int, BaseGeometry]
+    field: RiskField
+    no_fly: BaseGeometry | None
+
+
 @dataclass(frozen=True, eq=False)
 class World:
     """
@@ -193,9 +202,8 @@ class World:
             if not isinstance(item, TimedThreat | TimedArea):
                 msg = f"timed {number} is {item!r}; give a TimedThreat or a TimedArea"
                 raise MissionError(msg)
-        # what may peak above 1 is refused now, not at the tick when it appears
+        # a peak above 1 is refused now, not at the tick when it appears; an improper field has warned of it already
         timed = [item.threat for item in self.timed if isinstance(item, TimedThreat)]
-        # an improper field has said so already
         _ = self.field.with_threats(timed) if self.field.is_probability else self.field.with_only(timed)
 
     @cached_property
@@ -220,11 +228,11 @@ class World:
         >>> dict(World(timed=[TimedThreat(Threat(0, 0, 1), appears=2)]).threats_at(1))
         {}
         """
-        return self._states[self._phase(tick)][0]
+        return self._state_at(tick).threats
 
     def areas_at(self, tick: int) -> Mapping[int, BaseGeometry]:
         """Return the timed areas that are closed at a tick, by their number in `timed`."""
-        return self._states[self._phase(tick)][1]
+        return self._state_at(tick).areas
 
     def timed_area(self, number: int) -> BaseGeometry:
         """Return the polygon of a timed area, by its number in `timed`, whether it is closed or not."""
@@ -236,24 +244,21 @@ class World:
 
     def field_at(self, tick: int) -> RiskField:
         """Return the true risk field at a tick."""
-        return self._states[self._phase(tick)][2]
+        return self._state_at(tick).field
 
     def no_fly_at(self, tick: int) -> BaseGeometry | None:
         """Return all no-fly areas at a tick."""
-        return self._states[self._phase(tick)][3]
+        return self._state_at(tick).no_fly
 
-    def _phase(self, tick: int) -> int:
-        """Count the changes up to a tick."""
-        return bisect_right(self.changes, tick)
+    def _state_at(self, tick: int) -> "_State":
+        return self._states[bisect_right(self.changes, tick)]
 
     @cached_property
-    def _states(self) -> list[tuple[Mapping[int, Threat], Mapping[int, BaseGeometry], RiskField, BaseGeometry | None]]:
-        """What there is between changes."""
-        return [self._state(tick) for tick in (0, *self.changes)]
+    def _states(self) -> "list[_State]":
+        """What there is at first, and from each change on."""
+        return [self._state_from(tick) for tick in (0, *self.changes)]
 
-    def _state(
-        self, tick: int
-    ) -> tuple[Mapping[int, Threat], Mapping[int, BaseGeometry], RiskField, BaseGeometry | None]:
+    def _state_from(self, tick: int) -> "_State":
         threats = dict(enumerate(self.field.threats))
         areas: dict[int, BaseGeometry] = {}
         for number, item in enumerate(self.timed):
@@ -263,7 +268,7 @@ class World:
             elif (threat := item.at(tick)) is not None:
                 threats[len(self.field) + number] = threat
         whole = self.field if len(threats) == len(self.field) else self.field.with_only(threats.values())
-        return threats, areas, whole, union_of(self.no_fly, areas.values())
+        return _State(threats, areas, whole, union_of(self.no_fly, areas.values()))
 
 
 def union_of(no_fly: BaseGeometry | None, areas: Iterable[BaseGeometry]) -> BaseGeometry | None:
@@ -324,7 +329,7 @@ def _is_there(tick: int, appears: int, vanishes: int | None) -> bool:
 def _check_life(name: str, appears: object, vanishes: object) -> None:
     first = whole_tick(f"{name}: appears", appears)
     if vanishes is not None and whole_tick(f"{name}: vanishes", vanishes) <= first:
-        msg = f"{name} vanishes at tick {vanishes}, not after it appears at tick {first}"
+        msg = f"{name} vanishes at tick {vanishes}, not after it appears at tick {first}; let it vanish later"
         raise MissionError(msg)
 
 

@@ -1,8 +1,11 @@
 """Tables of flights for the terminal: a line a UAV, and a line a variant."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
+from rich.console import Console, ConsoleOptions
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
@@ -23,6 +26,70 @@ _HEADS = (
     "known",
     "cost",
 )
+#: What a narrow terminal does without, the first first.
+_SPARE = ("exposure", "known", "max F", "risk sum", "replans", "ticks", "risk")
+_SPARE_OF_VARIANTS = ("risk sum", "replans", "ticks", "risk", "length")
+_ENDLESS = 1_000_000  # columns: no terminal is as wide
+
+
+@dataclass
+class FittedTable:
+    """
+    A table that leaves out columns where the terminal is too narrow for all, so that no number is cut in two.
+
+    Attributes
+    ----------
+    title
+        Stands above.
+    left, right
+        The heads of columns of words, and those of columns of numbers that follow.
+    spare
+        Which of them can be left out, the first first.
+    notes
+        Lines that stand below.
+    rows
+        The cells, one for each head; they appear as they are: no markup, no emoji codes.
+
+    Examples
+    --------
+    >>> table = FittedTable("t", ("name",), ("length", "risk"), spare=("risk",), rows=[["a", "1.44000", "0.005833"]])
+    >>> Console(width=24).print(table)
+    t
+    ┏━━━━━━┳━━━━━━━━━┓
+    ┃ name ┃  length ┃
+    ┡━━━━━━╇━━━━━━━━━┩
+    │ a    │ 1.44000 │
+    └──────┴─────────┘
+    too narrow for: risk
+    """
+
+    title: str
+    left: Sequence[str]
+    right: Sequence[str]
+    spare: Sequence[str] = ()
+    notes: Sequence[str] = ()
+    rows: list[Sequence[str]] = field(default_factory=list)
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table]:
+        """Yield the table with as many columns as there is room for."""
+        for number in range(len(self.spare) + 1):
+            table = self._without(self.spare[:number])
+            measured = Measurement.get(console, options.update(max_width=_ENDLESS), table)
+            if measured.maximum <= options.max_width:
+                break
+        yield table
+
+    def _without(self, missing: Sequence[str]) -> Table:
+        heads = [*self.left, *self.right]
+        kept = [number for number, head in enumerate(heads) if head not in missing]
+        left, right = ([head for head in part if head not in missing] for part in (self.left, self.right))
+        table = table_of(self.title, left, right)
+        for row in self.rows:
+            table.add_row(*(Text(row[number]) for number in kept))
+        left_out = [f"too narrow for: {', '.join(head for head in heads if head in missing)}"] if missing else []
+        lines = [*self.notes, *left_out]
+        table.caption = Text("\n".join(lines)) if lines else None
+        return table
 
 
 def heading(flown: Flown) -> str:
@@ -31,31 +98,35 @@ def heading(flown: Flown) -> str:
     return f"{flown.name}: {flown.title or 'a mission'} (lengths in {lengths})"
 
 
-def flight_table(flown: Flown) -> Table:
-    """Show one flight: a line a UAV. Names appear as they are: no markup, no emoji codes."""
-    table = table_of(flown.variant or flown.name, ("UAV", "status"), _HEADS)
-    for uav in flown.flight.uavs.values():
-        table.add_row(*(Text(cell) for cell in _cells(uav)))
-    return table
+def flight_table(flown: Flown) -> FittedTable:
+    """Show one flight: a line a UAV."""
+    rows: list[Sequence[str]] = [_cells(uav) for uav in flown.flight.uavs.values()]
+    return FittedTable(flown.variant or flown.name, ("UAV", "status"), _HEADS, _SPARE, rows=rows)
 
 
 def flight_notes(flown: Flown) -> list[str]:
     """Say what stands below the table of a flight: who planned, how near UAVs came, and why some did not arrive."""
-    livelock = flown.flight.livelock
-    circles = (
-        []
-        if livelock is None
-        else [
-            f"livelock: the state of tick {livelock.since} came back; it repeats every {livelock.period} ticks for ever"
-        ]
-    )
+    # of those in a livelock, one line says all that there is to say
+    told = (MissionStatus.ARRIVED, MissionStatus.LIVELOCK)
     remarks = [
         f"{uav.name}: {uav.status.value}{f': {uav.message}' if uav.message else ''}"
         for uav in flown.flight.uavs.values()
-        if uav.status is not MissionStatus.ARRIVED
+        if uav.status not in told
     ]
     near = [closest_note(flown)] if len(flown.flight.uavs) > 1 else []
-    return [rules_note(flown), *near, *_worth_lines(flown), *_warnings(flown), *circles, *remarks]
+    return [rules_note(flown), *near, *_worth_lines(flown), *_warnings(flown), *_livelock_lines(flown), *remarks]
+
+
+def _livelock_lines(flown: Flown) -> list[str]:
+    """Say who flies in circles, since when, and how long a circle is."""
+    livelock = flown.flight.livelock
+    if livelock is None:
+        return []
+    names = [uav.name for uav in flown.flight.uavs.values() if uav.status is MissionStatus.LIVELOCK]
+    return [
+        f"livelock: the state of tick {livelock.since} came back; it repeats every {livelock.period} ticks for ever: "
+        f"{', '.join(names)}"
+    ]
 
 
 def _warnings(flown: Flown) -> list[str]:
@@ -109,7 +180,11 @@ def closest_note(flown: Flown) -> str:
     else:
         east, north = flown.projection.inverse((x, y)).tolist()
         where = f"longitude {east:.5g}, latitude {north:.5g}"
-    near = " (closer than the collision distance)" if pair.distance < flown.mission.collision_at else ""
+    safe = max(uav.safe for uav in flown.mission.uavs if uav.name in (pair.first, pair.second))
+    if pair.distance < flown.mission.collision_at:
+        near = " (closer than the collision distance)"
+    else:
+        near = f" (closer than the safe distance, {safe:.4g}{flown.unit})" if pair.distance < safe else ""
     return (
         f"least separation: {figure(pair.distance, 4)}{flown.unit}{near}, of {pair.first} and {pair.second}, "
         f"at tick {pair.time:.4g}, near {where}"
@@ -134,13 +209,12 @@ def _ratio(value: float) -> str:
     return "∞" if value == math.inf else figure(value, 4)
 
 
-def variants_table(flights: Sequence[Flown]) -> Table:
+def variants_table(flights: Sequence[Flown]) -> FittedTable:
     """Show the variants of a mission beside each other: a line a variant."""
     heads = ("arrived", "ticks", "least separation", "length", "risk", "risk sum", "cost", "replans")
-    table = table_of(f"{flights[0].name}: all variants, all UAVs together", ("variant",), heads)
-    for flown in flights:
-        table.add_row(*(Text(cell) for cell in (flown.variant, *team_cells(flown))))
-    return table
+    title = f"{flights[0].name}: all variants, all UAVs together"
+    rows: list[Sequence[str]] = [[flown.variant, *team_cells(flown)] for flown in flights]
+    return FittedTable(title, ("variant",), heads, _SPARE_OF_VARIANTS, rows=rows)
 
 
 def team_cells(flown: Flown) -> list[str]:

@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import shapely
-from rich.table import Table
-from rich.text import Text
 
 from cgla_graph.comparisons import files, terminal
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.flight_files import plain_json, team_totals
+from cgla_graph.comparisons.flight_tables import FittedTable
 from cgla_graph.comparisons.flown import Flown, Sortie
-from cgla_graph.comparisons.tables import duration, figure, table_of
+from cgla_graph.comparisons.tables import duration, figure
 from cgla_graph.errors import CglaError
 from cgla_graph.mission import Mission
 from cgla_graph.mission_file import MissionFile, is_mission_file, load_mission
@@ -47,6 +46,8 @@ COLUMNS = (
 #: What `cgla compare` leaves out on missions unless it is asked for: a flight plans dozens of times, and these hand
 #: over a complete graph edge by edge each time.
 TOO_SLOW = ("networkx", "networkx-astar")
+#: What a narrow terminal does without, the first first.
+_SPARE = ("risk sum", "replans", "ticks", "risk", "length", "planning")
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,7 +313,7 @@ def print_flight_runs(missions: Sequence[MissionFile], runs: Sequence[FlightRun]
                 terminal.out_table(flights_table(mission, variant, of_variant))
 
 
-def flights_table(mission: MissionFile, variant: str, runs: Sequence[FlightRun]) -> Table:
+def flights_table(mission: MissionFile, variant: str, runs: Sequence[FlightRun]) -> FittedTable:
     """Show the flights of one variant: a line a flight, the cheapest first."""
     unit = "m" if mission.projection else "map units"
     name = f"{mission.name}, {variant}" if variant else mission.name
@@ -328,8 +329,8 @@ def flights_table(mission: MissionFile, variant: str, runs: Sequence[FlightRun])
         "replans",
         "planning",
     )
-    table = table_of(f"{name}: {mission.title} (lengths in {unit})", ("solver", "status"), heads)
     remarks = []
+    rows: list[Sequence[str]] = []
     for run in sorted(runs, key=_place):
         row = run.row()
         seconds = row["planning_seconds"]
@@ -347,7 +348,7 @@ def flights_table(mission: MissionFile, variant: str, runs: Sequence[FlightRun])
             "-" if row["replans"] is None else str(row["replans"]),
             "-" if seconds is None else duration(seconds),
         ]
-        table.add_row(*(Text(cell) for cell in cells))
+        rows.append(cells)
         if run.message:
             remarks.append(f"{run.solver}: {run.message}")
     notes = [
@@ -355,8 +356,8 @@ def flights_table(mission: MissionFile, variant: str, runs: Sequence[FlightRun])
         "least separation: outside terminal discs; planning: of all UAVs, all replans",
         *dict.fromkeys(remarks),
     ]
-    table.caption = Text("\n".join(notes))
-    return table
+    title = f"{name}: {mission.title or 'a mission'} (lengths in {unit})"
+    return FittedTable(title, ("solver", "status"), heads, _SPARE, notes, rows)
 
 
 def _figure(value: float | None, digits: int) -> str:

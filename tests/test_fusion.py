@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from oracles import largest_integral, line_integral, raster, rate
 from strategies import Segment, fast, off_lattice_points, seeds, segments, slow, threats, usual
 
-from cgla_graph import envelope_kernels, fusion
+from cgla_graph import cost_model, envelope_kernels
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.cost_model import THREADED_FROM, CostModel
 from cgla_graph.errors import ProblemError
@@ -436,9 +436,9 @@ def test_threads_change_nothing(how: Fusion, integral: Integral, monkeypatch: py
     starts, ends = rng.random((2, THREADED_FROM + 1, 2))
     settings: dict[str, Any] = {"fusion": how, "integral": integral, "samples": 5}
     assert lattice.n_points > THREADED_FROM
-    monkeypatch.setattr(fusion, "n_cores", lambda: 3)
+    monkeypatch.setattr(cost_model, "n_cores", lambda: 3)
     threaded = fused_graph(lattice, fields, 10.0, **settings), fused_weights(starts, ends, fields, 10.0, **settings)
-    monkeypatch.setattr(fusion, "n_cores", lambda: 1)
+    monkeypatch.setattr(cost_model, "n_cores", lambda: 1)
     alone = fused_graph(lattice, fields, 10.0, **settings), fused_weights(starts, ends, fields, 10.0, **settings)
     np.testing.assert_array_equal(threaded[0].weight_matrix(), alone[0].weight_matrix())
     np.testing.assert_array_equal(threaded[1], alone[1])

@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import itertools
 import json
 import math
 import os
@@ -19,7 +20,7 @@ import cgla_graph as cg
 from cgla_graph.errors import CglaError, MissionError
 from cgla_graph.flight import Flight, MissionStatus
 from cgla_graph.mission import Mission
-from cgla_graph.problem import Problem
+from cgla_graph.problem import GraphProblem, Problem
 from cgla_graph.risk import RiskField, Threat
 from cgla_graph.sharing import Sharing
 from cgla_graph.solution import Solution, Status
@@ -200,21 +201,55 @@ def test_from_vertex_to_vertex_it_flies_blind_and_sees_along_the_way() -> None:
     assert kinds(flight, "detected")[0][0] == 1
 
 
-def test_excluded_points_are_not_used_again() -> None:
-    world = World(RiskField([Threat(0.3, 0.3, 0.1), Threat(0.5, 0.6, 0.1), Threat(0.7, 0.6, 0.1)]))
-    flight = mission(world=world, exclude="all", replan="tick").fly()
-    nearest = [flight.mission.lattice.nearest((x, y)) for x, y in flight.uavs["a"].trace.tolist()]
-    runs = [node for node, before in zip(nearest, [None, *nearest], strict=False) if node != before]
-    planned = {
-        flight.mission.lattice.index_of((x, y))
-        for tick, plan in flight.uavs["a"].plans[1:]
-        for x, y in plan[1:-1].tolist()
-    }
-    assert planned
-    for tick, plan in flight.uavs["a"].plans:
-        before = set(nearest[:tick]) - {nearest[tick]}
-        nodes = {flight.mission.lattice.index_of((x, y)) for x, y in plan[1:-1].tolist()}
-        assert not nodes & before, (tick, runs)
+class _Watch:
+    """A graph solver that keeps which nodes of each graph no edge leads to, and plans as cgla does."""
+
+    traits = Traits("watch", "watches", domain="graph")
+
+    def __init__(self) -> None:
+        self.cut_off: list[set[int]] = []
+
+    def solve(self, problem: GraphProblem) -> Solution:
+        weights = problem.graph.weight_matrix()
+        self.cut_off.append(set(np.nonzero(np.isfinite(weights).sum(axis=1) == 1)[0].tolist()))
+        assert np.array_equal(weights, weights.T)
+        answer: Solution = CGLA.solve(problem)
+        return answer
+
+
+@pytest.mark.parametrize("exclude", ["none", "last", "all"])
+def test_excluded_points_are_cut_off_from_the_graph(exclude: str) -> None:
+    watch = _Watch()
+    flight = mission(solver=watch, exclude=exclude, replan="tick").fly()
+    (one,) = flight.uavs.values()
+    nearest = [flight.mission.lattice.nearest((x, y)) for x, y in one.trace.tolist()]
+    assert len(watch.cut_off) == len(one.replans) > 20
+    for tick, cut_off in zip(one.replans, watch.cut_off, strict=True):
+        runs = [node for node, _ in itertools.groupby(nearest[: tick + 1])]
+        before = [node for node in runs if node != runs[-1]]
+        assert cut_off == {"none": set(), "last": set(before[-1:]), "all": set(before)}[exclude]
+
+
+def test_virtual_obstacles_are_ahead_of_where_the_other_flies() -> None:
+    east = Uav("e", (0.1, 0.5), (0.9, 0.5), 0.3, safe_distance=0.2, k=1.0)
+    north = Uav("n", (0.45, 0.1), (0.45, 0.9), 0.3, safe_distance=0.2, k=1.0)
+    rule = VirtualObstacle(stepnum=3, peak=0.1)
+    flight = mission(
+        east, north, world=World(), virtual_obstacle=rule, collisions="record", resolution=20, replan="tick"
+    ).fly()
+    checked = 0
+    for one, other in (("e", "n"), ("n", "e")):
+        mine, theirs = flight.uavs[one].trace, flight.uavs[other].trace
+        for tick in range(1, min(len(mine), len(theirs)) - 1):
+            apart = math.dist(mine[tick], theirs[tick])
+            moved = theirs[tick] - theirs[tick - 1]
+            # three steps of 0.4 units, a unit is 1/20
+            ahead = theirs[tick] + 0.06 * moved / np.hypot(*moved)
+            expected = [] if apart > 0.3 else [theirs[tick] if apart >= 0.2 else ahead]
+            found = [(obstacle.x, obstacle.y) for obstacle in flight.uavs[one].obstacles_at(tick)]
+            assert found == [pytest.approx(spot) for spot in expected]
+            checked += apart < 0.2
+    assert checked > 5
 
 
 def test_a_uav_that_starts_inside_a_threat_says_so_and_flies() -> None:
@@ -279,11 +314,9 @@ def test_a_threat_that_moves_is_believed_where_it_was_seen() -> None:
     events = [(event.kind, event.tick) for event in flight.events if event.kind in {"detected", "refuted"}]
     assert {kind for kind, _ in events} == {"detected"}
     near = mission(Uav("a", (0.1, 0.1), (0.9, 0.9), 0.6), world=world).fly()
-    assert [kind for kind, _ in [(e.kind, e.tick) for e in near.events if e.kind in {"detected", "refuted"}]] == [
-        "detected",
-        "refuted",
-        "detected",
-    ]
+    log = [(event.kind, event.tick) for event in near.events if event.kind in {"detected", "refuted"}]
+    # both places are in sight when it moves
+    assert log == [("detected", 0), ("refuted", 6), ("detected", 6)]
     assert {(threat.x, threat.y) for threat in near.uavs["a"].knowledge_at(near.ticks).threats.values()} == {later}
 
 
@@ -436,6 +469,18 @@ def test_an_improper_world_warns_once_and_flies_or_is_refused() -> None:
         late = World(RiskField([], improper=True), timed=[TimedThreat(Threat(0.5, 0.5, 0.1, peak=3.0))])
     with pytest.raises(MissionError, match="peaks above 1"):
         mission(world=late, avoidance="prioritized")
+
+
+def test_a_snapped_start_is_passed_by() -> None:
+    flight = mission(start="snapped", replan="tick").fly()
+    lattice, bent = flight.mission.lattice, 0
+    for tick, plan in flight.uavs["a"].plans:
+        assert tuple(plan[0]) == flight.uavs["a"].position_at(tick)
+        snapped = lattice.points[lattice.nearest((plan[0, 0], plan[0, 1]))]
+        if len(plan) > 2 and not np.array_equal(snapped, plan[0]):
+            assert not np.array_equal(snapped, plan[1])
+            bent += 1
+    assert bent > 5
 
 
 def test_a_snapped_start_inside_an_area_is_left_out() -> None:
