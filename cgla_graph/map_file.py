@@ -159,6 +159,9 @@ class MapBuilder:
         if self.table.coordinates == "plane":
             return None
         west, south, east, north = self.table.bounds
+        if west == east or south >= north:
+            msg = f"bounds {(west, south, east, north)} are empty; south < north and west != east must hold"
+            raise ValueError(msg)
         return LocalProjection.centred_on((west, south, east, north))
 
     def point(self, pair: list[float]) -> Point:
@@ -186,9 +189,6 @@ class MapBuilder:
         west, south, east, north = self.table.bounds
         if self.projection is None:
             return west, south, east, north
-        if west == east or south >= north:
-            msg = f"bounds {(west, south, east, north)} are empty; south < north and west != east must hold"
-            raise ValueError(msg)
         return projected_bounds((west, south, east + 360.0 * (east < west), north), self.projection)
 
     def areas(self, key: str, rings: list[list[list[float]]], files: list[str]) -> list[BaseGeometry]:
@@ -270,9 +270,13 @@ def _first_fault(error: ValidationError, kind: type[Table], command: str) -> str
         near = difflib.get_close_matches(str(fault["loc"][-1]), keys, n=1)
         hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(keys)}"
         return f"{place}: unknown key; {hint}{more}"
+    if fault["type"] == "model_type":
+        # pydantic would name a class
+        return f"{place}: give a table (it is {short(fault['input'])}); {command} says what it holds{more}"
     if fault["type"] == "missing":
         return f"{place}: this key is needed; add it ({command} says what it holds){more}"
-    return f"{place}: {fault['msg']} (it is {short(fault['input'])}); {command} says what is allowed{more}"
+    said = fault["msg"].removeprefix("Value error, ")
+    return f"{place}: {said} (it is {short(fault['input'])}); {command} says what is allowed{more}"
 
 
 def _table_at(kind: type[Table], loc: tuple[int | str, ...]) -> type[Table]:

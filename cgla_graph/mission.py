@@ -22,6 +22,9 @@ from cgla_graph.world import MOST_TICKS, World, union_of, whole_tick
 #: The paper asks that the safe distance is more than this much of the detection radius (Section 4.1).
 LEAST_GAMMA = 0.1
 
+#: A lattice of 200 x 200 takes seconds a plan.
+MOST_POINTS = 40_000
+
 Replan: TypeAlias = Literal["change", "tick"]
 Exclude: TypeAlias = Literal["none", "last", "all"]
 Movement: TypeAlias = Literal["step", "vertex"]
@@ -226,7 +229,14 @@ class Mission:
             raise MissionError(msg)
 
     def _check_steps(self) -> None:
-        """Refuse a lattice beside the map, and steps so small that nobody gets anywhere."""
+        """Refuse a lattice beside the map or too fine to plan on, and steps so small that nobody gets anywhere."""
+        on_lattice = self.solver.traits.domain == "graph" or self.avoidance != "none"
+        if on_lattice and self.lattice.n_points > MOST_POINTS:
+            msg = (
+                f"the lattice has {self.lattice.n_points} points; a mission plans dozens of times on a complete graph, "
+                f"over at most {MOST_POINTS}: lower the resolution"
+            )
+            raise MissionError(msg)
         if self.lattice.bounds != self.world.bounds:
             msg = f"the lattice lies over {self.lattice.bounds}, the world over {self.world.bounds}; give both one box"
             raise MissionError(msg)

@@ -73,7 +73,7 @@ class MissionBuilder:
                 raise ValueError(msg)
         is_file = name.lower().endswith(".toml")
         path = self.folder / name if is_file else Path(name)
-        if path.suffix and not is_file:
+        if not name or (path.suffix and not is_file):
             msg = f"scenario is {name!r}; give the name of a shipped scenario, or a .toml beside this file"
             raise ValueError(msg)
         with told("scenario"):

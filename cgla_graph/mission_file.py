@@ -16,7 +16,7 @@ from cgla_graph.mission import Mission
 from cgla_graph.mission_builder import MissionBuilder, Variant, told
 from cgla_graph.mission_tables import MissionTable
 from cgla_graph.projection import LocalProjection
-from cgla_graph.scenario import ScenarioTable
+from cgla_graph.scenario import ScenarioTable, shipped
 from cgla_graph.world import World
 
 #: What prints the schema of mission files.
@@ -221,6 +221,8 @@ def mission_text(name: str) -> str:
     if name not in known:
         near = difflib.get_close_matches(name, known, n=3, cutoff=0.4)
         hint = f"did you mean {' or '.join(near)}?" if near else f"shipped: {', '.join(known)}."
+        if name in shipped():
+            hint = f"it is a scenario, for cgla plan and compare; missions: {', '.join(known)}."
         msg = f"unknown mission {name!r}; {hint} A file ends in .toml"
         raise MissionError(msg)
     return str((_folder() / f"{name}.toml").read_text(encoding="utf-8"))

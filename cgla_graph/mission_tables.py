@@ -1,12 +1,13 @@
 """The tables of mission files, as they are written."""
 
+import unicodedata
 from collections.abc import Iterable
 from math import dist
 from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 import shapely
-from pydantic import Discriminator, Field, Tag
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from cgla_graph._types import Point
 from cgla_graph.fusion import Fusion, Integral
@@ -17,6 +18,19 @@ from cgla_graph.world import TimedArea, TimedThreat, World, union_of
 
 #: What plans where a file names no solver.
 SOLVER = "cgla"
+
+
+def _one_line(text: str) -> str:
+    """Refuse what would break lines, or steer a terminal."""
+    if any(unicodedata.category(letter) in _CONTROL for letter in text):
+        msg = "give one line, without line ends and control characters"
+        raise ValueError(msg)
+    return text
+
+
+#: Categories of Unicode: control characters, and ends of lines and paragraphs.
+_CONTROL = ("Cc", "Zl", "Zp")
+Line: TypeAlias = Annotated[str, AfterValidator(_one_line)]
 
 
 class UavSettings(Table):
@@ -36,7 +50,7 @@ class UavSettings(Table):
 class UavTable(UavSettings):
     """One UAV."""
 
-    name: str = Field(min_length=1)
+    name: Line = Field(min_length=1)
     start: Pair
     goal: Pair
     departs: int = Field(0, ge=0, description="tick of take-off")
@@ -54,7 +68,7 @@ class RandomUavsTable(Table):
     apart: float | None = Field(
         None, ge=0, description="least distance between starts, and between goals, map units (default: safe_distance)"
     )
-    prefix: str = Field("u", min_length=1, description="names are the prefix and a number")
+    prefix: Line = Field("u", min_length=1, description="names are the prefix and a number")
 
     def build(
         self, world: World, ends: Iterable[tuple[Point, Point]], safe_distance: float
@@ -181,12 +195,13 @@ class FlySettings(Table):
 class VariantTable(FlySettings, UavSettings):
     """The same mission with other settings: any of ``[fly]``, and those of UAVs, then for all of them."""
 
-    name: str = Field(min_length=1)
+    name: Line = Field(min_length=1)
 
 
 class MissionTable(MapTable, UavSettings):
     """A mission file."""
 
+    title: Line = ""
     scenario: str | None = Field(
         None, description="take the map of a shipped scenario, or of a .toml beside this file, instead of one here"
     )

@@ -89,6 +89,9 @@ class Simulation:
         if self.is_over:
             return
         self._depart()
+        if self.is_over:
+            # everybody was where they wanted to be
+            return
         self._notice_what_came_up()
         for pilot in self._flying():
             self._sense(pilot)
@@ -158,6 +161,7 @@ class Simulation:
                 if math.dist(pilot.position, (threat.x, threat.y)) <= threat.spread:
                     risk = float(world.field_at(self.tick).density(pilot.position))
                     self._say("started-in-risk", pilot, threat=number, risk=risk)
+            self._arrive(pilot)
 
     def _notice_what_came_up(self) -> None:
         """Log threats and areas that come up around a UAV."""
@@ -374,6 +378,11 @@ class Simulation:
                     collided.setdefault(one.number, reason)
         return collided
 
+    def _arrive(self, pilot: Pilot) -> None:
+        if pilot.has_arrived(self.tick, self.mission.arrival_radius):
+            self._say("arrived", pilot, at=list(pilot.position))
+            pilot.end(MissionStatus.ARRIVED, self.tick)
+
     def _end_tick(self, collided: dict[int, str]) -> None:
         """Note where everybody is, and who has come to an end."""
         is_last = self.tick >= self.mission.last_tick
@@ -382,9 +391,8 @@ class Simulation:
                 pilot.trace.append(pilot.position)
                 if pilot.number in collided:
                     pilot.end(MissionStatus.COLLISION, self.tick, collided[pilot.number])
-                elif pilot.has_arrived(self.tick, self.mission.arrival_radius):
-                    self._say("arrived", pilot, at=list(pilot.position))
-                    pilot.end(MissionStatus.ARRIVED, self.tick)
+                else:
+                    self._arrive(pilot)
             if is_last and not pilot.is_done:
                 self._say("out-of-ticks", pilot)
                 pilot.end(MissionStatus.OUT_OF_TICKS, self.tick, f"{self.tick} ticks are over")

@@ -221,7 +221,8 @@ class Film:
         for number, uav in enumerate(flights):
             yield from self._trace(uav, number, tick)
             place = uav.position_at(tick)
-            if place is None or (tick == uav.ended and uav.status is not MissionStatus.INTERRUPTED):
+            # who arrived is gone; others are seen where their flight ends
+            if place is None or (tick == uav.ended and uav.status is MissionStatus.ARRIVED):
                 continue
             if len(flights) <= _MOST_KNOWERS:
                 yield from self._known(uav, number, tick)
@@ -253,11 +254,14 @@ class Film:
         yield self._ring(place, radius, edgecolor="none", facecolor=colour, alpha=0.05 if many else 0.1, zorder=1.4)
         if not many:
             yield self._ring(place, radius, edgecolor=colour, alpha=0.6, linewidth=0.7, zorder=1.5)
-        for obstacle in uav.obstacles_at(tick):
+        # where its flight ends it plans no more: those would be of the tick before
+        for obstacle in uav.obstacles_at(tick) if tick < uav.ended else ():
             spot = np.array([obstacle.x, obstacle.y])
             yield self._ring(spot, obstacle.spread, edgecolor=colour, linewidth=0.7, hatch=OBSTACLE_HATCH, zorder=2.7)
 
     def _plan(self, uav: UavFlight, number: int, tick: int) -> Iterator[Artist]:
+        if tick == uav.ended and uav.status is MissionStatus.NO_PATH:
+            return
         ahead = plan_ahead(uav, tick)
         if len(ahead) > 1:
             yield self._line(
@@ -305,7 +309,12 @@ class Film:
 
     def _near(self, flights: Sequence[UavFlight], tick: int) -> Iterator[Artist]:
         """Join UAVs that are within their safe distance of each other."""
-        up = [(uav, place) for uav in flights if tick < uav.ended and (place := uav.position_at(tick)) is not None]
+        up = [
+            (uav, place)
+            for uav in flights
+            if (place := uav.position_at(tick)) is not None
+            and (tick < uav.ended or uav.status is not MissionStatus.ARRIVED)
+        ]
         for i, (one, here) in enumerate(up):
             for other, there in up[i + 1 :]:
                 if math.dist(here, there) < max(one.uav.safe, other.uav.safe):

@@ -128,7 +128,8 @@ def compare(
     with _row_log(folder if opened else None) as log:
         try:
             with terminal.output_to_stderr(), terminal.progress(total) as tick:
-                for run in runner.compare(opened, contenders, seeds, tolerance=bound):
+                # without maps, not even solvers are warmed up for them
+                for run in runner.compare(opened, contenders, seeds, tolerance=bound) if opened else ():
                     runs.append(run)
                     if log:
                         log.add(rows.row(run))
@@ -343,6 +344,8 @@ def fly(
     else:
         flights.print_flights(done.flown)
         _say_files(done.written, folder)
+    if done.failure is not None:
+        raise done.failure
     if done.interrupted:
         raise terminal.InterruptedRunError(flights.kept_note(done, len(sorties), folder))
     if strict and not all(flown.flight.all_arrived for flown in done.flown):

@@ -123,10 +123,8 @@ def _livelock_lines(flown: Flown) -> list[str]:
     if livelock is None:
         return []
     names = [uav.name for uav in flown.flight.uavs.values() if uav.status is MissionStatus.LIVELOCK]
-    return [
-        f"livelock: the state of tick {livelock.since} came back; it repeats every {livelock.period} ticks for ever: "
-        f"{', '.join(names)}"
-    ]
+    circle = f"the state of tick {livelock.since} came back; it repeats every {livelock.period} ticks for ever"
+    return [f"livelock: {circle}: {', '.join(names)}"]
 
 
 def _warnings(flown: Flown) -> list[str]:

@@ -23,14 +23,12 @@ from cgla_graph.comparisons.flight_files import (
 )
 from cgla_graph.comparisons.flight_tables import COLUMN_NOTES, flight_notes, flight_table, heading, variants_table
 from cgla_graph.comparisons.flown import Flown, Sortie
-from cgla_graph.errors import MissionError
+from cgla_graph.errors import MissionError, OutputError
 from cgla_graph.mission_file import MissionFile, load_mission
 from cgla_graph.simulation import Simulation
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.base import Solver
 
-#: What `cgla fly` flies when it is told nothing.
-DEFAULT_MISSION = "fig8"
 #: The log reaches the disk after so many seconds, or when that takes less than a tenth of the time since.
 LOG_SECONDS, LOG_SHARE = 1.0, 0.1
 
@@ -146,11 +144,14 @@ class Flights:
         The files.
     interrupted
         Whether Ctrl-C ended it.
+    failure
+        Why a file could not be written, which ended it; None if all could.
     """
 
     flown: list[Flown] = field(default_factory=list)
     written: list[Path] = field(default_factory=list)
     interrupted: bool = False
+    failure: OutputError | None = None
 
 
 def fly_all(
@@ -176,18 +177,15 @@ def fly_all(
     animation
         Whether animations are drawn; pictures always are.
     step
-        Told of each tick.
+        Told of each tick, and of what else takes time.
 
     Returns
     -------
     flights
-        After Ctrl-C what there is until then, with logs and traces, and no pictures.
-
-    Raises
-    ------
-    OutputError
-        If a file cannot be written.
+        After Ctrl-C what there is until then, with logs and traces, and no pictures. Where a file cannot be written,
+        what was flown until then: results that took long are not lost for want of room on a disk.
     """
+    step = step or _tell_nobody
     done = Flights()
     taken: set[str] = set()
     stems = [files.file_stem(f"{one.name} {one.variant}", taken) for one in sorties]
@@ -198,6 +196,7 @@ def fly_all(
                     flown = fly_one(sortie, log, stop, step)
                     done.flown.append(flown)
                     if value and not stop.is_made:
+                        step(f"{sortie.label}: what knowing and sharing are worth")
                         try:
                             done.flown[-1] = flown = weighed(flown)
                         except KeyboardInterrupt:
@@ -210,11 +209,18 @@ def fly_all(
                     return done
             if folder is not None:
                 for flown, stem in zip(done.flown, stems, strict=True):
+                    step(f"{flown.label}: pictures")
                     done.written += _write_pictures(folder / stem, flown, animation=animation)
                 done.written += _write_variants(folder, done.flown, taken)
         except KeyboardInterrupt:
             done.interrupted = True
+        except OutputError as error:
+            done.failure = error
     return done
+
+
+def _tell_nobody(_: str) -> None:
+    """Take what nobody wants to know."""
 
 
 def fly_one(
@@ -362,4 +368,7 @@ def kept_note(flights: Flights, total: int, folder: Path | None) -> str:
     cut = next((flown for flown in flights.flown if flown.flight.interrupted), None)
     part = f" and {cut.label} until tick {cut.flight.ticks}" if cut is not None else ""
     kept = f", kept in {folder}" if folder is not None else ""
+    n_logs = sum(path.suffix == ".jsonl" for path in flights.written)
+    if folder is not None and n_logs < len(flights.flown):
+        kept += " (the last log has an end missing, and is called .part)"
     return f"{whole} of {total} flights are done{part}{kept}"

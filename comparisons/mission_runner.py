@@ -141,7 +141,8 @@ def split(specs: Sequence[str], **for_maps: object) -> tuple[list[str], list[Mis
     Returns
     -------
     maps, missions
-        The names of maps, and the missions, opened.
+        The names of maps, and the missions, opened; those of the same name get numbers, so that their rows can be told
+        apart.
 
     Raises
     ------
@@ -160,7 +161,21 @@ def split(specs: Sequence[str], **for_maps: object) -> tuple[list[str], list[Mis
         remedy = "name refine:base=NAME as a solver" if unfit[0] == "--refine" else "compare maps and missions apart"
         msg = f"{unfit[0]} is for maps, and {missions[0].name} is a mission; {remedy}"
         raise CglaError(msg)
-    return [spec for spec in specs if not is_mission_file(spec)], missions
+    return [spec for spec in specs if not is_mission_file(spec)], _numbered(missions)
+
+
+def _numbered(missions: Sequence[MissionFile]) -> list[MissionFile]:
+    """Give missions numbers where their name is taken."""
+    taken: set[str] = set()
+    found = []
+    for mission in missions:
+        name, number = mission.name, 1
+        while name in taken:
+            number += 1
+            name = f"{mission.name}-{number}"
+        taken.add(name)
+        found.append(dataclasses.replace(mission, name=name))
+    return found
 
 
 def pilots(contenders: Sequence[Contender], *, chosen: bool) -> list[Contender]:
@@ -364,9 +379,9 @@ def _figure(value: float | None, digits: int) -> str:
     return "-" if value is None else figure(value, digits)
 
 
-def _place(run: FlightRun) -> tuple[bool, float, float]:
-    """Sort flights: all arrived before some, before none flown; then by cost, or length."""
+def _place(run: FlightRun) -> tuple[float, int, float]:
+    """Sort flights: the cheapest first; then those with a UAV that did not arrive, the most arrivals first."""
     row = run.row()
-    flown = run.flown is not None
     cost = row["cost"] if row["cost"] is not None else math.inf
-    return not flown, float(f"{cost:.9g}"), row["planning_seconds"] if flown else 0.0
+    arrived = -1 if row["arrived"] is None else row["arrived"]
+    return float(f"{cost:.9g}"), -arrived, row["planning_seconds"] or 0.0

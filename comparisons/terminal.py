@@ -4,7 +4,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, redirect_stdout, suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -27,6 +27,9 @@ def out(text: str) -> None:
     ReaderGoneError
         If nobody reads it any more.
     """
+    if cast("object", sys.stdout) is None:
+        # it was closed before we began, as by ``cgla compare >&-``
+        raise ReaderGoneError
     try:
         sys.stdout.write(text)
         sys.stdout.flush()
@@ -83,5 +86,5 @@ def output_to_stderr() -> Iterator[None]:
 
 def forget_stdout() -> None:
     """Point standard output at nothing, so that closing it does not fail at exit."""
-    with suppress(OSError, ValueError):
+    with suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -890,3 +890,13 @@ def test_areas_that_were_planned_are_read_back(cgla: Call, tmp_path: Path) -> No
     assert document["clearance"] >= 0.0
     # edges that are straight in metres bend a little in degrees
     assert line.intersection(area.buffer(-1e-3)).is_empty
+
+
+def test_a_closed_standard_output_is_no_traceback() -> None:
+    """As ``cgla scenarios >&-`` in a shell."""
+    code = (
+        "import sys; sys.argv = ['cgla', 'scenarios']; sys.stdout = None;"
+        "from cgla_graph.comparisons.cli import main; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")

@@ -1,6 +1,9 @@
 """`cgla fly`: what it prints and writes, that both agree with the flight, and what Ctrl-C and bad input leave."""
 
 import csv
+import dataclasses
+import io
+import itertools
 import json
 import math
 import os
@@ -16,10 +19,13 @@ from command_line import Call, caller
 from hypothesis import given
 from hypothesis import strategies as st
 from missions_small import CROSSING, DEGREES, flown_of
+from rich.console import Console
 
-from cgla_graph.comparisons import animation_file, fly
+from cgla_graph.comparisons import animation_file, fly, plots
 from cgla_graph.comparisons.flight_files import plain_json, whole_log
+from cgla_graph.comparisons.flight_tables import FittedTable, closest_note, flight_table, variants_table
 from cgla_graph.comparisons.flown import Flown
+from cgla_graph.errors import OutputError
 from cgla_graph.flight import MissionStatus
 from cgla_graph.simulation import Simulation
 
@@ -122,6 +128,9 @@ def test_a_livelock_is_named_with_its_period(cgla: Call) -> None:
     flight = found.document()["flights"][0]
     assert flight["livelock"] == {"since": int(period[1]), "period": int(period[2])}
     assert {uav["status"] for uav in flight["uavs"]} == {"livelock"}
+    # said once, of all that fly in circles
+    assert answer.out.count("came back") == 1
+    assert re.search(r"for ever: a, b\n", answer.out)
     assert flight["cost"] is None
 
 
@@ -150,6 +159,59 @@ def test_names_are_shown_as_they_are(cgla: Call, tmp_path: Path) -> None:
     names = {path.name for path in Path("out").iterdir()}
     assert all(re.fullmatch(r"[\w.-]+", name) for name in names), names
     assert {"odd-name-1-a-b-c-x.jsonl", "odd-name-1-told.png"} <= names
+
+
+@pytest.mark.parametrize(("safe", "said"), [(0.4, True), (0.01, False)])
+def test_a_pair_within_its_safe_distance_is_named(flights: list[Flown], safe: float, said: bool) -> None:
+    flown = flights[0]
+    first, second = flown.mission.uavs
+    # the greater of the two counts
+    uavs = [
+        dataclasses.replace(first, safe_distance=0.01),
+        dataclasses.replace(second, detection_radius=0.9, safe_distance=safe),
+    ]
+    mission = dataclasses.replace(flown.mission, uavs=uavs, collision_distance=0.0, virtual_obstacle=None)
+    assert flown.closest is not None
+    assert 0.01 < flown.closest.distance < 0.4
+    note = closest_note(dataclasses.replace(flown, mission=mission))
+    assert (f"(closer than the safe distance, {safe:g})" in note) is said
+    assert "collision" not in note
+
+
+def tables_of(flights: list[Flown]) -> list[FittedTable]:
+    return [*map(flight_table, flights), variants_table(flights)]
+
+
+def test_no_number_is_cut_where_the_terminal_is_narrow(flights: list[Flown]) -> None:
+    for table, width in itertools.product(tables_of(flights), range(60, 140)):
+        console = Console(width=width, file=io.StringIO())
+        with console.capture() as capture:
+            console.print(table)
+        lines = capture.get().splitlines()
+        assert all(len(line) <= width for line in lines)
+        assert "…" not in capture.get()
+        heads = [head.strip() for head in lines[2].strip("┃").split("┃")]
+        every = [*table.left, *table.right]
+        missing = [head for head in every if head not in heads]
+        assert heads == [head for head in every if head in heads]
+        # what is left out goes in its order, is named, and there was no room for the last of it
+        assert set(missing) == set(table.spare[: len(missing)])
+        words = " ".join(capture.get().split())
+        assert words.endswith(f"too narrow for: {', '.join(missing)}" if missing else "┘")
+        whole = {tuple(row[every.index(head)] for head in heads) for row in table.rows}
+        assert {tuple(cells) for cells in cells_of(capture.get())} == whole
+        if missing:
+            last = table.spare[len(missing) - 1]
+            cells = [len(last), *(len(row[every.index(last)]) for row in table.rows)]
+            assert len(lines[1].rstrip()) + max(cells) + 3 > width
+
+
+def test_a_wide_terminal_shows_all(flights: list[Flown]) -> None:
+    for table in tables_of(flights):
+        console = Console(width=200, file=io.StringIO())
+        with console.capture() as capture:
+            console.print(table)
+        assert "too narrow" not in capture.get()
 
 
 # what is written
@@ -271,7 +333,12 @@ def test_the_log_grows_as_it_happens(tmp_path: Path, monkeypatch: pytest.MonkeyP
     _, sorties = fly.open_mission(str(tmp_path / "small.toml"), variant="told")
     seen: list[list[dict[str, Any]]] = []
     part = tmp_path / "small-told.jsonl.part"
-    fly.fly_all(sorties, tmp_path, value=False, animation=False, step=lambda _: seen.append(lines_of(part)))
+
+    def look(said: str) -> None:
+        if "tick" in said:
+            seen.append(lines_of(part))
+
+    fly.fly_all(sorties, tmp_path, value=False, animation=False, step=look)
     final = lines_of(tmp_path / "small-told.jsonl")
     sizes = [len(lines) for lines in seen]
     assert sizes == sorted(set(sizes))
@@ -346,7 +413,34 @@ def test_a_second_ctrl_c_stops_at_once_and_the_first_where_nobody_waits_for_it(
     assert "Ctrl-C again" in capsys.readouterr().err
 
 
+def test_a_log_that_ctrl_c_cut_short_is_named(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fly, "_write_data", raise_interrupt)
+    answer = cgla("fly", "small.toml", "--no-value", "--out", "out")
+    assert answer.code == 130
+    assert "1 of 2 flights are done, kept in out (the last log" in answer.err
+    assert [path.name for path in Path("out").iterdir()] == ["small-alone.jsonl.part"]
+
+
 # exit codes and bad input
+
+
+def test_what_was_flown_is_shown_where_a_file_cannot_be_written(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_: object, path: Path) -> Path:
+        msg = f"{path}: cannot be written: No space left on device"
+        raise OutputError(msg)
+
+    monkeypatch.setattr(plots, "save", full)
+    answer = cgla("fly", "small.toml", "--no-value", "--out", "out")
+    assert answer.code == 2
+    assert answer.err.startswith("cgla: out/small-alone.png: cannot be written: No space left")
+    assert answer.err.count("\n") == 1
+    assert len(cells_of(answer.out)) == 6
+    data = {f"small-{name}.{kind}" for name in ("alone", "told") for kind in ("jsonl", "csv")}
+    assert {path.name for path in Path("out").iterdir()} == data
+    assert all(name in answer.out for name in data)
+    found = cgla("fly", "small.toml", "--no-value", "--out", "out", "--json")
+    assert found.code == 2
+    assert {Path(name).name for name in found.document()["files"]} == data
 
 
 def test_strict(cgla: Call) -> None:

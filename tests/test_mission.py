@@ -185,6 +185,17 @@ def test_every_option_flies(settings: dict[str, Any]) -> None:
         assert np.array_equal(flight.uavs[name].path, again.uavs[name].path)
 
 
+def test_who_is_there_already_arrives_at_once() -> None:
+    here = dataclasses.replace(A, name="here", goal=A.start)
+    late = dataclasses.replace(B, name="late", goal=B.start, departs=4)
+    flight = mission(here, late).fly()
+    assert [(one.status, one.ended, one.length) for one in flight.uavs.values()] == [
+        (MissionStatus.ARRIVED, 0, 0.0),
+        (MissionStatus.ARRIVED, 4, 0.0),
+    ]
+    assert flight.price_of_ignorance == {"here": 1.0, "late": 1.0}
+
+
 def test_a_uav_arrives_within_the_arrival_radius() -> None:
     flight = mission(arrival_radius=0.05).fly().uavs["a"]
     assert math.dist(flight.trace[-1], A.goal) <= 0.05 < math.dist(flight.trace[-2], A.goal)
@@ -571,6 +582,7 @@ NEAR = dataclasses.replace(A, name="n", start=(0.15, 0.1))
         (lambda: mission(replan=np.array(["tick"])), "unknown replan"),
         (lambda: mission(sharing=np.array(["none"])), "sharing is"),
         (lambda: mission(resolution=10**400), "resolution is"),
+        (lambda: mission(resolution=201), "the lattice has 40401 points"),
         (lambda: mission(resolution=cg.Lattice(9, bounds=(5, 5, 6, 6))), "the lattice lies over (5.0, 5.0, 6.0, 6.0)"),
         (lambda: mission(dataclasses.replace(A, step=1e-310)), "takes more than 1000000 ticks"),
         (

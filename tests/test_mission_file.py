@@ -640,6 +640,15 @@ def test_a_file_without_variants_has_one_without_a_name() -> None:
         (f"{BASE}[[variants]]\nname = 'x'\nstepnum = 3", ["variants.0.stepnum", "unknown key", "step"]),
         (f"{BASE}[[variants]]\nname = 'x'\nsafe_distance = 0.3", ["variant 'x'", "UAV a", "safe_distance"]),
         (f"{BASE}[[variants]]\nname = 'x'\nsolver = 'zzz'", ["variant 'x'", "solver", "zzz"]),
+        (f'{BASE}[[variants]]\nname = "x\\ny"', ["variants.0.name", "one line", "x\\ny"]),
+        (BASE.replace('"a"', '"\\u001b[31m"'), ["uavs.0.name", "one line", "x1b"]),
+        (BASE.replace('"a"', '"a\\u2028"'), ["uavs.0.name", "one line"]),
+        (f'title = """two\nlines"""\n{BASE}', ["title", "one line"]),
+        (f'{RANDOM}prefix = "u\\t"', ["random_uavs.prefix", "one line"]),
+        (f"fly = [1]\n{BASE}", ["fly: give a table", "[1]", "--schema"]),
+        (f'scenario = ""\n{BASE}', ["scenario is ''", "shipped scenario"]),
+        (LONLAT.replace("24.0, 60.0, 25.0", "24.0, 60.0, 24.0"), ["bounds", "empty", "west != east"]),
+        (LONLAT.replace("25.0, 61.0", "25.0, 60.0"), ["bounds", "empty", "south < north"]),
         (f"{BASE}[lattice]\nresolution = 1", ["resolution", "1", "at least 2"]),
         (f"{BASE}bounds = [0, 0, 0, 1]", ["bounds", "empty"]),
         ("uavs = 5", ["uavs", "5", "list"]),
@@ -649,6 +658,16 @@ def test_a_file_without_variants_has_one_without_a_name() -> None:
 def test_mistakes_are_named(text: str, words: list[str]) -> None:
     message = message_of(text)
     assert not [word for word in words if word not in message], message
+
+
+@pytest.mark.parametrize(
+    "name", ["\U0001f468\u200d\u2708\ufe0f", "<b>&amp;", "a\u00a0b", "../x", "$x^2$", "[red]:rocket:", "日本"]
+)
+def test_any_name_of_one_line_will_do(name: str) -> None:
+    text = BASE.replace('"a"', f'"{name}"')
+    file = mission_from_toml(f'title = "{name}"\n{text}[[variants]]\nname = "{name}"', "mine")
+    assert file.title == name
+    assert {key: [uav.name for uav in one.uavs] for key, one in file.variants.items()} == {name: [name]}
 
 
 def test_a_fault_of_the_scenario_names_its_file(tmp_path: Path) -> None:
@@ -726,3 +745,8 @@ def test_the_command_lists_missions(cgla: Call) -> None:
     assert cgla("missions", "--schema").document() == mission_schema()
     assert cgla("missions", "--show", "fig8").out == mission_text("fig8")
     cgla("missions", "--show", "fgi8").refused("fgi8", "fig8")
+
+
+def test_a_scenario_is_no_mission_and_the_error_says_so() -> None:
+    with pytest.raises(MissionError, match="it is a scenario"):
+        load_mission("paper")

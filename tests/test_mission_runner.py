@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,10 @@ import pytest
 from command_line import Call, caller
 from missions_small import CROSSING, DEGREES
 
-from cgla_graph.comparisons import mission_runner
+from cgla_graph.comparisons import mission_runner, runner
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.errors import CglaError
-from cgla_graph.flight import Flight
+from cgla_graph.flight import Flight, MissionStatus
 from cgla_graph.mission import Mission
 from cgla_graph.mission_file import MissionFile, load_mission
 from cgla_graph.solvers import registry
@@ -140,6 +141,23 @@ def test_missions_are_told_from_maps() -> None:
 # the command
 
 
+def test_missions_of_one_name_are_told_apart(cgla: Call) -> None:
+    for folder, radius in (("one", 0.2), ("two", 0.6)):
+        Path(folder).mkdir()
+        text = f"detection_radius = {radius}\nuavs = [{{ name = 'a', start = [0.1, 0.1], goal = [0.9, 0.9] }}]\n"
+        threat = "threats = [{ x = 0.5, y = 0.5, spread = 0.1 }]\n"
+        Path(folder, "mine.toml").write_text(f"{text}{threat}", encoding="utf-8")
+    words = ("compare", "one/mine.toml", "two/mine.toml", "one/mine.toml", "--solvers", "cgla")
+    rows = cgla(*words, "--json").document()["flights"]
+    assert [row["mission"] for row in rows] == ["mine", "mine-2", "mine-3"]
+    assert rows[0]["cost"] == rows[2]["cost"] != rows[1]["cost"]
+    # a table each, with a line each
+    out = cgla(*words).out
+    titles = [re.search(rf"^{row['mission']}: .*\n(?:[┏┃┡].*\n)+((?:│.*\n)+)└", out, re.MULTILINE) for row in rows]
+    assert [title[1].count("\n") for title in titles if title] == [1, 1, 1]
+    assert out.count("│ cgla") == 3
+
+
 def test_missions_alone(cgla: Call) -> None:
     answer = cgla("compare", "small.toml", "--solvers", "cgla,eight-direction", "--out", "out")
     assert (answer.code, answer.err) == (0, "")
@@ -154,6 +172,37 @@ def test_missions_alone(cgla: Call) -> None:
     cells = [line for line in answer.out.splitlines() if line.startswith("│")]
     assert len(cells) == 4
     assert answer.out.count("small, alone: two cross") == 1
+
+
+def test_missions_alone_do_not_warm_up_solvers_for_maps(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runner, "compare", lambda *_, **__: pytest.fail("there is no map"))
+    assert cgla("compare", "small.toml", "--solvers", "cgla").code == 0
+
+
+def test_the_cheapest_stands_first_and_who_did_not_fly_last(small: MissionFile) -> None:
+    limited = dataclasses.replace(small, variants={"told": small.variants["told"]})
+    (run,) = mission_runner.compare([limited], contenders("cgla"))
+    assert run.flown is not None
+    first, second = run.flown.flight.uavs.values()
+
+    def like(name: str, *statuses: MissionStatus, seconds: float = 0.0) -> mission_runner.FlightRun:
+        uavs = {
+            one.name: dataclasses.replace(one, status=status, planning_seconds=seconds)
+            for one, status in zip((first, second), statuses, strict=True)
+        }
+        flight = dataclasses.replace(run.flown.flight, uavs=uavs)
+        return dataclasses.replace(run, solver=name, flown=dataclasses.replace(run.flown, flight=flight))
+
+    there, lost = MissionStatus.ARRIVED, MissionStatus.NO_PATH
+    runs = [
+        dataclasses.replace(run, solver="failed", flown=None),
+        like("none", lost, lost),
+        like("one", there, lost, seconds=9.0),
+        like("slow", there, there, seconds=2.0),
+        like("fast", there, there, seconds=1.0),
+    ]
+    table = mission_runner.flights_table(small, "told", runs)
+    assert [row[0] for row in table.rows] == ["fast", "slow", "one", "none", "failed"]
 
 
 def test_maps_and_missions_together(cgla: Call) -> None:

@@ -31,6 +31,7 @@ from cgla_graph.comparisons.plot_page import style
 from cgla_graph.comparisons.plot_scene import NEAR_COLOUR, arrowhead, colour_of, dashes_of, life, outline
 from cgla_graph.comparisons.plot_text import plain
 from cgla_graph.errors import OutputError
+from cgla_graph.flight import MissionStatus
 from cgla_graph.risk import Threat
 from cgla_graph.world import TimedThreat
 
@@ -266,6 +267,23 @@ def test_a_frame_shows_what_each_uav_knows(told: Flown) -> None:
         # it is really on the page
         shade = np.round(255 * np.array(to_rgb(colour)))
         assert (np.abs(pixels - shade).max(axis=2) < 3).sum() > 50
+
+
+@pytest.mark.parametrize("status", [status for status in MissionStatus if status is not MissionStatus.ARRIVED])
+def test_who_did_not_arrive_is_seen_where_its_flight_ends(told: Flown, status: MissionStatus) -> None:
+    def bodies_at_the_end(status: MissionStatus) -> list[np.ndarray]:
+        uavs = {name: dataclasses.replace(uav, status=status) for name, uav in told.flight.uavs.items()}
+        with style():
+            film = Film(dataclasses.replace(told, flight=dataclasses.replace(told.flight, uavs=uavs)))
+            artists = list(film._moving(uav_a.ended))
+        return [
+            line_points(one)[0] for one in artists if isinstance(one, Line2D) and not isinstance(one.get_marker(), str)
+        ]
+
+    uav_a = told.flight.uavs["a"]
+    here = uav_a.position_at(uav_a.ended)
+    assert any(np.array_equal(spot, here) for spot in bodies_at_the_end(status))
+    assert not any(np.array_equal(spot, here) for spot in bodies_at_the_end(MissionStatus.ARRIVED))
 
 
 def test_words_say_how_each_uav_is(told: Flown) -> None:
