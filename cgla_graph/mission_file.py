@@ -1,10 +1,8 @@
 """Missions in TOML files, some of them shipped with the toolkit: UAVs on a map, in one or more variants."""
 
-import difflib
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +15,13 @@ from cgla_graph.mission_builder import MissionBuilder, Variant, told
 from cgla_graph.mission_tables import MissionTable
 from cgla_graph.projection import LocalProjection
 from cgla_graph.scenario import ScenarioTable, shipped
+from cgla_graph.shelf import Shelf
 from cgla_graph.world import World
 
 #: What prints the schema of mission files.
 SCHEMA = "cgla missions --schema"
+#: Those that are shipped.
+SHELF = Shelf("mission", ".toml", MissionError)
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,8 +176,7 @@ def shipped_missions() -> list[str]:
     >>> shipped_missions()[:2]
     ['fig4', 'fig5']
     """
-    names = [file.name.removesuffix(".toml") for file in _folder().iterdir() if file.name.endswith(".toml")]
-    return sorted(names, key=_rank)
+    return sorted(SHELF.names(), key=_rank)
 
 
 def load_mission(name: str | Path) -> MissionFile:
@@ -218,14 +218,9 @@ def mission_text(name: str) -> str:
     True
     """
     known = shipped_missions()
-    if name not in known:
-        near = difflib.get_close_matches(name, known, n=3, cutoff=0.4)
-        hint = f"did you mean {' or '.join(near)}?" if near else f"shipped: {', '.join(known)}."
-        if name in shipped():
-            hint = f"it is a scenario, for cgla plan and compare; missions: {', '.join(known)}."
-        msg = f"unknown mission {name!r}; {hint} A file ends in .toml"
-        raise MissionError(msg)
-    return str((_folder() / f"{name}.toml").read_text(encoding="utf-8"))
+    is_scenario = name in shipped()
+    hint = f"it is a scenario, for cgla plan and compare; missions: {', '.join(known)}." if is_scenario else ""
+    return SHELF.text(name, known, hint)
 
 
 def is_mission_file(spec: str | Path) -> bool:
@@ -265,7 +260,3 @@ def _rank(name: str) -> tuple[int, float, str]:
     figure, _, part = name.removeprefix("fig").partition("-")
     words = ("five", "seven")
     return 0, int(figure) + (words.index(part) / len(words) if part in words else 0.0), name
-
-
-def _folder() -> Any:  # noqa: ANN401 - importlib's Traversable moved between versions
-    return resources.files("cgla_graph") / "missions"

@@ -1,9 +1,7 @@
 """Scenarios: problems in TOML files, some of them shipped with the toolkit."""
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +14,12 @@ from cgla_graph.map_file import MapBuilder, MapTable, Pair, read_table
 from cgla_graph.problem import Problem
 from cgla_graph.projection import LocalProjection
 from cgla_graph.risk import RiskField
+from cgla_graph.shelf import Shelf
 
 #: What prints the schema of scenario files.
 SCHEMA = "cgla scenarios --schema"
+#: Those that are shipped.
+SHELF = Shelf("scenario", ".toml, .geojson, .map or .scen", ScenarioError)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,8 +125,7 @@ def shipped() -> list[str]:
     >>> shipped()[0]
     'paper'
     """
-    names = sorted(file.name.removesuffix(".toml") for file in _folder().iterdir() if file.name.endswith(".toml"))
-    return sorted(names, key=lambda name: name != "paper")
+    return sorted(SHELF.names(), key=lambda name: name != "paper")
 
 
 def load_scenario(name: str | Path) -> Scenario:
@@ -180,13 +180,7 @@ def shipped_text(name: str) -> str:
     >>> "k = 10.0" in shipped_text("paper")
     True
     """
-    known = shipped()
-    if name not in known:
-        near = difflib.get_close_matches(name, known, n=3, cutoff=0.4)
-        hint = f"did you mean {' or '.join(near)}?" if near else f"shipped: {', '.join(known)}."
-        msg = f"unknown scenario {name!r}; {hint} A file ends in .toml, .geojson, .map or .scen"
-        raise ScenarioError(msg)
-    return str((_folder() / f"{name}.toml").read_text(encoding="utf-8"))
+    return SHELF.text(name, shipped())
 
 
 def _build(table: ScenarioTable, folder: Path, name: str, place: str) -> Scenario:
@@ -216,7 +210,3 @@ def _build(table: ScenarioTable, folder: Path, name: str, place: str) -> Scenari
         projection=builder.projection,
         notes=table.notes,
     )
-
-
-def _folder() -> Any:  # noqa: ANN401 - importlib's Traversable moved between versions
-    return resources.files("cgla_graph") / "scenarios"
