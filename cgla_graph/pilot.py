@@ -43,7 +43,7 @@ class Pilot:
     visited
         The lattice points nearest to where it was, if plans must not use them again.
     leg
-        The waypoints of its last tick, shape ``(m, 2)``.
+        What it flew on its last tick, on the clock of its plan; None before the first.
     near
         The numbers of the others within its safe distance.
     trace, path, times, replans, plans, knowledge, obstacles, seconds
@@ -64,7 +64,7 @@ class Pilot:
     plan_since: int = 0
     planned_on: tuple[Any, ...] | None = None
     visited: list[int] = field(default_factory=list)
-    leg: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
+    leg: Trajectory | None = None
     near: set[int] = field(default_factory=set)
     trace: list[Point] = field(default_factory=list)
     path: list[FloatArray] = field(default_factory=list)
@@ -102,22 +102,19 @@ class Pilot:
         self.plan, self.plan_since = plan, tick
         self.plans.append((tick, plan.points))
 
-    def motion(self, first: float, last: float = math.inf) -> Trajectory | None:
-        """Return what the plan says for the ticks from `first` to `last`, on the mission's clock; None if nothing."""
-        if self.plan is None:
-            return None
-        part = self.plan.part(first - self.plan_since, last - self.plan_since)
-        return None if part is None else part.shifted(self.plan_since)
+    def motion(self, since: float) -> Trajectory | None:
+        """Return what the plan says from a tick on, on the mission's clock; None if nothing."""
+        rest = None if self.plan is None else self.plan.part(since - self.plan_since, math.inf)
+        return None if rest is None else rest.shifted(self.plan_since)
 
     def move(self, tick: int) -> None:
         """Fly one tick of the plan."""
         since = tick - self.plan_since
-        flown = None if self.plan is None else self.plan.part(since, since + 1)
+        self.leg = flown = None if self.plan is None else self.plan.part(since, since + 1)
         if flown is None:
             return
         (x, y), (east, north) = self.position, flown.goal
         self.position = flown.goal
-        self.leg = flown.points
         # the first point is where it already was
         self.path.append(flown.points[1:])
         self.times.append(flown.times[1:] + self.plan_since)

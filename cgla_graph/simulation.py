@@ -180,8 +180,9 @@ class Simulation:
 
     def _sense(self, pilot: Pilot) -> None:
         radius = math.inf if self.mission.knowledge == "all" else pilot.uav.detection_radius
-        looks_along = self.mission.movement == "vertex" and len(pilot.leg) > 0
-        seen_from = pilot.leg if looks_along else np.array([pilot.position])
+        seen_from = np.array([pilot.position])
+        if self.mission.movement == "vertex" and pilot.leg is not None:
+            seen_from = pilot.leg.points
         seen = sightings(self.mission.world, self.tick, pilot.belief, seen_from, radius, pilot.number)
         for new in pilot.belief.hear(seen):
             kind, number = new.thing
@@ -366,7 +367,7 @@ class Simulation:
 
     def _meet(self) -> dict[int, str]:
         """Measure how near the UAVs came to each other; return why it is the end for whom."""
-        legs = {pilot.number: leg for pilot in self._flying() if (leg := pilot.motion(self.tick, self.tick + 1))}
+        legs = {pilot.number: pilot.leg.shifted(pilot.plan_since) for pilot in self._flying() if pilot.leg is not None}
         collided: dict[int, str] = {}
         for (i, j), (approach, is_new) in self._encounters.measure(legs).items():
             for one, other in ((self._pilots[i], self._pilots[j]), (self._pilots[j], self._pilots[i])):
