@@ -10,7 +10,7 @@ export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels-$(KERNELS)
 .PHONY: compare test lint check bench clean
 
 compare: $(INSTALLED)
-	$(BIN)/cgla compare --out results
+	$(BIN)/cgla compare --out results --overwrite
 
 test: $(INSTALLED)
 	$(BIN)/python -m pytest --numprocesses 2 --quiet

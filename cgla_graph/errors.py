@@ -36,6 +36,10 @@ class MissionError(CglaError, ValueError):
     """A mission, one of its UAVs, its world or a mission file is malformed."""
 
 
+class StudyError(CglaError, ValueError):
+    """A study file, or the database of a study, cannot be read, is malformed or does not fit."""
+
+
 class SolverSettingError(CglaError, ValueError):
     """A solver was given a setting that it does not have, or a value that it does not allow."""
 
@@ -50,3 +54,7 @@ class SolverUnavailableError(CglaError, ImportError):
 
 class OutputError(CglaError, OSError):
     """A file or folder cannot be written."""
+
+
+class WorkerError(CglaError, RuntimeError):
+    """The processes or machines that shall make the runs of a study do not start, or cannot be reached."""

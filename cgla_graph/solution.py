@@ -27,6 +27,9 @@ class Status(Enum):
     INFEASIBLE = "the path crosses a no-fly area or leaves the bounds"
     UNSUPPORTED = "the solver cannot take this problem"
     FAILED = "the solver failed, or its answer does not stand up to the oracle"
+    TIMED_OUT = "the run was stopped at its time limit"
+    OUT_OF_MEMORY = "the run was stopped at its memory limit"
+    CRASHED = "the solver took its process down"
     UNAVAILABLE = "the solver needs a package that is not installed"
 
     @property

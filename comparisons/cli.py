@@ -4,21 +4,31 @@ The command line, `cgla`.
 Everything heavy is imported where it is used, so that ``cgla --help`` answers at once.
 """
 
+import dataclasses
 import io
 import json
+import shlex
 import sys
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from cgla_graph.comparisons import terminal
-
-if TYPE_CHECKING:
-    from cgla_graph.comparisons.files import RowLog
-    from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.cli_options import (
+    GoalOption,
+    JsonOption,
+    NoCertificateOption,
+    OneScenarioArg,
+    OutOption,
+    RefineOption,
+    ResolutionOption,
+    ScenarioArg,
+    StartOption,
+    StudyArg,
+    ToleranceOption,
+)
 
 DONE, MISSING, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -27,35 +37,6 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-
-ScenarioArg = Annotated[
-    list[str] | None,
-    typer.Argument(
-        metavar="SCENARIO", help="shipped name, mission, .toml, .geojson, .map, or .scen (FILE.scen:FIRST-LAST)"
-    ),
-]
-OneScenarioArg = Annotated[
-    str, typer.Argument(metavar="SCENARIO", help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW")
-]
-OutOption = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="write files and pictures into DIR")]
-JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON document on standard output, nothing else")]
-StartOption = Annotated[
-    str | None, typer.Option("--start", metavar="X,Y", help="instead of the scenario's (lon,lat on such maps)")
-]
-GoalOption = Annotated[
-    str | None, typer.Option("--goal", metavar="X,Y", help="instead of the scenario's (lon,lat on such maps)")
-]
-ResolutionOption = Annotated[
-    int | None, typer.Option("--resolution", metavar="N", help="points a side of a closed lattice")
-]
-RefineOption = Annotated[bool, typer.Option("--refine", help="refine every path in the plane before it counts")]
-ToleranceOption = Annotated[
-    float | None,
-    typer.Option("--tolerance", metavar="R", help="how tight the lower bound shall be (default: 0.005; 0: no bound)"),
-]
-NoCertificateOption = Annotated[
-    bool, typer.Option("--no-certificate", help="leave out the lower bound, and so the gaps")
-]
 
 
 def _version(asked: bool) -> None:
@@ -85,84 +66,98 @@ def compare(
         typer.Option("--solvers", metavar="A,B", help="names, with settings as NAME:A=1:B=2 (default: all)"),
     ] = None,
     seeds: Annotated[
-        int, typer.Option("--seeds", metavar="N", min=1, help="runs of each solver that draws random numbers")
-    ] = 3,
+        int | None,
+        typer.Option("--seeds", metavar="N", min=1, help="runs of each solver that draws random numbers (default: 3)"),
+    ] = None,
     budget: Annotated[
         str | None,
         typer.Option(
             "--budget", metavar="seconds=S,…", help="seconds, iterations or evaluations, for all solvers that take it"
         ),
     ] = None,
+    limits: Annotated[
+        str | None,
+        typer.Option(
+            "--limits", metavar="seconds=S,memory=MB", help="what kills a run (default: 600 seconds, 4096 megabytes)"
+        ),
+    ] = None,
     out: OutOption = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="go on with the study in --out; no finished run is made again")
+    ] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="replace the study that is in --out")] = False,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers", metavar="N", min=0, help="processes that make runs (default: one a core; 0: this one)"
+        ),
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option("--dask", metavar="SCHEDULER", help="make the runs on a Dask cluster, as tcp://HOST:8786"),
+    ] = None,
     start: StartOption = None,
     goal: GoalOption = None,
     resolution: ResolutionOption = None,
     refine: RefineOption = False,
     tolerance: ToleranceOption = None,
     no_certificate: NoCertificateOption = False,
-    pictures: Annotated[int, typer.Option("--pictures", metavar="N", min=0, help="draw the first N scenarios")] = 20,
+    pictures: Annotated[
+        int | None,
+        typer.Option("--pictures", metavar="N", min=0, help="draw the first N scenarios (default: 20; of a study: 0)"),
+    ] = None,
     strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a run has no path")] = False,
+    example: Annotated[bool, typer.Option("--example", help="print a study file as a start for your own")] = False,
+    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of study files")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """
     Compare all solvers on any maps.
 
-    Without arguments: every installed solver on the paper's map. Prints tables: how far each path is from the best
-    possible, and how soon solvers that draw random numbers or improve with time get there; with --out, writes rows
-    (JSON Lines, CSV) and pictures as well. A mission is flown with each solver in turn; unless --solvers names some,
-    with those that need no other package and are fast enough to plan dozens of times. Ctrl-C keeps what is done.
+    Without arguments: every installed solver on the paper's map. Takes a study file (STUDY.toml) as well. Prints
+    tables: how far each path is from the best possible, and how soon solvers that draw random numbers or improve with
+    time get there. Each run has a process of its own: one that hangs, crashes or takes too much memory is a row that
+    says so. With --out, runs go into a database as they end (study.db), and a report (report.html), rows (JSON Lines,
+    CSV) and pictures are written. A mission is flown with each solver in turn; unless --solvers names some, with
+    those that need no other package and are fast enough to plan dozens of times. Ctrl-C keeps what is done.
     """
-    from cgla_graph.comparisons import files, mission_runner, options, output, performance, rows, runner
+    from cgla_graph.comparisons import comparison, files
 
-    bound = options.read_tolerance(tolerance, certify=not no_certificate)
-    contenders = options.read_contenders(solvers, budget=budget, refine=refine)
-    maps, missions = mission_runner.split(
-        scenarios or ["paper"], start=start, goal=goal, resolution=resolution, refine=refine
+    if example or schema:
+        from cgla_graph.comparisons.study.study_file import EXAMPLE, study_schema
+
+        terminal.out(EXAMPLE) if example else _print_json(study_schema())
+        return
+    how = comparison.How(
+        folder=out, resume=resume, overwrite=overwrite, scheduler=dask, command=shlex.join(["cgla", *sys.argv[1:]])
     )
-    opened = options.number_names(options.open_all(maps, start, goal, resolution))
-    pilots = mission_runner.pilots(contenders, chosen=solvers is not None)
+    if workers is not None:
+        how = dataclasses.replace(how, workers=workers)
+    request = comparison.read_request(
+        scenarios or [],
+        solvers=solvers,
+        seeds=seeds,
+        pictures=pictures,
+        limits=limits,
+        how=how,
+        budget=budget,
+        start=start,
+        goal=goal,
+        resolution=resolution,
+        refine=refine,
+        tolerance=tolerance,
+        certify=not no_certificate,
+    )
     folder = files.make_folder(out) if out else None
-    total = runner.count_runs(opened, contenders, seeds)
-    runs: list[Run] = []
-    interrupted = False
-    with _row_log(folder if opened else None) as log:
-        try:
-            with terminal.output_to_stderr(), terminal.progress(total) as tick:
-                # without maps, not even solvers are warmed up for them
-                for run in runner.compare(opened, contenders, seeds, tolerance=bound) if opened else ():
-                    runs.append(run)
-                    if log:
-                        log.add(rows.row(run))
-                    tick(f"{run.scenario.name}: {run.solver}")
-        except KeyboardInterrupt:
-            interrupted = True
-        written = output.write_rows(folder, log, runs) if folder and log else []
-        if folder and not interrupted:
-            written += output.write_all_pictures(folder, runs, pictures)
-    flights = mission_runner.run_all(missions if not interrupted else [], pilots, seeds, folder)
-    total, interrupted = total + mission_runner.count(missions, pilots, seeds), interrupted or flights.interrupted
-    written += flights.written
+    done = comparison.compare_all(request, how)
     if as_json:
-        groups = rows.by_scenario(runs)
-        document = {
-            "rows": rows.rows_of(runs),
-            "summary": [one.document() for group in groups for one in performance.performances(group)],
-            "certificates": [output.certificate_document(group[0]) for group in groups],
-            "flights": [flight.row() for flight in flights.runs],
-            "files": [str(path) for path in written],
-            "interrupted": interrupted,
-        }
-        _print_json(document)
+        _print_json(comparison.comparison_document(done))
     else:
-        output.print_comparison(runs, contenders)
-        mission_runner.print_flight_runs(missions, flights.runs)
-        _say_files(written, folder)
-    if interrupted:
-        kept = f" and kept in {folder}" if folder else ""
-        msg = f"{len(runs) + len(flights.runs)} of {total} runs are done{kept}"
-        raise terminal.InterruptedRunError(msg)
-    found = all(run.solution.status.is_path for run in runs) and all(run.all_arrived for run in flights.runs)
-    if strict and not found:
+        comparison.print_compared(request, done)
+        _say_files(done.written, folder)
+    if done.interrupted:
+        raise terminal.InterruptedRunError(comparison.kept_note(request, how, done))
+    if strict and not done.all_found:
         raise typer.Exit(MISSING)
 
 
@@ -353,6 +348,73 @@ def fly(
 
 
 @app.command()
+def results(
+    folder: StudyArg,
+    scenario: Annotated[
+        str | None, typer.Option("--scenario", metavar="A,B", help="only these, as random-* too")
+    ] = None,
+    solver: Annotated[str | None, typer.Option("--solver", metavar="A,B", help="only these")] = None,
+    status: Annotated[
+        str | None, typer.Option("--status", metavar="A,B", help="only runs that ended so, as failed,timed-out")
+    ] = None,
+    seed: Annotated[int | None, typer.Option("--seed", metavar="N", help="only runs of this seed")] = None,
+    runs: Annotated[bool, typer.Option("--runs", help="list single runs")] = False,
+    against: Annotated[
+        Path | None, typer.Option("--against", metavar="DIR", help="say what changed since an older study")
+    ] = None,
+    rerun: Annotated[
+        int | None, typer.Option("--rerun", metavar="NUMBER", help="make a run once more, and say what is different")
+    ] = None,
+    export: Annotated[
+        list[Path] | None,
+        typer.Option("--export", metavar="FILE", help="write .csv, .jsonl, .parquet, .tex or .db (OMPL's tables)"),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Show the results of a study.
+
+    Who wins, by how much, how sure that is, and where each solver fails; also while the study runs.
+    """
+    from cgla_graph.comparisons.results import lookup
+
+    with terminal.output_to_stderr():
+        found = lookup.look_up(
+            folder,
+            scenario=scenario,
+            solver=solver,
+            status=status,
+            seed=seed,
+            runs=runs,
+            against=against,
+            rerun=rerun,
+            export=export or (),
+        )
+    if as_json:
+        _print_json(lookup.document(found))
+    else:
+        lookup.print_results(found)
+
+
+@app.command()
+def view(
+    folder: StudyArg,
+    port: Annotated[
+        int, typer.Option("--port", metavar="N", min=0, max=65535, help="to listen on (default: one that is free)")
+    ] = 0,
+    browser: Annotated[bool, typer.Option(help="open the page in the browser")] = True,
+) -> None:
+    """
+    Show the report of a study in a browser.
+
+    Served on this machine only, until Ctrl-C; the page refreshes while the study runs.
+    """
+    from cgla_graph.comparisons.report.view import serve
+
+    serve(folder, port=port, open_browser=browser)
+
+
+@app.command()
 def solvers(as_json: JsonOption = False) -> None:
     """
     List the solvers.
@@ -435,17 +497,6 @@ def missions(
         else:
             plain = [{**line, "variants": ", ".join(line["variants"])} for line in lines]
             terminal.out_table(tables.listing("missions", ["name", "title", "uavs", "variants"], plain))
-
-
-@contextmanager
-def _row_log(folder: Path | None) -> "Iterator[RowLog | None]":
-    from cgla_graph.comparisons.files import RowLog
-
-    if folder is None:
-        yield None
-    else:
-        with RowLog(folder) as log:
-            yield log
 
 
 def _print_json(document: dict[str, Any]) -> None:

@@ -1,17 +1,12 @@
 """Tables of flights for the terminal: a line a UAV, and a line a variant."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 
-from rich.console import Console, ConsoleOptions
-from rich.measure import Measurement
-from rich.table import Table
-from rich.text import Text
-
+from cgla_graph.comparisons.fitted_table import FittedTable
 from cgla_graph.comparisons.flight_files import team_totals
 from cgla_graph.comparisons.flown import Flown
-from cgla_graph.comparisons.tables import duration, figure, table_of
+from cgla_graph.comparisons.tables import duration, figure
 from cgla_graph.flight import MissionStatus, UavFlight
 from cgla_graph.measures import EXPOSED_ABOVE
 
@@ -29,67 +24,6 @@ _HEADS = (
 #: What a narrow terminal does without, the first first.
 _SPARE = ("exposure", "known", "max F", "risk sum", "replans", "ticks", "risk")
 _SPARE_OF_VARIANTS = ("risk sum", "replans", "ticks", "risk", "length")
-_ENDLESS = 1_000_000  # columns: no terminal is as wide
-
-
-@dataclass
-class FittedTable:
-    """
-    A table that leaves out columns where the terminal is too narrow for all, so that no number is cut in two.
-
-    Attributes
-    ----------
-    title
-        Stands above.
-    left, right
-        The heads of columns of words, and those of columns of numbers that follow.
-    spare
-        Which of them can be left out, the first first.
-    notes
-        Lines that stand below.
-    rows
-        The cells, one for each head; they appear as they are: no markup, no emoji codes.
-
-    Examples
-    --------
-    >>> table = FittedTable("t", ("name",), ("length", "risk"), spare=("risk",), rows=[["a", "1.44000", "0.005833"]])
-    >>> Console(width=24).print(table)
-    t
-    ┏━━━━━━┳━━━━━━━━━┓
-    ┃ name ┃  length ┃
-    ┡━━━━━━╇━━━━━━━━━┩
-    │ a    │ 1.44000 │
-    └──────┴─────────┘
-    too narrow for: risk
-    """
-
-    title: str
-    left: Sequence[str]
-    right: Sequence[str]
-    spare: Sequence[str] = ()
-    notes: Sequence[str] = ()
-    rows: list[Sequence[str]] = field(default_factory=list)
-
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table]:
-        """Yield the table with as many columns as there is room for."""
-        for number in range(len(self.spare) + 1):
-            table = self._without(self.spare[:number])
-            measured = Measurement.get(console, options.update(max_width=_ENDLESS), table)
-            if measured.maximum <= options.max_width:
-                break
-        yield table
-
-    def _without(self, missing: Sequence[str]) -> Table:
-        heads = [*self.left, *self.right]
-        kept = [number for number, head in enumerate(heads) if head not in missing]
-        left, right = ([head for head in part if head not in missing] for part in (self.left, self.right))
-        table = table_of(self.title, left, right)
-        for row in self.rows:
-            table.add_row(*(Text(row[number]) for number in kept))
-        left_out = [f"too narrow for: {', '.join(head for head in heads if head in missing)}"] if missing else []
-        lines = [*self.notes, *left_out]
-        table.caption = Text("\n".join(lines)) if lines else None
-        return table
 
 
 def heading(flown: Flown) -> str:

@@ -2,8 +2,9 @@
 
 import dataclasses
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import nullcontext, suppress
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,14 +13,18 @@ import shapely
 
 from cgla_graph.comparisons import files, terminal
 from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.fitted_table import FittedTable
 from cgla_graph.comparisons.flight_files import plain_json, team_totals
-from cgla_graph.comparisons.flight_tables import FittedTable
 from cgla_graph.comparisons.flown import Flown, Sortie
+from cgla_graph.comparisons.study.isolation import Call, here, isolated, limited
+from cgla_graph.comparisons.study.limits import NO_LIMITS, PREPARATION, Limits, lost
+from cgla_graph.comparisons.study.worker import PRELOAD
 from cgla_graph.comparisons.tables import duration, figure
 from cgla_graph.errors import CglaError
 from cgla_graph.mission import Mission
 from cgla_graph.mission_file import MissionFile, is_mission_file, load_mission
 from cgla_graph.risk import RiskField, Threat
+from cgla_graph.solution import Status
 from cgla_graph.solvers import registry
 from cgla_graph.uav import Uav
 from cgla_graph.world import World
@@ -46,6 +51,8 @@ COLUMNS = (
 #: What `cgla compare` leaves out on missions unless it is asked for: a flight plans dozens of times, and these hand
 #: over a complete graph edge by edge each time.
 TOO_SLOW = ("networkx", "networkx-astar")
+#: Labels of contenders that have been made ready in this process.
+_ready: set[str] = set()
 #: What a narrow terminal does without, the first first.
 _SPARE = ("risk sum", "replans", "ticks", "risk", "length", "planning")
 
@@ -207,7 +214,14 @@ def count(missions: Sequence[MissionFile], contenders: Sequence[Contender], n_se
     return flights * sum(len(mission.variants) for mission in missions)
 
 
-def compare(missions: Sequence[MissionFile], contenders: Sequence[Contender], n_seeds: int = 3) -> Iterator[FlightRun]:
+def compare(
+    missions: Sequence[MissionFile],
+    contenders: Sequence[Contender],
+    n_seeds: int = 3,
+    *,
+    workers: int = 0,
+    limits: Limits | None = None,
+) -> Iterator[FlightRun]:
     """
     Fly every variant of every mission with every solver; seeded ones with the seeds 1 to `n_seeds`.
 
@@ -217,11 +231,16 @@ def compare(missions: Sequence[MissionFile], contenders: Sequence[Contender], n_
         What to fly, and what plans.
     n_seeds
         At least 1.
+    workers
+        How many processes fly at the same time; 0 flies in this process, without limits.
+    limits
+        Of each flight; None for the usual ones.
 
     Yields
     ------
     run
-        As soon as it is done. A solver that cannot fly the mission, or that raises, is a run that says why.
+        As soon as it is done: with several workers, in no fixed order. A solver that cannot fly the mission, or that
+        raises, hangs or crashes, is a run that says why.
 
     Examples
     --------
@@ -230,13 +249,47 @@ def compare(missions: Sequence[MissionFile], contenders: Sequence[Contender], n_
     >>> {run.status for run in runs}
     {'arrived'}
     """
-    if missions:
-        _warm_up(contenders)
-    for mission in missions:
-        for variant in mission.variants:
-            for contender in contenders:
-                for seed in _seeds(contender, n_seeds):
-                    yield _run(mission, variant, contender, seed)
+    held = (limits or Limits()) if workers else NO_LIMITS
+    calls = deque(
+        Call((mission.name, variant, contender.label, seed), _fly, (mission, variant, contender, seed, held))
+        for mission in missions
+        for variant in mission.variants
+        for contender in contenders
+        for seed in _seeds(contender, n_seeds)
+    )
+
+    def next_call() -> Call | None:
+        return calls.popleft() if calls else None
+
+    if not calls:
+        return
+    seconds = held.seconds + PREPARATION
+    preload = (__name__, *PRELOAD)
+    fly = (
+        isolated(next_call, workers=min(workers, len(calls)), seconds=seconds, preload=preload)
+        if workers
+        else here(next_call)
+    )
+    # whatever ends the iteration ends the workers
+    with closing(fly) as outcomes:
+        for call, outcome in outcomes:
+            yield outcome.value if outcome.failure is None else _lost(call, *lost(outcome, held))
+
+
+def _fly(mission: MissionFile, variant: str, contender: Contender, seed: int | None, limits: Limits) -> FlightRun:
+    """Make one flight in a worker."""
+    if contender.label not in _ready:
+        _warm_up(contender)
+        _ready.add(contender.label)
+    with limited(limits.seconds, limits.megabytes):
+        return _run(mission, variant, contender, seed)
+
+
+def _lost(call: Call, status: Status, message: str) -> FlightRun:
+    """Say why a flight has told nothing."""
+    mission, variant, contender, seed, _ = call.args
+    names = (mission.name, variant, contender.label, seed, len(mission.variants[variant].uavs))
+    return FlightRun(*names, status=status.label, message=message)
 
 
 def run_all(
@@ -244,6 +297,9 @@ def run_all(
     contenders: Sequence[Contender],
     n_seeds: int,
     folder: Path | None = None,
+    *,
+    workers: int = 0,
+    limits: Limits | None = None,
 ) -> FlightRuns:
     """
     Compare (see `compare`), showing progress, and write ``flights.jsonl`` and ``flights.csv``.
@@ -262,18 +318,29 @@ def run_all(
         try:
             total = count(missions, contenders, n_seeds)
             with terminal.output_to_stderr(), terminal.progress(total) as tick:
-                for run in compare(missions, contenders, n_seeds):
+                for run in compare(missions, contenders, n_seeds, workers=workers, limits=limits):
                     done.runs.append(run)
                     if log is not None:
                         log.add(run.row())
                     tick(f"{run.mission}: {run.solver}")
         except KeyboardInterrupt:
             done.interrupted = True
+        done.runs.sort(key=_order(missions, contenders))
         if folder is not None and log is not None:
             table = [run.row() for run in done.runs]
             text = files.csv_text(table, COLUMNS)
             done.written += [log.finish(table), files.write_text(folder / "flights.csv", text)]
     return done
+
+
+def _order(
+    missions: Sequence[MissionFile], contenders: Sequence[Contender]
+) -> Callable[[FlightRun], tuple[int, int, int]]:
+    """Return what sorts flights as they were asked for; those of one contender keep their order, by seeds."""
+    variants = [(mission.name, variant) for mission in missions for variant in mission.variants]
+    places = {place: number for number, place in enumerate(variants)}
+    labels = {contender.label: number for number, contender in enumerate(contenders)}
+    return lambda run: (places[run.mission, run.variant], labels[run.solver], run.seed or 0)
 
 
 def _seeds(contender: Contender, n_seeds: int) -> Sequence[int | None]:
@@ -283,15 +350,14 @@ def _seeds(contender: Contender, n_seeds: int) -> Sequence[int | None]:
     return [contender.settings["seed"]] if "seed" in contender.settings else range(1, n_seeds + 1)
 
 
-def _warm_up(contenders: Sequence[Contender]) -> None:
-    """Load the compiled kernels with a short flight, so that no solver's first plan is charged for that."""
+def _warm_up(contender: Contender) -> None:
+    """Load the compiled kernels with a short flight, so that a solver's first plan is not charged for that."""
     world = World(RiskField([Threat(0.5, 0.5, 0.1)]), no_fly=shapely.box(0.45, 0.7, 0.55, 0.8))
     uavs = [Uav("a", (0.1, 0.4), (0.9, 0.4), 0.3), Uav("b", (0.9, 0.6), (0.1, 0.6), 0.3)]
-    for contender in contenders:
-        # what is wrong with a solver is told by its own flight
-        with suppress(Exception):
-            solver = registry.get(contender.name, **contender.small_settings())
-            Mission(world, uavs, solver, resolution=4, virtual_obstacle=True, max_ticks=8).fly()
+    # what is wrong with a solver is told by its own flight
+    with suppress(Exception):
+        solver = registry.get(contender.name, **contender.small_settings())
+        Mission(world, uavs, solver, resolution=4, virtual_obstacle=True, max_ticks=8).fly()
 
 
 def _run(mission: MissionFile, variant: str, contender: Contender, seed: int | None) -> FlightRun:

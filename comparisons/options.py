@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from cgla_graph._types import Point
 from cgla_graph.comparisons.contender import Contender, check_settings, every_solver, parse_budget
 from cgla_graph.comparisons.runner import TOLERANCE
+from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.errors import CglaError
 from cgla_graph.inputs import open_scenarios
 from cgla_graph.lattice import Lattice
@@ -130,17 +131,51 @@ def open_one(
     return opened[0]
 
 
+def read_limits(text: str | None) -> Limits:
+    """
+    Read ``--limits``: ``seconds=60,memory=2048``, one of them or both; None for the usual ones.
+
+    Raises
+    ------
+    CglaError
+        If it is anything else; memory is in units of 2**20 bytes.
+
+    Examples
+    --------
+    >>> read_limits("seconds=60").seconds, read_limits("memory=512").megabytes
+    (60.0, 512.0)
+    """
+    fields = {"seconds": "seconds", "memory": "megabytes"}
+    given: dict[str, float] = {}
+    for part in (text or "").split(",") if text is not None else ():
+        key, equals, value = (word.strip() for word in part.partition("="))
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not equals or key not in fields or fields[key] in given or not 0.0 < number < math.inf:
+            msg = f"--limits has {part.strip()!r}; give seconds=S, memory=MEGABYTES or both, once and above 0"
+            raise CglaError(msg)
+        given[fields[key]] = number
+    return Limits(**given)
+
+
 def number_names(scenarios: Iterable[Scenario]) -> list[Scenario]:
     """
-    Give scenarios of the same name numbers, so that their rows can be told apart.
+    Give scenarios numbers where their name is taken, so that their rows can be told apart.
 
     All of them are opened before any work, so that a fault in the last one is found first.
     """
-    seen: dict[str, int] = {}
+    last: dict[str, int] = {}
     found = []
     for scenario in scenarios:
-        seen[scenario.name] = number = seen.get(scenario.name, 0) + 1
-        found.append(scenario if number == 1 else dataclasses.replace(scenario, name=f"{scenario.name}-{number}"))
+        name, number = scenario.name, last.get(scenario.name, 0)
+        while name in last:
+            number += 1
+            name = f"{scenario.name}-{number}"
+        last[scenario.name] = max(number, 1)
+        last.setdefault(name, 1)
+        found.append(scenario if name == scenario.name else dataclasses.replace(scenario, name=name))
     return found
 
 

@@ -10,6 +10,7 @@ from cgla_graph.comparisons.contender import Contender, budget_note
 from cgla_graph.comparisons.performance import PERFORMANCE_COLUMNS, performances
 from cgla_graph.comparisons.rows import by_scenario, json_number, rows_of, trace_row
 from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.study.database import Stored
 from cgla_graph.comparisons.tables import (
     bound_note,
     comparison_table,
@@ -30,19 +31,23 @@ def print_comparison(runs: Sequence[Run], contenders: Sequence[Contender]) -> No
             terminal.out_table(performance_table(performances(group)))
 
 
-def write_rows(folder: Path, log: files.RowLog, runs: Sequence[Run]) -> list[Path]:
+def write_study(stored: Stored) -> list[Path]:
     """
-    Write rows (JSON Lines, CSV), what they amount to for each solver (CSV), and the traces that there are (JSON Lines).
+    Write beside the database: the report, rows (JSON Lines, CSV), what they amount to, and the traces that there are.
 
     Raises
     ------
     OutputError
         If a file cannot be written.
     """
+    from cgla_graph.comparisons.report.page import write_report  # noqa: PLC0415 - loads plotly
+
+    folder, runs = stored.folder, stored.runs
     table = rows_of(runs)
     found = [one.document() for group in by_scenario(runs) for one in performances(group)]
     written = [
-        log.finish(table),
+        write_report(stored, folder / "report.html"),
+        files.write_text(folder / "rows.jsonl", files.json_lines(table)),
         files.write_text(folder / "rows.csv", files.csv_text(table)),
         files.write_text(folder / "summary.csv", files.csv_text(found, PERFORMANCE_COLUMNS)),
     ]
@@ -59,7 +64,7 @@ def write_all_pictures(folder: Path, runs: Sequence[Run], most: int) -> list[Pat
     written: list[Path] = []
     for group in groups[:most]:
         written += _write_pictures(folder / files.file_stem(group[0].scenario.name, taken), group)
-    if len(groups) > most:
+    if 0 < most < len(groups):
         terminal.say(f"pictures of the first {most} of {len(groups)} scenarios; --pictures N draws more")
     return written
 

@@ -4,9 +4,9 @@ import dataclasses
 import importlib
 import math
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import shapely
@@ -48,6 +48,14 @@ class Run:
         own where that is better.
     certificate
         What is proven of every path of the scenario; None where that was not asked for.
+    settings
+        What the solver was told, its seed aside.
+    megabytes
+        Memory that the run took at its peak, in units of 2**20 bytes; NaN where that is not known.
+    host
+        The machine; empty where it is not known.
+    number
+        Its number in the database of a study, from 1; None outside of one.
     """
 
     scenario: Scenario
@@ -56,11 +64,10 @@ class Run:
     exact: bool
     solution: Solution
     certificate: Certificate | None = None
-
-
-def count_runs(scenarios: Sequence[Scenario], contenders: Sequence[Contender], n_seeds: int) -> int:
-    """Count the runs of a comparison."""
-    return sum(len(_seeds(scenario, contender, n_seeds)) for scenario in scenarios for contender in contenders)
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    megabytes: float = math.nan
+    host: str = ""
+    number: int | None = None
 
 
 def compare(
@@ -99,30 +106,43 @@ def compare(
     >>> [(run.solver, run.solution.status.label) for run in runs]
     [('cgla', 'optimal'), ('straight-line', 'found')]
     """
-    _warm_up(contenders)
+    warm_up(contenders)
     if tolerance is not None:
-        _warm_up_proof()
+        warm_up_proof()
     ground = None
     for scenario in scenarios:
+        certificate = None if tolerance is None else certify(scenario.problem, tolerance)
+        ground = Ground.lay(scenario, ground)
         for contender in contenders:
-            if ground is None or ground.scenario is not scenario:
-                ground = _Ground.lay(scenario, ground)
-                if tolerance is not None:
-                    ground.certificate = _certify(scenario.problem, tolerance)
-            for seed in _seeds(scenario, contender, n_seeds):
-                solution = _bounded(_run(ground, contender, seed), ground.certificate)
-                yield Run(scenario, contender.label, seed, contender.is_exact, solution, ground.certificate)
+            for seed in seeds_of(scenario, contender, range(1, n_seeds + 1)):
+                yield run_of(scenario, contender, seed, run(ground, contender, seed), certificate)
 
 
-def _seeds(scenario: Scenario, contender: Contender, n_seeds: int) -> Sequence[int | None]:
-    """List the seeds of a contender: none, the one that the user or the scenario set, or 1 to `n_seeds`."""
+def seeds_of(scenario: Scenario, contender: Contender, seeds: Sequence[int]) -> Sequence[int | None]:
+    """List the seeds of a contender: none, the one that the user or the scenario set, or those of the comparison."""
     if not contender.is_available or not registry.traits(contender.name).seeded:
         return [None]
     settings = contender.settings_on(scenario)
-    return [settings["seed"]] if "seed" in settings else range(1, n_seeds + 1)
+    return [settings["seed"]] if "seed" in settings else seeds
 
 
-def _certify(problem: Problem, tolerance: float) -> Certificate:
+def run_of(
+    scenario: Scenario,
+    contender: Contender,
+    seed: int | None,
+    solution: Solution,
+    certificate: Certificate | None,
+    **how: Any,  # noqa: ANN401 - more fields of a run
+) -> Run:
+    """Put an answer beside what is proven of its scenario."""
+    settings = contender.settings_on(scenario) if contender.is_available else {}
+    settings.pop("seed", None)
+    answer = _bounded(solution, certificate)
+    names = (scenario, contender.label, seed, contender.is_exact)
+    return Run(*names, solution=answer, certificate=certificate, settings=settings, **how)
+
+
+def certify(problem: Problem, tolerance: float) -> Certificate:
     """Bound the cost of every path, with a good one in hand; what goes wrong leaves no bound, but a reason."""
     began = time.perf_counter()
     try:
@@ -130,16 +150,26 @@ def _certify(problem: Problem, tolerance: float) -> Certificate:
         path = best.path if best.status.is_path else None
         return dataclasses.replace(lower_bound(problem, tolerance, path=path), seconds=time.perf_counter() - began)
     except Exception as error:  # noqa: BLE001 - a comparison survives any certificate
-        message = f"{type(error).__name__}: {error}".splitlines()[0]
+        return no_certificate(tolerance, reason(error), time.perf_counter() - began)
+
+
+def no_certificate(tolerance: float, why: str, seconds: float) -> Certificate:
+    """Say why there is no bound."""
     return Certificate(
         lower_bound=math.nan,
         upper_bound=math.inf,
         tolerance=tolerance,
         spacing=math.nan,
         cells=0,
-        message=message,
-        seconds=time.perf_counter() - began,
+        message=why,
+        seconds=seconds,
     )
+
+
+def reason(error: BaseException) -> str:
+    """Put an exception into one line: an error of ours is its message, any other one begins with its kind."""
+    text = str(error) if isinstance(error, CglaError) else f"{type(error).__name__}: {error}"
+    return next(iter(text.splitlines()), "")
 
 
 def _bounded(solution: Solution, certificate: Certificate | None) -> Solution:
@@ -159,16 +189,15 @@ def _bounded(solution: Solution, certificate: Certificate | None) -> Solution:
 
 
 @dataclass(eq=False)
-class _Ground:
-    """A scenario, what is proven of it, and the graph of all graph solvers, laid when the first one asks."""
+class Ground:
+    """A scenario and the graph of all graph solvers, laid when the first one asks."""
 
     scenario: Scenario
-    certificate: Certificate | None = None
     graph_problem: GraphProblem | None = None
     build_seconds: float = 0.0
 
     @classmethod
-    def lay(cls, scenario: Scenario, before: "_Ground | None") -> "_Ground":
+    def lay(cls, scenario: Scenario, before: "Ground | None") -> "Ground":
         """Start a scenario; the rows of one grid map share their graph, too."""
         ground = cls(scenario)
         if before is None or before.graph_problem is None:
@@ -190,7 +219,7 @@ class _Ground:
         return self.graph_problem
 
 
-def _run(ground: _Ground, contender: Contender, seed: int | None) -> Solution:
+def run(ground: Ground, contender: Contender, seed: int | None) -> Solution:
     """Run one solver; whatever it raises becomes its answer."""
     missing = registry.missing(contender.name)
     if missing is not None:
@@ -207,18 +236,17 @@ def _run(ground: _Ground, contender: Contender, seed: int | None) -> Solution:
         bound = 0.0 if problem.start == problem.goal else math.nan
         build_seconds = ground.build_seconds + solution.build_seconds
         return dataclasses.replace(solution, build_seconds=build_seconds, lower_bound=bound)
-    except CglaError as error:
-        return Solution(Status.FAILED, solver=contender.name, message=str(error))
+    except MemoryError as error:
+        return Solution(Status.OUT_OF_MEMORY, solver=contender.name, message=reason(error))
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a comparison survives any solver
-        message = f"{type(error).__name__}: {error}".splitlines()[0]
-        return Solution(Status.FAILED, solver=contender.name, message=message)
+        return Solution(Status.FAILED, solver=contender.name, message=reason(error))
 
 
 def _solve(problem: Problem, contender: Contender, settings: dict[str, Any], **how: Any) -> Solution:  # noqa: ANN401 - as `solve`
     return solve(problem, registry.get(contender.name, **settings), refine=contender.refine, **how)
 
 
-def _warm_up(contenders: Iterable[Contender]) -> None:
+def warm_up(contenders: Iterable[Contender]) -> None:
     """Load the compiled kernels and the solvers' packages, so that no solver's first run is charged for that."""
     problem = _small_problem()
     for contender in contenders:
@@ -237,7 +265,7 @@ def _warm_up(contenders: Iterable[Contender]) -> None:
     point_inside(0.0, 0.0, model.area.kernel_arrays)
 
 
-def _warm_up_proof() -> None:
+def warm_up_proof() -> None:
     """Load what proves lower bounds, so that the first certificate says how long its own proof took."""
     # what is wrong with it is told by the certificate of the first scenario
     with suppress(Exception):

@@ -36,12 +36,17 @@ Call: TypeAlias = Callable[..., Answer]
 
 
 def caller(folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
-    """Return what calls the command line in a folder, with a wide terminal."""
+    """
+    Return what calls the command line in a folder, with a wide terminal.
+
+    Comparisons are made in this process, where a test's own solvers are known, unless the call says otherwise.
+    """
     monkeypatch.chdir(folder)
     monkeypatch.setenv("COLUMNS", "200")
 
     def call(*words: object) -> Answer:
-        monkeypatch.setattr(sys, "argv", ["cgla", *map(str, words)])
+        here = ["--workers", 0] if words[:1] == ("compare",) and "--workers" not in words else []
+        monkeypatch.setattr(sys, "argv", ["cgla", *map(str, [*words, *here])])
         with pytest.raises(SystemExit) as left:
             main()
         captured = capfd.readouterr()

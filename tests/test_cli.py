@@ -13,6 +13,7 @@ import time
 import tomllib
 import types
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any, ClassVar
@@ -23,8 +24,11 @@ import pytest
 import shapely
 from command_line import Call, caller
 
-from cgla_graph.comparisons import files, options
+from cgla_graph.comparisons import options
 from cgla_graph.comparisons.rows import COLUMNS
+from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.study.database import load
+from cgla_graph.errors import CglaError
 from cgla_graph.geojson import read_areas
 from cgla_graph.problem import Problem
 from cgla_graph.scenario import load_scenario, schema, shipped, shipped_text
@@ -37,6 +41,8 @@ ENDS = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\n"
 SMALL = f"{ENDS}k = 5.0\nthreats = [{{ x = 0.5, y = 0.5, spread = 0.1 }}]\n[lattice]\nresolution = 4\n"
 WALL = "[no_fly]\npolygons = [[[0.45, -0.1], [0.55, -0.1], [0.55, 0.8], [0.45, 0.8]]]\n"
 SHUT = WALL.replace("0.8", "1.1")
+#: What a comparison leaves in its folder at least.
+STUDY_FILES = {"study.db", "study.db.lock", "report.html", "rows.jsonl", "rows.csv", "summary.csv"}
 PROGRAM = [sys.executable, "-m", "cgla_graph.comparisons"]
 
 
@@ -210,9 +216,9 @@ def test_compare_writes_rows_and_pictures(cgla: Call, small: Path, tmp_path: Pat
     out = tmp_path / "new" / "folder"
     solvers = "cgla,straight-line,rrt-star:iterations=300"
     document = cgla("compare", small, "--solvers", solvers, "--seeds", 2, "--out", out, "--json").document()
-    wanted = {"rows.jsonl", "rows.csv", "summary.csv", "traces.jsonl", "small.png", "small.svg", "small-cost.png"}
+    wanted = {*STUDY_FILES, "traces.jsonl", "small.png", "small.svg", "small-cost.png"}
     assert names_in(out) == wanted
-    assert {Path(file).name for file in document["files"]} == wanted
+    assert {Path(file).name for file in document["files"]} == wanted - {"study.db.lock"}
     rows = [json.loads(line) for line in (out / "rows.jsonl").read_text(encoding="utf-8").splitlines()]
     assert rows == document["rows"]
     assert [(row["solver"], row["seed"]) for row in rows][2:] == [(solvers.split(",")[2], seed) for seed in (1, 2)]
@@ -228,16 +234,19 @@ def test_compare_writes_rows_and_pictures(cgla: Call, small: Path, tmp_path: Pat
 @pytest.mark.usefixtures("pictures")
 def test_compare_says_what_it_wrote(cgla: Call, small: Path, tmp_path: Path) -> None:
     answer = cgla("compare", small, "paper", "--solvers", "cgla", "--out", tmp_path / "out", "--pictures", 1)
-    assert f"written to {tmp_path / 'out'}: rows.jsonl, rows.csv, summary.csv, small.png" in answer.out
+    files = "study.db, report.html, rows.jsonl, rows.csv, summary.csv, small.png"
+    assert f"written to {tmp_path / 'out'}: {files}" in answer.out
     assert "first 1 of 2 scenarios" in answer.err
     assert "paper.png" not in names_in(tmp_path / "out")
 
 
 @pytest.mark.usefixtures("pictures")
-def test_compare_again_replaces_what_was_there(cgla: Call, small: Path, tmp_path: Path) -> None:
+def test_compare_again_replaces_what_was_there_only_when_told_to(cgla: Call, small: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     for solvers in ("cgla,dijkstra,straight-line", "cgla"):
-        cgla("compare", small, "--solvers", solvers, "--out", out)
+        if out.exists():
+            cgla("compare", small, "--solvers", solvers, "--out", out).refused("--resume", "--overwrite")
+        cgla("compare", small, "--solvers", solvers, "--out", out, "--overwrite")
         lines = (out / "rows.jsonl").read_text(encoding="utf-8").splitlines()
         assert [json.loads(line)["solver"] for line in lines] == solvers.split(",")
         assert not list(out.glob("*.part")) + list(out.glob(".*"))
@@ -305,12 +314,13 @@ def test_scenarios_of_one_name(cgla: Call, tmp_path: Path) -> None:
     for folder, k in (("a", 5.0), ("b", 0.0)):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "x.toml").write_text(SMALL.replace("k = 5.0", f"k = {k}"), encoding="utf-8")
-    words = ("compare", "a/x.toml", "b/x.toml", "--solvers", "cgla,straight-line", "--out", "out")
+    words = ("compare", "a/x.toml", "b/x.toml", "--solvers", "cgla,straight-line", "--out", "out", "--overwrite")
     document = cgla(*words, "--json").document()
     assert [row["excess"] for row in document["rows"] if row["solver"] == "cgla"] == [0.0, 0.0]
-    assert len(set(document["files"])) == 3 + 2 * 3
+    assert len(set(document["files"])) == 5 + 2 * 3
     assert [row["scenario"] for row in document["rows"]] == ["x", "x", "x-2", "x-2"]
-    assert cgla(*words).out.count("│ cgla ") == 2
+    # a table of each, and the standings
+    assert cgla(*words).out.count("│ cgla ") == 3
 
 
 # The lower bound, and how soon solvers get near it
@@ -338,19 +348,18 @@ def test_the_table_is_sorted_by_the_gap(cgla: Call, small: Path, name: str) -> N
     assert f"{min(row['gap'] for row in document['rows']):+.2%}".replace("%", " %") in cgla(*words).out
 
 
-def test_rows_on_the_disk_have_their_gap_at_once(
+def test_runs_on_the_disk_have_their_gap_at_once(
     cgla: Call, small: Path, tmp_path: Path, enter: Callable[..., str]
 ) -> None:
-    seen: list[dict[str, Any]] = []
+    seen: list[Run] = []
 
     def look(problem: Problem) -> Solution:
-        part = tmp_path / "out" / "rows.jsonl.part"
-        seen.extend(json.loads(line) for line in part.read_text(encoding="utf-8").splitlines())
+        seen.extend(load(tmp_path / "out").runs)
         return straight(problem)
 
     cgla("compare", small, "--solvers", f"cgla,{enter(look)}", "--out", "out", "--pictures", 0)
-    (row,) = seen
-    assert row["gap"] == pytest.approx(row["cost"] / row["lower_bound"] - 1.0)
+    (run,) = seen
+    assert run.solution.gap == pytest.approx(run.solution.cost / run.solution.lower_bound - 1.0)
 
 
 @pytest.mark.parametrize("words", [["--no-certificate"], ["--tolerance", "0"]])
@@ -380,7 +389,7 @@ def unlucky(problem: Problem) -> Solution:
 def test_how_soon_stands_in_a_table_a_list_and_a_file(cgla: Call, small: Path, tmp_path: Path) -> None:
     pytest.importorskip("ompl")
     solvers = "cgla,rrt-star:iterations=300,straight-line"
-    words = ("compare", small, "--solvers", solvers, "--seeds", 6, "--out", "out", "--pictures", 0)
+    words = ("compare", small, "--solvers", solvers, "--seeds", 6, "--out", "out", "--pictures", 0, "--overwrite")
     text = cgla(*words).out
     assert "small: how soon" in text
     document = cgla(*words, "--json").document()
@@ -405,7 +414,7 @@ def test_how_soon_stands_in_a_table_a_list_and_a_file(cgla: Call, small: Path, t
 def test_solvers_that_neither_draw_nor_improve_need_no_second_table(cgla: Call, small: Path, tmp_path: Path) -> None:
     words = ("compare", small, "--solvers", "cgla,straight-line", "--out", "out", "--pictures", 0)
     assert "how soon" not in cgla(*words).out
-    assert names_in(tmp_path / "out") == {"rows.jsonl", "rows.csv", "summary.csv"}
+    assert names_in(tmp_path / "out") == STUDY_FILES
 
 
 def test_a_run_that_finds_nothing_counts(cgla: Call, small: Path, enter: Callable[..., str]) -> None:
@@ -654,13 +663,13 @@ def test_odd_names(cgla: Call, tmp_path: Path, name: str) -> None:
     answer = cgla("compare", file, "--solvers", "cgla", "--out", out)
     assert answer.code == 0
     assert all(part in answer.out for part in name.split("\n"))
-    document = cgla("compare", file, "--solvers", "cgla", "--out", out, "--json").document()
+    document = cgla("compare", file, "--solvers", "cgla", "--out", out, "--overwrite", "--json").document()
     assert document["rows"][0]["scenario"] == name
     (row,) = (json.loads(line) for line in (out / "rows.jsonl").read_text(encoding="utf-8").splitlines())
     assert row["scenario"] == name
     with (out / "rows.csv").open(encoding="utf-8", newline="") as table:
         assert [line["scenario"] for line in csv.DictReader(table)] == [name]
-    assert len(names_in(out)) == 6
+    assert len(names_in(out)) == len(STUDY_FILES) + 3
     document = cgla("plan", file, "--out", tmp_path / "plan", "--json").document()
     assert document["scenario"] == name
     assert len(names_in(tmp_path / "plan")) == 2
@@ -760,8 +769,9 @@ def test_an_interrupt_keeps_what_is_done(cgla: Call, small: Path, enter: Callabl
     answer = cgla("compare", small, small, small, "--solvers", f"cgla,{name}", "--out", "out", "--json")
     document = answer.document()
     assert (answer.code, document["interrupted"]) == (130, True)
-    assert answer.err == "cgla: interrupted: 3 of 6 runs are done and kept in out\n"
-    assert names_in(tmp_path / "out") == {"rows.jsonl", "rows.csv", "summary.csv"}
+    remedy = "(cgla compare --resume --out out goes on)"
+    assert answer.err == f"cgla: interrupted: 3 of 6 runs are done and kept in out {remedy}\n"
+    assert names_in(tmp_path / "out") == STUDY_FILES
     rows = [json.loads(line) for line in (tmp_path / "out" / "rows.jsonl").read_text(encoding="utf-8").splitlines()]
     assert rows == document["rows"]
     assert [row["solver"] for row in rows] == ["cgla", name, "cgla"]
@@ -777,6 +787,13 @@ def test_an_interrupt_at_the_beginning_is_said(cgla: Call, monkeypatch: pytest.M
     assert answer.err == "cgla: interrupted\n"
 
 
+def n_runs(folder: Path) -> int:
+    """Count the runs that are on the disk."""
+    with suppress(CglaError):
+        return len(load(folder).runs)
+    return 0
+
+
 @pytest.fixture
 def busy(small: Path, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     """Start a comparison that has two rows on the disk, and whose third takes for ever."""
@@ -784,11 +801,10 @@ def busy(small: Path, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     # the short run imports OMPL, which no signal should hit
     solvers = "cgla,rrt-star:iterations=50,rrt-star:iterations=100000000"
     words = ["compare", str(small), "--solvers", solvers, "--seeds", "1", "--out", str(tmp_path / "out")]
-    part = tmp_path / "out" / "rows.jsonl.part"
     with subprocess.Popen([*PROGRAM, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
         try:
-            while running.poll() is None and not (part.exists() and part.read_text(encoding="utf-8").count("\n") == 2):
-                time.sleep(0.02)
+            while running.poll() is None and n_runs(tmp_path / "out") < 2:
+                time.sleep(0.1)
             yield running
         finally:
             running.kill()
@@ -799,9 +815,10 @@ def busy(small: Path, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
 def test_ctrl_c_in_the_middle(busy: subprocess.Popen[str], tmp_path: Path) -> None:
     busy.send_signal(signal.SIGINT)
     out, err = busy.communicate(timeout=120)
-    assert (busy.returncode, err) == (130, f"cgla: interrupted: 2 of 3 runs are done and kept in {tmp_path / 'out'}\n")
+    assert (busy.returncode, err.count("\n")) == (130, 1)
+    assert err.startswith(f"cgla: interrupted: 2 of 3 runs are done and kept in {tmp_path / 'out'} (")
     assert "│ cgla " in out
-    assert names_in(tmp_path / "out") == {"rows.jsonl", "rows.csv", "summary.csv", "traces.jsonl"}
+    assert names_in(tmp_path / "out") == {*STUDY_FILES, "traces.jsonl"}
     lines = (tmp_path / "out" / "rows.jsonl").read_text(encoding="utf-8").splitlines()
     first, second = (json.loads(line) for line in lines)
     assert (first["solver"], first["status"], first["excess"]) == ("cgla", "optimal", 0.0)
@@ -810,13 +827,11 @@ def test_ctrl_c_in_the_middle(busy: subprocess.Popen[str], tmp_path: Path) -> No
 
 @pytest.mark.ompl
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-def test_a_kill_leaves_whole_lines_and_no_final_name(busy: subprocess.Popen[str], tmp_path: Path) -> None:
+def test_a_kill_leaves_whole_runs_and_no_worker(busy: subprocess.Popen[str], tmp_path: Path) -> None:
     busy.kill()
     busy.communicate(timeout=120)
-    assert names_in(tmp_path / "out") == {"rows.jsonl.part"}
-    text = (tmp_path / "out" / "rows.jsonl.part").read_text(encoding="utf-8")
-    assert text.endswith("\n")
-    assert [json.loads(line)["solver"] for line in text.splitlines()] == ["cgla", "rrt-star:iterations=50"]
+    assert not {"report.html", "rows.jsonl"} & names_in(tmp_path / "out")
+    assert [run.solver for run in load(tmp_path / "out").runs] == ["cgla", "rrt-star:iterations=50"]
 
 
 @pytest.fixture(scope="module")
@@ -847,16 +862,10 @@ def test_standard_output_that_is_full(cgla: Call, monkeypatch: pytest.MonkeyPatc
         cgla("scenarios", "--show", "paper").refused("No space left")
 
 
-def test_a_full_disk(cgla: Call, small: Path, tiny_disk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(files.tempfile, "TemporaryFile", files.tempfile.SpooledTemporaryFile)
+def test_a_full_disk(cgla: Call, small: Path, tiny_disk: Path) -> None:
     words = ("compare", *[small] * 400, "--solvers", "straight-line", "--no-certificate", "--out", tiny_disk)
-    cgla(*words).refused("No space left", "--out")
-    text = (tiny_disk / "rows.jsonl.part").read_text(encoding="utf-8")
-    assert text.endswith("\n"), "a row was cut in two"
-    lines = text.splitlines()
-    assert len(lines) >= 100
-    assert all(json.loads(line)["solver"] == "straight-line" for line in lines)
-    assert names_in(tiny_disk) == {"rows.jsonl.part"}
+    cgla(*words).refused("full", "--out")
+    assert names_in(tiny_disk) <= {"study.db.lock"}
 
 
 IMPROPER = """

@@ -22,8 +22,9 @@ from missions_small import CROSSING, DEGREES, flown_of
 from rich.console import Console
 
 from cgla_graph.comparisons import animation_file, fly, plots
+from cgla_graph.comparisons.fitted_table import FittedTable
 from cgla_graph.comparisons.flight_files import plain_json, whole_log
-from cgla_graph.comparisons.flight_tables import FittedTable, closest_note, flight_table, variants_table
+from cgla_graph.comparisons.flight_tables import closest_note, flight_table, variants_table
 from cgla_graph.comparisons.flown import Flown
 from cgla_graph.errors import OutputError
 from cgla_graph.flight import MissionStatus

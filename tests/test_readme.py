@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.comparisons.study.study_file import study_from_toml
 from cgla_graph.mission_file import shipped_missions
 from cgla_graph.scenario import shipped
 from cgla_graph.solvers import registry
@@ -51,5 +53,12 @@ def test_the_commands_of_the_readme_name_real_options(capsys: pytest.CaptureFixt
         assert {word for word in rest if word.startswith("--")} <= options
         if name in {"compare", "plan", "fly"} and rest and not rest[0].startswith("--"):
             missions = [] if name == "plan" else shipped_missions()
-            known = missions if name == "fly" else [*shipped(), *missions, "mine.toml"]
+            known = missions if name == "fly" else [*shipped(), *missions, "mine.toml", "study.toml"]
             assert rest[0] in known
+
+
+def test_the_study_of_the_readme_is_one() -> None:
+    (text,) = (block for block in blocks("toml") if "scenarios" in block)
+    study = study_from_toml(text)
+    assert len(list(study.cells())) > 100
+    assert study.limits == Limits(60.0, 2048.0)

@@ -158,7 +158,7 @@ CHILDREN = [
 
 @pytest.mark.parametrize("error", CHILDREN)
 def test_every_error_is_also_a_builtin(error: type[CglaError]) -> None:
-    builtins = {ValueError, KeyError, ImportError, OSError}
+    builtins = {ValueError, KeyError, ImportError, OSError, RuntimeError}
     assert any(issubclass(error, builtin) for builtin in builtins)
     assert str(error("no such thing")) == "no such thing"
 

@@ -1,0 +1,36 @@
+"""Arguments and options that several commands of the command line share."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+ScenarioArg = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="SCENARIO", help="shipped name, mission, .toml, .geojson, .map, or .scen (FILE.scen:FIRST-LAST)"
+    ),
+]
+OneScenarioArg = Annotated[
+    str, typer.Argument(metavar="SCENARIO", help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW")
+]
+StudyArg = Annotated[Path, typer.Argument(metavar="DIR", help="folder of a study, as compare --out makes it")]
+OutOption = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="write files and pictures into DIR")]
+JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON document on standard output, nothing else")]
+StartOption = Annotated[
+    str | None, typer.Option("--start", metavar="X,Y", help="instead of the scenario's (lon,lat on such maps)")
+]
+GoalOption = Annotated[
+    str | None, typer.Option("--goal", metavar="X,Y", help="instead of the scenario's (lon,lat on such maps)")
+]
+ResolutionOption = Annotated[
+    int | None, typer.Option("--resolution", metavar="N", help="points a side of a closed lattice")
+]
+RefineOption = Annotated[bool, typer.Option("--refine", help="refine every path in the plane before it counts")]
+ToleranceOption = Annotated[
+    float | None,
+    typer.Option("--tolerance", metavar="R", help="how tight the lower bound shall be (default: 0.005; 0: no bound)"),
+]
+NoCertificateOption = Annotated[
+    bool, typer.Option("--no-certificate", help="leave out the lower bound, and so the gaps")
+]

@@ -1,0 +1,301 @@
+"""The command `compare`: what was asked for becomes a study, whose runs are made, kept and shown."""
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from cgla_graph.comparisons import mission_runner, options, output, terminal
+from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.performance import performances
+from cgla_graph.comparisons.results.lookup import print_standings
+from cgla_graph.comparisons.rows import by_scenario, rows_of
+from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.standings import standings
+from cgla_graph.comparisons.study.database import FILE, Database, load, load_study
+from cgla_graph.comparisons.study.execution import run_study
+from cgla_graph.comparisons.study.study import Study
+from cgla_graph.comparisons.study.study_file import is_study_file, read_study
+from cgla_graph.cost_model import n_cores
+from cgla_graph.errors import CglaError
+from cgla_graph.mission_file import MissionFile
+
+#: Of a study without a file, this many scenarios get pictures of their own, unless told otherwise.
+PICTURES = 20
+
+
+@dataclass(frozen=True, eq=False)
+class Request:
+    """
+    What is to be compared.
+
+    Attributes
+    ----------
+    study
+        Solvers on maps.
+    missions, pilots
+        Missions, and the solvers that fly them.
+    n_seeds
+        Flights of a solver that draws random numbers.
+    pictures
+        How many scenarios get pictures of their own; the report has a map of each.
+    is_file
+        Whether it is a study from a file.
+    """
+
+    study: Study
+    missions: Sequence[MissionFile] = ()
+    pilots: Sequence[Contender] = ()
+    n_seeds: int = 1
+    pictures: int = PICTURES
+    is_file: bool = False
+
+    @property
+    def total(self) -> int:
+        """How many runs and flights there are to be made."""
+        return sum(1 for _ in self.study.cells()) + mission_runner.count(self.missions, self.pilots, self.n_seeds)
+
+
+@dataclass(frozen=True)
+class How:
+    """
+    How runs are made and kept.
+
+    Attributes
+    ----------
+    folder
+        Where results go, or None.
+    resume, overwrite
+        Whether to go on with the study that is there, or to replace it; a study that is there is refused otherwise.
+    workers
+        Processes that make runs; 0 for this one.
+    scheduler
+        Of a Dask cluster, or None.
+    command
+        What the user typed.
+    """
+
+    folder: Path | None = None
+    resume: bool = False
+    overwrite: bool = False
+    workers: int = field(default_factory=n_cores)
+    scheduler: str | None = None
+    command: str = ""
+
+
+@dataclass(eq=False)
+class Compared:
+    """
+    What is done.
+
+    Attributes
+    ----------
+    runs
+        Runs on maps, in the order of the study; those of earlier sessions too.
+    flights
+        Flights of missions.
+    written
+        Files.
+    interrupted
+        Whether Ctrl-C ended it.
+    """
+
+    runs: list[Run] = field(default_factory=list)
+    flights: mission_runner.FlightRuns = field(default_factory=mission_runner.FlightRuns)
+    written: list[Path] = field(default_factory=list)
+    interrupted: bool = False
+
+    @property
+    def all_found(self) -> bool:
+        """Whether every run found a path, and every UAV arrived."""
+        return all(run.solution.status.is_path for run in self.runs) and all(
+            run.all_arrived for run in self.flights.runs
+        )
+
+
+def read_request(
+    specs: Sequence[str],
+    *,
+    solvers: str | None = None,
+    seeds: int | None = None,
+    pictures: int | None = None,
+    limits: str | None = None,
+    how: How | None = None,
+    **more: Any,  # noqa: ANN401 - options, see below
+) -> Request:
+    """
+    Read what the user asked for.
+
+    Parameters
+    ----------
+    specs
+        Scenarios, missions, or one study file; none for the study that is gone on with, else for the paper's map.
+    solvers, seeds, limits
+        As on the command line; None where they were left out.
+    pictures
+        How many scenarios get pictures of their own; None for the usual number.
+    how
+        Where from to go on, if at all.
+    more
+        The other options: budget, start, goal, resolution, refine, tolerance, certify.
+
+    Raises
+    ------
+    CglaError
+        If anything is wrong with any of it.
+    """
+    how = how or How()
+    if how.folder is None and (how.resume or how.overwrite):
+        msg = f"{'--resume' if how.resume else '--overwrite'} needs the folder of the study: --out DIR"
+        raise CglaError(msg)
+    if how.resume and how.overwrite:
+        msg = "--resume goes on with a study, --overwrite starts anew; give one of them"
+        raise CglaError(msg)
+    if is_study_file(specs[0] if specs else ""):
+        _refuse_beside_a_file(specs, solvers=solvers, seeds=seeds, limits=limits, **more)
+        return Request(read_study(Path(specs[0])), pictures=pictures or 0, is_file=True)
+    if how.resume and how.folder is not None and not specs:
+        _refuse_beside_a_file([how.folder / FILE], solvers=solvers, seeds=seeds, limits=limits, **more)
+        return Request(load_study(how.folder), pictures=pictures or 0, is_file=True)
+    return _request(specs, solvers, 3 if seeds is None else seeds, pictures, limits, how.command, **more)
+
+
+def _request(
+    specs: Sequence[str],
+    solvers: str | None,
+    n_seeds: int,
+    pictures: int | None,
+    limits: str | None,
+    command: str,
+    *,
+    budget: str | None = None,
+    start: str | None = None,
+    goal: str | None = None,
+    resolution: int | None = None,
+    refine: bool = False,
+    tolerance: float | None = None,
+    certify: bool = True,
+) -> Request:
+    """Make a study of options."""
+    bound = options.read_tolerance(tolerance, certify=certify)
+    contenders = options.read_contenders(solvers, budget=budget, refine=refine)
+    for_maps = {"start": start, "goal": goal, "resolution": resolution, "refine": refine}
+    maps, missions = mission_runner.split(specs or ["paper"], **for_maps)
+    study = Study(
+        scenarios=options.number_names(options.open_all(maps, start, goal, resolution)),
+        contenders=contenders,
+        seeds=range(1, n_seeds + 1),
+        tolerance=bound,
+        limits=options.read_limits(limits),
+        title=" ".join(maps),
+        source=command,
+    )
+    pilots = mission_runner.pilots(contenders, chosen=solvers is not None)
+    return Request(study, missions, pilots, n_seeds, PICTURES if pictures is None else pictures)
+
+
+def _refuse_beside_a_file(specs: Sequence[object], **given: object) -> None:
+    """Refuse what a study says itself."""
+    if len(specs) > 1:
+        msg = f"{specs[0]} is a study, which is compared alone; name {specs[1]} among its scenarios"
+        raise CglaError(msg)
+    usual = {"certify": True}
+    beside = [name for name, value in given.items() if value not in {None, False, usual.get(name)}]
+    if beside:
+        word = "--no-certificate" if beside[0] == "certify" else f"--{beside[0]}"
+        msg = f"{word} beside a study: {specs[0]} says that itself; change it there"
+        raise CglaError(msg)
+
+
+def compare_all(request: Request, how: How) -> Compared:
+    """
+    Make all runs and flights that are not done yet; after Ctrl-C, what is done is kept and shown.
+
+    Raises
+    ------
+    OutputError
+        If something cannot be written, or another process writes the same study.
+    CglaError
+        If the study that is there is another one, or the cluster cannot be reached.
+    """
+    done = Compared()
+    if request.study.scenarios:
+        _run_maps(request, how, done)
+    if not done.interrupted:
+        done.flights = mission_runner.run_all(
+            request.missions,
+            request.pilots,
+            request.n_seeds,
+            how.folder,
+            workers=how.workers,
+            limits=request.study.limits,
+        )
+        done.interrupted = done.flights.interrupted
+        done.written += done.flights.written
+    return done
+
+
+def _run_maps(request: Request, how: How, done: Compared) -> None:
+    """Make the runs on maps; their files are written also where Ctrl-C ends them."""
+    study = request.study
+    cells = {cell: number for number, cell in enumerate(study.cells())}
+    workers = min(how.workers, len(cells))
+    with _database(study, how, workers) or nullcontext() as database:
+        try:
+            left = len(cells.keys() - database.finished()) if database else len(cells)
+            with terminal.output_to_stderr(), terminal.progress(left) as tick:
+                for run in run_study(study, database=database, workers=workers, scheduler=how.scheduler):
+                    done.runs.append(run)
+                    tick(f"{run.scenario.name}: {run.solver}")
+        except KeyboardInterrupt:
+            done.interrupted = True
+    done.runs.sort(key=lambda run: cells[run.scenario.name, run.solver, run.seed])  # type: ignore[index]
+    if how.folder is not None:
+        stored = load(how.folder)
+        done.runs = stored.runs
+        done.written += [how.folder / FILE, *output.write_study(stored)]
+        if not done.interrupted:
+            done.written += output.write_all_pictures(how.folder, done.runs, request.pictures)
+
+
+def _database(study: Study, how: How, workers: int) -> Database | None:
+    if how.folder is None:
+        return None
+    where: int | str = how.scheduler or workers
+    if how.resume:
+        return Database.resume(how.folder, study, workers=where, command=how.command)
+    return Database.create(how.folder, study, overwrite=how.overwrite, workers=where, command=how.command)
+
+
+def comparison_document(done: Compared) -> dict[str, Any]:
+    """Return all results as one JSON document."""
+    groups = by_scenario(done.runs)
+    return {
+        "rows": rows_of(done.runs),
+        "summary": [one.document() for group in groups for one in performances(group)],
+        "certificates": [output.certificate_document(group[0]) for group in groups],
+        "flights": [flight.row() for flight in done.flights.runs],
+        "files": [str(path) for path in done.written],
+        "interrupted": done.interrupted,
+    }
+
+
+def print_compared(request: Request, done: Compared) -> None:
+    """Print the tables of each scenario, unless a file names them; what they amount to; and those of missions."""
+    if not request.is_file:
+        output.print_comparison(done.runs, request.study.contenders)
+    if done.runs and len(request.study.scenarios) > 1:
+        print_standings(done.runs, standings(done.runs))
+    mission_runner.print_flight_runs(request.missions, done.flights.runs)
+
+
+def kept_note(request: Request, how: How, done: Compared) -> str:
+    """Say what an interrupted comparison has done, and how to go on."""
+    n_done = len(done.runs) + len(done.flights.runs)
+    kept = ""
+    if how.folder is not None:
+        kept = f" and kept in {how.folder}"
+        if len(done.runs) < sum(1 for _ in request.study.cells()):
+            kept += f" (cgla compare --resume --out {how.folder} goes on)"
+    return f"{n_done} of {request.total} runs are done{kept}"

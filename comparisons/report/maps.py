@@ -1,0 +1,153 @@
+"""Maps of the report: risk as a small picture, no-fly areas and paths as few whole numbers."""
+
+import base64
+import hashlib
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import FloatArray
+from cgla_graph.problem import Problem
+from cgla_graph.scenario import Scenario
+
+#: Samples of the risk along the longer side of a map.
+RISK_SAMPLES = 96
+#: Cells along the longer side of a map whose no-fly area has too many corners for outlines.
+WALL_CELLS = 240
+#: Steps of a coordinate along the longer side of a map: five digits, far below a pixel.
+STEPS = 99_999
+#: Most waypoints of a path, and most corners of all no-fly areas of a map.
+MOST_WAYPOINTS, MOST_CORNERS = 200, 4000
+#: How far a simplified line may be off at first, as a share of the longer side: a quarter of a pixel.
+SLACK = 1.0 / 4000.0
+
+
+def map_key(scenario: Scenario) -> str:
+    """Return a text that scenarios have in common exactly when their maps look the same."""
+    problem = scenario.problem
+    digest = hashlib.sha256(repr((problem.bounds, scenario.y_down)).encode())
+    digest.update(np.ascontiguousarray(problem.field.table).tobytes())
+    digest.update(b"" if problem.no_fly is None else shapely.to_wkb(problem.no_fly))
+    return digest.hexdigest()
+
+
+def map_document(scenario: Scenario) -> dict[str, Any]:
+    """
+    Turn the map of a scenario into what the page draws.
+
+    Returns
+    -------
+    document
+        ``bounds`` in map units, ``y_down``, ``risk`` (None without risk), and of the no-fly area either ``no_fly``,
+        rings, each a flat list of steps (see `steps_of`), or ``walls``, a raster.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenario import load_scenario
+    >>> sorted(map_document(load_scenario("one-threat")))
+    ['bounds', 'no_fly', 'risk', 'walls', 'y_down']
+    """
+    problem = scenario.problem
+    return {
+        "bounds": list(problem.bounds),
+        "y_down": scenario.y_down,
+        "risk": _risk(problem),
+        **_no_fly(problem),
+    }
+
+
+def _risk(problem: Problem) -> dict[str, Any] | None:
+    """Sample the risk at the centres of a raster, rows from the least y on, in 256 steps from `low` to `top`."""
+    field, (x_min, y_min, x_max, y_max) = problem.field, problem.bounds
+    if not len(field):
+        return None
+    x, y = _centres(problem, RISK_SAMPLES)
+    density = field.density(np.stack(np.meshgrid(x, y), axis=-1))
+    centres = [(t.x, t.y) for t in field.threats if x_min <= t.x <= x_max and y_min <= t.y <= y_max]
+    peaks = field.density(centres) if centres else np.zeros(1)
+    low, top = min(0.0, float(density.min())), max(float(density.max()), float(peaks.max()))
+    if not top > low:
+        return None
+    levels = np.clip(np.rint((density - low) / (top - low) * 255.0), 0, 255).astype(np.uint8)
+    return {"rows": len(y), "columns": len(x), "low": low, "top": top, "levels": _base64(levels)}
+
+
+def _no_fly(problem: Problem) -> dict[str, Any]:
+    """Draw the no-fly area by its outlines; one of too many corners by a raster of the share of each cell it covers."""
+    if problem.no_fly is None:
+        return {"no_fly": [], "walls": None}
+    area = shapely.intersection(shapely.force_2d(problem.model.area.geometry), shapely.box(*problem.bounds))
+    simple = shapely.simplify(area, SLACK * _side(problem))
+    if shapely.get_num_coordinates(simple) > MOST_CORNERS:
+        return {"no_fly": [], "walls": _walls(area, problem)}
+    return {"no_fly": [steps_of(shapely.get_coordinates(ring), problem) for ring in _rings(simple)], "walls": None}
+
+
+def _rings(area: BaseGeometry) -> Iterator[BaseGeometry]:
+    for part in shapely.get_parts(area):
+        if part.geom_type == "Polygon" and not part.is_empty:
+            yield from (part.exterior, *part.interiors)
+
+
+def _walls(area: BaseGeometry, problem: Problem) -> dict[str, Any]:
+    """Say how much of each cell may not be flown, in quarters, rows from the least y on: of 4 points, those inside."""
+    x, y = (np.repeat(centres, 2) for centres in _centres(problem, WALL_CELLS))
+    step = _side(problem) / WALL_CELLS / 4.0
+    x, y = (centres + np.tile([-step, step], len(centres) // 2) for centres in (x, y))
+    shapely.prepare(area)
+    inside = shapely.contains_xy(area, *np.meshgrid(x, y))
+    quarters = inside.reshape(len(y) // 2, 2, len(x) // 2, 2).sum(axis=(1, 3), dtype=np.uint8)
+    return {"rows": len(y) // 2, "columns": len(x) // 2, "quarters": _base64(quarters)}
+
+
+def _centres(problem: Problem, n: int) -> list[FloatArray]:
+    """Return the x and the y of the centres of cells, `n` of them along the longer side."""
+    x_min, y_min, x_max, y_max = problem.bounds
+    step = _side(problem) / n
+    sides = ((x_min, x_max), (y_min, y_max))
+    counts = [max(2, round((high - low) / step)) for low, high in sides]
+    return [low + (np.arange(m) + 0.5) * (high - low) / m for (low, high), m in zip(sides, counts, strict=True)]
+
+
+def _base64(levels: NDArray[np.uint8]) -> str:
+    return base64.b64encode(levels.tobytes()).decode()
+
+
+def path_steps(path: FloatArray, problem: Problem) -> list[int]:
+    """
+    Return a path as steps, with as few waypoints as a picture needs (`MOST_WAYPOINTS` at most); its ends stay.
+
+    Examples
+    --------
+    >>> straight = np.array([(0.0, 0.0), (0.25, 0.25), (1.0, 1.0)])
+    >>> path_steps(straight, Problem((0, 0), (1, 1)))
+    [0, 0, 99999, 99999]
+    """
+    if len(path) < 2:  # noqa: PLR2004 - a path that ends where it starts
+        return steps_of(path, problem)
+    return steps_of(shapely.get_coordinates(_simplified(shapely.LineString(path), problem)), problem)
+
+
+def _simplified(path: BaseGeometry, problem: Problem) -> BaseGeometry:
+    """Simplify by Douglas and Peucker, ever more until there are few enough waypoints."""
+    slack = SLACK * _side(problem)
+    simple = shapely.simplify(path, slack)
+    while shapely.get_num_coordinates(simple) > MOST_WAYPOINTS:
+        slack *= 2.0
+        simple = shapely.simplify(path, slack)
+    return simple
+
+
+def steps_of(points: FloatArray, problem: Problem) -> list[int]:
+    """Return points, shape ``(m, 2)``, as x, y, x, y, …: steps of the longer side / `STEPS` from the lower left."""
+    x_min, y_min, _, _ = problem.bounds
+    return np.rint((np.asarray(points) - (x_min, y_min)) * (STEPS / _side(problem))).astype(np.int64).ravel().tolist()
+
+
+def _side(problem: Problem) -> float:
+    x_min, y_min, x_max, y_max = problem.bounds
+    return max(x_max - x_min, y_max - y_min)

@@ -1,0 +1,231 @@
+"""The report of a study as one HTML page that needs no network and no other file."""
+
+import json
+import re
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import numpy as np
+from markupsafe import Markup
+
+from cgla_graph.comparisons.files import write_text
+from cgla_graph.comparisons.profiles import instance_costs, performance_profile, success_curve
+from cgla_graph.comparisons.ranking import ranking
+from cgla_graph.comparisons.report.payload import (
+    rerun_command,
+    rows_document,
+    scenarios_document,
+    statuses_document,
+)
+from cgla_graph.comparisons.report.pictures import critical_difference, failure_grid
+from cgla_graph.comparisons.report.steps import MOST_POINTS_OVERALL, figures, thinned
+from cgla_graph.comparisons.report.summary import failures, ranking_table, summary
+from cgla_graph.comparisons.rows import by_scenario, by_solver
+from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.standings import Standing, standings
+from cgla_graph.comparisons.study.database import Session, Stored
+
+NOTES = (
+    ("cost", "Length plus k times the risk of a path, re-evaluated by the oracle; no solver is trusted about its own."),
+    ("median", "Over the seeds of a solver; of two middle runs it is the cheaper one's. Failures count as infinite."),
+    (
+        "gap",
+        "How far a cost is above the scenario's proven lower bound, relative to it: no path can have a gap below 0.",
+    ),
+    (
+        "interval",
+        "It covers the true value with 95 % confidence, whatever the distribution; of a median it needs 6 values.",
+    ),
+    ("never, ∞", "Most runs never get there. They are not left out, as that would flatter what fails often."),
+    ("time", "Seconds of the machine that the run took place on. Where building the graph counts, it says so."),
+    ("p (Holm)", "Probability of such a difference by chance, adjusted for how many comparisons are made."),
+    ("rank", "On each scenario the cheapest has rank 1; equals share their mean rank. It depends on who takes part."),
+)
+
+
+def report_html(stored: Stored, *, live: bool = False) -> str:
+    """
+    Write the page.
+
+    Parameters
+    ----------
+    stored
+        The study, finished or not.
+    live
+        Whether a server answers beside it, which the page asks for news (see `cgla view`).
+
+    Returns
+    -------
+    page
+        HTML. What is no UTF-8 (from odd file names) is an escape in it.
+    """
+    runs = stored.runs
+    found, ranks = standings(runs), ranking(instance_costs(runs))
+    page = (
+        _environment()
+        .get_template("report.html")
+        .render(
+            title=stored.title or stored.folder.name or "Comparison",
+            live=live,
+            facts=_facts(stored),
+            complete=stored.is_complete,
+            n_runs=len(runs),
+            n_cells=stored.n_cells,
+            progress=_progress(stored),
+            summary=summary(found, ranks, len(stored.scenarios)),
+            ranking=ranking_table(found, ranks),
+            cd=critical_difference(ranks),
+            failures=failures(runs),
+            grid=failure_grid(found, runs),
+            success_note="the whole curve lies in them with 95 % confidence (Kolmogorov)",
+            rerun=rerun_command(stored.folder),
+            notes=NOTES,
+            sessions=[_session(session) for session in stored.sessions],
+            data=_embedded(_json(_document(stored, found, live=live))),
+            css=_inlined("report.css"),
+            script=_inlined("report.js"),
+            plotly=_plotly(),
+        )
+    )
+    return page.encode("utf-8", errors="backslashreplace").decode("utf-8")
+
+
+def write_report(stored: Stored, path: Path) -> Path:
+    """
+    Write the page to a file, complete or not at all.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    return write_text(path, report_html(stored))
+
+
+def _document(stored: Stored, found: Sequence[Standing], *, live: bool) -> dict[str, Any]:
+    """Collect what the script draws."""
+    runs, groups, solvers = stored.runs, by_scenario(stored.runs), list(stored.solvers)
+    places = {label: number for number, label in enumerate(solvers)}
+    ranked = [places[one.solver] for one in found]
+    names = [group[0].scenario.name for group in groups]
+    return {
+        "live": live,
+        "runs": len(runs),
+        "complete": stored.is_complete,
+        "solvers": solvers,
+        "order": ranked,
+        "names": names,
+        "statuses": statuses_document(),
+        "rerun": rerun_command(stored.folder),
+        **scenarios_document(groups, solvers),
+        "rows": rows_document(runs, names, solvers),
+        "success": _success(runs, places),
+        "profile": _profile(runs, places),
+    }
+
+
+def _success(runs: Sequence[Run], places: dict[str, int]) -> list[dict[str, Any]]:
+    """Return the success over time of each solver, over all its runs."""
+    documents = []
+    for label, group in by_solver(runs).items():
+        curve = success_curve([run.solution for run in group])
+        rows = thinned(np.column_stack([curve.seconds, curve.rate, curve.low, curve.high]), MOST_POINTS_OVERALL)
+        columns = zip(("seconds", "rate", "low", "high"), rows.T, strict=True)
+        documents.append({"solver": places[label], **{name: figures(column, 4) for name, column in columns}})
+    return documents
+
+
+def _profile(runs: Sequence[Run], places: dict[str, int]) -> list[dict[str, Any]]:
+    documents = []
+    for label, profile in performance_profile(instance_costs(runs)).items():
+        rows = thinned(np.column_stack([profile.at, profile.share]), MOST_POINTS_OVERALL)
+        documents.append({"solver": places[label], "factor": figures(rows[:, 0], 6), "share": figures(rows[:, 1], 4)})
+    return documents
+
+
+def _facts(stored: Stored) -> list[str]:
+    """Say when, with which version and on which machine."""
+    if not stored.sessions:
+        return []
+    last = stored.sessions[-1]
+    began = datetime.fromisoformat(stored.sessions[0].started).astimezone(UTC)
+    revision = f"git {last.git}" if last.git else ""
+    when = f"{began.day} {began:%B %Y, %H:%M} UTC"
+    return [fact for fact in (when, f"CGLA Graph {last.version}", revision, last.host, last.machine) if fact]
+
+
+def _progress(stored: Stored) -> str:
+    done = f"{len(stored.runs):,} of {stored.n_cells:,} runs"
+    what = f"{len(stored.scenarios):,} scenarios, {len(stored.solvers):,} solvers"
+    return f"{done}; {what}" if stored.is_complete else f"{done} so far; {what}"
+
+
+def _session(session: Session) -> list[tuple[str, str]]:
+    packages = ", ".join(f"{name} {version}" for name, version in session.packages.items())
+    lines = [
+        ("started", session.started),
+        ("version", session.version),
+        ("git", session.git),
+        ("host", session.host),
+        ("machine", session.machine),
+        ("workers", session.workers),
+        ("command", session.command),
+        ("packages", packages),
+        ("study", session.source),
+    ]
+    return [(word, str(value)) for word, value in lines if value]
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    return jinja2.Environment(
+        loader=jinja2.FunctionLoader(_template),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+@cache
+def _template(name: str) -> str:
+    return resources.files("cgla_graph.comparisons.report").joinpath("templates", name).read_text(encoding="utf-8")
+
+
+def _inlined(name: str) -> Markup:
+    """Return our own style sheet or script, which no user has a hand in."""
+    return Markup(_template(name))  # noqa: S704 - not made of anybody's input
+
+
+@cache
+def _plotly() -> Markup:
+    """Return plotly.js so that it can stand inside a script element: that ends at the first ``</script``."""
+    # the import takes a while, so it happens when a report is written
+    from plotly.offline import get_plotlyjs  # noqa: PLC0415
+
+    return Markup(re.sub("<(?=/script|script|!--)", r"\\x3c", get_plotlyjs(), flags=re.IGNORECASE))  # noqa: S704 - as it comes with plotly
+
+
+def _json(document: dict[str, Any]) -> str:
+    return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+
+
+def _embedded(text: str) -> Markup:
+    r"""
+    Escape JSON so that it can stand inside a script element.
+
+    Examples
+    --------
+    >>> _embedded('{"name":"</script>"}')
+    Markup('{"name":"\\u003c/script\\u003e"}')
+    """
+    # what is no UTF-8 becomes an escape that is read, as in the rest of the page
+    text = re.sub("[\ud800-\udfff]", lambda found: f"\\\\u{ord(found[0]):04x}", text)
+    for letter in "<>&\u2028\u2029":
+        text = text.replace(letter, f"\\u{ord(letter):04x}")
+    return Markup(text)  # noqa: S704 - no letter that HTML knows is left in it

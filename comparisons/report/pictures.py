@@ -1,0 +1,165 @@
+"""Pictures that need no script: the critical-difference diagram and the grid of failures, as numbers for SVG."""
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+from cgla_graph.comparisons.ranking import Ranking, cd_diagram
+from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.standings import Standing
+
+_SIDE, _AXIS = 240, 420  # pixels: room for names on either side, and the axis between
+_LINE, _BAR_LINE = 20, 10  # pixels: between names, and between bars
+_LONGEST = 26  # letters of a name
+_CELL, _NAMES, _LETTER = 18, 190, 5.2  # pixels of the grid: cells, names on the left, a slanted letter's height
+#: Most scenarios in the grid of failures.
+MOST_COLUMNS = 80
+
+
+def critical_difference(ranks: Ranking) -> dict[str, Any] | None:
+    """
+    Place the critical-difference diagram, in pixels; None where there are no ranks to compare.
+
+    Examples
+    --------
+    >>> from cgla_graph.comparisons.ranking import ranking
+    >>> picture = critical_difference(ranking({"a": [1, 1, 1], "b": [2, 2, 2], "c": [3, 3, 3]}))
+    >>> [(label["solver"], label["x"]) for label in picture["labels"]]
+    [('a', 240.0), ('b', 450.0), ('c', 660.0)]
+    """
+    k = len(ranks.solvers)
+    if k < 2 or not ranks.n_instances:  # noqa: PLR2004 - one solver has no difference
+        return None
+    diagram = cd_diagram(ranks)
+
+    def across(rank: float) -> float:
+        return round(_SIDE + (rank - 1.0) / (k - 1) * _AXIS, 1)
+
+    axis_y = 68.0
+    n_bars = max((bar.row + 1 for bar in diagram.bars), default=0)
+    first_y = axis_y + 14 + n_bars * _BAR_LINE + 16
+    labels = []
+    for label in diagram.labels:
+        x, y = across(label.rank), first_y + label.row * _LINE
+        end = _SIDE - 14 if label.left else _SIDE + _AXIS + 14
+        labels.append({
+            "solver": label.solver,
+            "text": short(label.solver),
+            "rank": f"{label.rank:.2f}",
+            "x": x,
+            "points": f"{x},{axis_y} {x},{y} {end},{y}",
+            "text_x": end - 6 if label.left else end + 6,
+            "text_y": y + 4,
+            "anchor": "end" if label.left else "start",
+        })  # fmt: skip
+    bar = None
+    if diagram.critical_difference is not None:
+        # one that is longer than the axis tells nobody apart: its number says so
+        x2 = min(across(1.0 + diagram.critical_difference), _SIDE + _AXIS)
+        cut = " (longer than the axis)" if diagram.critical_difference > k - 1 else ""
+        bar = {
+            "x1": across(1.0),
+            "x2": x2,
+            "y": 22,
+            "label": f"critical difference {diagram.critical_difference:.2f}{cut}",
+        }
+    every = max(1, -(-k // 20))
+    return {
+        "width": 2 * _SIDE + _AXIS,
+        "height": first_y + max(label.row for label in diagram.labels) * _LINE + 20,
+        "axis": {
+            "x1": across(1.0),
+            "x2": across(k),
+            "y": axis_y,
+            "ticks": [{"x": across(tick), "label": tick} for tick in diagram.ticks if (tick - 1) % every == 0],
+        },
+        "labels": labels,
+        "groups": [
+            {"x1": across(bar.low) - 4, "x2": across(bar.high) + 4, "y": axis_y + 12 + bar.row * _BAR_LINE}
+            for bar in diagram.bars
+        ],
+        "bar": bar,
+        "description": _described(ranks),
+        "caption": _caption(ranks),
+    }
+
+
+def _described(ranks: Ranking) -> str:
+    ordered = ", ".join(f"{s} {r:.2f}" for s, r in zip(ranks.solvers, ranks.average_ranks, strict=True))
+    groups = "; ".join(f"{', '.join(group)}" for group in ranks.groups)
+    return f"Average ranks, best first: {ordered}. Not told apart: {groups or 'none'}."
+
+
+def _caption(ranks: Ranking) -> str:
+    if ranks.critical_difference is None:
+        return "Average ranks, best on the left. One scenario is too few to say which of them differ."
+    return (
+        f"Average ranks over {ranks.n_instances:,} scenarios, best on the left. Solvers that a bar joins are not told "
+        f"apart: their ranks differ by less than {ranks.critical_difference:.2f} (Nemenyi, 95 %; Demšar, 2006)."
+    )
+
+
+def failure_grid(found: Sequence[Standing], runs: Sequence[Run]) -> dict[str, Any] | None:
+    """
+    Place a grid of solvers by scenarios, each cell the share of runs without a path; None where no run failed.
+
+    Only solvers and scenarios with a failure are in it, of the scenarios the `MOST_COLUMNS` with the most.
+
+    Parameters
+    ----------
+    found
+        The standings, in whose order the rows are.
+    runs
+        All runs.
+    """
+    n_runs = Counter((run.solver, run.scenario.name) for run in runs)
+    n_failed = {one.solver: one.failed_on for one in found if one.failed_on}
+    if not n_failed:
+        return None
+    totals: Counter[str] = Counter()
+    for failed in n_failed.values():
+        totals.update(failed)
+    most = {name for name, _ in totals.most_common(MOST_COLUMNS)}
+    columns = [name for name in dict.fromkeys(run.scenario.name for run in runs) if name in most]
+    heads = round(14 + _LETTER * max(len(short(name, 18)) for name in columns))
+    rows = []
+    for number, (solver, failed) in enumerate(n_failed.items()):
+        cells = []
+        for place, name in enumerate(columns):
+            if n := n_runs[solver, name]:
+                bad = failed.get(name, 0)
+                title = f"{solver} on {name}: {bad} of {n} runs without a path"
+                cells.append({"x": _NAMES + place * _CELL, "share": round(bad / n, 3), "title": title})
+        rows.append({"text": short(solver), "name": solver, "y": heads + number * _CELL, "cells": cells})
+    worst = "; ".join(f"{solver}: {sum(failed.values())} on {len(failed)}" for solver, failed in n_failed.items())
+    rest = len(totals) - len(columns)
+    caption = (
+        "Share of runs without a path, by solver and scenario: the darker the more, a cross where none has a path."
+    )
+    left_out = (
+        f" Solvers and scenarios without a failure are left out{f', and {rest} scenarios with few' if rest else ''}."
+    )
+    return {
+        "width": _NAMES + len(columns) * _CELL + heads,
+        "height": heads + len(rows) * _CELL + 6,
+        "left": _NAMES,
+        "columns": [
+            {"x": _NAMES + place * _CELL + 12, "y": heads - 6, "text": short(name, 18), "name": name}
+            for place, name in enumerate(columns)
+        ],
+        "rows": rows,
+        "description": f"Failed runs and the number of scenarios they are on. {worst}.",
+        "caption": caption + left_out,
+    }
+
+
+def short(name: str, most: int = _LONGEST) -> str:
+    """
+    Cut a long name for a picture; the whole name stands beside it.
+
+    Examples
+    --------
+    >>> short("a-solver-with-many-settings", 10)
+    'a-solver-…'
+    """
+    return name if len(name) <= most else f"{name[: most - 1]}…"

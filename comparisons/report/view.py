@@ -1,0 +1,374 @@
+"""
+A study as a page on loopback that grows while the study runs: what `cgla view` serves.
+
+There are two things to ask for: ``/``, the report, and ``/state``, which says cheaply whether there is a newer one.
+Nothing else of the folder is served, and nobody but this machine's own browser is answered.
+"""
+
+import html
+import json
+import re
+import socketserver
+import sys
+import threading
+import time
+import webbrowser
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from cgla_graph.comparisons import terminal
+from cgla_graph.errors import CglaError, OutputError
+
+#: The only address that is listened on.
+HOST = "127.0.0.1"
+#: Seconds from one state of a running study to the next one that is shown, at least.
+PAUSE = 2.0
+#: Building pages takes at most this share of the time: the study needs the cores.
+SHARE = 0.25
+#: What a page may do: run what stands in it, ask its own origin, and nothing else.
+POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+_HEADERS = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "Cache-Control": "no-store",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+#: How a browser on this machine may call it; any port, as tunnels have their own.
+_LOOPBACK = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:\d{1,5})?", flags=re.IGNORECASE)
+_HTML, _JSON, _TEXT = "text/html; charset=utf-8", "application/json", "text/plain; charset=utf-8"
+_LONGEST_REQUEST = 30.0  # seconds in which a request has to be there
+
+
+@dataclass(frozen=True)
+class State:
+    """
+    How far a study is.
+
+    Attributes
+    ----------
+    runs, cells
+        How many runs are done, and how many there shall be.
+    complete
+        Whether all are done.
+    stamp
+        Changes whenever the page does; empty where there is no study yet.
+
+    Examples
+    --------
+    >>> State(runs=1, cells=2).complete
+    False
+    """
+
+    runs: int = 0
+    cells: int = 0
+    complete: bool = False
+    stamp: str = ""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a request gets: status, kind of content and content."""
+
+    status: HTTPStatus
+    kind: str
+    body: bytes
+
+
+def read_state(folder: Path) -> State:
+    """
+    Say how far the study in a folder is, without reading its runs.
+
+    Returns
+    -------
+    state
+        An empty one where there is no study that can be read, as before the first run of a study is started.
+    """
+    from cgla_graph.comparisons.study.stored import FILE, reading  # noqa: PLC0415 - `cgla --help` answers at once
+
+    database = folder / FILE
+    try:
+        # before counting: what changes meanwhile changes the next stamp
+        marks = [_mark(path) for path in (database, database.with_name(f"{FILE}-wal"))]
+        with reading(database) as connection:
+            (runs,) = connection.execute("SELECT COUNT(*) FROM answers").fetchone()
+            (cells,) = connection.execute("SELECT COUNT(*) FROM cells").fetchone()
+    except (CglaError, OSError):
+        return State()
+    # the clock of a file system is coarse: the number of runs tells apart what it does not
+    return State(runs, cells, complete=runs >= cells, stamp=f"{marks}:{runs}")
+
+
+def _mark(path: Path) -> tuple[int, int, int] | None:
+    """Return what changes when a file does; None for one that is empty or not there."""
+    try:
+        found = path.stat()
+    except FileNotFoundError:
+        return None
+    return (found.st_ino, found.st_size, found.st_mtime_ns) if found.st_size else None
+
+
+class Page(NamedTuple):
+    """A page, and how far the study was when it was built."""
+
+    text: str
+    runs: int
+    complete: bool
+
+
+def report_of(folder: Path) -> Page:
+    """Build the live report of the study in a folder (errors as `load`)."""
+    from cgla_graph.comparisons.report.page import report_html  # noqa: PLC0415 - `cgla --help` answers at once
+    from cgla_graph.comparisons.study.stored import load  # noqa: PLC0415 - the same
+
+    stored = load(folder)
+    return Page(report_html(stored, live=True), len(stored.runs), stored.is_complete)
+
+
+class Viewed:
+    """
+    The study of a folder as it is shown: a state that is published now and then, and the page of that state.
+
+    A state is published at most every `pause` seconds, later after pages that take long to build, and at once when the
+    study is complete. So a page is built no more often than that, however many browsers ask; and as a page is never
+    older than the state that was published before it, a browser that fetches it after each new stamp misses nothing.
+
+    Parameters
+    ----------
+    folder
+        Of the study; it need not be there yet.
+    build
+        Builds the page.
+    pause
+        Seconds.
+    share
+        Of the time, above 0 and up to 1, that may be spent on building.
+
+    Examples
+    --------
+    >>> Viewed(Path("no such folder")).state()
+    State(runs=0, cells=0, complete=False, stamp='')
+    """
+
+    def __init__(
+        self, folder: Path, *, build: Callable[[Path], Page] = report_of, pause: float = PAUSE, share: float = SHARE
+    ) -> None:
+        """Show nothing yet."""
+        self.folder = folder
+        self._build = build
+        self._pause, self._share = pause, share
+        self._state = State()
+        self._next = 0.0
+        self._publishing = threading.Lock()
+        self._page: bytes | None = None
+        self._page_stamp = ""
+        self._building = threading.Lock()
+
+    def state(self) -> State:
+        """Return the state that is published."""
+        found = read_state(self.folder)
+        with self._publishing:
+            now = time.monotonic()
+            # what is there for the first time, gone or complete is no matter of pace
+            if now >= self._next or found.complete or not found.stamp or not self._state.stamp:
+                if found.stamp != self._state.stamp:
+                    self._next = now + self._pause
+                self._state = found
+            return self._state
+
+    def page(self) -> Answer:
+        """Return the page of the published state, or one that says what is waited for."""
+        # who asks while it is built waits for the same page
+        with self._building:
+            stamp = self.state().stamp
+            if self._page is not None and stamp and stamp == self._page_stamp:
+                return Answer(HTTPStatus.OK, _HTML, self._page)
+            began = time.monotonic()
+            try:
+                page = self._build(self.folder)
+            except (CglaError, OSError) as error:
+                return _waiting(self.folder, str(error))
+            seconds = time.monotonic() - began
+            self._page, self._page_stamp = page.text.encode("utf-8", errors="backslashreplace"), stamp
+            with self._publishing:
+                if self._state.stamp == stamp:
+                    # what was added since is in the page already: it is not asked for twice
+                    self._state = replace(self._state, runs=page.runs, complete=page.complete)
+                self._next = max(self._next, began + seconds / self._share)
+            return Answer(HTTPStatus.OK, _HTML, self._page)
+
+
+def _waiting(folder: Path, why: str) -> Answer:
+    """Return a page that says what is waited for, and asks again on its own."""
+    title = f"Waiting for the study in {html.escape(str(folder))}"
+    text = (
+        '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><meta http-equiv="refresh" content="2">'
+        '<meta name="viewport" content="width=device-width"><link rel="icon" href="data:,">'
+        f"<title>{title}</title><style>:root {{ color-scheme: light dark; font: 1rem/1.5 system-ui, sans-serif }}"
+        "body { max-width: 40rem; margin: 4rem auto; padding: 0 1rem; overflow-wrap: anywhere }</style></head>"
+        f'<body><h1>{title}</h1><p role="status">{html.escape(why)}</p>'
+        "<p>This page looks again every two seconds.</p></body></html>\n"
+    )
+    return Answer(HTTPStatus.SERVICE_UNAVAILABLE, _HTML, text.encode("utf-8", errors="backslashreplace"))
+
+
+class ViewServer(ThreadingHTTPServer):
+    """
+    Serves one study on loopback.
+
+    Parameters
+    ----------
+    viewed
+        The study.
+    port
+        To listen on; 0 for any that is free.
+
+    Raises
+    ------
+    OutputError
+        If the port is taken or not allowed.
+    """
+
+    daemon_threads = True
+    # Ctrl-C does not wait for slow readers
+    block_on_close = False
+    # on Windows this would let two servers share a port
+    allow_reuse_address = sys.platform != "win32"
+
+    def __init__(self, viewed: Viewed, port: int = 0) -> None:
+        """Listen."""
+        self.viewed = viewed
+        try:
+            super().__init__((HOST, port), _Handler)
+        except (OSError, OverflowError) as error:
+            reason = getattr(error, "strerror", None) or "a port is a number from 0 to 65535"
+            msg = f"port {port} of {HOST} cannot be listened on: {reason}; give another --port, or 0 for a free one"
+            raise OutputError(msg) from error
+
+    def server_bind(self) -> None:
+        """Bind, without asking a name server who we are."""
+        socketserver.TCPServer.server_bind(self)
+        self.server_name, self.server_port = HOST, self.server_address[1]
+
+    @property
+    def url(self) -> str:
+        """Where it is."""
+        return f"http://{HOST}:{self.server_port}/"
+
+    def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401, ARG002 - as the base class
+        """Pass over browsers that went away; what else goes wrong with a request is said in one line."""
+        error = sys.exc_info()[1]
+        if not isinstance(error, (ConnectionError, TimeoutError)):
+            terminal.say(f"cgla view: {type(error).__name__}: {error}")
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """Answers one request; each has a connection of its own (HTTP/1.0), so that none is left open."""
+
+    server: ViewServer
+    timeout = _LONGEST_REQUEST
+    # even a request that names no version gets an answer with headers
+    default_request_version = "HTTP/1.0"
+
+    def do_GET(self) -> None:
+        """Send the page or the state."""
+        answer = self._answer()
+        self.send_response(answer.status)
+        self.send_header("Content-Type", answer.kind)
+        self.send_header("Content-Length", str(len(answer.body)))
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(answer.body)
+
+    do_HEAD = do_GET  # noqa: N815 - http.server's name
+
+    def _answer(self) -> Answer:
+        hosts = self.headers.get_all("Host", [])
+        if len(hosts) != 1 or not _LOOPBACK.fullmatch(hosts[0].strip()):
+            # a page from elsewhere whose name was made to point here (DNS rebinding) may not read a study
+            return _refusal(HTTPStatus.MISDIRECTED_REQUEST, f"this is served on {HOST} and localhost only")
+        path = self.path.partition("?")[0]
+        try:
+            if path == "/":
+                return self.server.viewed.page()
+            if path == "/state":
+                state = json.dumps(asdict(self.server.viewed.state()))
+                return Answer(HTTPStatus.OK, _JSON, state.encode())
+        except Exception as error:  # noqa: BLE001 - one page that fails does not end the service
+            terminal.say(f"cgla view: the report cannot be made: {type(error).__name__}: {error}")
+            return _refusal(HTTPStatus.INTERNAL_SERVER_ERROR, f"the report cannot be made: {error}")
+        return _refusal(HTTPStatus.NOT_FOUND, "there is only / and /state")
+
+    def _not_allowed(self) -> None:
+        answer = _refusal(HTTPStatus.METHOD_NOT_ALLOWED, "only GET and HEAD are answered")
+        self.send_response(answer.status)
+        self.send_header("Allow", "GET, HEAD")
+        self.send_header("Content-Type", answer.kind)
+        self.send_header("Content-Length", str(len(answer.body)))
+        self.end_headers()
+        self.wfile.write(answer.body)
+
+    do_POST = do_PUT = do_PATCH = do_DELETE = do_OPTIONS = do_TRACE = do_CONNECT = _not_allowed  # noqa: N815 - the same
+
+    def end_headers(self) -> None:
+        """Send what every answer says, those of http.server to malformed requests too."""
+        for name, value in _HEADERS.items():
+            self.send_header(name, value)
+        super().end_headers()
+
+    def version_string(self) -> str:
+        """Name no versions."""
+        return "cgla"
+
+    def log_message(self, format: str, *args: Any) -> None:  # noqa: A002, ANN401 - as the base class
+        """Log nothing: a browser asks every two seconds."""
+
+
+def _refusal(status: HTTPStatus, why: str) -> Answer:
+    return Answer(status, _TEXT, f"{why}\n".encode("utf-8", errors="backslashreplace"))
+
+
+def serve(folder: Path, *, port: int = 0, open_browser: bool = False) -> None:
+    """
+    Serve the study of a folder on loopback until Ctrl-C, and say where.
+
+    Parameters
+    ----------
+    folder
+        Of the study, which may still run, or not have started yet.
+    port
+        To listen on; 0 for any that is free.
+    open_browser
+        Whether to open the page in the user's browser.
+
+    Raises
+    ------
+    OutputError
+        If the port is taken or not allowed.
+    ReaderGoneError
+        If nobody reads standard output any more.
+    """
+    with ViewServer(Viewed(folder), port) as server:
+        try:
+            terminal.out(f"{folder} is shown at {server.url} (Ctrl-C ends it)\n")
+            if not read_state(folder).stamp:
+                terminal.say(f"cgla view: there is no study in {folder} yet; the page waits for it")
+            if open_browser:
+                # text browsers return only when their user leaves
+                threading.Thread(target=_open, args=(server.url,), daemon=True).start()
+            server.serve_forever()
+        except KeyboardInterrupt:
+            # the way to end it
+            return
+
+
+def _open(url: str) -> None:
+    if not webbrowser.open(url):
+        terminal.say(f"cgla view: no browser was found; open {url} in yours")

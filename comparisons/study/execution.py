@@ -1,0 +1,177 @@
+"""Execution of a study: its cells become runs, wherever they are made, and reach the database as they come."""
+
+from collections import deque
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing
+from dataclasses import dataclass, field
+from typing import Any
+
+from cgla_graph.certificate import Certificate
+from cgla_graph.comparisons import runner
+from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.study import worker
+from cgla_graph.comparisons.study.cluster import spread
+from cgla_graph.comparisons.study.database import Database
+from cgla_graph.comparisons.study.isolation import Call, Failure, Outcome, here, isolated
+from cgla_graph.comparisons.study.limits import NO_LIMITS, PREPARATION, Limits, lost
+from cgla_graph.comparisons.study.study import Cell, Study
+from cgla_graph.scenario import Scenario
+from cgla_graph.solution import Solution
+
+
+def run_study(
+    study: Study, *, database: Database | None = None, workers: int = 1, scheduler: str | None = None
+) -> Iterator[Run]:
+    """
+    Make the runs of a study that are not in its database yet.
+
+    The lower bound of a scenario is proven before its runs begin, so that each run says how far from the best
+    possible it is.
+
+    Parameters
+    ----------
+    study
+        What to run.
+    database
+        Where runs go as they come, and what is done already; None keeps nothing.
+    workers
+        How many processes make runs at the same time; 0 makes them in this process, where a solver that hangs or
+        crashes takes all with it (for debugging).
+    scheduler
+        Address of a Dask scheduler whose cluster makes the runs instead.
+
+    Yields
+    ------
+    run
+        As soon as it is done: with several workers, in no fixed order. A solver that hangs, takes too much memory,
+        crashes or raises is a run that says so.
+
+    Raises
+    ------
+    OutputError
+        If the database cannot be written.
+    CglaError
+        If the cluster cannot be reached.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenario import load_scenario
+    >>> study = Study([load_scenario("one-threat")], [Contender.parse("cgla")], tolerance=None)
+    >>> [(run.solver, run.solution.status.label) for run in run_study(study, workers=0)]
+    [('cgla', 'optimal')]
+    """
+    isolating = workers > 0 or scheduler is not None
+    # no limit kills the process of the user
+    agenda = _Agenda.of(study, database, study.limits if isolating else NO_LIMITS)
+    # whatever ends the iteration ends the workers
+    with closing(_executed(agenda.next_call, study, workers, scheduler)) as outcomes:
+        for call, outcome in outcomes:
+            if isinstance(call.key, str):
+                agenda.prove(call.key, outcome)
+            else:
+                run = agenda.run(call.key, outcome)  # type: ignore[arg-type]
+                yield run if database is None else database.add(run)
+
+
+def _executed(
+    next_call: Callable[[], Call | None], study: Study, workers: int, scheduler: str | None
+) -> Generator[tuple[Call, Outcome]]:
+    """Make the calls where they are to be made."""
+    seconds = study.limits.seconds + PREPARATION
+    if scheduler is not None:
+        return spread(next_call, scheduler=scheduler, seconds=seconds, preload=worker.PRELOAD)
+    if workers == 0:
+        return here(next_call)
+    return isolated(next_call, workers=workers, seconds=seconds, preload=worker.PRELOAD)
+
+
+@dataclass(eq=False)
+class _Agenda:
+    """What is left to do: first the proof of each scenario, then its runs."""
+
+    study: Study
+    database: Database | None
+    limits: Limits
+    certificates: dict[str, Certificate]
+    scenarios: dict[str, Scenario]
+    contenders: dict[str, Contender]
+    #: scenarios with something left to be called for, in order
+    open: deque["_Open"] = field(default_factory=deque)
+
+    @classmethod
+    def of(cls, study: Study, database: Database | None, limits: Limits) -> "_Agenda":
+        agenda = cls(
+            study,
+            database,
+            limits,
+            certificates=database.certificates() if database else {},
+            scenarios={scenario.name: scenario for scenario in study.scenarios},
+            contenders={contender.label: contender for contender in study.contenders},
+        )
+        done = database.finished() if database else set()
+        left = {name: _Open(scenario) for name, scenario in agenda.scenarios.items()}
+        for cell in study.cells():
+            if cell not in done:
+                left[cell.scenario].cells.append(cell)
+        agenda.open.extend(one for one in left.values() if one.cells)
+        return agenda
+
+    def next_call(self) -> Call | None:
+        """Return a run of the first scenario that has its proof, or else the first proof that is not under way."""
+        for scenario in self.open:
+            name = scenario.scenario.name
+            if self.study.tolerance is None or name in self.certificates:
+                return self._run_call(scenario)
+            if not scenario.proof_called:
+                scenario.proof_called = True
+                arguments = (scenario.parcel(), self.study.tolerance, self.limits)
+                return Call(name, worker.prove, arguments)
+        return None
+
+    def _run_call(self, scenario: "_Open") -> Call:
+        cell = scenario.cells.popleft()
+        arguments = (scenario.parcel(), self.contenders[cell.solver], cell.seed, self.limits)
+        if not scenario.cells:
+            self.open.remove(scenario)
+        return Call(cell, worker.run, arguments)
+
+    def prove(self, name: str, outcome: Outcome) -> None:
+        """Take a scenario's proof, or the reason why there is none."""
+        certificate = outcome.value
+        if outcome.failure is not None:
+            certificate = runner.no_certificate(self.study.tolerance or 0.0, lost(outcome, self.limits)[1], 0.0)
+        self.certificates[name] = certificate
+        if self.database is not None:
+            self.database.add_certificate(name, certificate)
+
+    def run(self, cell: Cell, outcome: Outcome) -> Run:
+        """Make a run of what a worker answered."""
+        contender = self.contenders[cell.solver]
+        how: dict[str, Any] = {}
+        if outcome.failure is None:
+            answer: worker.Answer = outcome.value
+            solution = answer.solution
+            how = {"megabytes": answer.megabytes, "host": answer.host}
+        else:
+            status, message = lost(outcome, self.limits)
+            # a run that was killed has told nothing, but how long it was waited for
+            seconds = self.limits.seconds if outcome.failure is Failure.TIMED_OUT else 0.0
+            solution = Solution(status, solver=contender.name, message=message, seconds=seconds)
+        certificate = self.certificates.get(cell.scenario)
+        return runner.run_of(self.scenarios[cell.scenario], contender, cell.seed, solution, certificate, **how)
+
+
+@dataclass(eq=False)
+class _Open:
+    """A scenario with runs left to be made."""
+
+    scenario: Scenario
+    cells: deque[Cell] = field(default_factory=deque)
+    proof_called: bool = False
+    _parcel: worker.Parcel | None = None
+
+    def parcel(self) -> worker.Parcel:
+        if self._parcel is None:
+            self._parcel = worker.parcel(self.scenario)
+        return self._parcel

@@ -1,0 +1,159 @@
+"""Limits that the kernel keeps: a time after which the process dies, and memory that it does not get."""
+
+import math
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+#: Limits of a process; Windows has none.
+_resource: Any = None
+with suppress(ImportError):
+    _resource = import_module("resource")
+
+MEGABYTE = 2**20
+
+_PROCESS = Path("/proc/self")
+#: What makes the kernel forget the peak of a process's memory (man 5 proc).
+_FORGET_PEAK = "5"
+#: Whether this process may be killed; it may not where it is the user's own.
+_expendable = False
+
+
+@dataclass(eq=False)
+class Usage:
+    """
+    What the body of `limited` took.
+
+    Attributes
+    ----------
+    megabytes
+        Its peak of resident memory on top of what the process held before, in units of 2**20 bytes; known once it has
+        ended, and NaN where the system does not tell.
+    """
+
+    megabytes: float = math.nan
+
+
+def set_expendable() -> None:
+    """Let `limited` kill this process from now on: it is a worker."""
+    global _expendable  # noqa: PLW0603 - a property of the process
+    _expendable = True
+    if _resource is not None:
+        # crashes are expected: no file of the whole memory for each
+        _resource.setrlimit(_resource.RLIMIT_CORE, (0, 0))
+
+
+@contextmanager
+def limited(seconds: float, megabytes: float) -> Iterator[Usage]:
+    """
+    Limit what the body takes: to be used by a function that `isolated` calls, around the part that counts.
+
+    Out of time, the process dies there and then, by an alarm whose default action is the kernel's, even if the body is
+    stuck in compiled code, holds Python's lock, or has lost the process that asked for it. Out of memory, allocations
+    fail: Python raises MemoryError, C++ throws ``std::bad_alloc``. Memory counts when it is asked for, used or not,
+    and includes the stacks of threads.
+
+    Outside of a worker nothing is limited, only measured; as is on systems that have no such alarm (Windows) or limit
+    (macOS).
+
+    Parameters
+    ----------
+    seconds
+        Time by the wall clock, above 0; infinity for no limit.
+    megabytes
+        Memory on top of what the process holds, in units of 2**20 bytes, above 0; infinity for no limit.
+
+    Yields
+    ------
+    usage
+        What the body took.
+
+    Raises
+    ------
+    ValueError
+        If a limit is not above 0.
+    RuntimeError
+        If the body of a limit sets another: there is one alarm a process.
+
+    Examples
+    --------
+    >>> with limited(seconds=60.0, megabytes=1024.0) as usage:
+    ...     total = sum(range(1000))
+    >>> total, usage.megabytes < 1024.0 or math.isnan(usage.megabytes)
+    (499500, True)
+    """
+    if not (seconds > 0.0 and megabytes > 0.0):
+        msg = f"limits are {seconds} s and {megabytes} megabytes; give numbers above 0"
+        raise ValueError(msg)
+    usage = Usage()
+    with _memory_limit(megabytes):
+        held = _resident_from_now()
+        try:
+            with _alarm(seconds):
+                yield usage
+        finally:
+            usage.megabytes = max(0.0, _status("VmHWM") - held) / MEGABYTE
+
+
+@contextmanager
+def _alarm(seconds: float) -> Iterator[None]:
+    """Let the kernel kill this process if the body takes longer."""
+    if not _expendable or not hasattr(signal, "setitimer") or math.isinf(seconds):
+        yield
+        return
+    if signal.getitimer(signal.ITIMER_REAL)[0]:
+        msg = "a limit within a limit: there is one alarm a process; limit the outer or the inner part"
+        raise RuntimeError(msg)
+    before = signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    # the clock counts microseconds, and 0 would stop it
+    signal.setitimer(signal.ITIMER_REAL, max(seconds, 1e-6))
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@contextmanager
+def _memory_limit(megabytes: float) -> Iterator[None]:
+    """Let allocations of the body fail beyond so much memory on top of what the process has."""
+    held = _status("VmData")
+    if not _expendable or _resource is None or not math.isfinite(held + megabytes):
+        yield
+        return
+    # private memory that can be written: unlike the address space, no file that is mapped and no library counts
+    before, most = _resource.getrlimit(_resource.RLIMIT_DATA)
+    limit = int(held + megabytes * MEGABYTE)
+    limits = [limit, *(one for one in (before, most) if one != _resource.RLIM_INFINITY)]
+    _resource.setrlimit(_resource.RLIMIT_DATA, (min(limits), most))
+    try:
+        yield
+    finally:
+        _resource.setrlimit(_resource.RLIMIT_DATA, (before, most))
+
+
+def _resident_from_now() -> float:
+    """Start to measure the peak of resident memory; return what is resident now, in bytes (NaN: not known)."""
+    with suppress(OSError):
+        (_PROCESS / "clear_refs").write_text(_FORGET_PEAK, encoding="ascii")
+        return _status("VmRSS")
+    return math.nan
+
+
+def _status(name: str) -> float:
+    """Read a figure of this process's memory, in bytes; NaN where the system does not tell."""
+    with suppress(OSError):
+        descriptor = os.open(_PROCESS / "status", os.O_RDONLY)
+        try:
+            lines = os.read(descriptor, 2**14).decode("ascii", "replace").splitlines()
+        finally:
+            os.close(descriptor)
+        for line in lines:
+            if line.startswith(f"{name}:"):
+                return float(line.split()[1]) * 1024.0
+    return math.nan

@@ -1,0 +1,236 @@
+"""Where results come from: versions, machine, and the git revision of the source tree."""
+
+import importlib.metadata
+import os
+import platform
+import re
+import shutil
+import socket
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import cgla_graph
+from cgla_graph.cost_model import n_cores
+
+#: Git answers at once, or is stuck (a network drive).
+_PATIENCE = 10.0
+
+
+@dataclass(frozen=True)
+class Revision:
+    """
+    The state of a git checkout.
+
+    Attributes
+    ----------
+    commit
+        The full hash of the commit checked out.
+    count
+        How many commits lead to it, itself included: greater for later ones of a branch.
+    dirty
+        Whether files differ from it, or are not under version control.
+
+    Examples
+    --------
+    >>> print(Revision("39789c9d" * 5, 152, dirty=True))
+    39789c9d39789c9d39789c9d39789c9d39789c9d (dirty)
+    """
+
+    commit: str
+    count: int
+    dirty: bool
+
+    def __str__(self) -> str:
+        """Return the commit, and whether files differ from it."""
+        return f"{self.commit} (dirty)" if self.dirty else self.commit
+
+    @property
+    def local_version(self) -> str:
+        """
+        What follows the plus sign of a version (PEP 440); later commits of a branch sort behind earlier ones.
+
+        Examples
+        --------
+        >>> Revision("39789c9d" * 5, 152, dirty=True).local_version
+        '152.g39789c9d3.dirty'
+        """
+        return f"{self.count}.g{self.commit[:9]}" + (".dirty" if self.dirty else "")
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """
+    What results depend on besides their inputs.
+
+    Attributes
+    ----------
+    version
+        Of this package.
+    revision
+        Of the source tree that it runs from; None where that is no git checkout.
+    host
+        Name of the machine.
+    machine
+        Operating system, processor, cores that may be used, memory and Python, in one line.
+    packages
+        Versions of the packages that this one needs and of Python, by name; without those that are not installed.
+    """
+
+    version: str
+    revision: Revision | None
+    host: str
+    machine: str
+    packages: dict[str, str]
+
+    @property
+    def label(self) -> str:
+        """
+        Name and version in one word each.
+
+        Examples
+        --------
+        >>> Provenance("0.1.0", Revision("39789c9d" * 5, 152, dirty=False), "", "", {}).label
+        'CGLA-Graph 0.1.0+152.g39789c9d3'
+        """
+        local = f"+{self.revision.local_version}" if self.revision else ""
+        return f"CGLA-Graph {self.version}{local}"
+
+
+def provenance() -> Provenance:
+    """
+    Say where results of this process come from.
+
+    Examples
+    --------
+    >>> provenance().version == cgla_graph.__version__
+    True
+    """
+    return Provenance(
+        version=cgla_graph.__version__,
+        revision=revision(Path(cgla_graph.__file__)),
+        host=socket.gethostname(),
+        machine=machine(),
+        packages=packages(),
+    )
+
+
+def revision(file: Path) -> Revision | None:
+    """
+    Return the state of the git checkout that a file belongs to.
+
+    Parameters
+    ----------
+    file
+        A file of the source tree.
+
+    Returns
+    -------
+    revision
+        None where there is no git, no checkout or no commit, or the file is not under version control: a package that
+        is installed somewhere below a checkout is no part of it.
+
+    Examples
+    --------
+    >>> revision(Path("/no/such/file")) is None
+    True
+    """
+    file = file.resolve()
+    root = _git(file.parent, "rev-parse", "--show-toplevel")
+    if root is None or _git(file.parent, "ls-files", "--error-unmatch", "--", file.name) is None:
+        return None
+    commit = _git(file.parent, "rev-parse", "--verify", "HEAD")
+    count = _git(file.parent, "rev-list", "--count", "HEAD")
+    changes = _git(Path(root), "status", "--porcelain")
+    if commit is None or count is None or changes is None:
+        return None
+    return Revision(commit, int(count), dirty=bool(changes))
+
+
+def _git(folder: Path, *words: str) -> str | None:
+    """Ask git; None where it does not answer."""
+    program = shutil.which("git")
+    if program is None or not folder.is_dir():
+        return None
+    # another repository may be set in the environment (in a hook), and asking must not write into this one
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("GIT_")}
+    environment["GIT_OPTIONAL_LOCKS"] = "0"
+    try:
+        answer = subprocess.run(  # noqa: S603 - fixed words
+            [program, "-C", str(folder), *words],
+            capture_output=True,
+            check=False,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            timeout=_PATIENCE,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return None if answer.returncode else os.fsdecode(answer.stdout).rstrip("\n")
+
+
+def machine() -> str:
+    """
+    Describe this machine in one line.
+
+    Examples
+    --------
+    >>> platform.system() in machine()
+    True
+    """
+    memory = _memory()
+    parts = [
+        f"{platform.system()} {platform.release()} {platform.machine()}",
+        _processor(),
+        f"{n_cores()} of {os.cpu_count() or 1} cores",
+        f"{memory / 2**30:.1f} GiB" if memory else "",
+        f"{platform.python_implementation()} {platform.python_version()}",
+    ]
+    return ", ".join(part for part in parts if part.strip())
+
+
+def _processor() -> str:
+    """Name the processor, as far as the system says it."""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return platform.processor()
+    found = re.search(r"^model name\s*:\s*(\S.*)$", text, flags=re.MULTILINE)
+    return " ".join(found[1].split()) if found else platform.processor()
+
+
+def _memory() -> int:
+    """Return the size of the memory, bytes; 0 where the system does not say."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return 0
+
+
+def packages() -> dict[str, str]:
+    """
+    List the versions of Python and of the packages that this one needs, by name.
+
+    Examples
+    --------
+    >>> sorted({"numpy", "python"} & packages().keys())
+    ['numpy', 'python']
+    """
+    found = {"python": platform.python_version()}
+    for requirement in _requirements():
+        name = re.split(r"[^\w.-]", requirement, maxsplit=1)[0].lower()
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return dict(sorted(found.items()))
+
+
+def _requirements() -> list[str]:
+    try:
+        listed = importlib.metadata.requires("cgla-graph") or []
+    except importlib.metadata.PackageNotFoundError:
+        # run from a tree that is not installed
+        return ["networkx", "numba", "numpy", "ompl", "pebble", "scipy", "shapely"]
+    # what only tests and extras need has no say in results
+    return [requirement for requirement in listed if "extra ==" not in requirement]

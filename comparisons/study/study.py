@@ -1,0 +1,60 @@
+"""A study: which solvers run on which scenarios with which seeds, and within which limits."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.runner import TOLERANCE, seeds_of
+from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.scenario import Scenario
+
+#: The seeds of a study that names none.
+SEEDS = (1, 2, 3)
+
+
+class Cell(NamedTuple):
+    """One run to be made: names of scenario and contender, and the seed (None for solvers that draw no numbers)."""
+
+    scenario: str
+    solver: str
+    seed: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """
+    A comparison as it was asked for.
+
+    Attributes
+    ----------
+    scenarios
+        With names of their own.
+    contenders
+        With labels of their own.
+    seeds
+        Of solvers that draw random numbers.
+    tolerance
+        Of the lower bound of each scenario; None for no bound.
+    limits
+        Of each run.
+    title
+        What the report calls it.
+    source
+        The text of its file, or the command that asked for it.
+    """
+
+    scenarios: Sequence[Scenario]
+    contenders: Sequence[Contender]
+    seeds: Sequence[int] = SEEDS
+    tolerance: float | None = TOLERANCE
+    limits: Limits = field(default_factory=Limits)
+    title: str = ""
+    source: str = ""
+
+    def cells(self) -> Iterator[Cell]:
+        """List the runs to be made, scenario by scenario."""
+        for scenario in self.scenarios:
+            for contender in self.contenders:
+                for seed in seeds_of(scenario, contender, self.seeds):
+                    yield Cell(scenario.name, contender.label, seed)

@@ -1,0 +1,212 @@
+"""The tables of study files, as they are written."""
+
+import ast
+import re
+from collections import Counter
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
+
+from cgla_graph import random_map
+from cgla_graph.comparisons.contender import BUDGETS, Contender
+from cgla_graph.comparisons.runner import TOLERANCE
+from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.comparisons.study.study import SEEDS
+from cgla_graph.errors import StudyError
+from cgla_graph.map_file import Pair, Range, Table
+from cgla_graph.mission_tables import Line
+from cgla_graph.scenario import Scenario
+from cgla_graph.solvers import registry
+
+#: More seeds than this are a mistake.
+MOST_SEEDS = 100_000
+#: A year, and a petabyte: limits beyond them are mistakes.
+MOST_SECONDS, MOST_MEGABYTES = 31_536_000.0, 2.0**30
+
+
+def _table_or_text(value: object) -> str:
+    """Choose the member of a union of a table and a text, so that only its own faults are told."""
+    return "=table" if isinstance(value, dict | Table) else "=text"
+
+
+def _list_or_number(value: object) -> str:
+    return "=list" if isinstance(value, list) else "=number"
+
+
+def _different(values: list[int]) -> list[int]:
+    """Refuse what is there twice."""
+    twice = [value for value, count in Counter(values).items() if count > 1]
+    if twice:
+        msg = f"{twice[0]} is given twice; give different numbers"
+        raise ValueError(msg)
+    return values
+
+
+def _megabytes(value: object) -> object:
+    """Read a text such as "4 GiB" as units of 2**20 bytes; what is no text stays."""
+    if not isinstance(value, str):
+        return value
+    match = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*([KMGT])(i?)B\s*", value, re.IGNORECASE | re.ASCII)
+    if match is None:
+        msg = 'give a number of megabytes, or a text such as "500 MB" or "4 GiB"'
+        raise ValueError(msg)
+    base = 1024.0 if match[3] else 1000.0
+    return float(match[1]) * base ** (1 + "KMGT".index(match[2].upper())) / 2.0**20
+
+
+def _plain(value: object) -> object:
+    """Refuse what no setting of a solver is; a list becomes a tuple, as settings do not change."""
+    if isinstance(value, list):
+        return tuple(_plain(part) for part in value)
+    if not isinstance(value, bool | int | float | str):
+        msg = "give a number, a text, true, false or a list of these"
+        raise ValueError(msg)  # noqa: TRY004 - pydantic tells values from types
+    return value
+
+
+Seed: TypeAlias = Annotated[int, Field(ge=0, le=random_map.LARGEST_SEED)]
+Seeds: TypeAlias = Annotated[
+    Annotated[Annotated[int, Field(ge=1, le=MOST_SEEDS)], Tag("=number")]
+    | Annotated[
+        Annotated[list[Seed], Field(min_length=1, max_length=MOST_SEEDS), AfterValidator(_different)], Tag("=list")
+    ],
+    Discriminator(_list_or_number),
+]
+Memory: TypeAlias = Annotated[
+    float, BeforeValidator(_megabytes), WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string"}]})
+]
+Setting: TypeAlias = Annotated[Any, AfterValidator(_plain)]
+
+
+class RandomTable(Table):
+    """Random maps (see `cgla_graph.random_map`)."""
+
+    generate: Literal["random"]
+    seeds: Seeds | None = Field(
+        None, description="one map for each; with buckets, those that are tried (default: as many as it takes)"
+    )
+    buckets: Annotated[list[Annotated[float, Field(ge=1, allow_inf_nan=True)]], Field(min_length=2)] | None = Field(
+        None, description="rising bounds of difficulty: what the straight line costs, as a multiple of the optimum"
+    )
+    each: int | None = Field(None, ge=1, description="maps of each bucket (default: 1)")
+    threats: int = random_map.THREATS
+    spread: Range = Field(list(random_map.SPREAD), description="least and greatest spread, map units")
+    peak: Range = Field(list(random_map.PEAK), description="least and greatest peak, at most 1")
+    areas: int = Field(0, description="convex no-fly areas")
+    area_radius: Range = Field(list(random_map.AREA_RADIUS), description="least and greatest radius, map units")
+    k: float = Field(random_map.K, ge=0, description="risk weight: cost = length + k * risk")
+    clear: float = Field(random_map.CLEAR, ge=0, description="distance of threats and areas from start and goal")
+    resolution: int | None = Field(None, ge=2, description="points a side of the lattice (default: the study's, or 20)")
+    start: Pair = Field(list(random_map.START))
+    goal: Pair = Field(list(random_map.GOAL))
+
+    def build(self, resolution: int | None) -> list[Scenario]:
+        """Draw the maps."""
+        if self.buckets is None and (self.seeds is None or self.each is not None):
+            msg = "give seeds = N for N maps, or buckets = [1.0, 1.5, 2.0] and each = N for N maps of each difficulty"
+            raise StudyError(msg)
+        return random_map.random_scenarios(
+            range(1, random_map.MOST_DRAWS + 1) if self.seeds is None else seed_list(self.seeds),
+            buckets=self.buckets,
+            each=1 if self.each is None else self.each,
+            threats=self.threats,
+            spread=_two(self.spread),
+            peak=_two(self.peak),
+            areas=self.areas,
+            area_radius=_two(self.area_radius),
+            k=self.k,
+            clear=self.clear,
+            resolution=self.resolution or resolution or random_map.RESOLUTION,
+            start=_two(self.start),
+            goal=_two(self.goal),
+        )
+
+
+class SolverTable(Table):
+    """A solver with settings: all other keys."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Setting] = Field(init=False)
+
+    name: str = Field(min_length=1, description="as cgla solvers lists them")
+    label: Line | None = Field(None, min_length=1, description="what tables call it (default: NAME:SETTING=VALUE…)")
+
+    def build(self) -> Contender:
+        """Enter the solver, its settings checked."""
+        settings = self.__pydantic_extra__
+        registry.solver_class(self.name)
+        if registry.missing(self.name) is None:
+            registry.get(self.name, **settings)
+        label = ":".join([self.name, *(f"{key}={_written(value)}" for key, value in settings.items())])
+        return Contender(self.label or label, self.name, settings)
+
+
+class BudgetTable(Table):
+    """What ends the runs of all solvers that take it."""
+
+    seconds: float | None = Field(default=None, gt=0)
+    iterations: int | None = Field(default=None, ge=1)
+    evaluations: int | None = Field(default=None, ge=1)
+
+    def given(self) -> dict[str, float]:
+        """Return those that the file gives."""
+        every = {key: getattr(self, key) for key in BUDGETS}
+        return {key: value for key, value in every.items() if value is not None}
+
+
+class LimitsTable(Table):
+    """What kills a run."""
+
+    seconds: float = Field(default=Limits.seconds, gt=0, le=MOST_SECONDS)
+    memory: Memory = Field(
+        default=Limits.megabytes,
+        gt=0,
+        le=MOST_MEGABYTES,
+        description='in units of 2**20 bytes, or a text such as "4 GiB"',
+    )
+
+
+class StudyTable(Table):
+    """A study file."""
+
+    title: Line = ""
+    scenarios: list[
+        Annotated[Annotated[str, Tag("=text")] | Annotated[RandomTable, Tag("=table")], Discriminator(_table_or_text)]
+    ] = Field(min_length=1, description="shipped names, files, and tables of random maps")
+    solvers: (
+        Annotated[
+            list[
+                Annotated[
+                    Annotated[str, Tag("=text")] | Annotated[SolverTable, Tag("=table")], Discriminator(_table_or_text)
+                ]
+            ],
+            Field(min_length=1),
+        ]
+        | None
+    ) = Field(None, description="names with settings, and tables (default: every solver)")
+    seeds: Seeds = Field(len(SEEDS), description="of solvers that draw random numbers: 1 to this, or a list")
+    budget: BudgetTable = Field(default_factory=BudgetTable)
+    refine: bool = Field(default=False, description="have every path refined before it counts")
+    tolerance: float = Field(TOLERANCE, ge=0, description="how tight the lower bound shall be; 0: no bound")
+    resolution: int | None = Field(None, ge=2, description="points a side of a closed lattice, not the scenarios' own")
+    limits: LimitsTable = Field(default_factory=LimitsTable)
+
+
+def seed_list(seeds: int | list[int]) -> Sequence[int]:
+    """Return the seeds that a number or a list of a file means."""
+    return range(1, seeds + 1) if isinstance(seeds, int) else seeds
+
+
+def _two(pair: list[float]) -> tuple[float, float]:
+    return pair[0], pair[1]
+
+
+def _written(value: object) -> str:
+    """Write a setting as `Contender.parse` reads it."""
+    if isinstance(value, str):
+        try:
+            ast.literal_eval(value)
+        except (ValueError, SyntaxError):
+            return value
+    return repr(value)

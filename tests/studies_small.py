@@ -1,0 +1,73 @@
+"""Small studies in databases: answers are made up, so that nothing has to be solved."""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from cgla_graph.certificate import Certificate
+from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.runner import Run, run_of
+from cgla_graph.comparisons.study.database import Database, Stored, load
+from cgla_graph.comparisons.study.study import Study
+from cgla_graph.scenario import Scenario, scenario_from_toml
+from cgla_graph.solution import Solution, Status
+
+TEXT = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n[lattice]\nresolution = 3\n"
+BOUND = 1.0
+#: Answers a cell: name of the scenario, number of the solver, seed.
+Answers = Callable[[str, int, int | None], Solution]
+
+
+def found(cost: float, seconds: float = 0.5) -> Solution:
+    """Return a path of that cost."""
+    path = np.array([(0.1, 0.1), (0.9, 0.9)])
+    return Solution(Status.FOUND, path=path, cost=cost, length=cost, risk=0.0, seconds=seconds, solver="x")
+
+
+def by_number(scenario: str, solver: int, seed: int | None) -> Solution:
+    """Make the first solver the cheapest everywhere, and so on."""
+    del scenario
+    return found(1.1 + 0.1 * solver + 0.01 * (seed or 0))
+
+
+def named(name: str) -> Scenario:
+    """Return a scenario of that name."""
+    return scenario_from_toml(TEXT, name)
+
+
+def small_study(names: Sequence[str], labels: Sequence[str], seeds: Sequence[int] = (1, 2), title: str = "") -> Study:
+    """Return a study; each label is that of `prm-star`, which draws random numbers, or else of `straight-line`."""
+    contenders = [
+        Contender(
+            label,
+            "prm-star" if label.startswith("prm") else "straight-line",
+            {"milestones": 50} if label.startswith("prm") else {},
+        )
+        for label in labels
+    ]
+    return Study([named(name) for name in names], contenders, seeds, 0.1, title=title)
+
+
+def runs_of(study: Study, answers: Answers = by_number) -> list[Run]:
+    """Make up the runs of a study."""
+    proof = Certificate(BOUND, 1.05, 0.1, 0.01, 9, "the reason", 0.1)
+    scenarios = {scenario.name: scenario for scenario in study.scenarios}
+    contenders = {one.label: (number, one) for number, one in enumerate(study.contenders)}
+    runs = []
+    for cell in study.cells():
+        number, contender = contenders[cell.solver]
+        solution = answers(cell.scenario, number, cell.seed)
+        runs.append(run_of(scenarios[cell.scenario], contender, cell.seed, solution, proof, megabytes=1.5, host="here"))
+    return runs
+
+
+def write_study(folder: Path, study: Study, answers: Answers = by_number, first: int | None = None) -> Stored:
+    """Write the first runs of a study (None: all) into a database."""
+    with Database.create(folder, study, command="cgla compare") as database:
+        for scenario in study.scenarios:
+            database.add_certificate(scenario.name, runs_of(study)[0].certificate or Certificate(1, 1, 1, 1, 1))
+        for run in runs_of(study, answers)[:first]:
+            database.add(dataclasses.replace(run))
+    return load(folder)

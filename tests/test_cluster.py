@@ -1,0 +1,197 @@
+"""Calls on a Dask cluster: a real scheduler and real workers on this machine, some of which are killed."""
+
+import importlib.util
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import awkward_calls
+import pytest
+from awkward_calls import alive, until
+
+from cgla_graph.comparisons.study import cluster
+from cgla_graph.comparisons.study.cluster import spread
+from cgla_graph.comparisons.study.isolation import Call, Failure, NextCall, Outcome, isolated
+from cgla_graph.errors import CglaError, WorkerError
+
+needs_dask = pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="Dask is not installed")
+pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="looks at processes as Linux has them")
+
+
+@pytest.fixture(scope="module")
+def awkward(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
+    """Install the functions that are called."""
+    with pytest.MonkeyPatch.context() as patch:
+        awkward_calls.install(tmp_path_factory.mktemp("awkward"), patch)
+        yield importlib.import_module("awkward")
+
+
+def free_port() -> int:
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        port: int = one.getsockname()[1]
+        return port
+
+
+@contextmanager
+def dask(folder: Path, *words: str) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a part of Dask; what it logs is for whom the test fails."""
+    settings = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1"}
+    program = [sys.executable, "-m", "dask", *words, "--no-dashboard"]
+    with (folder / f"{words[0]}.log").open("ab") as log:
+        part = subprocess.Popen(program, stdout=log, stderr=log, env={**os.environ, **settings}, cwd=folder)
+    try:
+        yield part
+    finally:
+        part.kill()
+        part.wait(20.0)
+
+
+class Cluster(ExitStack):
+    """A scheduler and its workers, on free ports of this machine."""
+
+    def __init__(self, folder: Path, n_workers: int) -> None:
+        super().__init__()
+        with ExitStack() as parts:
+            port = free_port()
+            self.address = f"127.0.0.1:{port}"
+            host = ["--host", "127.0.0.1", "--port", str(port)]
+            self.scheduler = parts.enter_context(dask(folder, "scheduler", *host))
+            options = ["--nthreads", "1", "--death-timeout", "60", "--local-directory", str(folder)]
+            words = ["worker", self.address, *options]
+            self.workers = [parts.enter_context(dask(folder, *words)) for _ in range(n_workers)]
+            assert until(lambda: answers(port), 60.0)
+            self.wait(n_workers)
+            self.push(parts.pop_all())
+
+    def wait(self, n_workers: int) -> None:
+        """Wait for workers."""
+        with distributed().Client(self.address, set_as_default=False, timeout=60.0) as client:
+            client.wait_for_workers(n_workers, timeout=60.0)
+
+
+def distributed() -> Any:  # noqa: ANN401 - a module without types
+    return importlib.import_module("distributed")
+
+
+def answers(port: int) -> bool:
+    with socket.socket() as one:
+        return one.connect_ex(("127.0.0.1", port)) == 0
+
+
+def one_by_one(calls: Sequence[Call]) -> NextCall:
+    left = iter(calls)
+    return lambda: next(left, None)
+
+
+def outcomes(ended: Iterable[tuple[Call, Outcome]]) -> dict[Hashable, Outcome]:
+    """Collect outcomes, each of which comes once."""
+    found: dict[Hashable, Outcome] = {}
+    for call, outcome in ended:
+        assert call.key not in found
+        found[call.key] = outcome
+    return found
+
+
+@needs_dask
+def test_outcomes_are_those_of_this_machine_though_a_worker_is_killed(awkward: ModuleType, tmp_path: Path) -> None:
+    note = tmp_path / "note"
+    calls = [
+        Call("leave", awkward.leave, (0,)),
+        Call("segfault", awkward.segfault),
+        Call("hang", awkward.hang_limited, (0.3,)),
+        Call("eat", awkward.eat, (100.0,)),
+        Call("raises", awkward.raises, (ValueError, "bad")),
+        Call("no pickle", awkward.no_pickle),
+        Call("not sent", awkward.square, (lambda: 3,)),
+        *(Call(number, awkward.square, (number,)) for number in range(60)),
+        *(Call(f"slow {number}", awkward.nap_noted, (str(note), 1.0)) for number in range(4)),
+        *(Call(number, awkward.square, (number,)) for number in range(60, 120)),
+    ]
+    with Cluster(tmp_path, 2) as machines:
+
+        def kill_one() -> None:
+            """Kill one of two workers, both of which are busy."""
+            assert until(lambda: note.exists() and note.read_text().count("begun") == 2, 60.0)
+            machines.workers[0].kill()
+
+        killer = threading.Thread(target=kill_one)
+        killer.start()
+        found = outcomes(spread(one_by_one(calls), scheduler=machines.address, seconds=60.0))
+        killer.join()
+        assert machines.workers[0].wait(10.0) == -signal.SIGKILL
+    # what was lost was begun again
+    assert note.read_text().count("begun") > 4
+    assert found == outcomes(isolated(one_by_one(calls), workers=2, seconds=60.0))
+
+
+@needs_dask
+def test_what_takes_workers_down_has_crashed_and_a_study_leaves_nothing(awkward: ModuleType, tmp_path: Path) -> None:
+    calls = [
+        Call("child", awkward.leave_child),
+        Call("pid", awkward.where),
+        # two workers of Dask, one after the other, as `ALLOWED_FAILURES` is 1
+        Call("worker", awkward.kill_parent),
+        Call("after", awkward.where),
+    ]
+    with Cluster(tmp_path, 1) as machines:
+        found = outcomes(spread(one_by_one(calls), scheduler=machines.address, seconds=60.0))
+        assert found["worker"].failure is Failure.CRASHED
+        assert found["worker"].message == "2 workers of the cluster died of it, one after the other"
+        pids = [found[key].value for key in ("child", "pid", "after")]
+        assert all(until(lambda pid=pid: not alive(pid)) for pid in pids)  # type: ignore[misc]
+        machines.wait(1)
+        # an iteration that is left in the middle stops what is under way
+        note = tmp_path / "hung"
+        hang = [Call("pid", awkward.where), Call("hang", awkward.hang, (str(note),))]
+        with closing(spread(one_by_one(hang), scheduler=machines.address, seconds=60.0)) as ended:  # type: ignore[type-var]
+            next(ended)
+            assert until(lambda: note.exists() and bool(note.read_text()))
+        assert until(lambda: not alive(int(note.read_text())))
+
+
+@needs_dask
+def test_a_scheduler_that_is_lost_is_told(awkward: ModuleType, tmp_path: Path) -> None:
+    calls = [Call("pid", awkward.where), Call("nap", awkward.nap, (1000.0,))]
+    with Cluster(tmp_path, 1) as machines:
+        ended = spread(one_by_one(calls), scheduler=machines.address, seconds=60.0)
+        next(ended)
+        machines.scheduler.kill()
+        with pytest.raises(WorkerError, match=f"the Dask scheduler at '{machines.address}' is lost") as told:
+            next(ended)
+        assert len(str(told.value).splitlines()) == 1
+
+
+@needs_dask
+@pytest.mark.parametrize("address", ["127.0.0.1:1", "nonsense", "", "foo://bar:1", "no.such.host.invalid:8786"])
+def test_no_scheduler_is_one_clear_line_at_once(address: str) -> None:
+    began = time.monotonic()
+    with pytest.raises(WorkerError, match=re.escape(f"no Dask scheduler answers at {address!r}")) as told:
+        next(spread(lambda: None, scheduler=address, seconds=1.0))
+    assert len(str(told.value).splitlines()) == 1
+    assert time.monotonic() - began < 8.0
+
+
+@needs_dask
+def test_something_else_that_listens_is_no_scheduler(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        address = f"127.0.0.1:{other.getsockname()[1]}"
+        with pytest.raises(WorkerError, match="no Dask scheduler answers"):
+            next(spread(lambda: None, scheduler=address, seconds=1.0))
+
+
+def test_without_dask_the_remedy_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(CglaError, match=re.escape("pip install 'cgla-graph[distributed]'")):
+        next(spread(lambda: None, scheduler="127.0.0.1:8786", seconds=1.0))

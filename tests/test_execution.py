@@ -1,0 +1,140 @@
+"""Executing studies: every cell becomes a run, whatever the solver does; nothing is run twice."""
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import plug_ins
+import pytest
+
+from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.runner import Run, compare
+from cgla_graph.comparisons.study import worker
+from cgla_graph.comparisons.study.database import Database, load
+from cgla_graph.comparisons.study.execution import run_study
+from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.comparisons.study.study import Study
+from cgla_graph.scenario import Scenario, load_scenario, scenario_from_toml
+from cgla_graph.solution import Solution, Status, TracePoint
+
+SMALL = """start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\nthreats = [{ x = 0.5, y = 0.5, spread = 0.1 }]
+[lattice]\nresolution = 6\n"""
+#: What each solver that misbehaves ends as, and a word of its message.
+ENDS = {
+    "sleeps": ("timed-out", "after 2 s"),
+    "hangs": ("timed-out", "after 2 s"),
+    "allocates": ("out-of-memory", "300 MB"),
+    "leaves": ("crashed", "0"),
+    "segfaults": ("crashed", "SIGSEGV"),
+    "raises": ("failed", "ValueError: not today"),
+    "exits": ("failed", "KeyboardInterrupt"),
+    "odd": ("failed", "Local: from"),
+    "nan": ("failed", "nan"),
+    "lies": ("failed", "0.001"),
+    "talks": ("found", ""),
+    "gossips": ("found", ""),
+    "honest": ("found", ""),
+}
+
+
+def small(name: str = "small") -> Scenario:
+    return scenario_from_toml(SMALL, name)
+
+
+def study(*texts: str, scenarios: list[Scenario] | None = None, **more: object) -> Study:
+    chosen = [Contender.parse(text) for text in texts]
+    given: dict[str, object] = {"tolerance": None, **more}
+    return Study(scenarios or [small()], chosen, **given)  # type: ignore[arg-type]
+
+
+def same(one: Run, two: Run) -> None:
+    """Check that two runs found the same, however long that took."""
+    assert (one.scenario.name, one.solver, one.seed, one.exact) == (two.scenario.name, two.solver, two.seed, two.exact)
+    np.testing.assert_array_equal(one.solution.path, two.solution.path)
+    assert one.solution.status is two.solution.status
+    for name in ("cost", "length", "risk", "clearance", "lower_bound", "evaluations"):
+        assert getattr(one.solution, name) == pytest.approx(getattr(two.solution, name), rel=0.0, nan_ok=True), name
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_whatever_a_solver_does_is_a_row(
+    workers: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    plug_ins.install(tmp_path, monkeypatch)
+    all_of_them = study(*ENDS, limits=Limits(2.0, 300.0))
+    runs = {run.solver: run for run in run_study(all_of_them, workers=workers)}
+    assert runs.keys() == ENDS.keys()
+    for name, (status, word) in ENDS.items():
+        solution = runs[name].solution
+        assert (solution.status.label, word in solution.message) == (status, True), (name, solution.message)
+        assert "\n" not in solution.message
+        assert math.isfinite(solution.cost) == solution.status.is_path or name in {"nan", "lies"}
+    assert runs["sleeps"].solution.seconds == 2.0
+    assert capfd.readouterr().out == ""
+
+
+def test_runs_are_those_of_a_plain_loop() -> None:
+    names = ["cgla", "dijkstra", "prm-star:milestones=60", "straight-line", "lazy-theta-star"]
+    asked = study(*names, scenarios=[small("a"), load_scenario("one-threat")], tolerance=0.01, seeds=(1, 2))
+    loop = list(compare(asked.scenarios, asked.contenders, 2, tolerance=0.01))
+    for workers in (0, 1, 2):
+        runs = sorted(run_study(asked, workers=workers), key=lambda run: list(asked.cells()).index(_cell(run)))
+        assert len(runs) == len(loop) == 12
+        for one, two in zip(runs, loop, strict=True):
+            same(one, two)
+            assert one.certificate is not None
+            assert one.certificate.lower_bound == one.solution.lower_bound
+
+
+def _cell(run: Run) -> tuple[str, str, int | None]:
+    return run.scenario.name, run.solver, run.seed
+
+
+def test_workers_work_at_the_same_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plug_ins.install(tmp_path, monkeypatch)
+    place = tmp_path / "meeting"
+    place.mkdir()
+    labels = [f"meets:note={str(place)!r}", f"meets:note={str(place) + '/'!r}"]
+    assert {run.solution.status.label for run in run_study(study(*labels), workers=2)} == {"found"}
+
+
+def test_nothing_is_run_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plug_ins.install(tmp_path, monkeypatch)
+    tally = tmp_path / "tally"
+    names = [small(f"s{number}") for number in range(6)]
+    asked = study(f"counts:note={str(tally)!r}", scenarios=names)
+    with Database.create(tmp_path, asked, workers=0, command="") as database:
+        runs = run_study(asked, database=database, workers=0)
+        for _ in range(4):
+            next(runs)
+        runs.close()  # type: ignore[attr-defined]
+    assert len(load(tmp_path).runs) == 4
+    with Database.resume(tmp_path, asked, workers=1, command="") as database:
+        rest = list(run_study(asked, database=database, workers=1))
+    assert len(rest) == 2
+    assert len(tally.read_text().splitlines()) == 6
+    assert [run.scenario.name for run in load(tmp_path).runs] == [scenario.name for scenario in names]
+    assert load(tmp_path).is_complete
+
+
+def test_a_proof_that_fails_leaves_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = study("straight-line", tolerance=1e-9, limits=Limits(1e-3, 4096.0))
+    (run,) = run_study(asked, workers=1)
+    assert run.certificate is not None
+    assert math.isnan(run.certificate.lower_bound)
+    assert "stopped after 0.001 s" in run.certificate.message
+
+
+def test_no_limit_holds_in_the_users_own_process() -> None:
+    (run,) = run_study(study("cgla", limits=Limits(1e-6, 1e-6)), workers=0)
+    assert run.solution.status is Status.OPTIMAL
+
+
+def test_an_answer_becomes_plain() -> None:
+    trace = (TracePoint(np.float64(1.0), np.int64(2), "no number"),)  # type: ignore[arg-type]
+    odd = Solution(Status.FOUND, cost=np.float32(0.5), message="a\nb", trace=trace, evaluations=math.inf)  # type: ignore[arg-type]
+    answer = worker.plain(odd)
+    assert (type(answer.cost), answer.cost, answer.message, answer.evaluations) == (float, 0.5, "a b", 0)
+    assert math.isnan(answer.trace[0].cost)
+    assert dataclasses.replace(answer, trace=()).path.shape == (0, 2)

@@ -1,0 +1,409 @@
+"""Isolated calls: whatever a call does is an outcome, all others go on, and nothing is left behind."""
+
+import importlib
+import itertools
+import math
+import os
+import random
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import awkward_calls
+import pytest
+from awkward_calls import alive, until
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cgla_graph.comparisons.study import slot
+from cgla_graph.comparisons.study.isolation import Call, Failure, NextCall, Outcome, here, isolated, limited, shares
+from cgla_graph.errors import WorkerError
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="looks at processes as Linux has them")
+
+
+@pytest.fixture(scope="module")
+def awkward(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
+    """Install the functions that are called."""
+    with pytest.MonkeyPatch.context() as patch:
+        awkward_calls.install(tmp_path_factory.mktemp("awkward"), patch)
+        yield importlib.import_module("awkward")
+
+
+def one_by_one(calls: Sequence[Call]) -> NextCall:
+    left = iter(calls)
+    return lambda: next(left, None)
+
+
+def ends(*calls: tuple[Any, ...], workers: int = 1, seconds: float = 60.0) -> list[Outcome]:
+    """Make calls, given as function and arguments; return their outcomes in the order of the calls."""
+    asked = [Call(number, function, args) for number, (function, *args) in enumerate(calls)]  # type: ignore[arg-type]
+    found = {call.key: outcome for call, outcome in isolated(one_by_one(asked), workers=workers, seconds=seconds)}
+    assert found.keys() == set(range(len(calls)))
+    return [found[number] for number in range(len(calls))]
+
+
+def gone(pid: int, seconds: float = 3.0) -> bool:
+    return until(lambda: not alive(pid), seconds)
+
+
+def test_whatever_a_call_does_is_an_outcome(awkward: ModuleType) -> None:
+    expected = [
+        ((awkward.nap, 10**6), Failure.TIMED_OUT, "after 2 s"),
+        ((awkward.hang,), Failure.TIMED_OUT, "after 2 s"),
+        ((awkward.hang_limited, 0.2), Failure.TIMED_OUT, "limit"),
+        ((awkward.hang_deaf, 0.2), Failure.TIMED_OUT, "limit"),
+        ((awkward.eat, 100.0), Failure.OUT_OF_MEMORY, "Unable to allocate"),
+        ((awkward.eat_in_c, 100.0), Failure.CRASHED, "SIGABRT, as compiled code does that finds no memory"),
+        ((awkward.leave, 0), Failure.CRASHED, "exit code 0"),
+        ((awkward.leave, 3), Failure.CRASHED, "exit code 3"),
+        ((awkward.segfault,), Failure.CRASHED, "SIGSEGV"),
+        ((awkward.die_of, signal.SIGKILL), Failure.CRASHED, "SIGKILL, as the system does when memory runs out"),
+        ((awkward.die_of, signal.SIGTERM), Failure.CRASHED, "SIGTERM"),
+        ((awkward.die_of, signal.SIGRTMIN + 3), Failure.CRASHED, f"signal {signal.SIGRTMIN + 3}"),
+        ((awkward.close_all,), Failure.CRASHED, "exit code"),
+        ((awkward.raises, ValueError, "bad\nworse"), Failure.RAISED, "ValueError: bad"),
+        ((awkward.raises, ValueError), Failure.RAISED, "ValueError"),
+        ((awkward.raises, SystemExit, 0), Failure.RAISED, "SystemExit: 0"),
+        ((awkward.raises, KeyboardInterrupt), Failure.RAISED, "KeyboardInterrupt"),
+        ((awkward.raises, TimeoutError, "mine"), Failure.RAISED, "TimeoutError: mine"),
+        ((awkward.raises, RecursionError), Failure.RAISED, "RecursionError"),
+        ((awkward.raises, MemoryError), Failure.OUT_OF_MEMORY, "MemoryError"),
+        ((awkward.raises_base,), Failure.RAISED, "BaseException: bare"),
+        ((awkward.raises, "pickle", "me"), Failure.RAISED, "Unpicklable: me"),
+        ((awkward.raises, "speak"), Failure.RAISED, "Unspeakable"),
+        ((awkward.no_pickle,), Failure.RAISED, "pickle"),
+        ((awkward.no_reading,), Failure.RAISED, "cannot be read: RuntimeError: not readable"),
+        ((awkward.square, lambda: 3), Failure.RAISED, "cannot be sent"),
+        ((awkward.square,), Failure.RAISED, "TypeError"),
+        ((awkward.nested,), Failure.RAISED, "a limit within a limit"),
+    ]
+    calls: list[tuple[Any, ...]] = []
+    for number, (call, _, _) in enumerate(expected):
+        calls += [call, (awkward.square, number)]
+    outcomes = ends(*calls, workers=2, seconds=2.0)
+    for number, (call, failure, words) in enumerate(expected):
+        outcome = outcomes[2 * number]
+        assert (outcome.value, outcome.failure) == (None, failure), (call, outcome)
+        assert words in outcome.message, (call, outcome)
+        assert len(outcome.message.splitlines()) == 1
+        assert outcomes[2 * number + 1] == Outcome(number * number)
+
+
+@given(seed=st.integers(0, 2**32), size=st.integers(0, 12), workers=st.integers(1, 3))
+@settings(max_examples=6)
+def test_calls_that_wait_for_others(seed: int, size: int, workers: int, awkward: ModuleType) -> None:
+    """Each call may wait for any before it: all are made once, none before its time, and no more than was said wait."""
+    draw = random.Random(seed)  # noqa: S311 - no secret
+    needs = [{other for other in range(number) if draw.random() < 0.3} for number in range(size)]
+    ended: dict[Any, Any] = {}
+    asked: list[int] = []
+
+    def next_call() -> Call | None:
+        for number in range(size):
+            if number not in asked and needs[number] <= ended.keys():
+                asked.append(number)
+                assert len(asked) - len(ended) <= 2 * workers
+                return Call(number, awkward.square, (number,))
+        return None
+
+    ways: list[Iterator[tuple[Call, Outcome]]] = [isolated(next_call, workers=workers, seconds=60.0), here(next_call)]
+    for way in ways:
+        ended.clear()
+        asked.clear()
+        for call, outcome in way:
+            assert call.key not in ended
+            ended[call.key] = outcome.value
+        assert ended == {number: number * number for number in range(size)}
+
+
+def test_outcomes_come_as_they_end_and_calls_begin_in_order(awkward: ModuleType) -> None:
+    slow, *rest = [Call("slow", awkward.nap, (1.0,)), *(Call(n, awkward.where) for n in range(6))]
+    keys = [call.key for call, _ in isolated(one_by_one([slow, *rest]), workers=2, seconds=60.0)]
+    assert keys == [0, 1, 2, 3, 4, 5, "slow"]
+    keys = [call.key for call, _ in isolated(one_by_one([slow, *rest]), workers=1, seconds=60.0)]
+    assert keys == ["slow", 0, 1, 2, 3, 4, 5]
+
+
+def test_workers_stay_and_share_the_cores(awkward: ModuleType) -> None:
+    pids = [outcome.value for outcome in ends(*[(awkward.where,)] * 20)]
+    assert len(set(pids)) == 1
+    have = sorted(os.sched_getaffinity(0))
+    for workers in (1, 2):
+        found = [outcome.value for outcome in ends(*[(awkward.cores,)] * 40, workers=workers)]
+        places = {tuple(cores) for cores, _ in found}
+        assert places <= {tuple(sorted(share)) for share in shares(workers) if share is not None}
+        assert {count for _, count in found} == {max(1, len(have) // workers)}
+    assert sorted(os.sched_getaffinity(0)) == have
+
+
+@given(workers=st.integers(1, 300))
+def test_shares_are_equal_and_apart(workers: int) -> None:
+    have = os.sched_getaffinity(0)
+    found = [set(share or ()) for share in shares(workers)]
+    assert len(found) == workers
+    assert {len(share) for share in found} == {max(1, len(have) // workers)}
+    assert set.union(*found) <= have
+    if workers <= len(have):
+        assert sum(map(len, found)) == len(set.union(*found))
+    else:
+        # as many on each core, but for one
+        counts = [sum(core in share for share in found) for core in have]
+        assert max(counts) - min(counts) <= 1
+
+
+@pytest.mark.parametrize("megabytes", [60.0, 150.0])
+def test_memory_of_the_body_is_measured_and_limited_there_only(megabytes: float, awkward: ModuleType) -> None:
+    for outcome in ends((awkward.use, megabytes), (awkward.use, megabytes)):
+        peak, free = outcome.value
+        assert peak == pytest.approx(megabytes, abs=3.0)
+        assert free == 4.0 * megabytes * 2**17
+
+
+def test_a_limit_ends_with_its_body(awkward: ModuleType) -> None:
+    before, inside, after = ends((awkward.aftermath, 0.2))[0].value
+    assert before == after
+    assert inside[0]
+    assert not after[0]
+    assert inside[2][0] < 2**40
+    assert inside[2][1] == before[2][1]
+
+
+def test_limits_without_a_limit(awkward: ModuleType) -> None:
+    assert ends((awkward.hang_limited, math.inf), seconds=1.0)[0].message == "stopped after 1 s"
+    # in the user's own process nothing is limited, only measured
+    with limited(1e-6, 1e-6) as usage:
+        block = b"x" * (50 * 2**20)
+    assert usage.megabytes == pytest.approx(len(block) / 2**20, abs=3.0)
+    for seconds, megabytes in [(0.0, 1.0), (1.0, -1.0), (math.nan, 1.0), (1.0, math.nan)]:
+        with pytest.raises(ValueError, match="above 0"), limited(seconds, megabytes):
+            pass
+
+
+def test_an_alarm_that_a_call_leaves_does_not_go_off_in_the_next(awkward: ModuleType) -> None:
+    assert [outcome.failure for outcome in ends((awkward.arm,), (awkward.nap, 0.6))] == [None, None]
+
+
+def test_what_a_call_leaves_behind_goes_with_its_worker(tmp_path: Path, awkward: ModuleType) -> None:
+    note = tmp_path / "child"
+    first, thread, second, child, third, forked, crashed = ends(
+        (awkward.where,),
+        (awkward.leave_thread,),
+        (awkward.where,),
+        (awkward.leave_child,),
+        (awkward.where,),
+        (awkward.fork_back,),
+        (awkward.leave_child, str(note)),
+    )
+    assert first.value == thread.value
+    assert len({first.value, second.value, third.value}) == 3
+    assert (forked.value, crashed.failure) == (True, Failure.CRASHED)
+    for pid in (first.value, second.value, third.value, child.value, int(note.read_text())):
+        assert gone(pid)
+
+
+def test_a_worker_is_replaced_quickly(awkward: ModuleType) -> None:
+    calls = [Call(n, awkward.leave if n % 2 else awkward.where, (0,) * (n % 2)) for n in range(11)]
+    times = []
+    for _, outcome in isolated(one_by_one(calls), workers=1, seconds=60.0):
+        times.append((time.perf_counter(), outcome.failure))
+    took = [now - before for (before, failure), (now, _) in itertools.pairwise(times) if failure]
+    assert sorted(took)[2] < 1.0
+
+
+def test_an_iteration_that_is_left_leaves_nothing(awkward: ModuleType) -> None:
+    calls = [Call("pid", awkward.where), Call("hang", awkward.hang), Call("hang too", awkward.hang)]
+    with closing(isolated(one_by_one(calls), workers=1, seconds=60.0)) as running:  # type: ignore[type-var]
+        _, outcome = next(running)
+        assert alive(outcome.value)
+        began = time.monotonic()
+    assert time.monotonic() - began < 2.0
+    assert gone(outcome.value)
+
+
+@pytest.mark.parametrize(("workers", "seconds"), [(0, 1.0), (-1, 1.0), (1, 0.0), (1, math.nan)])
+def test_too_little_is_refused(workers: int, seconds: float) -> None:
+    with pytest.raises(ValueError, match="at least 1 worker"):
+        next(isolated(lambda: None, workers=workers, seconds=seconds))
+
+
+def test_here_isolates_nothing(awkward: ModuleType) -> None:
+    calls = [
+        Call("pid", awkward.where),
+        Call("exit", awkward.raises, (SystemExit, 3)),
+        Call("memory", awkward.raises, (MemoryError,)),
+        Call("error", awkward.raises, (ValueError, "bad")),
+        Call("stop", awkward.raises, (KeyboardInterrupt,)),
+    ]
+    running = here(one_by_one(calls))
+    found = [next(running)[1] for _ in range(4)]
+    assert found[0] == Outcome(os.getpid())
+    kinds = [Failure.RAISED, Failure.OUT_OF_MEMORY, Failure.RAISED]
+    assert [outcome.failure for outcome in found[1:]] == kinds
+    with pytest.raises(KeyboardInterrupt):
+        next(running)
+
+
+# ---- the program that asks, and how it ends ----
+
+GUARDED = """
+import sys, importlib
+from cgla_graph.comparisons.study.isolation import Call, isolated
+
+def main():
+    import awkward
+    names = iter(sys.argv[1:])
+    def next_call():
+        name, *args = next(names, "").split(":")
+        return Call(name, getattr(awkward, name), tuple(args)) if name else None
+    for call, outcome in isolated(next_call, workers=2, seconds=60.0, preload=["loaded_once"]):
+        print(call.key, outcome.value, outcome.failure, flush=True)
+"""
+
+
+@pytest.fixture
+def script(awkward: ModuleType, tmp_path: Path) -> Path:
+    """Write a program that calls what its arguments name, in two workers, and a module that tells when it is loaded."""
+    (tmp_path / "loaded_once.py").write_text(
+        f"import os\nwith open({str(tmp_path / 'loaded')!r}, 'a') as file: file.write('x')\n", encoding="utf-8"
+    )
+    file = tmp_path / "script.py"
+    file.write_text(GUARDED + 'if __name__ == "__main__":\n    main()\n', encoding="utf-8")
+    return file
+
+
+def started(script: Path, *words: str) -> subprocess.Popen[str]:
+    path = os.pathsep.join([os.environ["PYTHONPATH"], str(script.parent)])
+    return subprocess.Popen(
+        [sys.executable, str(script), *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": path},
+        start_new_session=True,
+    )
+
+
+def busy(folder: Path, number: int) -> list[int]:
+    """Wait for workers to have begun; return their processes."""
+    assert until(lambda: len(list(folder.iterdir())) == number, 60.0)
+    return [int(file.name) for file in folder.iterdir()]
+
+
+def test_modules_are_loaded_once_for_all_workers(script: Path, tmp_path: Path) -> None:
+    with started(script, *["where"] * 3, "leave_thread", *["where"] * 20) as program:
+        out, err = program.communicate(timeout=60.0)
+    assert (program.returncode, err) == (0, "")
+    assert len({line.split()[1] for line in out.splitlines()}) >= 2
+    assert (tmp_path / "loaded").read_text() == "x"
+
+
+def test_what_a_call_prints_goes_to_standard_error(script: Path) -> None:
+    with started(script, "talk") as program:
+        out, err = program.communicate(timeout=60.0)
+    assert (program.returncode, out) == (0, "talk said None\n")
+    assert "printed by a call" in err
+    assert "written by a call" in err
+
+
+@pytest.mark.parametrize("to_all", [True, False], ids=["from the keyboard", "to the program only"])
+def test_ctrl_c_ends_all_at_once(to_all: bool, script: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "workers"
+    folder.mkdir()
+    note = tmp_path / "hung"
+    with started(script, f"note:{folder}", f"hang:{note}", "where", "where") as program:
+        pids = busy(folder, 1)
+        assert until(lambda: note.exists() and bool(note.read_text()))
+        pids.append(int(note.read_text()))
+        began = time.monotonic()
+        (os.killpg if to_all else os.kill)(program.pid, signal.SIGINT)
+        _, err = program.communicate(timeout=20.0)
+    assert time.monotonic() - began < 2.0
+    assert program.returncode == -signal.SIGINT
+    assert err.count("Traceback") == 1
+    assert all(gone(pid) for pid in pids)
+
+
+def test_ctrl_c_while_workers_start(script: Path, tmp_path: Path) -> None:
+    """What they are forked from is loading modules then, and must not die of it with a word of its own."""
+    loaded = tmp_path / "loaded"
+    with (tmp_path / "loaded_once.py").open("a", encoding="utf-8") as file:
+        file.write("import time\ntime.sleep(1.0)\n")
+    with started(script, "where") as program:
+        assert until(loaded.exists, 60.0)
+        os.killpg(program.pid, signal.SIGINT)
+        _, err = program.communicate(timeout=20.0)
+    assert program.returncode == -signal.SIGINT
+    assert err.count("KeyboardInterrupt") == 1
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP])
+def test_workers_end_with_a_program_that_was_killed(how: signal.Signals, script: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "workers"
+    folder.mkdir()
+    with started(script, *[f"note:{folder}"] * 2) as program:
+        pids = busy(folder, 2)
+        os.kill(program.pid, how)
+        program.wait(20.0)
+        assert all(gone(pid) for pid in pids)
+
+
+def test_a_worker_that_hears_nothing_ends_at_its_limit(script: Path, tmp_path: Path, awkward: ModuleType) -> None:
+    """Its lock held by compiled code, no thread of it can tell that the program is gone; the alarm still goes off."""
+    note = tmp_path / "hung"
+    file = script.with_name("limited.py")
+    file.write_text(script.read_text().replace("tuple(args)", "(2.0, *args)"), encoding="utf-8")
+    with started(file, f"hang_limited:{note}") as program:
+        assert until(lambda: note.exists() and bool(note.read_text()), 60.0)
+        pid = int(note.read_text())
+        program.kill()
+        program.wait(20.0)
+        assert alive(pid)
+        assert gone(pid, 5.0)
+
+
+def test_a_script_that_guards_nothing_is_told_so(script: Path) -> None:
+    script.write_text(GUARDED + "main()\n", encoding="utf-8")
+    with started(script, "where") as program:
+        _, err = program.communicate(timeout=60.0)
+    assert program.returncode == 1
+    last = err.splitlines()[-1]
+    assert last.startswith("cgla_graph.errors.WorkerError: 3 worker processes in a row died")
+    assert "__main__" in last
+
+
+def test_functions_of_the_script_itself(script: Path) -> None:
+    script.write_text(
+        textwrap.dedent("""
+        from cgla_graph.comparisons.study.isolation import Call, isolated
+        def double(x):
+            return 2 * x
+        if __name__ == "__main__":
+            left = iter([Call(1, double, (21,))])
+            for call, outcome in isolated(lambda: next(left, None), workers=1, seconds=60.0):
+                print(outcome.value)
+        """),
+        encoding="utf-8",
+    )
+    with started(script) as program:
+        assert program.communicate(timeout=60.0) == ("42\n", "")
+
+
+def test_workers_that_do_not_start(awkward: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(slot, "_begin", awkward.leave)
+    with pytest.raises(WorkerError, match="3 worker processes in a row died while they started"):
+        ends((awkward.where,))
+
+
+def test_the_fences_are_what_holds(awkward: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without what tells pebble of it, a worker that leaves with the code 0 is waited for until its time is up."""
+    assert ends((awkward.leave, 0), seconds=1.0)[0].failure is Failure.CRASHED
+    monkeypatch.setattr(slot, "_LEFT_QUIETLY", 0)
+    assert ends((awkward.leave, 0), seconds=1.0)[0].failure is Failure.TIMED_OUT

@@ -1,0 +1,173 @@
+"""Provenance: versions, the machine, and the git revision of the source tree that is in use."""
+
+import importlib.metadata
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cgla_graph
+from cgla_graph.comparisons.study import provenance as module
+from cgla_graph.comparisons.study.provenance import Provenance, Revision, machine, packages, provenance, revision
+
+needs_git = pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
+
+
+def git(folder: Path, *words: str) -> str:
+    quiet = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
+    who = ["-c", "user.name=Me", "-c", "user.email=me@example.org", "-c", "init.defaultBranch=main"]
+    program = shutil.which("git") or "git"
+    done = subprocess.run(
+        [program, "-C", str(folder), *who, *words], capture_output=True, check=True, text=True, env=os.environ | quiet
+    )
+    return done.stdout.strip()
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    """Make a checkout with one commit of one file."""
+    folder = tmp_path / "a tree"
+    folder.mkdir()
+    git(folder, "init", "--quiet")
+    (folder / "code.py").write_text("x = 1\n", encoding="utf-8")
+    git(folder, "add", "code.py")
+    git(folder, "commit", "--quiet", "--message", "first")
+    return folder
+
+
+@needs_git
+def test_a_clean_checkout_is_its_commit(tree: Path) -> None:
+    found = revision(tree / "code.py")
+    assert found == Revision(git(tree, "rev-parse", "HEAD"), 1, dirty=False)
+    assert str(found) == found.commit
+    assert re.fullmatch(r"1\.g[0-9a-f]{9}", found.local_version)
+
+
+@needs_git
+@pytest.mark.parametrize("change", ["edited", "staged", "removed", "new file"])
+def test_any_change_is_dirty(tree: Path, change: str) -> None:
+    if change == "new file":
+        (tree / "more.py").touch()
+    elif change == "removed":
+        (tree / "more.py").touch()
+        git(tree, "add", "more.py")
+        git(tree, "commit", "--quiet", "--message", "second")
+        (tree / "more.py").unlink()
+    else:
+        (tree / "code.py").write_text("x = 2\n", encoding="utf-8")
+        if change == "staged":
+            git(tree, "add", "code.py")
+    found = revision(tree / "code.py")
+    assert found is not None
+    assert found.dirty
+    assert str(found).endswith(" (dirty)")
+    assert found.local_version.endswith(".dirty")
+
+
+@needs_git
+def test_later_commits_have_greater_counts(tree: Path) -> None:
+    """Planner Arena orders versions by the numbers in them."""
+    first = revision(tree / "code.py")
+    for number in range(10):
+        git(tree, "commit", "--quiet", "--allow-empty", "--message", str(number))
+    last = revision(tree / "code.py")
+    assert first is not None
+    assert last is not None
+    assert (first.count, last.count) == (1, 11)
+    assert first.commit != last.commit
+
+
+@needs_git
+def test_what_is_no_part_of_a_checkout_has_no_revision(tree: Path, tmp_path: Path) -> None:
+    installed = tree / "venv" / "package.py"
+    installed.parent.mkdir()
+    installed.touch()
+    assert revision(installed) is None
+    outside = tmp_path / "outside.py"
+    outside.touch()
+    assert revision(outside) is None
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    git(empty, "init", "--quiet")
+    (empty / "code.py").touch()
+    assert revision(empty / "code.py") is None
+    assert revision(tmp_path / "missing" / "code.py") is None
+
+
+@needs_git
+def test_a_link_into_a_checkout_leads_there(tree: Path, tmp_path: Path) -> None:
+    link = tmp_path / "link"
+    link.symlink_to(tree)
+    assert revision(link / "code.py") == revision(tree / "code.py")
+
+
+@needs_git
+def test_another_repository_in_the_environment_is_not_asked(
+    tree: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As in a hook, where git sets them."""
+    expected = revision(tree / "code.py")
+    monkeypatch.setenv("GIT_DIR", str(tmp_path / "nowhere"))
+    monkeypatch.setenv("GIT_WORK_TREE", str(tmp_path))
+    assert revision(tree / "code.py") == expected
+
+
+@needs_git
+def test_asking_writes_nothing(tree: Path) -> None:
+    # a file whose time changed makes git want to refresh its index
+    os.utime(tree / "code.py", (1, 1))
+    before = {path: path.stat().st_mtime_ns for path in tree.rglob("*")}
+    assert revision(tree / "code.py") is not None
+    assert {path: path.stat().st_mtime_ns for path in tree.rglob("*")} == before
+
+
+def test_without_git_there_is_no_revision(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(shutil, "which", lambda _: None)
+    assert revision(Path(cgla_graph.__file__)) is None
+    monkeypatch.undo()
+    # what is called git may be anything
+    broken = tmp_path / "git"
+    broken.write_text("no program", encoding="utf-8")
+    broken.chmod(0o755)
+    monkeypatch.setattr(shutil, "which", lambda _: str(broken))
+    assert revision(Path(cgla_graph.__file__)) is None
+
+
+def test_git_that_hangs_is_given_up(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    slow = tmp_path / "git"
+    slow.write_text("#!/bin/sh\nexec sleep 60\n", encoding="utf-8")
+    slow.chmod(0o755)
+    monkeypatch.setattr(shutil, "which", lambda _: str(slow))
+    monkeypatch.setattr(module, "_PATIENCE", 0.2)
+    assert revision(Path(cgla_graph.__file__)) is None
+
+
+def test_provenance_says_what_runs_here() -> None:
+    here = provenance()
+    assert here.version == cgla_graph.__version__
+    assert here.host
+    assert here.packages["numpy"] == np.__version__
+    assert here.packages == packages()
+    assert "\n" not in here.machine == machine()
+    assert here.label.startswith(f"CGLA-Graph {cgla_graph.__version__}")
+
+
+def test_packages_of_tests_and_extras_are_not_listed() -> None:
+    assert "hypothesis" not in packages()
+    assert "selenium" not in packages()
+
+
+def test_a_tree_that_is_not_installed_lists_its_packages_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> list[str]:
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(importlib.metadata, "requires", missing)
+    assert packages()["numpy"] == np.__version__
+
+
+def test_a_label_without_a_revision_is_name_and_version() -> None:
+    assert Provenance("1.2.3", None, "here", "", {}).label == "CGLA-Graph 1.2.3"

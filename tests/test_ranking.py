@@ -1,0 +1,204 @@
+"""Ranks: against scipy, brute force, tables and the worked example of Demsar's paper."""
+
+import itertools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+import scipy.stats
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cgla_graph.comparisons.ranking import Ranking, cd_diagram, instance_ranks, ranking
+
+costs = st.integers(1, 5).map(float) | st.floats(1e-3, 1e3) | st.just(math.inf)
+
+# Area under the curve of four classifiers on 14 data sets: Demsar, JMLR 7, 2006, table 6 (also in scipy's own tests).
+AREAS = {
+    "C4.5": (0.763, 0.599, 0.954, 0.628, 0.882, 0.936, 0.661, 0.583, 0.775, 1.000, 0.940, 0.619, 0.972, 0.957),
+    "C4.5+m": (0.768, 0.591, 0.971, 0.661, 0.888, 0.931, 0.668, 0.583, 0.838, 1.000, 0.962, 0.666, 0.981, 0.978),
+    "C4.5+cf": (0.771, 0.590, 0.968, 0.654, 0.886, 0.916, 0.609, 0.563, 0.866, 1.000, 0.965, 0.614, 0.9751, 0.946),
+    "C4.5+m+cf": (0.798, 0.569, 0.967, 0.657, 0.898, 0.931, 0.685, 0.625, 0.875, 1.000, 0.962, 0.669, 0.975, 0.970),
+}
+DEMSAR = {name: [2.0 - area for area in areas] for name, areas in AREAS.items()}
+
+
+@st.composite
+def tables(draw: st.DrawFn, min_solvers: int = 2, min_instances: int = 2) -> dict[str, list[float]]:
+    n = draw(st.integers(min_instances, 12))
+    k = draw(st.integers(min_solvers, 6))
+    return {f"s{i}": draw(st.lists(costs, min_size=n, max_size=n)) for i in range(k)}
+
+
+def separated(k: int, n: int) -> dict[str, list[float]]:
+    """Give every solver its own rank on all instances."""
+    return {f"s{i}": [float(i + 1)] * n for i in range(k)}
+
+
+def test_the_worked_example() -> None:
+    found = ranking(DEMSAR)
+    ranks = dict(zip(found.solvers, found.average_ranks, strict=True))
+    expected = {"C4.5": 3.143, "C4.5+m": 2.000, "C4.5+cf": 2.893, "C4.5+m+cf": 1.964}
+    assert ranks == pytest.approx(expected, abs=5e-4)
+    assert found.solvers == ("C4.5+m+cf", "C4.5+m", "C4.5+cf", "C4.5")
+    assert found.critical_difference == pytest.approx(1.25, abs=5e-3)
+    # the paper has 9.28 without the correction for ties; with it R, Matlab and scipy agree on this
+    assert (found.statistic, found.p) == pytest.approx((10.2283464566929, 0.0167215803284414))
+    n, k = 14, 4
+    uncorrected = 12 * n / (k * (k + 1)) * (sum(rank**2 for rank in ranks.values()) - k * (k + 1) ** 2 / 4)
+    assert uncorrected == pytest.approx(9.28, abs=5e-3)
+    # no two differ by 1.25: "the post-hoc test is not powerful enough", as the paper says
+    assert found.groups == (found.solvers,)
+
+
+@pytest.mark.parametrize(
+    ("k", "q"),
+    # Demsar, JMLR 7, 2006, table 5 (a)
+    [(2, 1.960), (3, 2.343), (4, 2.569), (5, 2.728), (6, 2.850), (7, 2.949), (8, 3.031), (9, 3.102), (10, 3.164)],
+)
+def test_critical_differences_of_the_table(k: int, q: float) -> None:
+    found = ranking(separated(k, 20)).critical_difference
+    assert found == pytest.approx(q * math.sqrt(k * (k + 1) / 120), abs=7e-4)
+
+
+@given(table=tables(min_solvers=3))
+def test_the_test_is_friedmans(table: dict[str, list[float]]) -> None:
+    rows = list(table.values())
+    # scipy subtracts nothing, it only ranks; infinity is as good as a great number
+    finite = [[min(cost, 1e9) for cost in row] for row in rows]
+    found = ranking(table)
+    ranked = scipy.stats.rankdata(finite, axis=0)
+    if (ranked == ranked[0]).all():
+        assert (found.statistic, found.p) == (0.0, 1.0)
+    else:
+        assert (found.statistic, found.p) == pytest.approx(tuple(scipy.stats.friedmanchisquare(*finite)), abs=1e-9)
+
+
+@given(table=tables(min_solvers=2).filter(lambda table: len(table) == 2))
+def test_of_two_solvers_it_counts_wins_and_losses(table: dict[str, list[float]]) -> None:
+    first, second = table.values()
+    wins = sum(a < b for a, b in zip(first, second, strict=True))
+    losses = sum(a > b for a, b in zip(first, second, strict=True))
+    expected = (wins - losses) ** 2 / (wins + losses) if wins + losses else 0.0
+    assert ranking(table).statistic == pytest.approx(expected, abs=1e-9)
+
+
+@given(table=tables())
+def test_ranks_are_shared_and_add_up(table: dict[str, list[float]]) -> None:
+    k = len(table)
+    rows = np.array(list(table.values()))
+    np.testing.assert_array_equal(instance_ranks(rows), scipy.stats.rankdata(rows, axis=0))
+    found = ranking(table)
+    assert sum(found.average_ranks) == pytest.approx(k * (k + 1) / 2)
+    assert list(found.average_ranks) == sorted(found.average_ranks)
+
+
+@given(table=tables(), data=st.data())
+def test_only_the_order_on_each_instance_counts(table: dict[str, list[float]], data: st.DataObject) -> None:
+    n = len(table["s0"])
+    powers = data.draw(st.lists(st.sampled_from([0.5, 1.0, 2.0]), min_size=n, max_size=n))
+    order = data.draw(st.permutations(range(n)))
+    moved = {name: [7.0 * row[i] ** powers[i] for i in order] for name, row in table.items()}
+    assert ranking(moved) == ranking(table)
+
+
+@given(table=tables(), data=st.data())
+def test_the_order_of_solvers_does_not_matter(table: dict[str, list[float]], data: st.DataObject) -> None:
+    names = data.draw(st.permutations(list(table)))
+    found, moved = ranking(table), ranking({name: table[name] for name in names})
+    assert moved.average_ranks == pytest.approx(found.average_ranks)
+    assert dict(zip(moved.solvers, moved.average_ranks, strict=True)) == pytest.approx(
+        dict(zip(found.solvers, found.average_ranks, strict=True))
+    )
+    assert (moved.statistic, moved.critical_difference) == pytest.approx((found.statistic, found.critical_difference))
+    assert len(moved.groups) == len(found.groups)
+
+
+def test_costs_that_differ_by_rounding_share_their_rank() -> None:
+    ranks = instance_ranks(np.array([[1.0, -1.0], [1.0 + 5e-10, -1.0 - 5e-10], [1.1, math.inf]]))
+    assert ranks.tolist() == [[1.5, 1.5], [1.5, 1.5], [3.0, 3.0]]
+
+
+def greatest_sets(found: Ranking) -> set[frozenset[str]]:
+    """List the greatest sets of two or more that have no two members told apart, by trying all sets."""
+    assert found.critical_difference is not None
+    ranks = dict(zip(found.solvers, found.average_ranks, strict=True))
+    fine = [
+        frozenset(chosen)
+        for size in range(2, len(ranks) + 1)
+        for chosen in itertools.combinations(ranks, size)
+        if max(ranks[name] for name in chosen) - min(ranks[name] for name in chosen) < found.critical_difference
+    ]
+    return {one for one in fine if not any(one < other for other in fine)}
+
+
+@given(seed=st.integers(0, 2**32 - 1), k=st.integers(2, 7), n=st.integers(2, 60))
+def test_groups_are_the_greatest_sets(seed: int, k: int, n: int) -> None:
+    rng = np.random.default_rng(seed)
+    table = {f"s{i}": (rng.random(n) + 0.15 * i).tolist() for i in range(k)}
+    found = ranking(table)
+    assert {frozenset(group) for group in found.groups} == greatest_sets(found)
+    assert len(found.groups) == len({frozenset(group) for group in found.groups})
+
+
+@pytest.mark.parametrize("k", [2, 3, 5, 12, 20])
+def test_the_fewest_instances_that_can_tell(k: int) -> None:
+    fewest = ranking(separated(k, 1)).fewest_instances
+    assert fewest is not None
+    names = tuple(separated(k, 1))
+    assert ranking(separated(k, fewest)).groups != (names,)
+    assert fewest == 2 or ranking(separated(k, fewest - 1)).groups == (names,)
+
+
+def test_equal_solvers_are_rarely_told_apart() -> None:
+    rng = np.random.default_rng(7)
+    runs, wrong = 600, 0
+    for _ in range(runs):
+        table = {str(i): rng.random(30).tolist() for i in range(6)}
+        wrong += ranking(table).groups != (ranking(table).solvers,)
+    assert 0.01 < wrong / runs < 0.05 + 3.0 * math.sqrt(0.05 * 0.95 / runs)
+
+
+def test_failures_count_as_last() -> None:
+    found = ranking({"a": [1.0] * 4, "b": [math.inf] * 4, "c": [math.inf, math.inf, 9.0, 9.0]})
+    assert dict(zip(found.solvers, found.average_ranks, strict=True)) == {"a": 1.0, "b": 2.75, "c": 2.25}
+
+
+def test_nobody_finds_a_path() -> None:
+    found = ranking({"a": [math.inf] * 9, "b": [math.inf] * 9})
+    assert (found.average_ranks, found.statistic, found.p, found.groups) == ((1.5, 1.5), 0.0, 1.0, (("a", "b"),))
+
+
+@pytest.mark.parametrize("table", [{}, {"a": []}, {"a": [], "b": []}, {"a": [1.0, 2.0]}, {"a": [1.0], "b": [2.0]}])
+def test_too_little_to_say_anything(table: dict[str, Sequence[float]]) -> None:
+    found = ranking(table)
+    assert (found.statistic, found.p, found.critical_difference, found.groups) == (None, None, None, ())
+    assert found.solvers == tuple(table)
+    assert all(math.isnan(rank) for rank in found.average_ranks) == (found.n_instances == 0)
+
+
+@given(seed=st.integers(0, 2**32 - 1), k=st.integers(1, 9), n=st.integers(1, 200))
+def test_the_picture_says_what_the_ranking_says(seed: int, k: int, n: int) -> None:
+    rng = np.random.default_rng(seed)
+    found = ranking({f"s{i}": (rng.random(n) + 0.2 * i).tolist() for i in range(k)})
+    diagram = cd_diagram(found)
+    assert diagram.ticks == tuple(range(1, k + 1))
+    assert [(label.solver, label.rank) for label in diagram.labels] == list(
+        zip(found.solvers, found.average_ranks, strict=True)
+    )
+    assert len({(label.left, label.row) for label in diagram.labels}) == k
+    left, right = ([label for label in diagram.labels if label.left is side] for side in (True, False))
+    assert 0 <= len(left) - len(right) <= 1
+    # lines that lead from the axis to the names do not cross: the outer ranks stand on top
+    assert [label.row for label in left] == list(range(len(left)))
+    assert [label.row for label in right] == list(range(len(right)))[::-1]
+    assert len(diagram.bars) == len(found.groups)
+    for one, other in itertools.combinations(diagram.bars, 2):
+        assert one.row != other.row or one.high < other.low or other.high < one.low
+    assert diagram.critical_difference == found.critical_difference
+
+
+def test_no_picture_without_instances() -> None:
+    with pytest.raises(ValueError, match="no ranks to draw"):
+        cd_diagram(ranking({"a": [], "b": []}))

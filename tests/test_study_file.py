@@ -1,0 +1,581 @@
+"""Study files: what they hold, what each mistake is told, and that no run is asked for twice."""
+
+import json
+import math
+import tomllib
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import usual
+
+from cgla_graph.comparisons import runner
+from cgla_graph.comparisons.contender import Contender, every_solver
+from cgla_graph.comparisons.options import number_names
+from cgla_graph.comparisons.study import study_file
+from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.comparisons.study.study import SEEDS, Study
+from cgla_graph.comparisons.study.study_file import (
+    EXAMPLE,
+    is_study_file,
+    read_study,
+    study_from_toml,
+    study_schema,
+)
+from cgla_graph.errors import CglaError, StudyError
+from cgla_graph.random_map import difficulty, random_scenario
+from cgla_graph.scenario import Scenario, load_scenario, scenario_from_toml, shipped
+
+BASE = "scenarios = ['paper']\nsolvers = ['cgla']\n"
+MAP = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 1.0\n"
+ONE = scenario_from_toml(MAP, "one")
+GRID = "type octile\nheight 3\nwidth 4\nmap\n....\n.@@.\n....\n"
+ROWS = "version 1\n" + "".join(f"0\tgrid.map\t4\t3\t0\t0\t{column}\t0\t{column}.0\n" for column in (1, 2, 3))
+
+
+def message_of(text: str, folder: Path | None = None) -> str:
+    with pytest.raises(StudyError) as caught:
+        study_from_toml(text, folder, where="some/mine.toml")
+    message = str(caught.value)
+    assert message.startswith("some/mine.toml: ")
+    assert "\n" not in message
+    assert len(message) < 1500
+    assert isinstance(caught.value, ValueError)
+    return message
+
+
+def labels(study: Study) -> list[str]:
+    return [contender.label for contender in study.contenders]
+
+
+def names(study: Study) -> list[str]:
+    return [scenario.name for scenario in study.scenarios]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Make a folder with a file of each kind."""
+    (tmp_path / "maps").mkdir()
+    (tmp_path / "maps" / "mine.toml").write_text(MAP, encoding="utf-8")
+    (tmp_path / "maps" / "grid.map").write_text(GRID, encoding="utf-8")
+    (tmp_path / "maps" / "grid.map.scen").write_text(ROWS, encoding="utf-8")
+    area = shapely.to_geojson(shapely.box(24.4, 60.4, 24.6, 60.6))
+    (tmp_path / "maps" / "area.geojson").write_text(area, encoding="utf-8")
+    (tmp_path / "flight.toml").write_text(
+        "detection_radius = 0.2\n[[uavs]]\nname = 'a'\nstart = [0.1, 0.1]\ngoal = [0.9, 0.9]\n", encoding="utf-8"
+    )
+    return tmp_path
+
+
+# What a file holds
+
+
+def test_the_least_file() -> None:
+    study = study_from_toml("scenarios = ['paper']", where="some/mine.toml")
+    assert names(study) == ["paper"]
+    assert labels(study) == [contender.label for contender in every_solver()]
+    assert (list(study.seeds), study.tolerance, study.limits) == (list(SEEDS), runner.TOLERANCE, Limits())
+    assert (study.title, study.source) == ("mine", "scenarios = ['paper']")
+
+
+def test_every_key_is_heard() -> None:
+    text = """
+        title = "all of it"
+        scenarios = ["paper", { generate = "random", seeds = [4, 2], threats = 3, areas = 1, k = 2.0, resolution = 9 }]
+        solvers = ["hybrid", { name = "prm-star", label = "quick", milestones = 500 }]
+        seeds = [7, 3]
+        refine = true
+        tolerance = 0
+        resolution = 12
+        [budget]
+        seconds = 0.5
+        [limits]
+        seconds = 30
+        memory = "1.5 GiB"
+        """
+    study = study_from_toml(text)
+    assert study.title == "all of it"
+    assert names(study) == ["paper", "random-3+1-4-k2", "random-3+1-2-k2"]
+    drawn = random_scenario(4, threats=3, areas=1, k=2.0, resolution=9)
+    assert (study.scenarios[1].problem, study.scenarios[1].lattice) == (drawn.problem, drawn.lattice)
+    assert study.scenarios[0].lattice.shape == (12, 12)
+    assert labels(study) == ["hybrid+refine", "quick+refine"]
+    quick = study.contenders[1]
+    assert (quick.name, quick.settings, quick.budget, quick.refine) == (
+        "prm-star",
+        {"milestones": 500},
+        {"seconds": 0.5},
+        True,
+    )
+    assert (list(study.seeds), study.tolerance, study.limits) == ([7, 3], None, Limits(30.0, 1536.0))
+    cells = [tuple(cell) for cell in study.cells()]
+    assert cells[:3] == [("paper", "hybrid+refine", None), ("paper", "quick+refine", 7), ("paper", "quick+refine", 3)]
+
+
+def test_the_resolution_of_a_study_is_that_of_its_random_maps() -> None:
+    study = study_from_toml("scenarios = [{ generate = 'random', seeds = 1 }]\nresolution = 7\nsolvers = ['cgla']")
+    assert study.scenarios[0].lattice == random_scenario(1, resolution=7).lattice
+
+
+def test_files_are_found_from_the_folder_of_the_study(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (folder / "elsewhere").mkdir()
+    monkeypatch.chdir(folder / "elsewhere")
+    file = folder / "maps" / "study.TOML"
+    specs = ["mine.toml", "../maps/area.geojson", "grid.map", "grid.map.scen:1", "grid.map.scen:0-2", "maze"]
+    text = f"scenarios = {json.dumps([*specs, str(folder / 'maps' / 'mine.toml')])}\nsolvers = ['cgla']"
+    file.write_text(text, encoding="utf-8")
+    study = read_study(file)
+    assert names(study) == ["mine", "area", "grid", "grid:1", "grid:0", "grid:1-2", "grid:2", "maze", "mine-2"]
+    assert study.title == "study"
+    assert study.source == text
+
+
+def test_a_file_as_windows_writes_it(folder: Path) -> None:
+    file = folder / "windows.toml"
+    file.write_bytes(b"\xef\xbb\xbf" + BASE.replace("\n", "\r\n").encode())
+    assert names(read_study(file)) == ["paper"]
+
+
+@pytest.mark.parametrize(
+    ("memory", "megabytes"),
+    [
+        ("512", 512.0),
+        ("0.5", 0.5),
+        ("'4 GiB'", 4096.0),
+        ("'4GiB'", 4096.0),
+        ("' 4 gib '", 4096.0),
+        ("'512 MiB'", 512.0),
+        ("'1 GB'", 1e9 / 2**20),
+        ("'500 MB'", 5e8 / 2**20),
+        ("'2048 KiB'", 2.0),
+        ("'0.5 TiB'", 524288.0),
+    ],
+)
+def test_memory_is_read(memory: str, megabytes: float) -> None:
+    assert study_from_toml(f"{BASE}[limits]\nmemory = {memory}").limits == Limits(600.0, megabytes)
+
+
+def test_the_example_is_a_study_with_each_of_its_keys() -> None:
+    study = study_from_toml(EXAMPLE)
+    document = tomllib.loads(EXAMPLE)
+    assert set(study_schema()["properties"]) - set(document) == {"refine", "resolution"}
+    assert "# refine = true" in EXAMPLE
+    assert "# resolution = " in EXAMPLE
+    assert len(study.scenarios) == 10
+    assert not [one for one, other in combinations(study.scenarios, 2) if one.problem == other.problem]
+    cells = list(study.cells())
+    assert len(cells) == len(set(cells))
+    for scenario in study.scenarios:
+        if "to" in scenario.name:
+            low, high = scenario.name.rpartition("-")[2].split("to")
+            assert float(low) <= difficulty(scenario) < float(high)
+
+
+def test_the_example_names_every_key_of_random_maps() -> None:
+    keys = set(study_schema()["$defs"]["RandomTable"]["properties"])
+    assert not [key for key in keys if key not in EXAMPLE]
+
+
+def test_schema_is_plain_json_and_refuses_unknown_keys() -> None:
+    document = study_schema()
+    assert json.loads(json.dumps(document)) == document
+    tables = {"": document, **document["$defs"]}
+    open_tables = {name for name, table in tables.items() if table["additionalProperties"] is not False}
+    assert open_tables == {"SolverTable"}
+
+
+# Solvers as tables
+
+
+@given(data=st.data())
+@usual
+def test_a_table_is_the_text_that_says_the_same(data: st.DataObject) -> None:
+    text = data.draw(
+        st.sampled_from(
+            [
+                "cgla:schedule=synchronous",
+                "cgla:schedule=synchronous:early_stop=False",
+                "eight-direction:resolution=(3, 4)",
+                "eight-direction:resolution=7:corner_rule=both-free",
+                "refine:base=cgla:tolerance=0.001",
+                "fast-marching",
+            ]
+        )
+    )
+    parsed = Contender.parse(text)
+    values = {key: list(value) if isinstance(value, tuple) else value for key, value in parsed.settings.items()}
+    keys = data.draw(st.permutations(list(values)))
+    table = ", ".join([f'name = "{parsed.name}"', *(f"{key} = {json.dumps(values[key])}" for key in keys)])
+    (contender,) = study_from_toml(f"scenarios = ['paper']\nsolvers = [{{ {table} }}]").contenders
+    assert (contender.name, contender.settings) == (parsed.name, parsed.settings)
+    assert Contender.parse(contender.label) == contender
+    assert contender.label == ":".join([parsed.name, *(part for key in keys for part in [text_of(text, key)])])
+
+
+def text_of(text: str, key: str) -> str:
+    return next(part for part in text.split(":") if part.startswith(f"{key}="))
+
+
+@pytest.mark.parametrize("value", ["5", "None", "(1, 2)", "'x'", "5a", "plain words", "", "1_0", "[" * 300])
+def test_a_text_stays_a_text_in_the_label(value: str) -> None:
+    from cgla_graph.comparisons.study.study_tables import _written  # noqa: PLC0415 - only here
+
+    written = _written(value)
+    from cgla_graph.comparisons.contender import _literal  # noqa: PLC0415 - only here
+
+    assert _literal(written) == value
+
+
+def test_solvers_that_are_not_installed_enter(monkeypatch: pytest.MonkeyPatch) -> None:
+    from cgla_graph.solvers import registry  # noqa: PLC0415 - to be replaced
+
+    monkeypatch.setattr(registry, "_is_installed", lambda *_: False)
+    study = study_from_toml("scenarios = ['paper']\nsolvers = ['bit-star', { name = 'rrt-star', seed = 3 }]")
+    assert [tuple(cell) for cell in study.cells()] == [("paper", "bit-star", None), ("paper", "rrt-star:seed=3", None)]
+
+
+# Random maps
+
+
+def test_random_maps_by_seeds() -> None:
+    study = study_from_toml("scenarios = [{ generate = 'random', seeds = 3 }]\nsolvers = ['cgla']")
+    assert [scenario.problem for scenario in study.scenarios] == [random_scenario(i).problem for i in (1, 2, 3)]
+
+
+def test_random_maps_by_difficulty() -> None:
+    table = "{ generate = 'random', buckets = [1.0, 2.0, inf], each = 2, areas = 2, resolution = 6 }"
+    study = study_from_toml(f"scenarios = [{table}]\nsolvers = ['cgla']")
+    ratios = [difficulty(scenario) for scenario in study.scenarios]
+    assert [1.0 <= ratio < 2.0 for ratio in ratios] == [True, True, False, False]
+    # the same maps by the same seeds, wherever they are tried
+    listed = table.replace("each", "seeds = [40, 30, 20, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1], each")
+    other = study_from_toml(f"scenarios = [{listed}]\nsolvers = ['cgla']")
+    for scenario in (*study.scenarios, *other.scenarios):
+        seed = int(scenario.name.split("-")[2])
+        assert scenario.problem == random_scenario(seed, areas=2, resolution=6).problem
+
+
+def test_random_maps_of_other_settings_have_other_names() -> None:
+    tables = ["k = 1.0", "k = 50.0", "areas = 1", "clear = 0.2", "threats = 3"]
+    entries = ", ".join(f"{{ generate = 'random', seeds = 2, {table} }}" for table in tables)
+    study = study_from_toml(f"scenarios = [{{ generate = 'random', seeds = 2 }}, {entries}]\nsolvers = ['cgla']")
+    assert names(study)[:6] == [
+        "random-10-1",
+        "random-10-2",
+        "random-10-1-k1",
+        "random-10-2-k1",
+        "random-10-1-k50",
+        "random-10-2-k50",
+    ]
+    assert len(set(names(study))) == 12
+
+
+# No run twice
+
+
+@given(data=st.data())
+@usual
+def test_no_run_is_asked_for_twice(data: st.DataObject) -> None:
+    drawn = [
+        "'paper'",
+        "'maze'",
+        "{ generate = 'random', seeds = 2 }",
+        "{ generate = 'random', seeds = [2, 5], areas = 1 }",
+        "{ generate = 'random', buckets = [1, 1.5, 9], resolution = 4 }",
+    ]
+    scenarios = data.draw(st.lists(st.sampled_from(drawn), min_size=1, max_size=4))
+    solvers = data.draw(
+        st.lists(
+            st.sampled_from(
+                [
+                    "'cgla'",
+                    "'prm-star'",
+                    "'prm-star:seed=2'",
+                    "{ name = 'prm-star', label = 'mine' }",
+                    "{ name = 'cgla' }",
+                ]
+            ),
+            min_size=1,
+            max_size=4,
+        )
+    )
+    seeds = data.draw(st.one_of(st.integers(1, 4), st.lists(st.integers(1, 9), min_size=1, max_size=3)))
+    refine = data.draw(st.booleans())
+    text = (
+        f"scenarios = [{', '.join(scenarios)}]\nsolvers = [{', '.join(solvers)}]\nseeds = {seeds}\n"
+        f"refine = {str(refine).lower()}\n"
+    )
+    try:
+        study = study_from_toml(text)
+    except StudyError as error:
+        same = [entry.replace("{ name = 'cgla' }", "'cgla'") for entry in solvers]
+        twice = len(set(same)) < len(same) or (isinstance(seeds, list) and len(set(seeds)) < len(seeds))
+        assert twice, error  # noqa: PT017 - an error is right or wrong
+        return
+    cells = list(study.cells())
+    assert len(cells) == len(set(cells))
+    assert cells == list(study_from_toml(text).cells())
+    assert len(set(names(study))) == len(study.scenarios)
+    assert len(set(labels(study))) == len(study.contenders)
+
+
+@given(given_names=st.lists(st.sampled_from(["a", "a-2", "a-2-2", "a-3", "b"]), max_size=9))
+def test_names_are_told_apart(given_names: list[str]) -> None:
+    scenarios = [Scenario(name, "", ONE.problem, ONE.lattice) for name in given_names]
+    numbered = [scenario.name for scenario in number_names(scenarios)]
+    assert len(set(numbered)) == len(numbered)
+    for name, new in zip(given_names, numbered, strict=True):
+        assert new == name or new.startswith(f"{name}-")
+    if len(set(given_names)) == len(given_names):
+        assert numbered == given_names
+
+
+# Mistakes
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", ["scenarios", "needed", "cgla compare --example"]),
+        ("scenarios = []", ["scenarios", "at least 1"]),
+        ("scenarios = 'paper'", ["scenarios", "list", "'paper'"]),
+        ("scenarios = [5]", ["scenarios.0", "string", "5"]),
+        ("scenarios = [['paper']]", ["scenarios.0", "string"]),
+        ("scenarios = ['papr']", ["scenarios.0", "unknown scenario 'papr'", "did you mean paper"]),
+        ("scenarios = ['paper', 'none.toml']", ["scenarios.1", "none.toml", "no such file"]),
+        ("scenarios = ['none.map']", ["scenarios.0", "none.map", "no such file"]),
+        ("scenarios = ['x.scen:a']", ["scenarios.0", "'a' names no row", "FIRST-LAST"]),
+        ("scenarios = ['paper:3']", ["scenarios.0", "paper:3"]),
+        ("scenarios = ['']", ["scenarios.0", "unknown scenario ''"]),
+        ('scenarios = ["a\\u0000.toml"]', ["scenarios.0"]),
+        ("scenarios = ['fig8']", ["scenarios.0", "'fig8' is a mission", "cgla compare fig8 flies it"]),
+        ("scenarios = [{ generate = 'maze' }]", ["scenarios.0.generate", "'random'", "'maze'"]),
+        ("scenarios = [{ seeds = 3 }]", ["scenarios.0.generate", "needed"]),
+        ("scenarios = [{ generate = 'random' }]", ["scenarios.0", "give seeds = N"]),
+        ("scenarios = [{ generate = 'random', seeds = 3, each = 2 }]", ["scenarios.0", "buckets ="]),
+        ("scenarios = [{ generate = 'random', seeds = 0 }]", ["scenarios.0.seeds", "greater than or equal to 1", "0"]),
+        ("scenarios = [{ generate = 'random', seeds = 10000000 }]", ["scenarios.0.seeds", "10000000"]),
+        ("scenarios = [{ generate = 'random', seeds = [] }]", ["scenarios.0.seeds", "at least 1"]),
+        ("scenarios = [{ generate = 'random', seeds = [1, 2, 1] }]", ["scenarios.0.seeds", "1 is given twice"]),
+        ("scenarios = [{ generate = 'random', seeds = [1.5] }]", ["scenarios.0.seeds.0", "1.5"]),
+        ("scenarios = [{ generate = 'random', seeds = [-1] }]", ["scenarios.0.seeds.0", "-1"]),
+        ("scenarios = [{ generate = 'random', seeds = 'all' }]", ["scenarios.0.seeds", "integer", "'all'"]),
+        ("scenarios = [{ generate = 'random', seed = 3 }]", ["scenarios.0.seed", "unknown key", "mean seeds"]),
+        ("scenarios = [{ generate = 'random', seeds = 1, zzz = 3 }]", ["scenarios.0.zzz", "known keys", "area_radius"]),
+        ("scenarios = [{ generate = 'random', seeds = 1, threats = -1 }]", ["scenarios.0", "threats is -1"]),
+        ("scenarios = [{ generate = 'random', seeds = 1, areas = 90 }]", ["scenarios.0", "no room for area"]),
+        ("scenarios = [{ generate = 'random', seeds = 1, k = -1 }]", ["scenarios.0.k", "-1"]),
+        ("scenarios = [{ generate = 'random', seeds = 1, k = inf }]", ["scenarios.0.k", "inf"]),
+        ("scenarios = [{ generate = 'random', seeds = 1, spread = [2, 1] }]", ["scenarios.0.spread", "[2, 1]"]),
+        ("scenarios = [{ generate = 'random', seeds = 1, peak = [1, 2] }]", ["scenarios.0", "peak", "at most 1"]),
+        ("scenarios = [{ generate = 'random', seeds = 1, start = [2, 1] }]", ["scenarios.0", "start", "outside"]),
+        ("scenarios = [{ generate = 'random', seeds = 1, resolution = 1 }]", ["scenarios.0.resolution", "1"]),
+        ("scenarios = [{ generate = 'random', buckets = [1.5] }]", ["scenarios.0.buckets", "at least 2"]),
+        ("scenarios = [{ generate = 'random', buckets = [0.5, 2] }]", ["scenarios.0.buckets.0", "0.5"]),
+        ("scenarios = [{ generate = 'random', buckets = [2, 1] }]", ["scenarios.0", "buckets", "rise"]),
+        ("scenarios = [{ generate = 'random', buckets = [1, nan] }]", ["scenarios.0", "nan"]),
+        (
+            "scenarios = [{ generate = 'random', buckets = [80, 90], seeds = 3, resolution = 3 }]",
+            ["scenarios.0", "3 random maps did not fill", "80 to 90 has 0"],
+        ),
+        (f"{BASE}solver = ['cgla']", ["solver", "unknown key", "mean solvers"]),
+        ("scenarios = ['paper']\nsolvers = []", ["solvers", "at least 1"]),
+        ("scenarios = ['paper']\nsolvers = 'cgla'", ["solvers", "list", "'cgla'"]),
+        (
+            "scenarios = ['paper']\nsolvers = ['cgla', 'cgl']",
+            ["solvers.1", "unknown solver 'cgl'", "did you mean cgla"],
+        ),
+        ("scenarios = ['paper']\nsolvers = ['cgla:a=1']", ["solvers.0", "no setting 'a'", "schedule"]),
+        ("scenarios = ['paper']\nsolvers = ['cgla,dijkstra']", ["solvers.0", "unknown solver"]),
+        ("scenarios = ['paper']\nsolvers = [{ name = 'cgl' }]", ["solvers.0", "unknown solver 'cgl'"]),
+        ("scenarios = ['paper']\nsolvers = [{ name = 'cgla', scheduel = 1 }]", ["solvers.0", "no setting 'scheduel'"]),
+        ("scenarios = ['paper']\nsolvers = [{ name = 'cgla', schedule = 'x' }]", ["solvers.0", "'x'"]),
+        (
+            "scenarios = ['paper']\nsolvers = [{ name = 'cgla', schedule = 1979-05-27 }]",
+            ["solvers.0.schedule", "give a number, a text"],
+        ),
+        ("scenarios = ['paper']\nsolvers = [{ name = 'cgla', schedule = { a = 1 } }]", ["solvers.0.schedule"]),
+        ("scenarios = ['paper']\nsolvers = [{ label = 'x' }]", ["solvers.0.name", "needed"]),
+        ("scenarios = ['paper']\nsolvers = [{ name = 'cgla', label = '' }]", ["solvers.0.label", "at least 1"]),
+        ("scenarios = ['paper']\nsolvers = [{ name = 'cgla', label = 'a\\nb' }]".replace("'", '"'), ["one line"]),
+        (
+            "scenarios = ['paper']\nsolvers = ['cgla', 'cgla']",
+            ["solvers.1", "'cgla'", "solvers.0 too", "label of its own"],
+        ),
+        ("scenarios = ['paper']\nsolvers = ['hybrid', { name = 'cgla', label = 'hybrid' }]", ["solvers.1", "'hybrid'"]),
+        (f"{BASE}seeds = 0", ["seeds", "greater than or equal to 1", "0"]),
+        (f"{BASE}seeds = true", ["seeds", "True"]),
+        (f"{BASE}seeds = [1, 1]", ["seeds", "1 is given twice"]),
+        (f"{BASE}seeds = []", ["seeds", "at least 1"]),
+        (f"{BASE}seeds = '1-5'", ["seeds", "integer", "'1-5'"]),
+        (f"{BASE}budget = 5", ["budget", "give a table", "5"]),
+        (f"{BASE}budget = {{ minutes = 1 }}", ["budget.minutes", "unknown key", "seconds"]),
+        (f"{BASE}budget = {{ seconds = 0 }}", ["budget.seconds", "greater than 0", "0"]),
+        (f"{BASE}budget = {{ iterations = 1.5 }}", ["budget.iterations", "1.5"]),
+        (f"{BASE}budget = {{ evaluations = -5 }}", ["budget.evaluations", "-5"]),
+        (f"{BASE}refine = 1", ["refine", "boolean", "1"]),
+        (f"{BASE}tolerance = -0.1", ["tolerance", "-0.1"]),
+        (f"{BASE}tolerance = nan", ["tolerance", "nan"]),
+        (f"{BASE}resolution = 1", ["resolution", "1"]),
+        (f"{BASE}resolution = 10000000", ["resolution", "10000000"]),
+        (f"{BASE}resolution = [3, 4]", ["resolution", "integer"]),
+        (f"{BASE}limits = {{ seconds = 0 }}", ["limits.seconds", "greater than 0"]),
+        (f"{BASE}limits = {{ seconds = 1e300 }}", ["limits.seconds", "1e+300"]),
+        (f"{BASE}limits = {{ memory = 0 }}", ["limits.memory", "greater than 0"]),
+        (f"{BASE}limits = {{ memory = '4' }}", ["limits.memory", "500 MB", "'4'"]),
+        (f"{BASE}limits = {{ memory = '4 Gigs' }}", ["limits.memory", "4 GiB"]),
+        (f"{BASE}limits = {{ memory = '-4 GiB' }}", ["limits.memory", "'-4 GiB'"]),
+        (f"{BASE}limits = {{ memory = '0 GiB' }}", ["limits.memory", "greater than 0"]),
+        (f"{BASE}limits = {{ memory = '٤ GiB' }}", ["limits.memory", "4 GiB"]),
+        (f"{BASE}limits = {{ memory = true }}", ["limits.memory", "number"]),
+        (f"{BASE}limits = {{ memory = '9{'9' * 400} TB' }}", ["limits.memory"]),
+        (f"{BASE}limits = {{ megabytes = 5 }}", ["limits.megabytes", "unknown key", "memory"]),
+        (f'{BASE}title = "two\\nlines"', ["title", "one line"]),
+        (f"{BASE}title = 5", ["title", "string"]),
+        ("scenarios = [", ["not TOML"]),
+        ("\0", ["not TOML"]),
+        (f"scenarios = {'[' * 3000}", ["not TOML"]),
+    ],
+)
+def test_mistakes_are_named(text: str, words: list[str]) -> None:
+    message = message_of(text)
+    assert not [word for word in words if word not in message], message
+
+
+def test_a_setting_of_a_scenario_is_checked(folder: Path) -> None:
+    (folder / "wrong.toml").write_text(f"{MAP}[solvers.cgla]\nscheduel = 1", encoding="utf-8")
+    assert "scenarios.0: wrong: solvers.cgla:" in message_of("scenarios = ['wrong.toml']", folder)
+
+
+def test_missions_are_flown_by_another_word(folder: Path) -> None:
+    message = message_of("scenarios = ['maps/mine.toml', 'flight.toml']", folder)
+    assert "scenarios.1: 'flight.toml' is a mission" in message
+    assert f"cgla compare {folder / 'flight.toml'} flies it" in message
+
+
+def test_rows_that_are_not_there(folder: Path) -> None:
+    assert "there is no row 3; it has rows 0 to 2" in message_of("scenarios = ['maps/grid.map.scen:1-3']", folder)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("seeds = [99999999999999, 1]", ["seeds, for solvers.1", "prm-star", "seed"]),
+        ("seeds = [1, 99999999999999]", ["seeds, for solvers.1", "99999999999999"]),
+        ("budget = { evaluations = 99999999999999999999 }", ["budget"]),
+    ],
+)
+def test_what_a_solver_does_not_allow_is_found_before_any_run(text: str, words: list[str]) -> None:
+    message = message_of(f"scenarios = ['paper']\nsolvers = ['cgla', 'prm-star']\n{text}")
+    assert not [word for word in words if word not in message], message
+
+
+@given(text=st.text())
+def test_any_text_is_read_or_refused(text: str) -> None:
+    with pytest.raises(StudyError):
+        study_from_toml(text)
+
+
+leaf: st.SearchStrategy[Any] = st.one_of(
+    st.booleans(), st.integers(-3, 3), st.floats(-2.0, 2.0), st.sampled_from(["paper", "cgla", "random", "", "4 GiB"])
+)
+keys = st.sampled_from(
+    ["generate", "seeds", "buckets", "each", "name", "label", "seconds", "memory", "iterations", "k", "schedule"]
+)
+value = st.recursive(
+    leaf, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner, max_size=3), max_leaves=5
+)
+
+
+@given(document=st.dictionaries(st.sampled_from(sorted(study_schema()["properties"])), value, max_size=4))
+def test_any_values_are_read_or_refused(document: dict[str, Any]) -> None:
+    text = "".join(f"{key} = {toml(part)}\n" for key, part in ({"scenarios": ["paper"]} | document).items())
+    try:
+        study = study_from_toml(text)
+    except StudyError as error:
+        assert str(error).startswith("study.toml: ")  # noqa: PT017 - each error names the file
+        assert "\n" not in str(error)  # noqa: PT017 - and is one line
+        return
+    assert list(study.cells())
+
+
+def toml(value: Any) -> str:  # noqa: ANN401 - whatever was drawn
+    """Write a value as TOML."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {toml(part)}" for key, part in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(toml(part) for part in value) + "]"
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    return json.dumps(value)
+
+
+# Files
+
+
+def make_folder(path: Path) -> None:
+    path.mkdir()
+
+
+def make_junk(path: Path) -> None:
+    path.write_bytes(bytes(range(256)))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"), [(None, "no such file"), (make_folder, "cannot be read"), (make_junk, "UTF-8")]
+)
+def test_files_that_cannot_be_read(tmp_path: Path, make: Any, words: str) -> None:  # noqa: ANN401 - a function or None
+    file = tmp_path / "mine.toml"
+    if make:
+        make(file)
+    with pytest.raises(StudyError, match=words) as caught:
+        read_study(file)
+    assert str(caught.value).startswith(str(file))
+    assert not is_study_file(file)
+
+
+@pytest.mark.parametrize(
+    ("text", "is_study"),
+    [
+        ("scenarios = ['paper']", True),
+        ("scenarios = 5", True),
+        ("seeds = 5\nsolvers = ['cgla']", True),
+        ("scenarios = ['paper']\nk = 5", True),
+        (MAP, False),
+        (f"{MAP}resolution = 5", False),
+        (f"{MAP}[solvers.cgla]", False),
+        ("title = 'x'", False),
+        ("", False),
+        ("scenarios = [", False),
+        (f"a = {'[' * 3000}", False),
+    ],
+)
+def test_a_study_is_known_by_its_keys(tmp_path: Path, text: str, is_study: bool) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(text, encoding="utf-8")
+    assert is_study_file(file) is is_study
+    assert is_study_file(str(file)) is is_study
+    assert not is_study_file(str(file).removesuffix(".toml"))
+
+
+def test_no_shipped_file_is_a_study(folder: Path) -> None:
+    assert not [name for name in ("", ".", "fig8", *shipped()) if is_study_file(name)]
+    assert not is_study_file(folder / "flight.toml")
+    assert not is_study_file(folder / "maps" / "grid.map.scen")
+
+
+def test_a_study_is_no_scenario(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(EXAMPLE, encoding="utf-8")
+    assert is_study_file(file)
+    with pytest.raises(CglaError, match=r"unknown key|needed"):
+        load_scenario(file)
+    assert "scenarios.0" in message_of("scenarios = ['mine.toml']", tmp_path)
+
+
+def test_the_command_is_that_of_the_example() -> None:
+    assert study_file.COMMAND in message_of("")

@@ -1,0 +1,219 @@
+"""Hodges and Lehmann's estimate: against enumeration, test inversion, a textbook and simulation."""
+
+import itertools
+import math
+import statistics
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from strategies import usual
+
+from cgla_graph._types import FloatArray
+from cgla_graph.comparisons import walsh
+from cgla_graph.comparisons.paired import signed_rank
+from cgla_graph.comparisons.statistics import Estimate
+from cgla_graph.comparisons.walsh import hodges_lehmann, signed_rank_distribution, subset_sums, walsh_rank
+
+numbers = st.floats(-10.0, 10.0) | st.integers(-3, 3).map(float)
+differences = st.lists(numbers | st.sampled_from([math.inf, -math.inf]), min_size=1, max_size=25)
+
+# Hamilton depression scale of nine patients, before and after: Hollander, Wolfe, "Nonparametric Statistical Methods",
+# example 3.1 (also in the manual of R's wilcox.test).
+BEFORE = (1.83, 0.50, 1.62, 2.48, 1.68, 1.88, 1.55, 3.06, 1.30)
+AFTER = (0.878, 0.647, 0.598, 2.05, 1.06, 1.29, 1.06, 3.14, 1.29)
+DEPRESSION = tuple(after - before for before, after in zip(BEFORE, AFTER, strict=True))
+
+
+def averages(sample: Sequence[float]) -> list[float]:
+    """Write out the Walsh averages, in order; opposite infinities average to 0."""
+    pairs = itertools.combinations_with_replacement(sample, 2)
+    return sorted(0.0 if math.isinf(a) and a == -b else a / 2.0 + b / 2.0 for a, b in pairs)
+
+
+def by_definition(sample: Sequence[float]) -> Estimate:
+    ordered = averages(sample)
+    lower, upper = statistics.median_low(ordered), statistics.median_high(ordered)
+    middle = lower if lower == upper else 0.0 if math.isinf(lower) and math.isinf(upper) else lower / 2.0 + upper / 2.0
+    rank = walsh_rank(len(sample))
+    return Estimate(middle, *((ordered[rank - 1], ordered[-rank]) if rank else (-math.inf, math.inf)))
+
+
+@given(sample=differences)
+def test_the_estimate_is_that_of_the_definition(sample: list[float]) -> None:
+    assert hodges_lehmann(sample) == pytest.approx(by_definition(sample), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("few", [0, 1, 7, 100])
+def test_searching_for_an_average_finds_the_one_that_sorting_finds(few: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(few)
+    samples = [rng.normal(size=40), rng.integers(-3, 4, 41), np.zeros(30), rng.choice([-np.inf, 0.5, np.inf], 33)]
+    expected = [by_definition(sample.tolist()) for sample in samples]
+    monkeypatch.setattr(walsh, "_FEW", few)
+    for sample, one in zip(samples, expected, strict=True):
+        assert hodges_lehmann(sample.tolist()) == pytest.approx(one, rel=1e-14, abs=1e-14)
+
+
+def test_many_differences() -> None:
+    rng = np.random.default_rng(1)
+    sample = rng.normal(size=3000)
+    rows, columns = np.triu_indices(len(sample))
+    ordered = np.sort((sample[rows] + sample[columns]) / 2.0)
+    rank = walsh_rank(len(sample))
+    expected = (float(np.median(ordered)), ordered[rank - 1], ordered[-rank])
+    assert hodges_lehmann(sample.tolist()) == pytest.approx(expected, rel=1e-12)
+
+
+@usual
+@given(sample=st.lists(st.floats(-10.0, 10.0), min_size=6, max_size=14), shift=st.floats(-12.0, 12.0))
+def test_the_interval_holds_what_the_test_does_not_reject(sample: list[float], shift: float) -> None:
+    moved = [value - shift for value in sample]
+    assume(len({abs(value) for value in moved}) == len(sample))
+    assume(min(abs(average - shift) for average in averages(sample)) > 1e-9)
+    found = hodges_lehmann(sample)
+    assert (found.low < shift < found.high) == (signed_rank(moved).p > 0.05)
+
+
+@given(sample=differences)
+def test_it_turns_around_with_the_differences(sample: list[float]) -> None:
+    middle, low, high = hodges_lehmann(sample)
+    assert hodges_lehmann([-value for value in sample]) == pytest.approx((-middle, -high, -low), abs=1e-12)
+
+
+@given(sample=differences, data=st.data())
+def test_it_knows_no_order(sample: list[float], data: st.DataObject) -> None:
+    assert hodges_lehmann(data.draw(st.permutations(sample))) == hodges_lehmann(sample)
+
+
+@given(
+    sample=st.lists(numbers, min_size=1, max_size=12),
+    factor=st.sampled_from([0.25, 2.0, 1e100]),
+    shift=st.integers(-5, 5),
+)
+def test_it_scales_and_shifts(sample: list[float], factor: float, shift: int) -> None:
+    moved = [factor * (value + shift) for value in sample]
+    expected = [factor * (end + shift) for end in hodges_lehmann(sample)]
+    assert hodges_lehmann(moved) == pytest.approx(expected, rel=1e-9, abs=1e-9 * factor)
+
+
+@given(sample=st.lists(numbers, min_size=1, max_size=20), place=st.integers(0, 19))
+def test_a_failure_never_makes_it_better(sample: list[float], place: int) -> None:
+    failed = [math.inf if i == place % len(sample) else value for i, value in enumerate(sample)]
+    assert all(after >= before for before, after in zip(hodges_lehmann(sample), hodges_lehmann(failed), strict=True))
+
+
+def test_more_than_a_third_of_failures_has_no_finite_middle() -> None:
+    # an average is finite where both parts are: (1 - f) ** 2 of all is less than half from f = 0.29 on
+    assert hodges_lehmann([1.0] * 8 + [math.inf] * 2).median == 1.0
+    assert hodges_lehmann([1.0] * 6 + [math.inf] * 4).median == math.inf
+
+
+def test_greatest_and_least_numbers() -> None:
+    big, small = 1.7e308, 5e-324
+    assert hodges_lehmann([big] * 6) == Estimate(big, big, big)
+    assert hodges_lehmann([-big, big]).median == 0.0
+    assert hodges_lehmann([big, math.inf]).median == math.inf
+    assert hodges_lehmann([0.0] * 5 + [math.inf]) == Estimate(0.0, 0.0, math.inf)
+    assert abs(hodges_lehmann([small] * 6).median) <= small
+    assert hodges_lehmann([math.inf] * 6) == Estimate(math.inf, math.inf, math.inf)
+
+
+def test_the_textbook_example() -> None:
+    # the estimate, and the interval of confidence 96.1 % that is the next one to 95 %: examples 3.3 and 3.4 of the book
+    assert hodges_lehmann(DEPRESSION) == pytest.approx((-0.46, -0.786, -0.010), abs=1e-9)
+    assert 1.0 - 2.0 * signed_rank_distribution(9)[: walsh_rank(9)].sum() == pytest.approx(0.961, abs=5e-4)
+
+
+def sums_of_signs(n: int) -> FloatArray:
+    """Enumerate the signed-rank sums of all sign patterns."""
+    found = np.zeros(n * (n + 1) // 2 + 1)
+    for signs in itertools.product([0, 1], repeat=n):
+        found[sum(rank for rank, sign in enumerate(signs, 1) if sign)] += 0.5**n
+    return found
+
+
+@pytest.mark.parametrize("n", range(11))
+def test_the_distribution_is_that_of_all_sign_patterns(n: int) -> None:
+    np.testing.assert_array_equal(signed_rank_distribution(n), sums_of_signs(n))
+
+
+def test_the_distribution_cannot_be_changed_by_who_asks() -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        signed_rank_distribution(5)[0] = 1.0
+
+
+@given(parts=st.lists(st.integers(0, 9), max_size=9))
+def test_sums_of_any_parts(parts: list[int]) -> None:
+    found = np.zeros(sum(parts) + 1)
+    for chosen in itertools.product([0, 1], repeat=len(parts)):
+        found[sum(part for part, is_in in zip(parts, chosen, strict=True) if is_in)] += 0.5 ** len(parts)
+    np.testing.assert_array_equal(subset_sums(np.array(parts, dtype=np.int64)), found)
+
+
+@given(n=st.integers(1, 50), confidence=st.sampled_from([0.5, 0.9, 0.9375, 0.95, 0.99, 0.999]))
+def test_ranks_are_the_greatest_that_have_the_confidence(n: int, confidence: float) -> None:
+    rank = walsh_rank(n, confidence)
+    outside = 2.0 * np.cumsum(signed_rank_distribution(n))
+    allowed = (1.0 - confidence) * (1.0 + 1e-9)
+    assert rank == 0 or outside[rank - 1] <= allowed
+    assert outside[rank] > allowed * (1.0 - 2e-9)
+
+
+@pytest.mark.parametrize(
+    ("n", "rank"), [(5, 0), (6, 1), (7, 3), (8, 4), (9, 6), (10, 9), (15, 26), (20, 53), (30, 138)]
+)
+def test_ranks_of_the_tables(n: int, rank: int) -> None:
+    # one more than the critical values of Wilcoxon's test at 5 % two-sided: 0, 2, 3, 5, 8, 25, 52, 137
+    assert walsh_rank(n) == rank
+
+
+def test_ranks_go_on_where_they_become_approximate() -> None:
+    ranks = [walsh_rank(n) for n in range(40, 60)]
+    steps = np.diff(ranks)
+    assert (steps > 0).all()
+    assert (np.abs(np.diff(steps)) <= 3).all()
+
+
+DISTRIBUTIONS: dict[str, Callable[[np.random.Generator, int], FloatArray]] = {
+    "normal": lambda rng, n: rng.normal(size=n),
+    "cauchy": lambda rng, n: rng.standard_cauchy(n),
+    "uniform": lambda rng, n: rng.uniform(-1.0, 1.0, n),
+    "two values": lambda rng, n: rng.choice([-1.0, 1.0], n),
+    "mostly zero": lambda rng, n: rng.choice([-1.0, 0.0, 0.0, 0.0, 1.0], n),
+    "failures on both sides": lambda rng, n: (
+        rng.choice([-math.inf, math.inf, *rng.normal(size=4)], n) * rng.choice([-1, 1], n)
+    ),
+}
+
+
+def coverage(draw: Callable[[np.random.Generator, int], FloatArray], n: int, runs: int) -> float:
+    rng = np.random.default_rng(n)
+    found = [hodges_lehmann(draw(rng, n).tolist()) for _ in range(runs)]
+    return sum(one.low <= 0.0 <= one.high for one in found) / runs
+
+
+@pytest.mark.parametrize("n", [6, 15, 60])
+@pytest.mark.parametrize("name", DISTRIBUTIONS)
+def test_the_interval_covers_the_centre_of_any_symmetric_distribution(name: str, n: int) -> None:
+    runs = 1000
+    assert coverage(DISTRIBUTIONS[name], n, runs) > 0.95 - 3.0 * math.sqrt(0.95 * 0.05 / runs)
+
+
+def test_it_is_no_wider_than_it_must_be() -> None:
+    runs = 2000
+    exact = 1.0 - 2.0 * float(sums_of_signs(10)[: walsh_rank(10)].sum())
+    assert coverage(DISTRIBUTIONS["cauchy"], 10, runs) == pytest.approx(exact, abs=3.5 * math.sqrt(0.05 / runs))
+
+
+@pytest.mark.parametrize("sample", [[], [1.0, math.nan]])
+def test_differences_of_nonsense(sample: list[float]) -> None:
+    with pytest.raises(ValueError, match="at least one number and no NaN"):
+        hodges_lehmann(sample)
+
+
+@pytest.mark.parametrize(("n", "confidence"), [(0, 0.95), (5, 0.0), (5, 1.0), (5, math.nan)])
+def test_ranks_of_nonsense(n: int, confidence: float) -> None:
+    with pytest.raises(ValueError, match="give n from 1"):
+        walsh_rank(n, confidence)
