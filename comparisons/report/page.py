@@ -154,7 +154,7 @@ def _facts(stored: Stored) -> list[str]:
         return []
     last = stored.sessions[-1]
     began = datetime.fromisoformat(stored.sessions[0].started).astimezone(UTC)
-    revision = f"git {last.git}" if last.git else ""
+    revision = f"git {last.revision}" if last.git else ""
     when = f"{began.day} {began:%B %Y, %H:%M} UTC"
     return [fact for fact in (when, f"CGLA Graph {last.version}", revision, last.host, last.machine) if fact]
 

@@ -385,7 +385,8 @@ def _writing(path: Path) -> Iterator[None]:
         if "locked" in words:
             remedy = "another program has locked it: close that, and go on (--resume)"
         elif "full" in words or "I/O" in words:
-            remedy = "what was done is kept: make room, and go on (--resume)"
+            kept = "what was done is kept: make room, and go on (--resume)"
+            remedy = kept if path.exists() else "make room, or choose another folder (--out)"
         msg = f"{path}: cannot be written: {words}; {remedy}"
         raise OutputError(msg) from error
     except OutputError:

@@ -67,6 +67,12 @@ class Session:
     command: str
     source: str
 
+    @property
+    def revision(self) -> str:
+        """The commit, as short as people write it; empty as `git` may be."""
+        commit, *note = self.git.split(maxsplit=1)[:2] or [""]
+        return " ".join([commit[:12], *note])
+
 
 @dataclass(frozen=True, eq=False)
 class Stored:

@@ -6,12 +6,19 @@ import math
 import os
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from pathlib import Path
 
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
+from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.runner import compare
+from cgla_graph.comparisons.study.database import Database
+from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.isolation import Call, isolated
+from cgla_graph.comparisons.study.study import Study
+from cgla_graph.random_map import random_scenario
 
 
 def ends(function: Callable[..., object], args: tuple[object, ...], n_calls: int, workers: int) -> list[float]:
@@ -45,4 +52,47 @@ def test_two_workers(benchmark: BenchmarkFixture) -> None:
     print(f"\ntwo workers: {ratio:.2f} times as fast as one")
     benchmark.extra_info["times faster"] = round(ratio, 2)
     benchmark.pedantic(ends, (*work, 20, 2), rounds=1)
+    assert ratio >= 1.8
+
+
+def gaps(runs: Iterable[object]) -> list[float]:
+    """Return the time from one run to the next, seconds."""
+    times = [time.perf_counter() for _ in runs]
+    return [now - before for before, now in itertools.pairwise(times)]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_trivial_run_of_a_study(benchmark: BenchmarkFixture, tmp_path: Path, workers: int) -> None:
+    """Isolation and the database cost less than 5 ms a run (median of 1000) on top of a plain loop."""
+    scenarios = [random_scenario(seed) for seed in range(50)]
+    contenders = [Contender(f"straight-{number}", "straight-line") for number in range(20)]
+    study = Study(scenarios, contenders, tolerance=None)
+    loop = gaps(compare(scenarios, contenders, 1, tolerance=None))
+    with Database.create(tmp_path, study) as database:
+        ours = benchmark.pedantic(
+            lambda: gaps(run_study(study, database=database, workers=workers)), rounds=1, iterations=1
+        )
+    assert len(ours) == len(loop) == 999
+    overhead = statistics.median(ours) - statistics.median(loop)
+    mean = (sum(ours) - sum(loop)) / len(ours)
+    print(f"\nper run, {workers} workers: {overhead * 1e3:.2f} ms more than a loop (mean {mean * 1e3:.2f} ms)")
+    benchmark.extra_info["ms"] = round(overhead * 1e3, 2)
+    assert overhead < 5e-3
+
+
+@pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one core")
+def test_two_workers_on_equal_runs(benchmark: BenchmarkFixture, tmp_path: Path) -> None:
+    """Two workers make equal runs at least 1.8 times as fast as one, once they have started."""
+    study = Study([random_scenario(1)], [Contender.parse("prm-star:milestones=600")], range(1, 61), tolerance=None)
+
+    def took(workers: int, folder: Path) -> float:
+        folder.mkdir()
+        with Database.create(folder, study) as database:
+            return sum(gaps(run_study(study, database=database, workers=workers))[8:])
+
+    ratios = [took(1, tmp_path / f"one{n}") / took(2, tmp_path / f"two{n}") for n in range(2)]
+    ratios.append(took(1, tmp_path / "one") / benchmark.pedantic(took, args=(2, tmp_path / "two"), rounds=1))
+    ratio = statistics.median(ratios)
+    print(f"\nstudy with two workers: {ratio:.2f} times as fast as with one")
+    benchmark.extra_info["times faster"] = round(ratio, 2)
     assert ratio >= 1.8
