@@ -152,9 +152,11 @@ def read_request(
     if how.resume and how.overwrite:
         msg = "--resume goes on with a study, --overwrite starts anew; give one of them"
         raise CglaError(msg)
-    if is_study_file(specs[0] if specs else ""):
-        _refuse_beside_a_file(specs, solvers=solvers, seeds=seeds, limits=limits, **more)
-        return Request(read_study(Path(specs[0])), pictures=pictures or 0, is_file=True)
+    studies = [spec for spec in specs if is_study_file(spec)]
+    if studies:
+        others = [spec for spec in specs if spec != studies[0]]
+        _refuse_beside_a_file([studies[0], *others], solvers=solvers, seeds=seeds, limits=limits, **more)
+        return Request(read_study(Path(studies[0])), pictures=pictures or 0, is_file=True)
     if how.resume and how.folder is not None and not specs:
         _refuse_beside_a_file([how.folder / FILE], solvers=solvers, seeds=seeds, limits=limits, **more)
         return Request(load_study(how.folder), pictures=pictures or 0, is_file=True)
@@ -200,10 +202,13 @@ def _refuse_beside_a_file(specs: Sequence[object], **given: object) -> None:
     if len(specs) > 1:
         msg = f"{specs[0]} is a study, which is compared alone; name {specs[1]} among its scenarios"
         raise CglaError(msg)
-    usual = {"certify": True}
-    beside = [name for name, value in given.items() if value not in {None, False, usual.get(name)}]
+    beside = [
+        f"--{name}" for name, value in given.items() if name != "certify" and value is not None and value is not False
+    ]
+    if not given.get("certify", True):
+        beside.append("--no-certificate")
     if beside:
-        word = "--no-certificate" if beside[0] == "certify" else f"--{beside[0]}"
+        word = beside[0]
         msg = f"{word} beside a study: {specs[0]} says that itself; change it there"
         raise CglaError(msg)
 

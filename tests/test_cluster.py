@@ -19,10 +19,15 @@ import awkward_calls
 import pytest
 from awkward_calls import alive, until
 
+from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.study import cluster
 from cgla_graph.comparisons.study.cluster import spread
+from cgla_graph.comparisons.study.database import Database, load
+from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.isolation import Call, Failure, NextCall, Outcome, isolated
+from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.errors import CglaError, WorkerError
+from cgla_graph.random_map import random_scenario
 
 needs_dask = pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="Dask is not installed")
 pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="looks at processes as Linux has them")
@@ -133,6 +138,29 @@ def test_outcomes_are_those_of_this_machine_though_a_worker_is_killed(awkward: M
     # what was lost was begun again
     assert note.read_text().count("begun") > 4
     assert found == outcomes(isolated(one_by_one(calls), workers=2, seconds=60.0))
+
+
+@needs_dask
+def test_a_study_is_the_same_on_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
+    scenarios = [random_scenario(seed, resolution=12) for seed in range(3)]
+    names = ("cgla", "straight-line", "prm-star:milestones=150")
+    contenders = [Contender.parse(name) for name in names]
+    study = Study(scenarios, contenders, range(1, 7), tolerance=0.05)
+    local = {Cell(run.scenario.name, run.solver, run.seed): run for run in run_study(study, workers=0)}
+    (tmp_path / "dask").mkdir()
+    with Cluster(tmp_path / "dask", 2) as parts, Database.create(tmp_path, study) as database:
+        far = []
+        for run in run_study(study, database=database, scheduler=parts.address):
+            far.append(run)
+            if len(far) == 5:
+                parts.workers[0].send_signal(signal.SIGKILL)
+        assert len(far) == len(local) == 3 * (2 + 6)
+        assert parts.workers[1].poll() is None
+    for run in load(tmp_path).runs:
+        other = local[Cell(run.scenario.name, run.solver, run.seed)]
+        assert run.solution.path.tolist() == other.solution.path.tolist()
+        assert (run.solution.status, run.solution.cost) == (other.solution.status, other.solution.cost)
+        assert run.solution.lower_bound == other.solution.lower_bound
 
 
 @needs_dask
