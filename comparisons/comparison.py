@@ -234,6 +234,7 @@ def compare_all(request: Request, how: How) -> Compared:
             request.n_seeds,
             how.folder,
             workers=how.workers,
+            scheduler=how.scheduler,
             limits=request.study.limits,
         )
         done.interrupted = done.flights.interrupted

@@ -16,9 +16,9 @@ from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.fitted_table import FittedTable
 from cgla_graph.comparisons.flight_files import plain_json, team_totals
 from cgla_graph.comparisons.flown import Flown, Sortie
-from cgla_graph.comparisons.study.isolation import Call, here, isolated, limited
-from cgla_graph.comparisons.study.limits import NO_LIMITS, PREPARATION, Limits, lost
-from cgla_graph.comparisons.study.worker import PRELOAD
+from cgla_graph.comparisons.study.execution import limits_where, made
+from cgla_graph.comparisons.study.isolation import Call, limited
+from cgla_graph.comparisons.study.limits import Limits, lost
 from cgla_graph.comparisons.tables import duration, figure
 from cgla_graph.errors import CglaError
 from cgla_graph.mission import Mission
@@ -220,6 +220,7 @@ def compare(
     n_seeds: int = 3,
     *,
     workers: int = 0,
+    scheduler: str | None = None,
     limits: Limits | None = None,
 ) -> Iterator[FlightRun]:
     """
@@ -233,6 +234,8 @@ def compare(
         At least 1.
     workers
         How many processes fly at the same time; 0 flies in this process, without limits.
+    scheduler
+        Of a Dask cluster that flies instead, or None.
     limits
         Of each flight; None for the usual ones.
 
@@ -249,7 +252,7 @@ def compare(
     >>> {run.status for run in runs}
     {'arrived'}
     """
-    held = (limits or Limits()) if workers else NO_LIMITS
+    held = limits_where(limits or Limits(), workers=workers, scheduler=scheduler)
     calls = deque(
         Call((mission.name, variant, contender.label, seed), _fly, (mission, variant, contender, seed, held))
         for mission in missions
@@ -263,15 +266,9 @@ def compare(
 
     if not calls:
         return
-    seconds = held.seconds + PREPARATION
-    preload = (__name__, *PRELOAD)
-    fly = (
-        isolated(next_call, workers=min(workers, len(calls)), seconds=seconds, preload=preload)
-        if workers
-        else here(next_call)
-    )
+    workers = min(workers, len(calls))
     # whatever ends the iteration ends the workers
-    with closing(fly) as outcomes:
+    with closing(made(next_call, held, workers=workers, scheduler=scheduler, preload=(__name__,))) as outcomes:
         for call, outcome in outcomes:
             yield outcome.value if outcome.failure is None else _lost(call, *lost(outcome, held))
 
@@ -299,6 +296,7 @@ def run_all(
     folder: Path | None = None,
     *,
     workers: int = 0,
+    scheduler: str | None = None,
     limits: Limits | None = None,
 ) -> FlightRuns:
     """
@@ -318,7 +316,7 @@ def run_all(
         try:
             total = count(missions, contenders, n_seeds)
             with terminal.output_to_stderr(), terminal.progress(total) as tick:
-                for run in compare(missions, contenders, n_seeds, workers=workers, limits=limits):
+                for run in compare(missions, contenders, n_seeds, workers=workers, scheduler=scheduler, limits=limits):
                     done.runs.append(run)
                     if log is not None:
                         log.add(run.row())

@@ -13,6 +13,7 @@ from missions_small import CROSSING, DEGREES
 
 from cgla_graph.comparisons import mission_runner, runner
 from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.errors import CglaError
 from cgla_graph.flight import Flight, MissionStatus
 from cgla_graph.mission import Mission
@@ -259,3 +260,20 @@ def test_ctrl_c_keeps_the_flights_so_far(cgla: Call, monkeypatch: pytest.MonkeyP
 def test_bad_words(cgla: Call, words: list[str], said: list[str]) -> None:
     cgla("compare", *words, "--out", "out").refused(*said)
     assert not Path("out").exists()
+
+
+def test_flights_in_processes_of_their_own_are_the_same(small: MissionFile) -> None:
+    of = [Contender.parse("cgla"), Contender.parse("eight-direction")]
+    here = {(run.variant, run.solver): run.row() for run in mission_runner.compare([small], of)}
+    far = {(run.variant, run.solver): run.row() for run in mission_runner.compare([small], of, workers=2)}
+    assert here.keys() == far.keys()
+    for key, row in here.items():
+        assert {**row, "planning_seconds": 0} == {**far[key], "planning_seconds": 0}
+
+
+def test_a_flight_that_takes_too_long_is_a_row(small: MissionFile) -> None:
+    limits = Limits(seconds=1e-3)
+    runs = list(mission_runner.compare([small], [Contender.parse("cgla")], workers=1, limits=limits))
+    assert {run.status for run in runs} == {"timed-out"}
+    assert "stopped after 0.001 s" in runs[0].message
+    assert not runs[0].all_arrived

@@ -1,7 +1,7 @@
 """Execution of a study: its cells become runs, wherever they are made, and reach the database as they come."""
 
 from collections import deque
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,7 +13,7 @@ from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.study import worker
 from cgla_graph.comparisons.study.cluster import spread
 from cgla_graph.comparisons.study.database import Database
-from cgla_graph.comparisons.study.isolation import Call, Failure, Outcome, here, isolated
+from cgla_graph.comparisons.study.isolation import Call, Failure, NextCall, Outcome, here, isolated
 from cgla_graph.comparisons.study.limits import NO_LIMITS, PREPARATION, Limits, lost
 from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.scenario import Scenario
@@ -61,11 +61,10 @@ def run_study(
     >>> [(run.solver, run.solution.status.label) for run in run_study(study, workers=0)]
     [('cgla', 'optimal')]
     """
-    isolating = workers > 0 or scheduler is not None
-    # no limit kills the process of the user
-    agenda = _Agenda.of(study, database, study.limits if isolating else NO_LIMITS)
+    limits = limits_where(study.limits, workers=workers, scheduler=scheduler)
+    agenda = _Agenda.of(study, database, limits)
     # whatever ends the iteration ends the workers
-    with closing(_executed(agenda.next_call, study, workers, scheduler)) as outcomes:
+    with closing(made(agenda.next_call, limits, workers=workers, scheduler=scheduler)) as outcomes:
         for call, outcome in outcomes:
             if isinstance(call.key, str):
                 agenda.prove(call.key, outcome)
@@ -74,16 +73,36 @@ def run_study(
                 yield run if database is None else database.add(run)
 
 
-def _executed(
-    next_call: Callable[[], Call | None], study: Study, workers: int, scheduler: str | None
+def made(
+    next_call: NextCall, limits: Limits, *, workers: int, scheduler: str | None = None, preload: Sequence[str] = ()
 ) -> Generator[tuple[Call, Outcome]]:
-    """Make the calls where they are to be made."""
-    seconds = study.limits.seconds + PREPARATION
+    """
+    Make calls where they are to be made: on a cluster, in worker processes, or (no workers) in this process.
+
+    Whoever iterates closes it, which ends the workers.
+
+    Parameters
+    ----------
+    next_call
+        As `isolation.isolated` takes it.
+    limits
+        Those that the functions set themselves.
+    workers, scheduler
+        As in `run_study`.
+    preload
+        Modules that workers load beforehand, besides those of runs.
+    """
+    seconds, modules = limits.seconds + PREPARATION, (*worker.PRELOAD, *preload)
     if scheduler is not None:
-        return spread(next_call, scheduler=scheduler, seconds=seconds, preload=worker.PRELOAD)
+        return spread(next_call, scheduler=scheduler, seconds=seconds, preload=modules)
     if workers == 0:
         return here(next_call)
-    return isolated(next_call, workers=workers, seconds=seconds, preload=worker.PRELOAD)
+    return isolated(next_call, workers=workers, seconds=seconds, preload=modules)
+
+
+def limits_where(limits: Limits, *, workers: int, scheduler: str | None = None) -> Limits:
+    """Return the limits that hold where calls are made: none in the user's own process, which no limit may kill."""
+    return limits if workers or scheduler is not None else NO_LIMITS
 
 
 @dataclass(eq=False)
