@@ -10,16 +10,35 @@ if TYPE_CHECKING:
     from cgla_graph.comparisons.rows import summaries as summaries
     from cgla_graph.comparisons.runner import Run as Run
     from cgla_graph.comparisons.runner import compare as compare
+    from cgla_graph.comparisons.standings import standings as standings
+    from cgla_graph.comparisons.study.execution import run_study as run_study
+    from cgla_graph.comparisons.study.stored import load as load
+    from cgla_graph.comparisons.study.study import Study as Study
 
 _HOMES = {
     "Contender": "contender",
     "Run": "runner",
+    "Study": "study.study",
     "compare": "runner",
+    "load": "study.stored",
     "performances": "performance",
     "rows_of": "rows",
+    "run_study": "study.execution",
+    "standings": "standings",
     "summaries": "rows",
 }
-__all__ = ["Contender", "Run", "compare", "performances", "rows_of", "summaries"]
+__all__ = [
+    "Contender",
+    "Run",
+    "Study",
+    "compare",
+    "load",
+    "performances",
+    "rows_of",
+    "run_study",
+    "standings",
+    "summaries",
+]
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 - any of the names above

@@ -10,7 +10,7 @@ import pytest
 
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.runner import Run, compare
-from cgla_graph.comparisons.study import worker
+from cgla_graph.comparisons.study import execution, worker
 from cgla_graph.comparisons.study.database import Database, load
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.limits import Limits
@@ -119,11 +119,19 @@ def test_nothing_is_run_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_a_proof_that_fails_leaves_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(execution, "PROOF", Limits(1e-3, 4096.0))
     asked = study("straight-line", tolerance=1e-9, limits=Limits(1e-3, 4096.0))
     (run,) = run_study(asked, workers=1)
     assert run.certificate is not None
     assert math.isnan(run.certificate.lower_bound)
     assert "stopped after 0.001 s" in run.certificate.message
+
+
+def test_a_proof_has_time_where_runs_have_none() -> None:
+    (run,) = run_study(study("straight-line", tolerance=0.1, limits=Limits(1e-6, 4096.0)), workers=1)
+    assert run.solution.status is Status.TIMED_OUT
+    assert run.certificate is not None
+    assert run.certificate.lower_bound > 0.0
 
 
 def test_no_limit_holds_in_the_users_own_process() -> None:

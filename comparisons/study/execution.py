@@ -19,6 +19,9 @@ from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.scenario import Scenario
 from cgla_graph.solution import Solution
 
+#: What a proof may take at least.
+PROOF = Limits()
+
 
 def run_study(
     study: Study, *, database: Database | None = None, workers: int = 1, scheduler: str | None = None
@@ -144,9 +147,13 @@ class _Agenda:
                 return self._run_call(scenario)
             if not scenario.proof_called:
                 scenario.proof_called = True
-                arguments = (scenario.parcel(), self.study.tolerance, self.limits)
+                arguments = (scenario.parcel(), self.study.tolerance, self._proof_limits())
                 return Call(name, worker.prove, arguments)
         return None
+
+    def _proof_limits(self) -> Limits:
+        """Leave a proof time and memory also where runs have little: it is no solver's."""
+        return Limits(max(self.limits.seconds, PROOF.seconds), max(self.limits.megabytes, PROOF.megabytes))
 
     def _run_call(self, scenario: "_Open") -> Call:
         cell = scenario.cells.popleft()
@@ -159,7 +166,9 @@ class _Agenda:
         """Take a scenario's proof, or the reason why there is none."""
         certificate = outcome.value
         if outcome.failure is not None:
-            certificate = runner.no_certificate(self.study.tolerance or 0.0, lost(outcome, self.limits)[1], 0.0)
+            certificate = runner.no_certificate(
+                self.study.tolerance or 0.0, lost(outcome, self._proof_limits())[1], 0.0
+            )
         self.certificates[name] = certificate
         if self.database is not None:
             self.database.add_certificate(name, certificate)
