@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cgla_graph.comparisons import mission_runner, options, output, terminal
+from cgla_graph.comparisons import flight_runs, mission_runner, options, output, terminal
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.performance import performances
 from cgla_graph.comparisons.results.lookup import print_standings
@@ -102,7 +102,7 @@ class Compared:
     """
 
     runs: list[Run] = field(default_factory=list)
-    flights: mission_runner.FlightRuns = field(default_factory=mission_runner.FlightRuns)
+    flights: flight_runs.FlightRuns = field(default_factory=flight_runs.FlightRuns)
     written: list[Path] = field(default_factory=list)
     interrupted: bool = False
 
@@ -293,7 +293,7 @@ def print_compared(request: Request, done: Compared) -> None:
         output.print_comparison(done.runs, request.study.contenders)
     if done.runs and len(request.study.scenarios) > 1:
         print_standings(done.runs, standings(done.runs))
-    mission_runner.print_flight_runs(request.missions, done.flights.runs)
+    flight_runs.print_flight_runs(request.missions, done.flights.runs)
 
 
 def kept_note(request: Request, how: How, done: Compared) -> str:

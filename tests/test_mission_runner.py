@@ -11,7 +11,7 @@ import pytest
 from command_line import Call, caller
 from missions_small import CROSSING, DEGREES
 
-from cgla_graph.comparisons import mission_runner, runner
+from cgla_graph.comparisons import flight_runs, mission_runner, runner
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.errors import CglaError
@@ -51,7 +51,7 @@ def test_a_row_says_what_the_flight_came_to(small: MissionFile) -> None:
     for run, (variant, mission) in zip(runs, small.missions(registry.get).items(), strict=True):
         flight = mission.fly()
         row = run.row()
-        assert tuple(row) == mission_runner.COLUMNS
+        assert tuple(row) == flight_runs.COLUMNS
         assert (row["mission"], row["variant"], row["solver"], row["seed"]) == ("small", variant, "cgla", None)
         assert (row["status"], row["arrived"], row["uavs"], row["message"]) == ("arrived", 2, 2, "")
         assert (row["cost"], row["least_separation"]) == (flight.cost, flight.least_separation)
@@ -168,7 +168,7 @@ def test_missions_alone(cgla: Call) -> None:
         rows = list(csv.DictReader(file))
     assert [line["solver"] for line in lines] == ["cgla", "eight-direction"] * 2
     for line, row in zip(lines, rows, strict=True):
-        assert tuple(line) == tuple(row) == mission_runner.COLUMNS
+        assert tuple(line) == tuple(row) == flight_runs.COLUMNS
         assert {key: "" if value is None else str(value) for key, value in line.items()} == row
     cells = [line for line in answer.out.splitlines() if line.startswith("│")]
     assert len(cells) == 4
@@ -186,7 +186,7 @@ def test_the_cheapest_stands_first_and_who_did_not_fly_last(small: MissionFile) 
     assert run.flown is not None
     first, second = run.flown.flight.uavs.values()
 
-    def like(name: str, *statuses: MissionStatus, seconds: float = 0.0) -> mission_runner.FlightRun:
+    def like(name: str, *statuses: MissionStatus, seconds: float = 0.0) -> flight_runs.FlightRun:
         uavs = {
             one.name: dataclasses.replace(one, status=status, planning_seconds=seconds)
             for one, status in zip((first, second), statuses, strict=True)
@@ -202,7 +202,7 @@ def test_the_cheapest_stands_first_and_who_did_not_fly_last(small: MissionFile) 
         like("slow", there, there, seconds=2.0),
         like("fast", there, there, seconds=1.0),
     ]
-    table = mission_runner.flights_table(small, "told", runs)
+    table = flight_runs.flights_table(small, "told", runs)
     assert [row[0] for row in table.rows] == ["fast", "slow", "one", "none", "failed"]
 
 
@@ -233,7 +233,7 @@ def test_a_map_in_degrees(cgla: Call) -> None:
 def test_ctrl_c_keeps_the_flights_so_far(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     run, calls = mission_runner._run, iter(range(99))
 
-    def third(*names: Any) -> mission_runner.FlightRun:  # noqa: ANN401 - as `_run`
+    def third(*names: Any) -> flight_runs.FlightRun:  # noqa: ANN401 - as `_run`
         if next(calls) == 2:
             raise KeyboardInterrupt
         return run(*names)
