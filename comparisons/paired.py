@@ -78,11 +78,6 @@ class Paired:
     only_reference: int
     p_success: float
 
-    @property
-    def success_difference(self) -> float:
-        """By how much the solver's share of instances with a path exceeds the reference's."""
-        return (self.only_solver - self.only_reference) / self.n
-
 
 def holm(p_values: Sequence[float]) -> list[float]:
     """

@@ -4,6 +4,7 @@ import math
 import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -113,7 +114,7 @@ def success_curve(solutions: Sequence[Solution]) -> SuccessCurve:
     n_runs = len(solutions)
     first = [to_target(solution).seconds for solution in solutions]
     curve = _shares(np.array(first), n_runs)
-    width = float(stats.kstwo.ppf(CONFIDENCE, n_runs))
+    width = _band_width(n_runs)
     n_paths = sum(solution.status.is_path for solution in solutions)
     return SuccessCurve(
         seconds=curve.at,
@@ -125,6 +126,12 @@ def success_curve(solutions: Sequence[Solution]) -> SuccessCurve:
         n_paths=n_paths,
         success=success_interval(n_paths, n_runs),
     )
+
+
+@lru_cache
+def _band_width(n: int) -> float:
+    """Return the quantile of Kolmogorov's statistic of `n` values: slow to find, and the same for most solvers."""
+    return float(stats.kstwo.ppf(CONFIDENCE, n))
 
 
 def performance_profile(costs: Mapping[str, Sequence[float]]) -> dict[str, StepFunction]:

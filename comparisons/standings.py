@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cgla_graph.comparisons.cost_table import same_cost
+from cgla_graph.comparisons.failures import failed
 from cgla_graph.comparisons.paired import Paired, against
 from cgla_graph.comparisons.profiles import finite_bound, instance_costs, instance_times, shared_scenarios
 from cgla_graph.comparisons.ranking import ranking
@@ -126,15 +127,11 @@ def standings(runs: Sequence[Run]) -> list[Standing]:
             success=success_interval(n_paths, len(by_label[solver])),
             seconds_to_near=times[solver],
             versus_best=versus.get(solver),
-            failures=dict(Counter(run.solution.status for run in _failed(by_label[solver])).most_common()),
-            failed_on=dict(Counter(run.scenario.name for run in _failed(by_label[solver]))),
+            failures=dict(Counter(run.solution.status for run in failed(by_label[solver])).most_common()),
+            failed_on=dict(Counter(run.scenario.name for run in failed(by_label[solver]))),
         )
         for solver, place in zip(order, places, strict=True)
     ]
-
-
-def _failed(runs: Sequence[Run]) -> list[Run]:
-    return [run for run in runs if not run.solution.status.is_path]
 
 
 def _wins(costs: Mapping[str, Sequence[float]]) -> dict[str, int]:

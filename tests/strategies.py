@@ -185,3 +185,7 @@ def off_lattice_points(max_size: int = 3) -> st.SearchStrategy[list[Point]]:
     """Draw points of the unit box, some of them on lattice points."""
     fraction = st.one_of(coordinates, st.integers(0, 4).map(lambda i: i / 4))
     return st.lists(st.tuples(fraction, fraction), max_size=max_size)
+
+
+#: Costs of runs: often equal, else apart by more than rounding, and infinite where there is no path.
+costs = st.integers(1, 5).map(float) | st.floats(1e-3, 1e3).map(lambda cost: float(f"{cost:.6g}")) | st.just(math.inf)

@@ -21,7 +21,7 @@ from awkward_calls import alive, until
 
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.study import cluster
-from cgla_graph.comparisons.study.cluster import spread
+from cgla_graph.comparisons.study.cluster import CONNECT_SECONDS, spread
 from cgla_graph.comparisons.study.database import Database, load
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.isolation import Call, Failure, NextCall, Outcome, isolated
@@ -195,8 +195,10 @@ def test_a_scheduler_that_is_lost_is_told(awkward: ModuleType, tmp_path: Path) -
         ended = spread(one_by_one(calls), scheduler=machines.address, seconds=60.0)
         next(ended)
         machines.scheduler.kill()
+        began = time.monotonic()
         with pytest.raises(WorkerError, match=f"the Dask scheduler at '{machines.address}' is lost") as told:
             next(ended)
+        assert time.monotonic() - began < CONNECT_SECONDS, "nobody waits for what is gone"
         assert len(str(told.value).splitlines()) == 1
 
 

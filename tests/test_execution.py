@@ -57,13 +57,12 @@ def same(one: Run, two: Run) -> None:
         assert getattr(one.solution, name) == pytest.approx(getattr(two.solution, name), rel=0.0, nan_ok=True), name
 
 
-@pytest.mark.parametrize("workers", [1, 2])
 def test_whatever_a_solver_does_is_a_row(
-    workers: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     plug_ins.install(tmp_path, monkeypatch)
     all_of_them = study(*ENDS, limits=Limits(2.0, 300.0))
-    runs = {run.solver: run for run in run_study(all_of_them, workers=workers)}
+    runs = {run.solver: run for run in run_study(all_of_them, workers=2)}
     assert runs.keys() == ENDS.keys()
     for name, (status, word) in ENDS.items():
         solution = runs[name].solution

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from strategies import costs
 
 from cgla_graph.certificate import Certificate
 from cgla_graph.comparisons.profiles import (
@@ -25,7 +26,6 @@ from cgla_graph.scenario import Scenario, scenario_from_toml
 from cgla_graph.solution import Solution, Status, TracePoint
 
 SCENARIOS = [scenario_from_toml("start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n", f"map {i}") for i in range(4)]
-costs = st.integers(1, 5).map(float) | st.floats(1e-3, 1e3) | st.just(math.inf)
 moments = st.integers(1, 9).map(float) | st.just(math.inf)
 
 

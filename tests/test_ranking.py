@@ -9,10 +9,9 @@ import pytest
 import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
+from strategies import costs
 
 from cgla_graph.comparisons.ranking import Ranking, cd_diagram, instance_ranks, ranking
-
-costs = st.integers(1, 5).map(float) | st.floats(1e-3, 1e3) | st.just(math.inf)
 
 # Area under the curve of four classifiers on 14 data sets: Demsar, JMLR 7, 2006, table 6 (also in scipy's own tests).
 AREAS = {

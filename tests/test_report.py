@@ -18,14 +18,15 @@ from hypothesis import strategies as st
 from report_studies import ODD, failing, large_study, odd_runs, small_runs, stored_of
 
 import cgla_graph as cg
+from cgla_graph.comparisons.overview import overview
 from cgla_graph.comparisons.profiles import instance_costs
 from cgla_graph.comparisons.ranking import ranking
 from cgla_graph.comparisons.report.maps import MOST_CORNERS, MOST_WAYPOINTS, SLACK, STEPS, map_document, path_steps
 from cgla_graph.comparisons.report.page import report_html, write_report
+from cgla_graph.comparisons.report.parts import failures, ranking_table
 from cgla_graph.comparisons.report.payload import typical_run
 from cgla_graph.comparisons.report.pictures import critical_difference, failure_grid
 from cgla_graph.comparisons.report.steps import thinned
-from cgla_graph.comparisons.report.summary import failures, ranking_table, summary
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.standings import standings
 from cgla_graph.comparisons.study.stored import Stored
@@ -337,7 +338,7 @@ def test_a_no_fly_area_of_many_corners_becomes_a_raster() -> None:
 def test_the_summary_answers_the_four_questions() -> None:
     stored = study_of({"bad": [3.0] * 11 + [math.inf], "good": [1.0] * 12, "near": [1.1] * 12})
     found, ranks = standings(stored.runs), ranking(instance_costs(stored.runs))
-    said = summary(found, ranks, 12)
+    said = overview(found, ranks, 12)
     assert said.headline.startswith(
         "good ranks first of 3 solvers on 12 scenarios; the next one, near, typically costs"
     )
@@ -356,7 +357,7 @@ def test_the_summary_answers_the_four_questions() -> None:
 
 def test_a_draw_and_few_scenarios_are_called_so() -> None:
     stored = study_of({"a": [1.0, 2.0], "b": [1.0, 2.0]})
-    said = summary(standings(stored.runs), ranking(instance_costs(stored.runs)), 2)
+    said = overview(standings(stored.runs), ranking(instance_costs(stored.runs)), 2)
     assert said.headline == "a and b share the first place of 2 solvers on 2 scenarios."
     assert "not enough evidence" in said.answers[2].words
     assert "cannot tell" in said.caution
@@ -364,10 +365,10 @@ def test_a_draw_and_few_scenarios_are_called_so() -> None:
 
 def test_a_scenario_that_not_all_have_run_is_told() -> None:
     stored = study_of({"a": [1.0, 2.0, 3.0], "b": [2.0, 3.0]})
-    said = summary(standings(stored.runs), ranking(instance_costs(stored.runs)), 3)
+    said = overview(standings(stored.runs), ranking(instance_costs(stored.runs)), 3)
     assert "1 scenario not run by all solvers yet" in said.caution
     only = study_of({"a": [1.0], "b": []})
-    assert "only solver" in summary(standings(only.runs), ranking(instance_costs(only.runs)), 1).headline
+    assert "only solver" in overview(standings(only.runs), ranking(instance_costs(only.runs)), 1).headline
 
 
 def test_nobody_finds_a_path() -> None:
@@ -389,9 +390,10 @@ def test_the_ranking_table_never_leaves_failures_out() -> None:
     stored = study_of({"a": [1.0] * 7, "b": [0.5] * 3 + [math.inf] * 4})
     table = ranking_table(standings(stored.runs), ranking(instance_costs(stored.runs)))
     b = next(row for row in table["rows"] if row["solver"] == "b")
-    cells = dict(zip((head["label"] for head in table["heads"]), b["cells"], strict=True))
-    assert cells["median gap"]["value"] == "never"
-    assert cells["success"]["value"] == "3/7"
+    cells = dict(zip((column.head for column in table["columns"]), b["cells"], strict=True))
+    assert cells["gap"].value == "never"
+    assert cells["success"].value == "3/7"
+    assert cells["failed"].value == "4"
     assert b["failures"] == "4 timed-out"
 
 

@@ -933,7 +933,9 @@ def test_ompls_own_script_works_on_it_and_ours_goes_on(folder: Path, tmp_path: P
     path, log = folder / FILE, tmp_path / "their.log"
     script = Path(OMPL.origin).parent / "_benchmark_statistics.py"
     for words in ([OMPL_LOG, log], [OMPL_SCRIPT, script, path, log]):
-        done = subprocess.run([sys.executable, "-c", *map(str, words)], capture_output=True, text=True, check=False)
+        program = [sys.executable, "-c", *map(str, words)]
+        # OMPL leaves a log where it runs
+        done = subprocess.run(program, capture_output=True, text=True, check=False, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
     # theirs is beside ours, and means what it meant
     mixed = rows(

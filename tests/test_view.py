@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
@@ -416,14 +417,23 @@ def test_pages_are_paced_but_the_last_one_comes_at_once(tmp_path: Path) -> None:
         assert f"{SIX} runs" in ask(server).text
 
 
-def test_a_page_that_takes_long_is_built_less_often(folder: Path) -> None:
-    viewed = Viewed(folder, build=lambda folder: (time.sleep(0.2), counted(folder))[1], pause=0.0)
+def test_a_page_that_takes_long_is_built_less_often(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = [100.0]
+    monkeypatch.setattr(view, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+
+    def build(folder: Path) -> Page:
+        clock[0] += 10.0
+        return counted(folder)
+
+    viewed = Viewed(folder, build=build, pause=0.0, share=0.25)
     viewed.page()
     first = viewed.state()
     with Database.resume(folder, STUDY) as database:
         database.add(runs_of(STUDY)[2])
+        # ten seconds of building are a quarter of forty
+        clock[0] += 29.9
         assert viewed.state() == first
-        time.sleep(1.0)
+        clock[0] += 0.2
         assert viewed.state().runs == 3
 
 

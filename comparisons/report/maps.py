@@ -127,14 +127,17 @@ def path_steps(path: FloatArray, problem: Problem) -> list[int]:
     >>> path_steps(straight, Problem((0, 0), (1, 1)))
     [0, 0, 99999, 99999]
     """
+    steps = steps_of(path, problem)
     if len(path) < 2:  # noqa: PLR2004 - a path that ends where it starts
-        return steps_of(path, problem)
-    return steps_of(shapely.get_coordinates(_simplified(shapely.LineString(path), problem)), problem)
+        return steps
+    # whole steps first: GEOS does not like waypoints that are closer together than rounding
+    line = shapely.LineString(np.reshape(steps, (-1, 2)))
+    coordinates = shapely.get_coordinates(_simplified(line, SLACK * STEPS))
+    return coordinates.astype(np.int64).ravel().tolist()
 
 
-def _simplified(path: BaseGeometry, problem: Problem) -> BaseGeometry:
+def _simplified(path: BaseGeometry, slack: float) -> BaseGeometry:
     """Simplify by Douglas and Peucker, ever more until there are few enough waypoints."""
-    slack = SLACK * _side(problem)
     simple = shapely.simplify(path, slack)
     while shapely.get_num_coordinates(simple) > MOST_WAYPOINTS:
         slack *= 2.0

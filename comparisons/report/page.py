@@ -14,8 +14,10 @@ import numpy as np
 from markupsafe import Markup
 
 from cgla_graph.comparisons.files import write_text
+from cgla_graph.comparisons.overview import overview
 from cgla_graph.comparisons.profiles import instance_costs, performance_profile, success_curve
 from cgla_graph.comparisons.ranking import ranking
+from cgla_graph.comparisons.report.parts import failures, ranking_table
 from cgla_graph.comparisons.report.payload import (
     rerun_command,
     rows_document,
@@ -23,12 +25,11 @@ from cgla_graph.comparisons.report.payload import (
     statuses_document,
 )
 from cgla_graph.comparisons.report.pictures import critical_difference, failure_grid
-from cgla_graph.comparisons.report.steps import MOST_POINTS_OVERALL, figures, thinned
-from cgla_graph.comparisons.report.summary import failures, ranking_table, summary
+from cgla_graph.comparisons.report.steps import MOST_POINTS_OVERALL, rounded_all, thinned
 from cgla_graph.comparisons.rows import by_scenario, by_solver
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.standings import Standing, standings
-from cgla_graph.comparisons.study.database import Session, Stored
+from cgla_graph.comparisons.study.stored import Session, Stored
 
 NOTES = (
     ("cost", "Length plus k times the risk of a path, re-evaluated by the oracle; no solver is trusted about its own."),
@@ -77,7 +78,7 @@ def report_html(stored: Stored, *, live: bool = False) -> str:
             n_runs=len(runs),
             n_cells=stored.n_cells,
             progress=_progress(stored),
-            summary=summary(found, ranks, len(stored.scenarios)),
+            overview=overview(found, ranks, len(stored.scenarios)),
             ranking=ranking_table(found, ranks),
             cd=critical_difference(ranks),
             failures=failures(runs),
@@ -136,7 +137,7 @@ def _success(runs: Sequence[Run], places: dict[str, int]) -> list[dict[str, Any]
         curve = success_curve([run.solution for run in group])
         rows = thinned(np.column_stack([curve.seconds, curve.rate, curve.low, curve.high]), MOST_POINTS_OVERALL)
         columns = zip(("seconds", "rate", "low", "high"), rows.T, strict=True)
-        documents.append({"solver": places[label], **{name: figures(column, 4) for name, column in columns}})
+        documents.append({"solver": places[label], **{name: rounded_all(column, 4) for name, column in columns}})
     return documents
 
 
@@ -144,7 +145,9 @@ def _profile(runs: Sequence[Run], places: dict[str, int]) -> list[dict[str, Any]
     documents = []
     for label, profile in performance_profile(instance_costs(runs)).items():
         rows = thinned(np.column_stack([profile.at, profile.share]), MOST_POINTS_OVERALL)
-        documents.append({"solver": places[label], "factor": figures(rows[:, 0], 6), "share": figures(rows[:, 1], 4)})
+        documents.append(
+            {"solver": places[label], "factor": rounded_all(rows[:, 0], 6), "share": rounded_all(rows[:, 1], 4)}
+        )
     return documents
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from cgla_graph.comparisons.curves import median_curve
 from cgla_graph.comparisons.profiles import path_cost
 from cgla_graph.comparisons.report.maps import map_document, map_key, path_steps, steps_of
-from cgla_graph.comparisons.report.steps import figure, figures, thinned
+from cgla_graph.comparisons.report.steps import rounded, rounded_all, thinned
 from cgla_graph.comparisons.rows import by_solver, scenario_bound
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.statistics import Estimate, estimate, to_target
@@ -60,7 +60,7 @@ def _scenario(scenario: Scenario, runs: Sequence[Run], places: dict[str, int], n
         "map": number,
         "unit": "m" if scenario.projection else "map units",
         "k": problem.k,
-        "bound": figure(bound, _ROW_DIGITS),
+        "bound": rounded(bound, _ROW_DIGITS),
         "unsolvable": math.isinf(bound),
         "proof": "" if proof is None else proof.message,
         "ends": steps_of(np.array([problem.start, problem.goal]), problem),
@@ -82,11 +82,11 @@ def _cell(scenario: Scenario, place: int, runs: Sequence[Run]) -> dict[str, Any]
         "status": solution.status.label,
         "message": solution.message,
         "cost": ends_of(median),
-        "gap": figure(solution.gap) if solution.status.is_path else None,
-        "length": figure(solution.length),
-        "risk": figure(solution.risk),
-        "clearance": figure(solution.clearance),
-        "seconds": figure(solution.seconds + solution.build_seconds),
+        "gap": rounded(solution.gap) if solution.status.is_path else None,
+        "length": rounded(solution.length),
+        "risk": rounded(solution.risk),
+        "clearance": rounded(solution.clearance),
+        "seconds": rounded(solution.seconds + solution.build_seconds),
         "first": ends_of(estimate([to_target(one).seconds for one in solutions])),
         "number": typical.number,
         "path": path_steps(solution.path, scenario.problem) if _is_drawn(solution) else [],
@@ -114,7 +114,7 @@ def typical_run(runs: Sequence[Run]) -> Run:
 
 def ends_of(found: Estimate) -> list[float | None]:
     """Return a median and its interval for the page: None for "never" and for "no end"."""
-    return figures(found, _ROW_DIGITS)
+    return rounded_all(found, _ROW_DIGITS)
 
 
 def _curve(solutions: Sequence[Solution]) -> dict[str, Any] | None:
@@ -123,9 +123,9 @@ def _curve(solutions: Sequence[Solution]) -> dict[str, Any] | None:
     if not len(curve.seconds):
         return None
     rows = thinned(np.column_stack([curve.seconds, curve.median, curve.low, curve.high]))
-    document: dict[str, Any] = {"seconds": figures(rows[:, 0], 4), "median": figures(rows[:, 1])}
+    document: dict[str, Any] = {"seconds": rounded_all(rows[:, 0], 4), "median": rounded_all(rows[:, 1])}
     if len(solutions) > 1:
-        document |= {"low": figures(rows[:, 2]), "high": figures(rows[:, 3]), "interval": curve.is_interval}
+        document |= {"low": rounded_all(rows[:, 2]), "high": rounded_all(rows[:, 3]), "interval": curve.is_interval}
     return document
 
 
@@ -156,15 +156,15 @@ def rows_document(runs: Sequence[Run], scenarios: Sequence[str], solvers: Sequen
         "solver": [solver_places[run.solver] for run in runs],
         "seed": [run.seed for run in runs],
         "status": [status_places[one.status] for one in solutions],
-        "cost": [figure(one.cost, _ROW_DIGITS) for one in solutions],
-        "gap": [figure(one.gap) if one.status.is_path else None for one in solutions],
-        "length": figures([one.length for one in solutions], 6),
-        "risk": figures([one.risk for one in solutions]),
-        "clearance": figures([one.clearance for one in solutions]),
-        "seconds": figures([one.seconds for one in solutions]),
-        "build": figures([one.build_seconds for one in solutions]),
-        "evaluations": [figure(one.evaluations, 12) for one in solutions],
-        "megabytes": figures([run.megabytes for run in runs]),
+        "cost": [rounded(one.cost, _ROW_DIGITS) for one in solutions],
+        "gap": [rounded(one.gap) if one.status.is_path else None for one in solutions],
+        "length": rounded_all([one.length for one in solutions], 6),
+        "risk": rounded_all([one.risk for one in solutions]),
+        "clearance": rounded_all([one.clearance for one in solutions]),
+        "seconds": rounded_all([one.seconds for one in solutions]),
+        "build": rounded_all([one.build_seconds for one in solutions]),
+        "evaluations": [rounded(one.evaluations, 12) for one in solutions],
+        "megabytes": rounded_all([run.megabytes for run in runs]),
         "message": [messages.setdefault(str(one.message), len(messages)) for one in solutions],
         "messages": list(messages),
     }

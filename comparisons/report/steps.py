@@ -60,25 +60,25 @@ def _changes(values: FloatArray, slack: float) -> IntArray:
     return np.concatenate([[0], np.nonzero(changed)[0] + 1])
 
 
-def figures(values: Sequence[float] | FloatArray, digits: int = 5) -> list[float | None]:
+def rounded_all(values: Sequence[float] | FloatArray, digits: int = 5) -> list[float | None]:
     """
     Round numbers to significant digits for the page; None for what is no number.
 
     Examples
     --------
-    >>> figures([1234.5678, np.inf, 3.0])
+    >>> rounded_all([1234.5678, np.inf, 3.0])
     [1234.6, None, 3]
     """
-    return [figure(float(value), digits) for value in values]
+    return [rounded(float(value), digits) for value in values]
 
 
-def figure(value: float, digits: int = 5) -> float | None:
+def rounded(value: float, digits: int = 5) -> float | None:
     """
-    Round a number like `figures`; whole ones lose their point.
+    Round a number like `rounded_all`; whole ones lose their point.
 
     Examples
     --------
-    >>> figure(0.123456), figure(2.0), figure(np.nan)
+    >>> rounded(0.123456), rounded(2.0), rounded(np.nan)
     (0.12346, 2, None)
     """
     if json_number(value) is None:

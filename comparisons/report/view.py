@@ -74,7 +74,7 @@ class State:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Response:
     """What a request gets: status, kind of content and content."""
 
     status: HTTPStatus
@@ -183,13 +183,13 @@ class Viewed:
                 self._state = found
             return self._state
 
-    def page(self) -> Answer:
+    def page(self) -> Response:
         """Return the page of the published state, or one that says what is waited for."""
         # who asks while it is built waits for the same page
         with self._building:
             stamp = self.state().stamp
             if self._page is not None and stamp and stamp == self._page_stamp:
-                return Answer(HTTPStatus.OK, _HTML, self._page)
+                return Response(HTTPStatus.OK, _HTML, self._page)
             began = time.monotonic()
             try:
                 page = self._build(self.folder)
@@ -202,10 +202,10 @@ class Viewed:
                     # what was added since is in the page already: it is not asked for twice
                     self._state = replace(self._state, runs=page.runs, complete=page.complete)
                 self._next = max(self._next, began + seconds / self._share)
-            return Answer(HTTPStatus.OK, _HTML, self._page)
+            return Response(HTTPStatus.OK, _HTML, self._page)
 
 
-def _waiting(folder: Path, why: str) -> Answer:
+def _waiting(folder: Path, why: str) -> Response:
     """Return a page that says what is waited for, and asks again on its own."""
     title = f"Waiting for the study in {html.escape(str(folder))}"
     text = (
@@ -216,7 +216,7 @@ def _waiting(folder: Path, why: str) -> Answer:
         f'<body><h1>{title}</h1><p role="status">{html.escape(why)}</p>'
         "<p>This page looks again every two seconds.</p></body></html>\n"
     )
-    return Answer(HTTPStatus.SERVICE_UNAVAILABLE, _HTML, text.encode("utf-8", errors="backslashreplace"))
+    return Response(HTTPStatus.SERVICE_UNAVAILABLE, _HTML, text.encode("utf-8", errors="backslashreplace"))
 
 
 class ViewServer(ThreadingHTTPServer):
@@ -279,17 +279,21 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Send the page or the state."""
-        answer = self._answer()
-        self.send_response(answer.status)
-        self.send_header("Content-Type", answer.kind)
-        self.send_header("Content-Length", str(len(answer.body)))
-        self.end_headers()
-        if self.command != "HEAD":
-            self.wfile.write(answer.body)
+        self._send(self._response())
 
     do_HEAD = do_GET  # noqa: N815 - http.server's name
 
-    def _answer(self) -> Answer:
+    def _send(self, response: Response, **headers: str) -> None:
+        self.send_response(response.status)
+        for name, value in headers.items():
+            self.send_header(name, value)
+        self.send_header("Content-Type", response.kind)
+        self.send_header("Content-Length", str(len(response.body)))
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(response.body)
+
+    def _response(self) -> Response:
         hosts = self.headers.get_all("Host", [])
         if len(hosts) != 1 or not _LOOPBACK.fullmatch(hosts[0].strip()):
             # a page from elsewhere whose name was made to point here (DNS rebinding) may not read a study
@@ -300,20 +304,14 @@ class _Handler(BaseHTTPRequestHandler):
                 return self.server.viewed.page()
             if path == "/state":
                 state = json.dumps(asdict(self.server.viewed.state()))
-                return Answer(HTTPStatus.OK, _JSON, state.encode())
+                return Response(HTTPStatus.OK, _JSON, state.encode())
         except Exception as error:  # noqa: BLE001 - one page that fails does not end the service
             terminal.say(f"cgla view: the report cannot be made: {type(error).__name__}: {error}")
             return _refusal(HTTPStatus.INTERNAL_SERVER_ERROR, f"the report cannot be made: {error}")
         return _refusal(HTTPStatus.NOT_FOUND, "there is only / and /state")
 
     def _not_allowed(self) -> None:
-        answer = _refusal(HTTPStatus.METHOD_NOT_ALLOWED, "only GET and HEAD are answered")
-        self.send_response(answer.status)
-        self.send_header("Allow", "GET, HEAD")
-        self.send_header("Content-Type", answer.kind)
-        self.send_header("Content-Length", str(len(answer.body)))
-        self.end_headers()
-        self.wfile.write(answer.body)
+        self._send(_refusal(HTTPStatus.METHOD_NOT_ALLOWED, "only GET and HEAD are answered"), Allow="GET, HEAD")
 
     do_POST = do_PUT = do_PATCH = do_DELETE = do_OPTIONS = do_TRACE = do_CONNECT = _not_allowed  # noqa: N815 - the same
 
@@ -331,8 +329,8 @@ class _Handler(BaseHTTPRequestHandler):
         """Log nothing: a browser asks every two seconds."""
 
 
-def _refusal(status: HTTPStatus, why: str) -> Answer:
-    return Answer(status, _TEXT, f"{why}\n".encode("utf-8", errors="backslashreplace"))
+def _refusal(status: HTTPStatus, why: str) -> Response:
+    return Response(status, _TEXT, f"{why}\n".encode("utf-8", errors="backslashreplace"))
 
 
 def serve(folder: Path, *, port: int = 0, open_browser: bool = False) -> None:

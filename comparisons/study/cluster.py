@@ -80,7 +80,7 @@ def spread(
         msg = f"the Dask scheduler at {scheduler!r} is lost ({type(error).__name__})"
         raise WorkerError(msg) from error
     finally:
-        _dismiss(client, study, [future for _, future in under_way.values()])
+        _dismiss(dask, client, scheduler, study, [future for _, future in under_way.values()])
 
 
 def _dask() -> Any:  # noqa: ANN401 - a module that has no types
@@ -130,10 +130,12 @@ def _outcome(dask: Any, future: Any) -> Outcome:  # noqa: ANN401 - a module and 
         raise WorkerError(msg) from error
 
 
-def _dismiss(client: Any, study: str, futures: Sequence[Any]) -> None:  # noqa: ANN401 - a client that has no types
+def _dismiss(dask: Any, client: Any, scheduler: str, study: str, futures: Sequence[Any]) -> None:  # noqa: ANN401 - a module and a client that have no types
     """End what is under way, and the processes of this study, if the cluster can still be reached."""
     with suppress(Exception):
         if client.status == "running":
+            # a client that has not noticed yet that its scheduler is gone would wait for it
+            _ring(dask, scheduler)
             client.cancel(list(futures))
             client.run(_leave, study, on_error="ignore")
     with suppress(Exception):
@@ -152,6 +154,7 @@ class _Slots:
         self.over = False
 
 
+_STOPPED = Reply(failure=Failure.CRASHED, message="its study was stopped")
 _lock = threading.Lock()
 _slots: defaultdict[str, _Slots] = defaultdict(_Slots)
 
@@ -174,9 +177,6 @@ def _run(study: str, call: bytes, seconds: float, preload: tuple[str, ...]) -> R
     finally:
         with _lock:
             mine.free.append(slot)
-
-
-_STOPPED = Reply(failure=Failure.CRASHED, message="its study was stopped")
 
 
 def _leave(study: str) -> None:

@@ -391,11 +391,13 @@
     { key: 'megabytes', head: 'memory', rank: number('megabytes'), text: i => isNumber(rows().megabytes[i]) ? `${figure(rows().megabytes[i], 3)} MiB` : '–', kind: 'number' },
     { key: 'message', head: 'message', rank: () => byName('message', rows().messages), text: i => rows().messages[rows().message[i]], kind: 'message' },
   ];
+  // what the search looks into
+  const WORDS = COLUMNS.filter(({ kind }) => kind !== 'number');
   let order = [], haystacks = null;
   function arrange() {
     const { text, ...chosen } = state.filter, words = text.toLowerCase().split(/\s+/).filter(Boolean), found = [];
     const wanted = [state.data.names.indexOf(chosen.scenario), state.data.solvers.indexOf(chosen.solver)];
-    if (words.length) haystacks ??= rows().status.map((_, i) => [1, 2, 4, 14].map(c => COLUMNS[c].text(i)).join('\n').toLowerCase());
+    if (words.length) haystacks ??= rows().status.map((_, i) => WORDS.map(({ text: words }) => words(i)).join('\n').toLowerCase());
     for (let i = 0; i < rows().status.length; i++) {
       if (chosen.scenario && rows().scenario[i] !== wanted[0] || chosen.solver && rows().solver[i] !== wanted[1]) continue;
       if (chosen.status && (chosen.status === '!' ? status(i).is_path : status(i).label !== chosen.status)) continue;

@@ -1,0 +1,185 @@
+"""The overview of a comparison, in words: who wins, by how much, how sure that is, and where each solver fails."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cgla_graph.comparisons.paired import Paired
+from cgla_graph.comparisons.ranking import Ranking
+from cgla_graph.comparisons.standings import Standing
+from cgla_graph.comparisons.statistics import CONFIDENCE
+from cgla_graph.comparisons.tables import percent
+from cgla_graph.comparisons.words import counted, estimate_cell, listed, p_equals
+
+#: Most names in a sentence.
+_MOST_NAMES = 4
+_LEVEL = 1.0 - CONFIDENCE
+#: How strong the evidence of a p-value is, in words: below the bound on the left.
+_STRENGTHS = ((0.001, "very strong evidence"), (0.01, "strong evidence"), (_LEVEL, "evidence"))
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One of the questions a reader brings, with its answer: a figure and the words that go with it."""
+
+    question: str
+    figure: str
+    words: str
+
+
+@dataclass(frozen=True)
+class Overview:
+    """
+    What a reader gets at a glance.
+
+    Attributes
+    ----------
+    headline
+        Who ranks first, and by how much.
+    answers
+        The questions that can be answered so far.
+    caution
+        What has to be kept in mind; empty if nothing.
+    """
+
+    headline: str
+    answers: Sequence[Answer] = ()
+    caution: str = ""
+
+
+def overview(found: Sequence[Standing], ranks: Ranking, n_scenarios: int) -> Overview:
+    """
+    Answer the four questions.
+
+    Parameters
+    ----------
+    found
+        The standings, best first.
+    ranks
+        The ranking that they come from.
+    n_scenarios
+        How many scenarios the study has, run or not.
+
+    Examples
+    --------
+    >>> from cgla_graph.comparisons.ranking import ranking
+    >>> overview([], ranking({}), 3).headline
+    'No run is done yet.'
+    """
+    if not found:
+        return Overview("No run is done yet.")
+    where = Answer("Where do they fail?", *_failing(found))
+    first, n_instances = found[0], found[0].n_instances
+    if not n_instances:
+        return Overview("No scenario has been run by all solvers yet, so none can be ranked.", [where])
+    if len(found) == 1:
+        words = f"{first.solver} is the only solver: it found a path in {first.n_paths:,} of {first.n_runs:,} runs."
+        return Overview(words, [where])
+    answers = [_who(first), *_how_much(found[1:]), *_how_sure(found, ranks), where]
+    return Overview(_headline(found), answers, _caution(ranks, n_scenarios))
+
+
+def _headline(found: Sequence[Standing]) -> str:
+    first = found[0]
+    share = [one.solver for one in found if one.place == 1]
+    scenarios = counted(first.n_instances, "scenario")
+    if len(share) > 1:
+        return f"{listed(share, _MOST_NAMES)} share the first place of {len(found)} solvers on {scenarios}."
+    return f"{first.solver} ranks first of {len(found)} solvers on {scenarios}{_lead(found[1])}."
+
+
+def _lead(next_one: Standing) -> str:
+    """Say how far behind the next one is, where that is a plain number."""
+    paired = next_one.versus_best
+    if paired is None or not 1.0 < paired.ratio.median < 10.0:  # noqa: PLR2004 - beyond that, percentages say little
+        return ""
+    words = f"{100.0 * (paired.ratio.median - 1.0):.2g} % more ({_strength(paired.p_holm)})"
+    return f"; the next one, {next_one.solver}, typically costs {words}"
+
+
+def _who(first: Standing) -> Answer:
+    words = f"average rank {first.average_rank:.2f}; cheapest, alone or jointly, on {first.wins} of {first.n_instances}"
+    gap = f"; median gap {percent(first.gap.median)}" if math.isfinite(first.gap.median) else ""
+    return Answer("Who wins?", first.solver, words + gap)
+
+
+def _how_much(others: Sequence[Standing]) -> list[Answer]:
+    """Compare the first with the next one."""
+    paired = others[0].versus_best
+    return [] if paired is None else [Answer("By how much?", _ratio_figure(paired), _ratio_words(paired))]
+
+
+def _how_sure(found: Sequence[Standing], ranks: Ranking) -> list[Answer]:
+    """
+    Say who is shown to rank behind the first, and what the paired test says of the next one.
+
+    The critical difference holds for all pairs at once, so also for the first, whoever that turns out to be. It tells
+    many solvers apart on few scenarios, where paired tests adjusted for all pairs cannot.
+    """
+    first, others = found[0], found[1:]
+    difference = ranks.critical_difference
+    if difference is None:
+        return []
+    behind = [one.solver for one in others if one.average_rank - first.average_rank >= difference]
+    level = [one.solver for one in others if one.solver not in behind]
+    words = f"average ranks at least {difference:.3g} apart, the critical difference (Nemenyi, 95 %)"
+    if level and behind:
+        words += f"; not told apart from the first: {listed(level, _MOST_NAMES)}"
+    paired = others[0].versus_best
+    if paired is not None:
+        words += f"; paired with {others[0].solver}: {_strength(paired.p_holm)} (Holm, {p_equals(paired.p_holm)})"
+    return [Answer("How sure?", f"{len(behind)} of {len(others)} rank behind it beyond chance", words)]
+
+
+def _ratio_figure(paired: Paired) -> str:
+    ratio = paired.ratio.median
+    if not math.isfinite(ratio):
+        return "no path against a path" if ratio > 0.0 else "not known"
+    return percent(ratio - 1.0) if ratio < 2.0 else f"{ratio:.3g} times"  # noqa: PLR2004 - from here on, times read better
+
+
+def _ratio_words(paired: Paired) -> str:
+    tally = f"dearer on {paired.losses} of {paired.n} scenarios, cheaper on {paired.wins}, equal on {paired.ties}"
+    interval = estimate_cell(paired.ratio, _excess, least=0.0).interval
+    known = f"95 % interval: {interval}" if interval else "too few scenarios for an interval"
+    return f"is the cost of {paired.solver}, the next one, against the first ({known}); {tally}"
+
+
+def _excess(ratio: float) -> str:
+    return percent(ratio - 1.0) if math.isfinite(ratio) else "∞"
+
+
+def _strength(p: float) -> str:
+    return next((words for bound, words in _STRENGTHS if p < bound), "not enough evidence")
+
+
+def _failing(found: Sequence[Standing]) -> tuple[str, str]:
+    n_runs, n_failed = sum(one.n_runs for one in found), sum(one.n_runs - one.n_paths for one in found)
+    if not n_failed:
+        return "nowhere", f"each of the {n_runs:,} runs found a path"
+    worst = sorted(found, key=lambda one: one.n_paths / one.n_runs)
+    failing = [one for one in worst if one.n_paths < one.n_runs]
+    parts = [
+        f"{one.solver} in {one.n_runs - one.n_paths:,} of {one.n_runs:,} (on {listed(list(one.failed_on), 2)})"
+        for one in failing[:3]
+    ]
+    more = f"; {len(failing) - 3} more solvers" if len(failing) > 3 else ""  # noqa: PLR2004 - those named above
+    clean = len(found) - len(failing)
+    return (
+        f"{n_failed:,} of {n_runs:,} runs have no path",
+        f"{'; '.join(parts)}{more}. {counted(clean, 'solver') if clean else 'No solver'} always found one",
+    )
+
+
+def _caution(ranks: Ranking, n_scenarios: int) -> str:
+    notes = []
+    if ranks.n_instances < n_scenarios:
+        rest = counted(n_scenarios - ranks.n_instances, "scenario")
+        notes.append(f"{rest} not run by all solvers yet: ranks leave that out.")
+    fewest = ranks.fewest_instances
+    if fewest is not None and ranks.n_instances < fewest:
+        notes.append(
+            f"{counted(ranks.n_instances, 'scenario')} cannot tell the average ranks of {len(ranks.solvers)} solvers "
+            f"apart at 95 %, whatever happens on them; that needs {fewest} or more."
+        )
+    return " ".join(notes)

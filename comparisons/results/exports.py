@@ -1,0 +1,205 @@
+"""Exports of a study's runs: CSV, JSON Lines, Parquet, a LaTeX table, and OMPL's benchmark database."""
+
+import importlib
+import json
+import sqlite3
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from cgla_graph.comparisons import files
+from cgla_graph.comparisons.results.latex import booktabs
+from cgla_graph.comparisons.rows import COLUMNS, best_exact, by_scenario, json_number, row
+from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.standing_columns import standing_cells, standing_heads, standing_notes
+from cgla_graph.comparisons.standings import standings
+from cgla_graph.comparisons.study.stored import FILE, Stored, reading
+from cgla_graph.errors import CglaError, OutputError
+
+#: What runs of a study have beside `COLUMNS`.
+RUN_COLUMNS = ("number", *COLUMNS, "settings", "megabytes", "host", "exact")
+#: The tables of OMPL's benchmark databases: which of their rows belong to chosen runs.
+_OMPL_TABLES = {
+    "experiments": "id IN (SELECT experimentid FROM runs WHERE id IN (SELECT value FROM json_each(?)))",
+    "plannerConfigs": "id IN (SELECT plannerid FROM runs WHERE id IN (SELECT value FROM json_each(?)))",
+    "enums": "TRUE",
+    "runs": "id IN (SELECT value FROM json_each(?))",
+    "progress": "runid IN (SELECT value FROM json_each(?))",
+}
+_INTEGERS = {"number", "seed", "evaluations", "waypoints"}
+_WORDS = {"scenario", "solver", "status", "message", "settings", "host"}
+
+
+def run_rows(runs: Sequence[Run], every: Sequence[Run]) -> list[dict[str, Any]]:
+    """
+    Turn runs into flat rows, one value for each of `RUN_COLUMNS`; None for what is no number.
+
+    Parameters
+    ----------
+    runs
+        The runs.
+    every
+        All runs of their study: ``excess`` is over the best exact optimum among these.
+
+    Examples
+    --------
+    >>> from cgla_graph.comparisons.contender import Contender
+    >>> from cgla_graph.comparisons.runner import compare
+    >>> from cgla_graph.scenario import load_scenario
+    >>> runs = list(compare([load_scenario("one-threat")], [Contender.parse("straight-line")], tolerance=None))
+    >>> [(row["solver"], row["status"], row["exact"]) for row in run_rows(runs, runs)]
+    [('straight-line', 'found', False)]
+    """
+    best = {id(group[0].scenario): best_exact(group) for group in by_scenario(every)}
+    return [
+        {
+            "number": run.number,
+            **row(run, best[id(run.scenario)]),
+            "settings": json.dumps({key: _plain(value) for key, value in run.settings.items()}, ensure_ascii=False),
+            "megabytes": json_number(run.megabytes),
+            "host": run.host,
+            "exact": run.exact,
+        }
+        for run in runs
+    ]
+
+
+def _plain(value: Any) -> Any:  # noqa: ANN401 - a solver's setting may be anything
+    """Return a setting that JSON knows; what it does not know, as text."""
+    finite = not isinstance(value, float) or json_number(value) is not None
+    return value if isinstance(value, (bool, int, float, str, type(None))) and finite else str(value)
+
+
+def check_targets(targets: Sequence[Path], folder: Path) -> None:
+    """
+    Check the files of ``--export`` before any work is done.
+
+    Raises
+    ------
+    CglaError
+        If an ending is not known, the package for it is missing, or the file is the study itself or beside one that
+        is in use.
+    """
+    for target in targets:
+        kind = target.suffix.lower()
+        if kind not in _WRITERS:
+            msg = f"--export {target}: cannot tell the format; end it in {', '.join(_WRITERS)}"
+            raise CglaError(msg)
+        if kind == ".parquet":
+            _pyarrow()
+        if target.resolve() in {(folder / f"{FILE}{ending}").resolve() for ending in ("", "-wal", "-shm", ".lock")}:
+            msg = f"--export {target}: that is the study itself; choose another name"
+            raise OutputError(msg)
+        for ending in ("-wal", "-journal"):
+            # what stands in it would be taken for changes of the new file
+            if kind == ".db" and Path(f"{target}{ending}").exists():
+                msg = (
+                    f"--export {target}: {target.name}{ending} is beside it, so that it is in use; choose another name"
+                )
+                raise OutputError(msg)
+
+
+def export(target: Path, stored: Stored, runs: Sequence[Run]) -> Path:
+    """
+    Write runs of a study, in the format that the file's ending says.
+
+    Parameters
+    ----------
+    target
+        Its ending is ``.csv``, ``.jsonl``, ``.parquet``, ``.tex`` (the standings, with booktabs) or ``.db`` (OMPL's
+        benchmark database). It is written under another name beside it and then renamed.
+    stored, runs
+        The study, and the runs of it to write.
+
+    Raises
+    ------
+    CglaError
+        As in `check_targets`.
+    OutputError
+        If it cannot be written.
+    """
+    check_targets([target], stored.folder)
+    data = _WRITERS[target.suffix.lower()](stored, runs)
+    try:
+        return files.write_bytes(target, data)
+    except OutputError as error:
+        cause = error.__cause__
+        why = getattr(cause, "strerror", None) or cause
+        msg = f"{target}: cannot be written: {why}; choose another place (--export)"
+        raise OutputError(msg) from error
+
+
+def _csv(stored: Stored, runs: Sequence[Run]) -> bytes:
+    return files.csv_text(run_rows(runs, stored.runs), RUN_COLUMNS).encode("utf-8", errors="backslashreplace")
+
+
+def _jsonl(stored: Stored, runs: Sequence[Run]) -> bytes:
+    rows = [{**one, "settings": json.loads(one["settings"])} for one in run_rows(runs, stored.runs)]
+    return files.json_lines(rows).encode("utf-8", errors="backslashreplace")
+
+
+def _parquet(stored: Stored, runs: Sequence[Run]) -> bytes:
+    pa = _pyarrow()
+    parquet = importlib.import_module("pyarrow.parquet")
+    fields = [(name, _arrow_type(pa, name)) for name in RUN_COLUMNS]
+    table = pa.Table.from_pylist([_utf8(one) for one in run_rows(runs, stored.runs)], schema=pa.schema(fields))
+    sink = pa.BufferOutputStream()
+    parquet.write_table(table.replace_schema_metadata({"title": _utf8_text(stored.title)}), sink)
+    return bytes(sink.getvalue())
+
+
+def _arrow_type(pa: Any, name: str) -> Any:  # noqa: ANN401 - pyarrow has no types
+    if name in _WORDS:
+        return pa.string()
+    if name == "exact":
+        return pa.bool_()
+    return pa.int64() if name in _INTEGERS else pa.float64()
+
+
+def _utf8(row: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: _utf8_text(value) if isinstance(value, str) else value for key, value in row.items()}
+
+
+def _utf8_text(text: str) -> str:
+    """Escape what is no UTF-8, as from odd file names."""
+    return text.encode("utf-8", errors="backslashreplace").decode("utf-8")
+
+
+def _pyarrow() -> Any:  # noqa: ANN401 - pyarrow has no types
+    try:
+        return importlib.import_module("pyarrow")
+    except ImportError as error:
+        msg = f"Parquet files need pyarrow, which cannot be imported ({error}); pip install 'cgla-graph[parquet]'"
+        raise CglaError(msg) from error
+
+
+def _tex(stored: Stored, runs: Sequence[Run]) -> bytes:
+    found = standings(runs)
+    title = f"{stored.title or stored.folder.name}: standings of {len(found)} solvers over {len(runs)} runs"
+    notes = [title, *standing_notes(found), "needs the package booktabs"]
+    return booktabs(standing_heads(), [standing_cells(one) for one in found], notes).encode("ascii")
+
+
+def _ompl(stored: Stored, runs: Sequence[Run]) -> bytes:
+    """Copy OMPL's five tables with the chosen runs, what these belong to and their progress, into one file."""
+    numbers = json.dumps([run.number for run in runs])
+    with closing(sqlite3.connect(":memory:", isolation_level=None)) as copy, reading(stored.folder / FILE) as source:
+        copy.execute("BEGIN")
+        for table, which in _OMPL_TABLES.items():
+            (statement,) = source.execute("SELECT sql FROM sqlite_master WHERE name = ?", (table,)).fetchone()
+            copy.execute(statement)
+            found = source.execute(f"SELECT * FROM {table} WHERE {which}", (numbers,) if "?" in which else ())  # noqa: S608 - names of ours
+            marks = ", ".join("?" * len(found.description))
+            copy.executemany(f"INSERT INTO {table} VALUES ({marks})", found)  # noqa: S608 - the same
+        copy.execute("COMMIT")
+        return copy.serialize()
+
+
+_WRITERS: Mapping[str, Callable[[Stored, Sequence[Run]], bytes]] = {
+    ".csv": _csv,
+    ".jsonl": _jsonl,
+    ".parquet": _parquet,
+    ".tex": _tex,
+    ".db": _ompl,
+}

@@ -1,0 +1,149 @@
+"""Which runs of a study are looked at: the filters of `cgla results`."""
+
+import difflib
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import Self
+
+from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.words import listed
+from cgla_graph.errors import CglaError
+from cgla_graph.solution import Status
+
+_MOST_NAMED = 12
+
+
+@dataclass(frozen=True)
+class Filters:
+    """
+    Which runs to keep; None keeps all.
+
+    Attributes
+    ----------
+    scenarios, solvers
+        Names and labels, or patterns as ``random-*``.
+    statuses
+        How runs ended.
+    seed
+        Of the runs.
+
+    Examples
+    --------
+    >>> Filters.read(solver="rrt-*,cgla").solvers
+    ('rrt-*', 'cgla')
+    """
+
+    scenarios: Sequence[str] | None = None
+    solvers: Sequence[str] | None = None
+    statuses: Sequence[Status] | None = None
+    seed: int | None = None
+
+    @classmethod
+    def read(
+        cls, scenario: str | None = None, solver: str | None = None, status: str | None = None, seed: int | None = None
+    ) -> Self:
+        """
+        Read ``--scenario``, ``--solver``, ``--status`` and ``--seed``; commas separate names.
+
+        Raises
+        ------
+        CglaError
+            If an option names nothing, or there is no such status.
+        """
+        by_label = {one.label: one for one in Status}
+        words = _split("--status", status)
+        statuses = None if words is None else [by_label[label] for label in _matches("status", words, by_label)]
+        return cls(_split("--scenario", scenario), _split("--solver", solver), statuses, seed)
+
+    @property
+    def is_on(self) -> bool:
+        """Whether anything is left out."""
+        return self != Filters()
+
+    def note(self) -> str:
+        """
+        Say in one line what is kept; empty if that is everything.
+
+        Examples
+        --------
+        >>> Filters.read(scenario="paper", status="failed").note()
+        'only scenario paper; status failed'
+        """
+        parts = [
+            f"{kind} {', '.join(names)}"
+            for kind, names in (("scenario", self.scenarios), ("solver", self.solvers))
+            if names is not None
+        ]
+        if self.statuses is not None:
+            parts.append(f"status {', '.join(status.label for status in self.statuses)}")
+        if self.seed is not None:
+            parts.append(f"seed {self.seed}")
+        return f"only {'; '.join(parts)}" if parts else ""
+
+    def of(
+        self, runs: Sequence[Run], scenarios: Iterable[str], solvers: Iterable[str], seeds: Iterable[int | None]
+    ) -> list[Run]:
+        """
+        Keep some of the runs of a study, in their order.
+
+        Parameters
+        ----------
+        runs
+            All runs that there are.
+        scenarios, solvers, seeds
+            Names, labels and seeds that may be asked for, those without a run, too.
+
+        Raises
+        ------
+        CglaError
+            If there is no such scenario, solver or seed; the message offers what is near.
+        """
+        kept = list(runs)
+        if self.scenarios is not None:
+            names = set(_matches("scenario", self.scenarios, scenarios))
+            kept = [run for run in kept if run.scenario.name in names]
+        if self.solvers is not None:
+            labels = set(_matches("solver", self.solvers, solvers))
+            kept = [run for run in kept if run.solver in labels]
+        if self.statuses is not None:
+            kept = [run for run in kept if run.solution.status in self.statuses]
+        if self.seed is not None:
+            known = sorted({seed for seed in seeds if seed is not None})
+            if self.seed not in known:
+                there_are = (
+                    listed([str(seed) for seed in known], _MOST_NAMED) or "none, as no solver here draws random numbers"
+                )
+                msg = f"no run has the seed {self.seed}; there are: {there_are}"
+                raise CglaError(msg)
+            kept = [run for run in kept if run.seed == self.seed]
+        return kept
+
+
+def _split(option: str, text: str | None) -> tuple[str, ...] | None:
+    if text is None:
+        return None
+    # a comma inside brackets belongs to a setting of a solver
+    words = tuple(word.strip() for word in re.split(r",(?![^(\[]*[)\]])", text) if word.strip())
+    if not words:
+        msg = f"{option} names nothing; give names with commas between, or a pattern as random-*"
+        raise CglaError(msg)
+    return words
+
+
+def _matches(kind: str, words: Iterable[str], known: Iterable[str]) -> list[str]:
+    """List what words or patterns name, in the order of what is known."""
+    names = list(known)
+    found: set[str] = set()
+    for word in words:
+        # a name itself may look like a pattern
+        matched = {word} if word in names else {name for name in names if fnmatchcase(name, word)}
+        if not matched:
+            near = difflib.get_close_matches(word, names, n=3, cutoff=0.5)
+            near += [name for name in names if name.startswith(word) and name not in near][:3]
+            remedy = f"did you mean {' or '.join(near)}?" if near else f"there are: {listed(names, _MOST_NAMED)}"
+            msg = f"unknown {kind} {word!r}; {remedy}"
+            raise CglaError(msg)
+        found |= matched
+    return [name for name in names if name in found]

@@ -1,0 +1,268 @@
+"""The command `results`: what a study found, what changed since another one, one row once more, and exports."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from cgla_graph.comparisons import terminal
+from cgla_graph.comparisons.failures import failed
+from cgla_graph.comparisons.overview import overview
+from cgla_graph.comparisons.profiles import instance_costs
+from cgla_graph.comparisons.ranking import ranking
+from cgla_graph.comparisons.regression import Regression, regression
+from cgla_graph.comparisons.results import exports
+from cgla_graph.comparisons.results.filters import Filters
+from cgla_graph.comparisons.results.regression_table import regression_table, summary_line
+from cgla_graph.comparisons.results.rerun import Rerun, rerun_table
+from cgla_graph.comparisons.results.rerun import rerun as run_again
+from cgla_graph.comparisons.results.tables import (
+    failure_lines,
+    overview_lines,
+    runs_table,
+    solver_tables,
+    standings_table,
+)
+from cgla_graph.comparisons.rows import json_number
+from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.standings import Standing, standings
+from cgla_graph.comparisons.study.stored import Stored, load
+from cgla_graph.comparisons.words import counted
+from cgla_graph.errors import CglaError
+from cgla_graph.solution import Status
+
+#: Tables of single solvers are shown up to so many lines, unless solvers are asked for by name.
+MOST_LINES = 120
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """
+    What `cgla results` has to say.
+
+    Attributes
+    ----------
+    stored
+        The study.
+    runs
+        Those that pass the filters.
+    filters
+        What was left out.
+    standings
+        None where the filters leave runs out by how they ended: what is left then says nothing of the solvers.
+    regression, old
+        What changed, and the study that it is held against, where that was asked for.
+    rerun
+        A row run again, where that was asked for.
+    lists_runs
+        Whether single runs are listed.
+    written
+        Files.
+    """
+
+    stored: Stored
+    runs: Sequence[Run]
+    filters: Filters = field(default_factory=Filters)
+    standings: Sequence[Standing] | None = None
+    regression: Regression | None = None
+    old: Stored | None = None
+    rerun: Rerun | None = None
+    lists_runs: bool = False
+    written: Sequence[Path] = ()
+
+
+def look_up(
+    folder: Path,
+    *,
+    scenario: str | None = None,
+    solver: str | None = None,
+    status: str | None = None,
+    seed: int | None = None,
+    runs: bool = False,
+    against: Path | None = None,
+    rerun: int | None = None,
+    export: Sequence[Path] = (),
+) -> Results:
+    """
+    Do what the options of `cgla results` say, and print nothing.
+
+    Parameters
+    ----------
+    folder
+        Of the study.
+    scenario, solver, status, seed
+        Which runs to look at (see `Filters.read`).
+    runs
+        Whether to list single runs.
+    against
+        Folder of an older study to compare with.
+    rerun
+        Number of a run to run again.
+    export
+        Files to write (see `exports.export`).
+
+    Raises
+    ------
+    CglaError
+        If options contradict each other, a name is not in the study, a study cannot be read, or a file cannot be
+        written.
+    """
+    filters = Filters.read(scenario, solver, status, seed)
+    _check(filters, runs=runs, against=against, rerun=rerun, export=export)
+    exports.check_targets(export, folder)
+    stored = load(folder)
+    if rerun is not None:
+        return Results(stored, [], rerun=run_again(stored, rerun))
+    old = None if against is None else load(against)
+    studies = [stored] if old is None else [stored, old]
+    kept = filters.of(stored.runs, *_known(studies))
+    found = Results(stored, kept, filters, lists_runs=runs or filters.statuses is not None)
+    if old is not None:
+        # a name that only one of both has is no fault: what does not pair is named
+        changes = regression(filters.of(old.runs, *_known(studies)), kept)
+        found = dataclasses.replace(found, old=old, regression=changes)
+    elif filters.statuses is None:
+        found = dataclasses.replace(found, standings=standings(kept))
+    return dataclasses.replace(found, written=[exports.export(target, stored, kept) for target in export])
+
+
+def _known(studies: Sequence[Stored]) -> tuple[list[str], list[str], list[int | None]]:
+    """List the names of scenarios and solvers of studies, and their seeds."""
+    scenarios = dict.fromkeys(scenario.name for study in studies for scenario in study.scenarios)
+    solvers = dict.fromkeys(solver for study in studies for solver in study.solvers)
+    return list(scenarios), list(solvers), [run.seed for study in studies for run in study.runs]
+
+
+def _check(filters: Filters, *, runs: bool, against: Path | None, rerun: int | None, export: Sequence[Path]) -> None:
+    """Refuse options that contradict each other."""
+    if rerun is not None and (filters.is_on or runs or against is not None or export):
+        msg = "--rerun takes one row and no other option but --json; leave the others out"
+        raise CglaError(msg)
+    if filters.statuses is None:
+        return
+    needs_all = "--against" if against is not None else next((f"--export {one}" for one in export if _is_tex(one)), "")
+    if needs_all:
+        msg = f"{needs_all} compares solvers by all their runs, those that failed too; leave out --status"
+        raise CglaError(msg)
+
+
+def _is_tex(target: Path) -> bool:
+    return target.suffix.lower() == ".tex"
+
+
+def print_results(found: Results) -> None:
+    """Print what was found: tables and lines on standard output (errors as `terminal.out`)."""
+    if found.rerun is not None:
+        terminal.out_table(rerun_table(found.rerun))
+        return
+    for line in _heading(found):
+        terminal.out(f"{line}\n")
+    if found.regression is not None:
+        _print_regression(found, found.regression)
+    elif found.standings is None:
+        terminal.out("no standings: of runs picked by how they ended, nothing can be said of solvers\n")
+    else:
+        _print_standings(found, found.standings)
+    if found.lists_runs and found.runs:
+        terminal.out_table(runs_table("runs", found.runs))
+    if found.regression is None:
+        _print_lines("failures", failure_lines(found.runs))
+    for path in found.written:
+        terminal.out(f"written: {path}\n")
+
+
+def _heading(found: Results) -> list[str]:
+    stored = found.stored
+    state = "complete" if stored.is_complete else "not complete yet"
+    lines = [f"{stored.title or stored.folder}: {len(stored.runs):,} of {stored.n_cells:,} runs, {state}"]
+    if stored.sessions:
+        last = stored.sessions[-1]
+        git = f", git {last.revision}" if last.git else ""
+        lines.append(f"last session: {last.started}, cgla-graph {last.version}{git}, on {last.host}")
+    if found.filters.is_on:
+        lines.append(f"{found.filters.note()}: {counted(len(found.runs), 'run')}")
+    return lines
+
+
+def _print_standings(found: Results, ranked: Sequence[Standing]) -> None:
+    if not ranked:
+        terminal.out("no runs yet\n" if not found.filters.is_on else "no run is left\n")
+        return
+    by_name = found.filters.solvers is not None
+    n_lines = len({(run.scenario.name, run.solver) for run in found.runs})
+    if by_name or n_lines <= MOST_LINES:
+        for table in solver_tables(found.runs):
+            terminal.out_table(table)
+    else:
+        terminal.out(f"a table of {n_lines} lines for each solver is not shown; --solver NAME shows one\n")
+    # last, as the end is what is seen first on a terminal
+    print_standings(found.runs, ranked)
+
+
+def print_standings(runs: Sequence[Run], ranked: Sequence[Standing]) -> None:
+    """Print who wins, by how much, how sure that is, and where each solver fails (errors as `terminal.out`)."""
+    terminal.out_table(standings_table("standings", ranked))
+    n_scenarios = len({run.scenario.name for run in runs})
+    _print_lines("", overview_lines(overview(ranked, ranking(instance_costs(runs)), n_scenarios)))
+
+
+def _print_regression(found: Results, changes: Regression) -> None:
+    old = found.old.folder if found.old is not None else ""
+    terminal.out_table(regression_table(f"{found.stored.folder} (new) against {old} (old)", changes))
+    _print_lines("", [summary_line(changes)] if changes.changes else [])
+
+
+def _print_lines(title: str, lines: Sequence[str]) -> None:
+    if lines:
+        terminal.out("".join(f"{line}\n" for line in ([f"{title}:"] if title else []) + [*lines]))
+
+
+def document(found: Results) -> dict[str, Any]:
+    """
+    Return what was found as one JSON document.
+
+    Numbers that JSON does not know are None: infinite ones (never, no end) and unknown ones.
+    """
+    stored = found.stored
+    if found.rerun is not None:
+        return found.rerun.document()
+    return {
+        "title": stored.title,
+        "folder": str(stored.folder),
+        "runs": len(stored.runs),
+        "cells": stored.n_cells,
+        "complete": stored.is_complete,
+        "sessions": plain(stored.sessions),
+        "filters": plain(found.filters),
+        "kept": len(found.runs),
+        "standings": None if found.standings is None else plain(found.standings),
+        "against": None if found.old is None else str(found.old.folder),
+        "regression": None if found.regression is None else plain(found.regression),
+        "failures": exports.run_rows(failed(found.runs), stored.runs),
+        "rows": exports.run_rows(found.runs, stored.runs) if found.lists_runs else None,
+        "files": [str(path) for path in found.written],
+    }
+
+
+def plain(value: Any) -> Any:  # noqa: ANN401 - any value, and any JSON
+    """
+    Turn records, named tuples and enumerations into JSON.
+
+    Examples
+    --------
+    >>> plain({Status.TIMED_OUT: [float("inf"), 1.0]})
+    {'timed-out': [None, 1.0]}
+    """
+    if isinstance(value, Enum):
+        return value.label if isinstance(value, Status) else value.name.lower()
+    if isinstance(value, float):
+        return json_number(value)
+    if dataclasses.is_dataclass(value):
+        value = {one.name: getattr(value, one.name) for one in dataclasses.fields(value)}
+    elif isinstance(value, tuple) and hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, Mapping):
+        return {plain(key): plain(item) for key, item in value.items()}
+    return [plain(item) for item in value] if isinstance(value, (list, tuple)) else value

@@ -1,0 +1,146 @@
+"""One row of a study once more: the same scenario, settings and seed, in this process."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cgla_graph.comparisons import runner, terminal
+from cgla_graph.comparisons.fitted_table import FittedTable
+from cgla_graph.comparisons.rows import row
+from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.study.stored import Stored, load_study
+from cgla_graph.comparisons.tables import duration, figure, percent
+from cgla_graph.errors import CglaError
+from cgla_graph.solution import Status
+
+#: Runs that ended like this may do to this process what they did to theirs.
+_KILLED = (Status.TIMED_OUT, Status.OUT_OF_MEMORY, Status.CRASHED)
+
+
+@dataclass(frozen=True, eq=False)
+class Rerun:
+    """
+    A run of a study, and the same run once more.
+
+    Attributes
+    ----------
+    stored, now
+        The one in the database and the new one.
+    """
+
+    stored: Run
+    now: Run
+
+    @property
+    def same(self) -> dict[str, bool]:
+        """Whether status, path and cost are the same, these two to the last bit; no path costs as much as no path."""
+        stored, now = self.stored.solution, self.now.solution
+        return {
+            "status": stored.status is now.status,
+            "path": np.array_equal(stored.path, now.path),
+            "cost": np.array_equal([stored.cost], [now.cost], equal_nan=True),
+        }
+
+    @property
+    def is_identical(self) -> bool:
+        """Whether status, path and cost are the same."""
+        return all(self.same.values())
+
+    def verdict(self) -> str:
+        """Say in one line whether both are identical, and why they may not be."""
+        if self.is_identical:
+            return "identical: status, path and cost are the same, to the last bit"
+        differs = ", ".join(name for name, is_same in self.same.items() if not is_same)
+        seconds = self.stored.settings.get("seconds")
+        if self.stored.solution.status in _KILLED:
+            why = "; the stored run was stopped, this one had no limits"
+        elif seconds is not None:
+            why = f"; it may end after seconds={seconds}, so that what it finds depends on how fast the machine is"
+        else:
+            why = "; another version of the toolkit, of a package or of the machine may be the reason"
+        return f"not identical: {differs} differ{'' if ',' in differs else 's'}{why}"
+
+    def document(self) -> dict[str, Any]:
+        """Return both as JSON."""
+        return {
+            "number": self.stored.number,
+            "settings": {key: str(value) for key, value in self.stored.settings.items()},
+            "stored": {**row(self.stored), "path": self.stored.solution.path.tolist()},
+            "now": {**row(self.now), "path": self.now.solution.path.tolist()},
+            "same": self.same,
+            "identical": self.is_identical,
+        }
+
+
+def rerun(stored: Stored, number: int) -> Rerun:
+    """
+    Run one row of a study again.
+
+    Parameters
+    ----------
+    stored
+        The study.
+    number
+        Of the run, as tables and the report say it.
+
+    Raises
+    ------
+    CglaError
+        If there is no such run, or the study cannot be read.
+    """
+    before = find(stored, number)
+    contenders = {contender.label: contender for contender in load_study(stored.folder).contenders}
+    contender = contenders[before.solver]
+    if before.solution.status in _KILLED:
+        terminal.say(f"run {number}: {before.solution.status.value}; now it has no limits (Ctrl-C ends it)")
+    with terminal.output_to_stderr():
+        runner.warm_up([contender])
+        solution = runner.run(runner.Ground.lay(before.scenario, None), contender, before.seed)
+    return Rerun(before, runner.run_of(before.scenario, contender, before.seed, solution, before.certificate))
+
+
+def find(stored: Stored, number: int) -> Run:
+    """Find a run by its number; a `CglaError` says which numbers there are."""
+    by_number = {run.number: run for run in stored.runs if run.number is not None}
+    if number not in by_number:
+        known = f"they go from {min(by_number)} to {max(by_number)}" if by_number else "it has no runs yet"
+        msg = f"{stored.folder} has no run {number}; {known} (--runs lists them)"
+        raise CglaError(msg)
+    return by_number[number]
+
+
+def rerun_table(both: Rerun) -> FittedTable:
+    """Show the numbers of both runs beside each other."""
+    stored, now = both.stored, both.now
+    seed = "" if stored.seed is None else f", seed {stored.seed}"
+    title = f"run {stored.number}: {stored.solver} on {stored.scenario.name}{seed}"
+    columns = [_cells(stored), _cells(now)]
+    rows = [
+        [name, before, after] for (name, before), after in zip(columns[0].items(), columns[1].values(), strict=True)
+    ]
+    settings = ", ".join(f"{key}={value}" for key, value in stored.settings.items())
+    messages = [f"{name}: {run.solution.message}" for name, run in (("stored", stored), ("now", now))]
+    notes = [
+        both.verdict(),
+        *([f"settings: {settings}"] if settings else []),
+        *(note for note, run in zip(messages, (stored, now), strict=True) if run.solution.message),
+    ]
+    return FittedTable(title, ("",), ("stored", "now"), rows=list(rows), notes=notes)
+
+
+def _cells(run: Run) -> dict[str, str]:
+    solution = run.solution
+    return {
+        "status": solution.status.label,
+        "cost": figure(solution.cost, 12),
+        "gap": percent(solution.gap) if solution.status.is_path else "-",
+        "length": figure(solution.length, 12),
+        "risk": figure(solution.risk, 12),
+        "clearance": figure(solution.clearance, 6),
+        "waypoints": str(len(solution.path)),
+        "time": duration(solution.seconds),
+        "build": duration(solution.build_seconds),
+        "evaluations": f"{solution.evaluations:,.0f}" if math.isfinite(solution.evaluations) else "-",
+    }

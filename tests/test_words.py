@@ -1,0 +1,78 @@
+"""Words of tables: what is written can be read back, and says no more than is known."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cgla_graph.comparisons.failures import failed, failure_groups
+from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.standing_columns import SPARE, standing_heads
+from cgla_graph.comparisons.statistics import Estimate
+from cgla_graph.comparisons.words import DASH, estimate_cell, listed, or_never, p_equals, p_value, ratio, span
+from cgla_graph.scenario import load_scenario
+from cgla_graph.solution import Solution, Status
+
+numbers = st.floats(1e-6, 1e6) | st.just(math.inf)
+
+
+@given(st.lists(numbers, min_size=3, max_size=3).map(sorted))
+def test_an_interval_is_there_exactly_where_it_says_something(ends: list[float]) -> None:
+    low, median, high = ends
+    assert estimate_cell(Estimate(median, low, high), ratio, least=0.0).interval == (
+        "" if low == math.inf else f"{ratio(low)} to {ratio(high)}"
+    )
+    for nothing in (Estimate(median, 0.0, math.inf), Estimate(median, -math.inf, math.inf)):
+        assert estimate_cell(nothing, ratio, least=0.0) == (ratio(median), "")
+    # from 0 on is something where less than 0 could be
+    assert estimate_cell(Estimate(median, 0.0, math.inf), or_never(str)).interval == "0.0 to never"
+    assert estimate_cell(Estimate(math.nan, low, high), ratio) == (DASH, "")
+
+
+@given(st.floats(0.0, 1.0))
+def test_a_p_value_is_never_written_as_zero_or_far_off(p: float) -> None:
+    words = p_value(p)
+    if words.startswith("<"):
+        assert p < float(words[1:])
+    else:
+        assert float(words) == pytest.approx(p, rel=0.05, abs=1e-12)
+        assert float(words) > 0.0
+    assert p_equals(p).removeprefix("p ").removeprefix("= ") == words
+
+
+@given(st.lists(st.sampled_from("abcdef"), max_size=20), st.integers(1, 12))
+def test_names_that_are_not_listed_are_counted(names: list[str], most: int) -> None:
+    words = listed(names, most).replace(" and ", ", ").split(", ") if names else []
+    if len(names) > most:
+        assert words == [*names[:most], f"{len(names) - most} more"]
+    else:
+        assert words == names
+
+
+def test_a_unit_stands_once_where_both_ends_have_it() -> None:
+    assert span("9 ms", "10 ms") == "9 to 10 ms"
+    assert span("0.9 ms", "2 s") == "0.9 ms to 2 s"
+    assert span("1 s", "never") == "1 s to never"
+
+
+def test_columns_that_may_be_left_out_are_columns() -> None:
+    assert {*SPARE} < {*standing_heads()}
+
+
+@given(st.lists(st.tuples(st.sampled_from("ab"), st.sampled_from([*Status]), st.sampled_from(["x 1", "x 2.5", "y"]))))
+def test_groups_of_failures_share_out_the_failures(ends: list[tuple[str, Status, str]]) -> None:
+    scenario = load_scenario("one-threat")
+    runs = [
+        Run(scenario, solver, None, exact=False, solution=Solution(status, message=message))
+        for solver, status, message in ends
+    ]
+    groups = failure_groups(runs)
+    assert sorted(id(run) for group in groups for run in group.runs) == sorted(map(id, failed(runs)))
+    keys = {(group.solver, group.status, group.message[0]) for group in groups}
+    assert len(keys) == len(groups)
+    for group in groups:
+        for run in group.runs:
+            assert (run.solver, run.solution.status, run.solution.message[0]) in keys
+            assert (run.solver, run.solution.status) == (group.solver, group.status)
+            assert not run.solution.status.is_path
