@@ -148,7 +148,8 @@ def compare(
         tolerance=tolerance,
         certify=not no_certificate,
     )
-    folder = files.make_folder(out) if out else None
+    # a study to go on with has a folder
+    folder = files.make_folder(out) if out and not resume else out
     done = comparison.compare_all(request, how)
     if as_json:
         _print_json(comparison.comparison_document(done))
@@ -157,6 +158,8 @@ def compare(
         _say_files(done.written, folder)
     if done.interrupted:
         raise terminal.InterruptedRunError(comparison.kept_note(request, how, done))
+    if done.left:
+        terminal.say(comparison.left_note(how, done))
     if strict and not done.all_found:
         raise typer.Exit(MISSING)
 

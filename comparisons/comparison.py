@@ -99,12 +99,15 @@ class Compared:
         Files.
     interrupted
         Whether Ctrl-C ended it.
+    left
+        How many runs of the study in the folder are still to be made.
     """
 
     runs: list[Run] = field(default_factory=list)
     flights: flight_runs.FlightRuns = field(default_factory=flight_runs.FlightRuns)
     written: list[Path] = field(default_factory=list)
     interrupted: bool = False
+    left: int = 0
 
     @property
     def all_found(self) -> bool:
@@ -259,7 +262,7 @@ def _run_maps(request: Request, how: How, done: Compared) -> None:
     done.runs.sort(key=lambda run: cells[run.scenario.name, run.solver, run.seed])  # type: ignore[index]
     if how.folder is not None:
         stored = load(how.folder)
-        done.runs = stored.runs
+        done.runs, done.left = stored.runs, stored.n_cells - len(stored.runs)
         done.written += [how.folder / FILE, *output.write_study(stored)]
         if not done.interrupted:
             done.written += output.write_all_pictures(how.folder, done.runs, request.pictures)
@@ -289,9 +292,10 @@ def comparison_document(done: Compared) -> dict[str, Any]:
 
 def print_compared(request: Request, done: Compared) -> None:
     """Print the tables of each scenario, unless a file names them; what they amount to; and those of missions."""
-    if not request.is_file:
+    single = len(request.study.scenarios) == 1
+    if not request.is_file or single:
         output.print_comparison(done.runs, request.study.contenders)
-    if done.runs and len(request.study.scenarios) > 1:
+    if done.runs and not single:
         print_standings(done.runs, standings(done.runs))
     flight_runs.print_flight_runs(request.missions, done.flights.runs)
 
@@ -302,6 +306,17 @@ def kept_note(request: Request, how: How, done: Compared) -> str:
     kept = ""
     if how.folder is not None:
         kept = f" and kept in {how.folder}"
-        if len(done.runs) < sum(1 for _ in request.study.cells()):
-            kept += f" (cgla compare --resume --out {how.folder} goes on)"
-    return f"{n_done} of {request.total} runs are done{kept}"
+        if done.left:
+            kept += f" ({_remedy(how)} goes on)"
+    total = max(request.total, n_done + done.left)
+    return f"{n_done} of {total} runs are done{kept}"
+
+
+def left_note(how: How, done: Compared) -> str:
+    """Say how to make the runs that the study in the folder has besides; empty where there are none."""
+    runs = "run is" if done.left == 1 else "runs are"
+    return f"{done.left} {runs} left of the study in {how.folder}: {_remedy(how)} goes on" if done.left else ""
+
+
+def _remedy(how: How) -> str:
+    return f"cgla compare --resume --out {how.folder}"

@@ -87,6 +87,12 @@ class Contender:
         """Whether it can run here."""
         return registry.missing(self.name) is None
 
+    @property
+    def is_built_in(self) -> bool:
+        """Whether it is part of the toolkit, and so is the solver that it starts from, if its settings name one."""
+        base = self.settings.get("base")
+        return registry.is_built_in(self.name) and (not isinstance(base, str) or registry.is_built_in(base))
+
     def with_budget(self, budget: Mapping[str, float]) -> "Contender":
         """
         Give it the budget of all contenders: it applies where the solver has such a setting and the user left it open.

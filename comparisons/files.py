@@ -68,7 +68,8 @@ def write_bytes(path: Path, data: bytes) -> Path:
 
 
 def _cannot_write(path: Path, error: OSError) -> OutputError:
-    return OutputError(f"{path}: cannot be written: {error.strerror or error}; choose another folder (--out)")
+    remedy = "make room, or choose another folder" if error.errno == errno.ENOSPC else "choose another folder"
+    return OutputError(f"{path}: cannot be written: {error.strerror or error}; {remedy} (--out)")
 
 
 class RowLog:

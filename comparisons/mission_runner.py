@@ -13,7 +13,7 @@ from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.flight_runs import COLUMNS, FlightRun, FlightRuns
 from cgla_graph.comparisons.flown import Flown, Sortie
 from cgla_graph.comparisons.study.execution import limits_where, made
-from cgla_graph.comparisons.study.isolation import Call, limited
+from cgla_graph.comparisons.study.isolation import Call, limited, use_up
 from cgla_graph.comparisons.study.limits import Limits, lost
 from cgla_graph.errors import CglaError
 from cgla_graph.mission import Mission
@@ -172,7 +172,10 @@ def compare(
 
 def _fly(mission: MissionFile, variant: str, contender: Contender, seed: int | None, limits: Limits) -> FlightRun:
     """Make one flight in a worker."""
-    if contender.label not in _ready:
+    if not contender.is_built_in:
+        # it may leave anything behind
+        use_up()
+    elif contender.label not in _ready:
         _warm_up(contender)
         _ready.add(contender.label)
     with limited(limits.seconds, limits.megabytes):

@@ -75,7 +75,9 @@ def overview(found: Sequence[Standing], ranks: Ranking, n_scenarios: int) -> Ove
     if len(found) == 1:
         words = f"{first.solver} is the only solver: it found a path in {first.n_paths:,} of {first.n_runs:,} runs."
         return Overview(words, [where])
-    answers = [_who(first), *_how_much(found[1:]), *_how_sure(found, ranks), where]
+    if not any(one.n_paths for one in found):
+        return Overview(f"None of {len(found)} solvers found a path on {counted(n_instances, 'scenario')}.", [where])
+    answers = [_who(found), *_how_much(found[1:]), *_how_sure(found, ranks), where]
     return Overview(_headline(found), answers, _caution(ranks, n_scenarios))
 
 
@@ -97,10 +99,13 @@ def _lead(next_one: Standing) -> str:
     return f"; the next one, {next_one.solver}, typically costs {words}"
 
 
-def _who(first: Standing) -> Answer:
+def _who(found: Sequence[Standing]) -> Answer:
+    first, share = found[0], [one.solver for one in found if one.place == 1]
     words = f"average rank {first.average_rank:.2f}; cheapest, alone or jointly, on {first.wins} of {first.n_instances}"
     gap = f"; median gap {percent(first.gap.median)}" if math.isfinite(first.gap.median) else ""
-    return Answer("Who wins?", first.solver, words + gap)
+    if len(share) > 1:
+        words = f"by average rank, a tie; of {first.solver}: {words}"
+    return Answer("Who wins?", listed(share, _MOST_NAMES), words + gap)
 
 
 def _how_much(others: Sequence[Standing]) -> list[Answer]:

@@ -137,7 +137,7 @@ def run_of(
     """Put an answer beside what is proven of its scenario."""
     settings = contender.settings_on(scenario) if contender.is_available else {}
     settings.pop("seed", None)
-    answer = _bounded(solution, certificate)
+    answer = bounded(solution, certificate)
     names = (scenario, contender.label, seed, contender.is_exact)
     return Run(*names, solution=answer, certificate=certificate, settings=settings, **how)
 
@@ -172,7 +172,7 @@ def reason(error: BaseException) -> str:
     return next(iter(text.splitlines()), "")
 
 
-def _bounded(solution: Solution, certificate: Certificate | None) -> Solution:
+def bounded(solution: Solution, certificate: Certificate | None) -> Solution:
     """Attach the scenario's lower bound to an answer, which must not undercut it."""
     if certificate is None or math.isnan(certificate.lower_bound):
         return solution

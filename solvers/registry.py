@@ -103,6 +103,18 @@ def _load(plug_in: EntryPoint) -> type[Solver]:
     return cast("type[Solver]", kind)
 
 
+def is_built_in(name: str) -> bool:
+    """
+    Say whether a solver is part of the toolkit; what others bring may do anything to the process that runs it.
+
+    Examples
+    --------
+    >>> is_built_in("cgla"), is_built_in("mine")
+    (True, False)
+    """
+    return name in _BUILT_IN
+
+
 def traits(name: str) -> Traits:
     """Return what a solver is and promises (see `solver_class` for the errors)."""
     return solver_class(name).traits

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 MODULE = '''
-import ctypes, math, os, sys, time
+import ctypes, math, os, signal, sys, time, warnings
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar
@@ -127,6 +127,59 @@ def gossips(problem, note):
 
 
 @plug_in
+def steers(problem, note):
+    """Says what would clear a terminal."""
+    return replace(straight(problem), status=Status.NOT_FOUND, message="\\x1b[2Jgone")
+
+
+@dataclass(frozen=True)
+class Needs:
+    """Needs a package."""
+
+    traits: ClassVar[Traits] = Traits(
+        "needs", "needs a package", domain="plane", seeded=True, needs=("a_package_that_is_missing",)
+    )
+    seed: int = 0
+
+    def solve(self, problem):
+        return straight(problem)
+
+
+@plug_in
+def dirties(problem, note):
+    """Leaves behind whatever it can."""
+    os.chdir("/")
+    os.environ["HOME"] = "nowhere"
+    sys.setrecursionlimit(150)
+    np.seterr(all="raise")
+    np.median = None
+    warnings.simplefilter("error")
+    signal.signal(signal.SIGALRM, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGALRM})
+    object.__setattr__(problem, "k", 0.0)
+    answer = straight(problem)
+    for descriptor in (0, 1, 2):
+        os.close(descriptor)
+    return answer
+
+
+@plug_in
+def disarms(problem, note):
+    """Takes the alarm for itself, and never comes back."""
+    signal.signal(signal.SIGALRM, signal.SIG_IGN)
+    signal.alarm(0)
+    while True:
+        time.sleep(1000.0)
+
+
+@plug_in
+def stops(problem, note):
+    """Stops its process, as a debugger would."""
+    os.kill(os.getpid(), signal.SIGSTOP)
+    return straight(problem)
+
+
+@plug_in
 def counts(problem, note):
     """Leaves a line in a file each time, and takes a moment."""
     with Path(note).open("a") as file:
@@ -149,7 +202,7 @@ def meets(problem, note):
 
 NAMES = (
     *("honest", "sleeps", "hangs", "allocates", "leaves", "segfaults", "raises", "exits", "odd", "nan", "lies"),
-    *("talks", "gossips", "counts", "meets"),
+    *("talks", "gossips", "counts", "meets", "dirties", "disarms", "stops", "steers", "needs"),
 )
 
 

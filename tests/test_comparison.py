@@ -4,6 +4,7 @@ import json
 import tomllib
 from pathlib import Path
 
+import plug_ins
 import pytest
 from command_line import Call, caller
 
@@ -130,3 +131,55 @@ def test_looking_up(cgla: Call) -> None:
     cgla("results", "nowhere").refused("nowhere")
     cgla("results", "out", "--solver", "fow").refused("fow", "few")
     cgla("results", "out", "--rerun", 99).refused("99")
+
+
+def test_a_study_of_one_map_has_its_tables(cgla: Call) -> None:
+    Path("one.toml").write_text('scenarios = ["one-threat"]\nsolvers = ["cgla", "straight-line"]\n', encoding="utf-8")
+    text = cgla("compare", "one.toml").out
+    assert "one-threat: " in text
+    assert "│ straight-line " in text
+
+
+def test_going_on_with_a_part_says_what_is_left(cgla: Call) -> None:
+    words = ("compare", "--solvers", "cgla,straight-line", "--no-certificate", "--out", "out", "--pictures", 0)
+    cgla(words[0], "one-threat", "paper", *words[1:])
+    part = ("compare", "one-threat", "--solvers", "dijkstra", "--no-certificate", "--out", "out", "--pictures", 0)
+    answer = cgla(*part, "--resume")
+    assert answer.code == 0
+    assert "1 run is left of the study in out: cgla compare --resume --out out goes on" in answer.err
+    assert cgla("compare", "--resume", "--out", "out").err == ""
+    assert load(Path("out")).is_complete
+
+
+def test_going_on_where_nothing_is_leaves_nothing(cgla: Call) -> None:
+    cgla("compare", "one-threat", "--resume", "--out", "none").refused("none")
+    assert not Path("none").exists()
+
+
+def test_a_solver_that_was_not_installed_is_tried_again(
+    cgla: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plug_ins.install(tmp_path, monkeypatch)
+    words = ("compare", "one-threat", "--solvers", "honest,needs", "--no-certificate", "--out", "out", "--pictures", 0)
+    cgla(*words, "--seeds", 2)
+    assert [run.solution.status.label for run in load(Path("out")).runs] == ["found", "unavailable"]
+    (tmp_path / "site" / "a_package_that_is_missing.py").touch()
+    assert cgla("compare", "--resume", "--out", "out").code == 0
+    assert cells("out") == [("one-threat", "honest", None), ("one-threat", "needs", 1), ("one-threat", "needs", 2)]
+    assert {run.solution.status.label for run in load(Path("out")).runs} == {"found"}
+
+
+def test_a_message_cannot_steer_the_terminal(cgla: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plug_ins.install(tmp_path, monkeypatch)
+    text = cgla("compare", "one-threat", "--solvers", "steers,cgla", "--no-certificate").out
+    assert "\x1b" not in text
+    assert "\\x1b[2J" in text
+
+
+def test_where_nobody_finds_a_path_nobody_wins(cgla: Call) -> None:
+    words = ("compare", "one-threat", "paper", "--solvers", "cgla,dijkstra", "--limits", "seconds=1e-6")
+    text = cgla(*words, "--no-certificate", "--workers", 1).out
+    assert "None of 2 solvers found a path on 2 scenarios." in text
+    assert "Who wins?" not in text
+    tie = cgla("compare", "one-threat", "paper", "--solvers", "cgla,dijkstra", "--no-certificate").out
+    assert "Who wins? cgla and dijkstra" in tie

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import time
 from pathlib import Path
 
 import numpy as np
@@ -71,6 +72,26 @@ def test_whatever_a_solver_does_is_a_row(
         assert math.isfinite(solution.cost) == solution.status.is_path or name in {"nan", "lies"}
     assert runs["sleeps"].solution.seconds == 2.0
     assert capfd.readouterr().out == ""
+
+
+def test_no_solver_leaves_anything_to_another(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plug_ins.install(tmp_path, monkeypatch)
+    labels = ("honest", "dirties", "honest:note=again", "cgla", "dirties:note=again", "talks", "prm-star:milestones=50")
+    runs = {run.solver: run.solution for run in run_study(study(*labels, seeds=(1,)), workers=1)}
+    assert {label for label, answer in runs.items() if not answer.status.is_path} == {"dirties", "dirties:note=again"}
+    assert runs["honest"].cost == runs["honest:note=again"].cost > runs["cgla"].cost
+    # it was judged by what it had changed; it is judged again where it could not
+    assert runs["dirties"].status is Status.FAILED
+    assert "the oracle says" in runs["dirties"].message
+
+
+@pytest.mark.parametrize("name", ["disarms", "stops"])
+def test_a_solver_that_disarms_its_limit_is_stopped(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plug_ins.install(tmp_path, monkeypatch)
+    began = time.monotonic()
+    runs = {run.solver: run.solution for run in run_study(study(name, "honest", limits=Limits(1.0, 300.0)), workers=1)}
+    assert {label: answer.status.label for label, answer in runs.items()} == {name: "timed-out", "honest": "found"}
+    assert time.monotonic() - began < 30.0
 
 
 def test_runs_are_those_of_a_plain_loop() -> None:

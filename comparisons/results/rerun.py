@@ -1,6 +1,8 @@
-"""One row of a study once more: the same scenario, settings and seed, in this process."""
+"""One row of a study once more: the same scenario, settings and seed, within the same limits."""
 
+import dataclasses
 import math
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,13 +12,15 @@ from cgla_graph.comparisons import runner, terminal
 from cgla_graph.comparisons.fitted_table import FittedTable
 from cgla_graph.comparisons.rows import row
 from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.stored import Stored, load_study
+from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.tables import duration, figure, percent
 from cgla_graph.errors import CglaError
 from cgla_graph.solution import Status
 
-#: Runs that ended like this may do to this process what they did to theirs.
-_KILLED = (Status.TIMED_OUT, Status.OUT_OF_MEMORY, Status.CRASHED)
+#: Runs that something stopped from outside.
+_KILLED = {Status.TIMED_OUT, Status.OUT_OF_MEMORY, Status.CRASHED}
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +58,8 @@ class Rerun:
             return "identical: status, path and cost are the same, to the last bit"
         differs = ", ".join(name for name, is_same in self.same.items() if not is_same)
         seconds = self.stored.settings.get("seconds")
-        if self.stored.solution.status in _KILLED:
-            why = "; the stored run was stopped, this one had no limits"
+        if _KILLED & {self.stored.solution.status, self.now.solution.status}:
+            why = "; where a limit stops a run depends on how fast the machine is"
         elif seconds is not None:
             why = f"; it may end after seconds={seconds}, so that what it finds depends on how fast the machine is"
         else:
@@ -92,13 +96,12 @@ def rerun(stored: Stored, number: int) -> Rerun:
     """
     before = find(stored, number)
     contenders = {contender.label: contender for contender in load_study(stored.folder).contenders}
-    contender = contenders[before.solver]
-    if before.solution.status in _KILLED:
-        terminal.say(f"run {number}: {before.solution.status.value}; now it has no limits (Ctrl-C ends it)")
-    with terminal.output_to_stderr():
-        runner.warm_up([contender])
-        solution = runner.run(runner.Ground.lay(before.scenario, None), contender, before.seed)
-    return Rerun(before, runner.run_of(before.scenario, contender, before.seed, solution, before.certificate))
+    seeds = () if before.seed is None else (before.seed,)
+    alone = Study([before.scenario], [contenders[before.solver]], seeds, tolerance=None, limits=stored.limits)
+    with terminal.output_to_stderr(), closing(run_study(alone, workers=1)) as runs:
+        now = next(runs)
+    solution = runner.bounded(now.solution, before.certificate)
+    return Rerun(before, dataclasses.replace(now, solution=solution, certificate=before.certificate))
 
 
 def find(stored: Stored, number: int) -> Run:

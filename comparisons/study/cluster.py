@@ -77,7 +77,7 @@ def spread(
             call, future = under_way.pop(next(ended).key)
             yield call, _outcome(dask, future)
     except (CancelledError, OSError) as error:
-        msg = f"the Dask scheduler at {scheduler!r} is lost ({type(error).__name__})"
+        msg = f"the Dask scheduler at {scheduler!r} is lost ({type(error).__name__}); start one, and go on (--resume)"
         raise WorkerError(msg) from error
     finally:
         _dismiss(dask, client, scheduler, study, [future for _, future in under_way.values()])

@@ -171,6 +171,8 @@ class Database:
                 _check_sound(connection, path)
                 schema.migrate_file(connection, path)
                 with _transaction(connection):
+                    # the package that a solver lacked may have been installed since
+                    schema.forget_unavailable(connection)
                     enter(connection, study, origin, str(workers), command)
             return cls._open(path, lock, origin)
 

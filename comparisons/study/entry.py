@@ -13,6 +13,7 @@ import shapely
 
 from cgla_graph.comparisons.study.codec import dumps, encode
 from cgla_graph.comparisons.study.documents import Document, contender_document, scenario_document
+from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.comparisons.study.provenance import Provenance
 from cgla_graph.comparisons.study.stored import Content
 from cgla_graph.comparisons.study.study import Study
@@ -61,7 +62,8 @@ def _merged(study: Study, before: Study) -> Study:
     for word in ("tolerance", "limits"):
         old, new = getattr(before, word), getattr(study, word)
         if old != new:
-            msg = f"the study in the folder has {word} {old}, this one {new}; keep them, or choose another folder"
+            asked = f"the study in the folder has {_told(old)}, this one {_told(new)}"
+            msg = f"{asked}; keep that, or choose another folder"
             raise StudyError(msg)
     known = {scenario.name: scenario_document(scenario) for scenario in before.scenarios}
     for scenario in study.scenarios:
@@ -79,6 +81,13 @@ def _merged(study: Study, before: Study) -> Study:
         seeds=tuple(dict.fromkeys((*study.seeds, *before.seeds))),
         title=study.title or before.title,
     )
+
+
+def _told(setting: Limits | float | None) -> str:
+    """Write limits or a tolerance as people do."""
+    if isinstance(setting, Limits):
+        return f"limits of {setting.seconds:g} seconds and {setting.megabytes:g} megabytes"
+    return "no lower bounds" if setting is None else f"a tolerance of {setting:g}"
 
 
 def _check_equal(what: str, name: str, old: Document | None, new: Document) -> None:

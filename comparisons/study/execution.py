@@ -1,7 +1,7 @@
 """Execution of a study: its cells become runs, wherever they are made, and reach the database as they come."""
 
 from collections import deque
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from typing import Any
@@ -25,7 +25,7 @@ PROOF = Limits()
 
 def run_study(
     study: Study, *, database: Database | None = None, workers: int = 1, scheduler: str | None = None
-) -> Iterator[Run]:
+) -> Generator[Run]:
     """
     Make the runs of a study that are not in its database yet.
 
@@ -180,6 +180,9 @@ class _Agenda:
         if outcome.failure is None:
             answer: worker.Answer = outcome.value
             solution = answer.solution
+            if solution.status.is_path and not contender.is_built_in:
+                # it may have changed what it was judged by
+                solution = self.scenarios[cell.scenario].problem.judge(solution)
             how = {"megabytes": answer.megabytes, "host": answer.host}
         else:
             status, message = lost(outcome, self.limits)

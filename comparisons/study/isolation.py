@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 from cgla_graph.comparisons.study.limited import Usage, limited
-from cgla_graph.comparisons.study.slot import Failure, Reply, Slot, told
+from cgla_graph.comparisons.study.slot import Failure, Reply, Slot, told, use_up
 
-__all__ = ["Call", "Failure", "NextCall", "Outcome", "Usage", "here", "isolated", "limited"]
+__all__ = ["Call", "Failure", "NextCall", "Outcome", "Usage", "here", "isolated", "limited", "use_up"]
 
 #: How many calls wait for each worker, so that it has something to do while the caller is busy with an outcome.
 AHEAD = 1

@@ -3,6 +3,7 @@
 import math
 import os
 import signal
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -22,6 +23,8 @@ _PROCESS = Path("/proc/self")
 _FORGET_PEAK = "5"
 #: Whether this process may be killed; it may not where it is the user's own.
 _expendable = False
+#: Where the parent reads until when the body may take (a number that both see, `time.monotonic`; 0: no limit now).
+_deadline: Any = None
 
 
 @dataclass(eq=False)
@@ -39,10 +42,10 @@ class Usage:
     megabytes: float = math.nan
 
 
-def set_expendable() -> None:
-    """Let `limited` kill this process from now on: it is a worker."""
-    global _expendable  # noqa: PLW0603 - a property of the process
-    _expendable = True
+def set_expendable(deadline: Any) -> None:  # noqa: ANN401 - a number in shared memory
+    """Let `limited` kill this process from now on: it is a worker, whose parent watches the deadline."""
+    global _expendable, _deadline
+    _expendable, _deadline = True, deadline
     if _resource is not None:
         # crashes are expected: no file of the whole memory for each
         _resource.setrlimit(_resource.RLIMIT_CORE, (0, 0))
@@ -54,7 +57,8 @@ def limited(seconds: float, megabytes: float) -> Iterator[Usage]:
     Limit what the body takes: to be used by a function that `isolated` calls, around the part that counts.
 
     Out of time, the process dies there and then, by an alarm whose default action is the kernel's, even if the body is
-    stuck in compiled code, holds Python's lock, or has lost the process that asked for it. Out of memory, allocations
+    stuck in compiled code, holds Python's lock, or has lost the process that asked for it. A body that takes the alarm
+    for itself, or stops the process, is killed a moment later from outside. Out of memory, allocations
     fail: Python raises MemoryError, C++ throws ``std::bad_alloc``. Memory counts when it is asked for, used or not,
     and includes the stacks of threads.
 
@@ -112,9 +116,11 @@ def _alarm(seconds: float) -> Iterator[None]:
     before = signal.signal(signal.SIGALRM, signal.SIG_DFL)
     # the clock counts microseconds, and 0 would stop it
     signal.setitimer(signal.ITIMER_REAL, max(seconds, 1e-6))
+    _deadline.value = time.monotonic() + seconds
     try:
         yield
     finally:
+        _deadline.value = 0.0
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
 

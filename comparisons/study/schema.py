@@ -100,6 +100,14 @@ Migration = Callable[[sqlite3.Connection], None]
 MIGRATIONS: dict[int, Migration] = {}
 
 
+def forget_unavailable(connection: sqlite3.Connection) -> None:
+    """Take out the runs of solvers that lacked a package: they were never made."""
+    lacking = "SELECT id FROM runs WHERE status = ?"
+    number = (STATUS[Status.UNAVAILABLE],)
+    connection.execute(f"DELETE FROM answers WHERE run IN ({lacking})", number)  # noqa: S608 - words of ours
+    connection.execute("DELETE FROM runs WHERE status = ?", number)
+
+
 def lay(connection: sqlite3.Connection) -> None:
     """Make the tables of an empty database, within a transaction that is begun already."""
     for statement in TABLES.split(";"):

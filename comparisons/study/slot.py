@@ -1,12 +1,13 @@
 """A place for one worker process: calls are made there one after the other, and a worker that is lost is replaced."""
 
-import math
+import ctypes
 import multiprocessing
 import os
 import pickle
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Collection, Iterable, Iterator
 from concurrent.futures import CancelledError, Future
 from concurrent.futures.process import BrokenProcessPool
@@ -24,6 +25,8 @@ from cgla_graph.errors import WorkerError
 START_SECONDS = 120.0
 #: How many workers in a row may be lost before they took up their call.
 ATTEMPTS = 3
+#: How long a call may outlive its own limit before it is killed from here, and how often that is looked at, in seconds.
+GRACE, GLANCE = 1.0, 0.5
 
 # A fork of a process that has loaded everything is there in no time, and has none of this process's threads and locks.
 _METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
@@ -38,6 +41,10 @@ _HINTS = {
 #: A call that anybody survives.
 _NOTHING = pickle.dumps((bool, ()))
 _starting = threading.Lock()
+#: Whether this process, a worker, is to be replaced after the call that is under way.
+_used_up = False
+#: Of prctl: which signal a process gets when its parent dies.
+_PR_SET_PDEATHSIG = 1
 
 
 class Failure(Enum):
@@ -55,7 +62,7 @@ class Reply(NamedTuple):
     body: bytes = b""
     failure: Failure | None = None
     message: str = ""
-    #: whether threads or processes are left of it, that would disturb the calls after it
+    #: whether something may be left of it that would disturb the calls after it
     littered: bool = False
 
 
@@ -78,6 +85,7 @@ class Slot:
         self._stopped = False
         self._discarded = False
         self._future: Future[Reply] | None = None
+        self._deadline = _CONTEXT.Value("d", 0.0, lock=False)
         self._context, self._pool = self._open()
 
     def run(self, call: bytes, seconds: float) -> Reply:
@@ -101,7 +109,7 @@ class Slot:
         for _ in range(ATTEMPTS):
             try:
                 future = self._submit(call, seconds)
-                reply = future.result(None if math.isinf(seconds) else seconds + START_SECONDS)
+                reply = self._watched(future, seconds + START_SECONDS)
             except ProcessExpired as error:
                 reply = _obituary(error.exitcode)
                 if reply.failure is Failure.CRASHED:
@@ -132,6 +140,24 @@ class Slot:
         )
         raise WorkerError(msg)
 
+    def _watched(self, future: Future[Reply], seconds: float) -> Reply:
+        """Wait for a call, but no longer than its own limit allows: the alarm of that may have been disarmed."""
+        latest = time.monotonic() + seconds
+        while True:
+            try:
+                return future.result(GLANCE)
+            except TimeoutError:
+                now, deadline = time.monotonic(), self._deadline.value
+                if future.done():
+                    return future.result()
+                if now > latest:
+                    raise
+                if deadline and now > deadline + GRACE:
+                    self._discard()
+                    return Reply(
+                        failure=Failure.TIMED_OUT, message="killed after its time limit, which it had disarmed"
+                    )
+
     def stop(self) -> None:
         """End the worker and whatever it started, and give up the call that is under way; start nothing from now on."""
         with self._lock:
@@ -147,7 +173,9 @@ class Slot:
 
     def _open(self) -> tuple["_Context", ProcessPool]:
         context = _Context()
-        pool = ProcessPool(1, initializer=_begin, initargs=(self._preload, self._cores), context=context)
+        pool = ProcessPool(
+            1, initializer=_begin, initargs=(self._preload, self._cores, self._deadline), context=context
+        )
         return context, pool
 
     def _submit(self, call: bytes, seconds: float) -> Future[Reply]:
@@ -161,6 +189,8 @@ class Slot:
                 self._pool.join()
                 self._context, self._pool = self._open()
                 self._discarded = False
+            # that of a worker which died of it
+            self._deadline.value = 0.0
             try:
                 self._future = self._pool.schedule(_reply, (call,), timeout=seconds)
             except RuntimeError as error:
@@ -270,7 +300,7 @@ def _obituary(code: int) -> Reply:
 # ---- in the worker ----
 
 
-def _begin(preload: Iterable[str], cores: Collection[int] | None) -> None:
+def _begin(preload: Iterable[str], cores: Collection[int] | None, deadline: Any) -> None:  # noqa: ANN401 - shared memory
     """Make a process a worker."""
     if _POSIX:
         # A session of its own, so that Ctrl-C passes it by, and whatever it starts can be found and killed with it.
@@ -286,7 +316,10 @@ def _begin(preload: Iterable[str], cores: Collection[int] | None) -> None:
         os.dup2(2, 1)
     sys.stdout = sys.stderr
     threading.Thread(target=_die_with_parent, name="die with parent", daemon=True).start()
-    set_expendable()
+    if _METHOD == "forkserver" and sys.platform == "linux":
+        # the same where a call has stopped this process: the server, its parent, dies with the one that asks for calls
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL))
+    set_expendable(deadline)
     for module in preload:
         # what is wrong with it is told by the call that needs it
         with suppress(Exception):
@@ -313,7 +346,18 @@ def _reply(call: bytes) -> Reply:
     if os.getpid() != process:
         # a fork that came back from the call: one of the two is enough
         os._exit(1)
-    return reply._replace(littered=threading.active_count() > threads or _has_children())
+    return reply._replace(littered=_used_up or threading.active_count() > threads or _has_children())
+
+
+def use_up() -> None:
+    """
+    Have this worker replaced after the call that is under way.
+
+    For calls of code that may leave anything behind: another folder, other signals, closed files, changed modules.
+    Outside of a worker it does nothing.
+    """
+    global _used_up  # noqa: PLW0603 - a property of the process
+    _used_up = True
 
 
 def _has_children() -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 from cgla_graph.certificate import Certificate
 from cgla_graph.comparisons import runner
 from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.study.isolation import limited
+from cgla_graph.comparisons.study.isolation import limited, use_up
 from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.scenario import Scenario
 from cgla_graph.solution import Solution, Status, TracePoint
@@ -77,8 +77,16 @@ def prove(parcel: Parcel, tolerance: float, limits: Limits) -> Certificate:
 
 
 def run(parcel: Parcel, contender: Contender, seed: int | None, limits: Limits) -> Answer:
-    """Make one run."""
+    """
+    Make one run.
+
+    After a solver that is no part of the toolkit, nothing of this process serves another run: the solver may have left
+    anything behind, in the process and in the problem that it was given.
+    """
     ground = _ground(parcel)
+    if not contender.is_built_in:
+        use_up()
+        forget()
     if contender.label not in _ready:
         runner.warm_up([contender])
         _ready.add(contender.label)
@@ -87,6 +95,12 @@ def run(parcel: Parcel, contender: Contender, seed: int | None, limits: Limits) 
     if solution.status is Status.OUT_OF_MEMORY:
         solution = dataclasses.replace(solution, message=limits.spent_memory(solution.message))
     return Answer(plain(solution), usage.megabytes, socket.gethostname())
+
+
+def forget() -> None:
+    """Forget all scenarios: the next run gets a fresh copy of its own."""
+    _last.clear()
+    unwrapped.cache_clear()
 
 
 def _ground(parcel: Parcel) -> runner.Ground:
@@ -117,7 +131,7 @@ def plain(solution: Solution) -> Solution:
         solver=str(solution.solver),
         evaluations=_count(solution.evaluations),
         trace=tuple(_trace(solution.trace)),
-        message=" ".join(str(solution.message).split()),
+        message=_visible(" ".join(str(solution.message).split())),
         **numbers,
     )
 
@@ -132,6 +146,11 @@ def _trace(points: Iterable[TracePoint]) -> Iterable[TracePoint]:
     return (TracePoint(_number(one.seconds), _count(one.evaluations), _number(one.cost)) for one in points)
 
 
+def _visible(text: str) -> str:
+    """Write what would steer a terminal as an escape."""
+    return "".join(one if one.isprintable() else repr(one)[1:-1] for one in text)
+
+
 def _number(value: Any) -> float:  # noqa: ANN401 - that is the point
     with suppress(TypeError, ValueError, OverflowError):
         return float(value)
@@ -140,5 +159,6 @@ def _number(value: Any) -> float:  # noqa: ANN401 - that is the point
 
 def _count(value: Any) -> int:  # noqa: ANN401 - that is the point
     with suppress(TypeError, ValueError, OverflowError):
-        return int(value)
+        # as databases and tables count
+        return min(max(int(value), 0), 2**63 - 1)
     return 0
