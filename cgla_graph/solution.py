@@ -137,3 +137,15 @@ class Solution:
         if self.lower_bound == 0.0:
             return 0.0 if self.cost == 0.0 else float("inf")
         return self.cost / self.lower_bound - 1.0
+
+    @property
+    def total_seconds(self) -> float:
+        """
+        The time to weigh the graph and to solve, without that to prove `lower_bound`.
+
+        Examples
+        --------
+        >>> Solution(Status.FOUND, seconds=1.5, build_seconds=0.5, certificate_seconds=9.0).total_seconds
+        2.0
+        """
+        return self.build_seconds + self.seconds

@@ -139,7 +139,7 @@ def _draw_results(axes: Axes, entries: Sequence[Entry], runs: Sequence[Run], mea
     for run in runs:
         entry, solution = by_label[run.solver], run.solution
         (mark,) = axes.plot(
-            max(solution.seconds + solution.build_seconds, 1e-6),
+            max(solution.total_seconds, 1e-6),
             min(float(measure.heights(solution.cost)), axes.get_ylim()[1]),
             linestyle="none",
             color=entry.colour,

@@ -195,8 +195,7 @@ def _change(solver: str, pairs: Sequence[tuple[Run, Run]]) -> Change:
 
 
 def _seconds(run: Run) -> float:
-    solution = run.solution
-    return solution.build_seconds + solution.seconds if solution.status.is_path else math.inf
+    return run.solution.total_seconds if run.solution.status.is_path else math.inf
 
 
 def _adjusted(found: Sequence[Change]) -> list[Change]:

@@ -6,33 +6,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
+from cgla_graph.comparisons.run_columns import COMPARED, RunColumn, excess_over
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.solution import Solution, Status
 
 #: The columns of files, in order.
-COLUMNS = (
-    "scenario",
-    "solver",
-    "seed",
-    "status",
-    "cost",
-    "excess",
-    "length",
-    "risk",
-    "clearance",
-    "lower_bound",
-    "gap",
-    "seconds",
-    "build_seconds",
-    "evaluations",
-    "waypoints",
-    "message",
-)
+COLUMNS = tuple(column.key for column in COMPARED)
 
 
-def row(run: Run, best_exact: float = math.nan) -> dict[str, Any]:
+def row(run: Run, best_exact: float = math.nan, columns: Sequence[RunColumn] = COMPARED) -> dict[str, Any]:
     """
     Turn a run into a flat row; numbers that do not exist are None.
 
@@ -42,35 +24,29 @@ def row(run: Run, best_exact: float = math.nan) -> dict[str, Any]:
         The run.
     best_exact
         The lattice optimum of its scenario (see `best_exact`), which `excess` is relative to.
+    columns
+        What to say of it.
 
     Returns
     -------
     row
-        One value for each of `COLUMNS`; lengths in map units, times in seconds.
+        One value for each of the columns; lengths in map units, times in seconds.
     """
-    solution = run.solution
-    # a path that may not be flown is no match for one that may
-    excess, gap = math.nan, math.nan
-    if solution.status.is_path:
-        excess, gap = excess_over(solution.cost, best_exact), solution.gap
-    return {
-        "scenario": run.scenario.name,
-        "solver": run.solver,
-        "seed": run.seed,
-        "status": solution.status.label,
-        "cost": json_number(solution.cost),
-        "excess": json_number(excess),
-        "length": json_number(solution.length),
-        "risk": json_number(solution.risk),
-        "clearance": json_number(solution.clearance),
-        "lower_bound": json_number(solution.lower_bound),
-        "gap": json_number(gap),
-        "seconds": json_number(solution.seconds),
-        "build_seconds": json_number(solution.build_seconds),
-        "evaluations": int(solution.evaluations) if math.isfinite(solution.evaluations) else None,
-        "waypoints": np.size(solution.path, 0) if solution.status.is_path else 0,
-        "message": str(solution.message),
-    }
+    return {column.key: _cell(column, run, best_exact) for column in columns}
+
+
+def _cell(column: RunColumn, run: Run, best_exact: float) -> str | float | None:
+    value = column.value(run, best_exact)
+    match column.kind:
+        case "word":
+            return str(value)
+        case "flag":
+            return bool(value)
+        case "whole":
+            # a seed may be greater than any float
+            return int(value) if isinstance(value, int) or (value is not None and math.isfinite(value)) else None
+        case "number":
+            return json_number(value)
 
 
 def trace_row(run: Run) -> dict[str, Any]:
@@ -133,20 +109,6 @@ def best_exact(runs: Iterable[Run]) -> float:
     """Return the least cost that an exact graph solver found: the optimum of the lattice; NaN without one."""
     costs = [run.solution.cost for run in runs if run.exact and run.solution.status.is_path]
     return min(costs, default=math.nan)
-
-
-def excess_over(cost: float, best: float) -> float:
-    """
-    Return by how much `cost` is above `best`, relative to it.
-
-    Examples
-    --------
-    >>> round(excess_over(1.1, 1.0), 3), excess_over(0.0, 0.0)
-    (0.1, 0.0)
-    """
-    if best == 0.0:
-        return 0.0 if cost == 0.0 else math.inf
-    return cost / best - 1.0
 
 
 @dataclass(frozen=True)
@@ -220,7 +182,7 @@ def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
         costs = [solution.cost for solution in solutions]
     # the numbers of one run, so that cost = length + k * risk holds in every line
     cost = statistics.median_low(costs)
-    typical = solutions[costs.index(cost)] if math.isfinite(cost) else Solution(Status.NOT_FOUND)
+    typical = median_run(runs, costs).solution if math.isfinite(cost) else Solution(Status.NOT_FOUND)
     spread = max(costs) / min(costs) - 1.0 if len(costs) > 1 and 0.0 < min(costs) < math.inf else math.nan
     return Summary(
         solver=solver,
@@ -238,6 +200,21 @@ def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
         spread=spread,
         message=next((str(solution.message) for solution in solutions if solution.message), ""),
     )
+
+
+def median_run(runs: Sequence[Run], costs: Sequence[float]) -> Run:
+    """
+    Return the run of median cost: of two middle ones the cheaper, of equally costly ones the middle one.
+
+    Parameters
+    ----------
+    runs
+        At least one.
+    costs
+        What each counts as.
+    """
+    order = sorted(range(len(runs)), key=costs.__getitem__)
+    return runs[order[(len(order) - 1) // 2]]
 
 
 def json_number(value: float) -> float | None:

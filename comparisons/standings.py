@@ -12,7 +12,8 @@ from cgla_graph.comparisons.failures import failed
 from cgla_graph.comparisons.paired import Paired, against
 from cgla_graph.comparisons.profiles import finite_bound, instance_costs, instance_times, shared_scenarios
 from cgla_graph.comparisons.ranking import ranking
-from cgla_graph.comparisons.rows import by_solver, excess_over
+from cgla_graph.comparisons.rows import by_solver
+from cgla_graph.comparisons.run_columns import excess_over
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.statistics import Estimate, Interval, estimate, success_interval
 from cgla_graph.solution import Status

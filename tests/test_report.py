@@ -150,10 +150,10 @@ def test_every_run_is_in_the_table(stored: Stored, page: Page) -> None:
         assert page.data["names"][rows["scenario"][i]] == run.scenario.name
         assert page.data["solvers"][rows["solver"][i]] == run.solver
         assert page.data["statuses"][rows["status"][i]]["label"] == run.solution.status.label
-        assert rows["messages"][rows["message"][i]] == run.solution.message
+        assert rows["words"]["message"][rows["message"][i]] == run.solution.message
         cost = run.solution.cost
         assert rows["cost"][i] == (pytest.approx(cost, rel=1e-7) if math.isfinite(cost) else None)
-    assert {len(column) for name, column in rows.items() if name != "messages"} == {len(stored.runs)}
+    assert {len(column) for name, column in rows.items() if name != "words"} == {len(stored.runs)}
 
 
 def test_medians_on_the_map_are_those_of_the_runs(stored: Stored, page: Page) -> None:
@@ -195,7 +195,7 @@ def test_odd_names_are_text(tmp_path: Path) -> None:
     assert tags.count("script") == 3
     assert odd.data["names"] == [f"scenario {ODD}"]
     assert odd.data["solvers"][1] == f"solver {ODD}"
-    assert odd.data["rows"]["messages"][1] == f"message {ODD}"
+    assert odd.data["rows"]["words"]["message"][1] == f"message {ODD}"
     assert f"solver {ODD}" in "".join(odd.text).replace("\r\n", "\n")
     assert "{{7*7}}" in html
     assert not any(name.startswith("on") for _, attributes in odd.elements for name in attributes)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from new_column import write_study_with_it
 from report_studies import ODD, failing, odd_runs, small_runs, stored_of
 
 from cgla_graph.comparisons.report.page import report_html, write_report
@@ -300,6 +301,33 @@ def test_sorting(page: WebDriver) -> None:
     assert sort(page, "scenario") == "ascending"
     assert column(page, "scenario") == sorted(column(page, "scenario"))
     assert len(page.find_elements(By.CSS_SELECTOR, "#table th[aria-sort]")) == 1
+
+
+def test_a_new_column_is_shown_and_sorts(chromium: WebDriver, tmp_path: Path) -> None:
+    write_study_with_it(tmp_path)
+    page = opened(chromium, (tmp_path / "report.html").as_uri())
+    costs, halves = column(page, "cost"), column(page, "half")
+    assert [2.0 * half for half in numbers(halves)] == pytest.approx(numbers(costs), rel=1e-4)
+    assert (len(numbers(halves)), halves[2]) == (2, "–")
+    assert sort(page, "half") == "ascending"
+    assert numbers(column(page, "half")) == sorted(numbers(halves))
+    assert logged(page, "browser") == []
+
+
+def test_every_cell_of_a_run_is_written(page: WebDriver, stored: Stored) -> None:
+    choose(page, "#filter-solver", "cgla")
+    heads = ["#", "scenario", "solver", "seed", "status", "cost", "gap", "length", "risk", "clearance"]
+    heads += ["time", "build", "evaluations", "memory", "message"]
+    assert texts(page, "#table thead th button") == heads
+    run = next(run for run in stored.runs if run.solver == "cgla")
+    first = dict(zip([*heads, "run it again"], texts(page, "#table tbody tr:first-child td"), strict=True))
+    assert (first["#"], first["solver"], first["status"]) == (str(run.number), "cgla", "optimal")
+    assert first["cost"] == f"{run.solution.cost:#.6g}"
+    assert first["gap"] == f"{100.0 * run.solution.gap:+.2f} %"
+    assert first["risk"] == f"{run.solution.risk:#.4g}"
+    assert first["evaluations"] == f"{run.solution.evaluations:,}"
+    assert first["time"].endswith(("s", "ms", "µs"))
+    assert first["memory"] == "–"
 
 
 def test_filtering(page: WebDriver, stored: Stored) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import statistics
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,13 +17,14 @@ from cgla_graph.comparisons.rows import (
     COLUMNS,
     best_exact,
     by_scenario,
-    excess_over,
+    median_run,
     row,
     rows_of,
     scenario_bound,
     summaries,
     trace_row,
 )
+from cgla_graph.comparisons.run_columns import excess_over
 from cgla_graph.comparisons.runner import Run, compare
 from cgla_graph.scenario import Scenario, scenario_from_toml
 from cgla_graph.solution import Solution, Status, TracePoint
@@ -227,6 +229,14 @@ def test_a_line_shows_the_numbers_of_one_run(costs: list[float]) -> None:
     (found,) = summaries(runs)
     assert found.cost in costs
     assert (found.length, found.risk, found.clearance) == (found.cost / 2, found.cost / 4, found.cost / 8)
+
+
+@given(costs=st.lists(st.sampled_from([1.0, 2.0, 3.0, math.inf]), min_size=1, max_size=7))
+def test_the_median_run_is_the_lower_middle_one(costs: list[float]) -> None:
+    runs = [run_of(cost) for cost in costs]
+    found = median_run(runs, costs)
+    assert any(found is run for run in runs)
+    assert found.solution.cost == statistics.median_low(costs)
 
 
 def test_a_single_run_has_no_spread() -> None:

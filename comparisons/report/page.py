@@ -19,6 +19,7 @@ from cgla_graph.comparisons.profiles import instance_costs, performance_profile,
 from cgla_graph.comparisons.ranking import ranking
 from cgla_graph.comparisons.report.parts import failures, ranking_table
 from cgla_graph.comparisons.report.payload import (
+    columns_document,
     rerun_command,
     rows_document,
     scenarios_document,
@@ -124,6 +125,7 @@ def _document(stored: Stored, found: Sequence[Standing], *, live: bool) -> dict[
         "statuses": statuses_document(),
         "rerun": rerun_command(stored.folder),
         **scenarios_document(groups, solvers),
+        "columns": columns_document(),
         "rows": rows_document(runs, names, solvers),
         "success": _success(runs, places),
         "profile": _profile(runs, places),

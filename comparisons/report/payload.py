@@ -12,13 +12,14 @@ from cgla_graph.comparisons.curves import median_curve
 from cgla_graph.comparisons.profiles import path_cost
 from cgla_graph.comparisons.report.maps import map_document, map_key, path_steps, steps_of
 from cgla_graph.comparisons.report.steps import rounded, rounded_all, thinned
-from cgla_graph.comparisons.rows import by_solver, scenario_bound
+from cgla_graph.comparisons.rows import by_solver, median_run, row, scenario_bound
+from cgla_graph.comparisons.run_columns import SHOWN
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.statistics import Estimate, estimate, to_target
 from cgla_graph.scenario import Scenario
 from cgla_graph.solution import Solution, Status
 
-_ROW_DIGITS = 8  # of costs in the table, so that sorting sees what differs
+_COST_DIGITS = 8
 
 
 def scenarios_document(groups: Sequence[Sequence[Run]], solvers: Sequence[str]) -> dict[str, Any]:
@@ -60,7 +61,7 @@ def _scenario(scenario: Scenario, runs: Sequence[Run], places: dict[str, int], n
         "map": number,
         "unit": "m" if scenario.projection else "map units",
         "k": problem.k,
-        "bound": rounded(bound, _ROW_DIGITS),
+        "bound": rounded(bound, _COST_DIGITS),
         "unsolvable": math.isinf(bound),
         "proof": "" if proof is None else proof.message,
         "ends": steps_of(np.array([problem.start, problem.goal]), problem),
@@ -86,7 +87,7 @@ def _cell(scenario: Scenario, place: int, runs: Sequence[Run]) -> dict[str, Any]
         "length": rounded(solution.length),
         "risk": rounded(solution.risk),
         "clearance": rounded(solution.clearance),
-        "seconds": rounded(solution.seconds + solution.build_seconds),
+        "seconds": rounded(solution.total_seconds),
         "first": ends_of(estimate([to_target(one).seconds for one in solutions])),
         "number": typical.number,
         "path": path_steps(solution.path, scenario.problem) if _is_drawn(solution) else [],
@@ -105,16 +106,16 @@ def typical_run(runs: Sequence[Run]) -> Run:
     Where most runs found no path that may be flown, it is one of those that did not: an infeasible one, if there is
     one, else the first.
     """
-    ordered = sorted(runs, key=lambda run: (path_cost(run.solution), run.solution.status is not Status.INFEASIBLE))
-    middle = ordered[(len(ordered) - 1) // 2]
+    middle = median_run(runs, [path_cost(run.solution) for run in runs])
     if middle.solution.status.is_path:
         return middle
-    return next(run for run in ordered if not run.solution.status.is_path)
+    failed = [run for run in runs if not run.solution.status.is_path]
+    return next((run for run in failed if run.solution.status is Status.INFEASIBLE), failed[0])
 
 
 def ends_of(found: Estimate) -> list[float | None]:
     """Return a median and its interval for the page: None for "never" and for "no end"."""
-    return rounded_all(found, _ROW_DIGITS)
+    return rounded_all(found, _COST_DIGITS)
 
 
 def _curve(solutions: Sequence[Solution]) -> dict[str, Any] | None:
@@ -129,6 +130,20 @@ def _curve(solutions: Sequence[Solution]) -> dict[str, Any] | None:
     return document
 
 
+def columns_document() -> list[dict[str, Any]]:
+    """
+    Describe the columns of the table of runs, in order: where it finds them, their titles, and how they are written.
+
+    Examples
+    --------
+    >>> columns_document()[5]
+    {'key': 'cost', 'head': 'cost', 'kind': 'number', 'format': 'figure', 'digits': 6}
+    """
+    names = ("key", "head", "kind", "format", "digits")
+    columns = [{name: getattr(column, name) for name in names} for column in SHOWN]
+    return [column | {"head": "#"} if column["key"] == "number" else column for column in columns]
+
+
 def rows_document(runs: Sequence[Run], scenarios: Sequence[str], solvers: Sequence[str]) -> dict[str, Any]:
     """
     Turn the runs into columns.
@@ -138,36 +153,29 @@ def rows_document(runs: Sequence[Run], scenarios: Sequence[str], solvers: Sequen
     runs
         All runs, in order.
     scenarios, solvers
-        Names; the columns of these names hold places in these lists. So does ``message``, in ``messages``.
+        Names; the columns of these names hold places in these lists.
 
     Returns
     -------
     document
-        One list a column, None for what is no number.
+        One list a column, None for what is no number. Columns of words hold places: that of the status in
+        `statuses_document`, others in the lists of ``words``.
     """
-    scenario_places = {name: number for number, name in enumerate(scenarios)}
-    solver_places = {label: number for number, label in enumerate(solvers)}
-    status_places = {status: number for number, status in enumerate(Status)}
-    messages: dict[str, int] = {"": 0}
-    solutions = [run.solution for run in runs]
-    return {
-        "number": [run.number for run in runs],
-        "scenario": [scenario_places[run.scenario.name] for run in runs],
-        "solver": [solver_places[run.solver] for run in runs],
-        "seed": [run.seed for run in runs],
-        "status": [status_places[one.status] for one in solutions],
-        "cost": [rounded(one.cost, _ROW_DIGITS) for one in solutions],
-        "gap": [rounded(one.gap) if one.status.is_path else None for one in solutions],
-        "length": rounded_all([one.length for one in solutions], 6),
-        "risk": rounded_all([one.risk for one in solutions]),
-        "clearance": rounded_all([one.clearance for one in solutions]),
-        "seconds": rounded_all([one.seconds for one in solutions]),
-        "build": rounded_all([one.build_seconds for one in solutions]),
-        "evaluations": [rounded(one.evaluations, 12) for one in solutions],
-        "megabytes": rounded_all([run.megabytes for run in runs]),
-        "message": [messages.setdefault(str(one.message), len(messages)) for one in solutions],
-        "messages": list(messages),
-    }
+    known = {"scenario": scenarios, "solver": solvers, "status": [status.label for status in Status]}
+    rows = [row(run, columns=SHOWN) for run in runs]
+    document: dict[str, Any] = {"words": {}}
+    for column in SHOWN:
+        values = [one[column.key] for one in rows]
+        if column.kind == "word":
+            words = known.get(column.key) or list(dict.fromkeys(values))
+            places = {word: place for place, word in enumerate(words)}
+            values = [places[word] for word in values]
+            if column.key not in known:
+                document["words"][column.key] = words
+        elif column.kind == "number":
+            values = [None if value is None else rounded(value, column.kept) for value in values]
+        document[column.key] = values
+    return document
 
 
 def statuses_document() -> list[dict[str, Any]]:

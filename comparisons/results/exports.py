@@ -10,15 +10,16 @@ from typing import Any
 
 from cgla_graph.comparisons import files
 from cgla_graph.comparisons.results.latex import booktabs
-from cgla_graph.comparisons.rows import COLUMNS, best_exact, by_scenario, json_number, row
+from cgla_graph.comparisons.rows import best_exact, by_scenario, row
+from cgla_graph.comparisons.run_columns import COLUMNS, Kind
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.standing_columns import standing_cells, standing_heads, standing_notes
 from cgla_graph.comparisons.standings import standings
 from cgla_graph.comparisons.study.stored import FILE, Stored, reading
 from cgla_graph.errors import CglaError, OutputError
 
-#: What runs of a study have beside `COLUMNS`.
-RUN_COLUMNS = ("number", *COLUMNS, "settings", "megabytes", "host", "exact")
+#: What is said of a run of a study.
+RUN_COLUMNS = tuple(column.key for column in COLUMNS)
 #: The tables of OMPL's benchmark databases: which of their rows belong to chosen runs.
 _OMPL_TABLES = {
     "experiments": "id IN (SELECT experimentid FROM runs WHERE id IN (SELECT value FROM json_each(?)))",
@@ -27,8 +28,8 @@ _OMPL_TABLES = {
     "runs": "id IN (SELECT value FROM json_each(?))",
     "progress": "runid IN (SELECT value FROM json_each(?))",
 }
-_INTEGERS = {"number", "seed", "evaluations", "waypoints"}
-_WORDS = {"scenario", "solver", "status", "message", "settings", "host"}
+#: What pyarrow calls the types of columns.
+_ARROW_TYPES: Mapping[Kind, str] = {"word": "string", "whole": "int64", "number": "float64", "flag": "bool_"}
 
 
 def run_rows(runs: Sequence[Run], every: Sequence[Run]) -> list[dict[str, Any]]:
@@ -52,23 +53,7 @@ def run_rows(runs: Sequence[Run], every: Sequence[Run]) -> list[dict[str, Any]]:
     [('straight-line', 'found', False)]
     """
     best = {id(group[0].scenario): best_exact(group) for group in by_scenario(every)}
-    return [
-        {
-            "number": run.number,
-            **row(run, best[id(run.scenario)]),
-            "settings": json.dumps({key: _plain(value) for key, value in run.settings.items()}, ensure_ascii=False),
-            "megabytes": json_number(run.megabytes),
-            "host": run.host,
-            "exact": run.exact,
-        }
-        for run in runs
-    ]
-
-
-def _plain(value: Any) -> Any:  # noqa: ANN401 - a solver's setting may be anything
-    """Return a setting that JSON knows; what it does not know, as text."""
-    finite = not isinstance(value, float) or json_number(value) is not None
-    return value if isinstance(value, (bool, int, float, str, type(None))) and finite else str(value)
+    return [row(run, best[id(run.scenario)], COLUMNS) for run in runs]
 
 
 def check_targets(targets: Sequence[Path], folder: Path) -> None:
@@ -142,19 +127,11 @@ def _jsonl(stored: Stored, runs: Sequence[Run]) -> bytes:
 def _parquet(stored: Stored, runs: Sequence[Run]) -> bytes:
     pa = _pyarrow()
     parquet = importlib.import_module("pyarrow.parquet")
-    fields = [(name, _arrow_type(pa, name)) for name in RUN_COLUMNS]
+    fields = [(column.key, getattr(pa, _ARROW_TYPES[column.kind])()) for column in COLUMNS]
     table = pa.Table.from_pylist([_utf8(one) for one in run_rows(runs, stored.runs)], schema=pa.schema(fields))
     sink = pa.BufferOutputStream()
     parquet.write_table(table.replace_schema_metadata({"title": _utf8_text(stored.title)}), sink)
     return bytes(sink.getvalue())
-
-
-def _arrow_type(pa: Any, name: str) -> Any:  # noqa: ANN401 - pyarrow has no types
-    if name in _WORDS:
-        return pa.string()
-    if name == "exact":
-        return pa.bool_()
-    return pa.int64() if name in _INTEGERS else pa.float64()
 
 
 def _utf8(row: Mapping[str, Any]) -> dict[str, Any]:

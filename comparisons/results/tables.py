@@ -1,12 +1,13 @@
 """What `cgla results` prints of a study: standings, a table a solver, single runs, and failures."""
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 from cgla_graph.comparisons.failures import FailureGroup, failure_groups
 from cgla_graph.comparisons.fitted_table import FittedTable
 from cgla_graph.comparisons.overview import Overview
-from cgla_graph.comparisons.rows import Summary, by_scenario, summaries
+from cgla_graph.comparisons.rows import Summary, by_scenario, row, summaries
+from cgla_graph.comparisons.run_columns import SHOWN, Format, RunColumn
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.standing_columns import SPARE, standing_cells, standing_heads, standing_notes
 from cgla_graph.comparisons.standings import Standing
@@ -19,8 +20,18 @@ _MOST_MESSAGES = 3
 
 _SOLVER_HEADS = ("runs", "cost", "gap", "length", "risk", "clearance", "time", "build", "seed spread")
 _SOLVER_SPARE = ("clearance", "build", "seed spread", "risk", "length", "runs", "time", "gap")
-_RUN_HEADS = ("seed", "cost", "gap", "length", "risk", "clearance", "time", "build", "evaluations", "memory")
-_RUN_SPARE = ("memory", "clearance", "evaluations", "build", "risk", "length", "seed", "time", "gap", "scenario")
+#: The columns of single runs that stand on the left.
+_RUN_LEFT = ("number", "scenario", "solver", "status")
+#: How the numbers of single runs are written, from the value and its significant digits.
+_WRITE: Mapping[Format, Callable[[float, int], str]] = {
+    "plain": lambda value, _: str(value),
+    "count": lambda value, _: f"{value:,.0f}",
+    "figure": figure,
+    "percent": lambda value, _: percent(value),
+    "time": lambda value, _: duration(value),
+    "time-if-any": lambda value, _: duration(value) if value else DASH,
+    "memory": lambda value, digits: f"{figure(value, digits)} MiB",
+}
 
 
 def overview_lines(said: Overview) -> list[str]:
@@ -69,30 +80,29 @@ def _scenario_cells(scenario: str, n_runs: int, summary: Summary) -> list[str]:
 
 def runs_table(title: str, runs: Sequence[Run]) -> FittedTable:
     """Show single runs: a line each, with the number that ``--rerun`` takes."""
-    rows: list[Sequence[str]] = [_run_cells(run) for run in runs]
-    left = ("number", "scenario", "solver", "status")
-    notes = ["number: cgla results DIR --rerun NUMBER runs it again"]
-    return FittedTable(title, left, _RUN_HEADS, _RUN_SPARE, notes, rows)
+    left = [column for column in SHOWN if column.key in _RUN_LEFT]
+    right = [column for column in SHOWN if column.key not in _RUN_LEFT and column.kind != "word"]
+    shown = [*left, *right]
+    spare = sorted((column for column in shown if column.spare is not None), key=lambda column: column.spare or 0)
+    return FittedTable(
+        title,
+        [column.head for column in left],
+        [column.head for column in right],
+        [column.head for column in spare],
+        ["number: cgla results DIR --rerun NUMBER runs it again"],
+        [_run_cells(run, shown) for run in runs],
+    )
 
 
-def _run_cells(run: Run) -> list[str]:
-    solution = run.solution
-    return [
-        "-" if run.number is None else str(run.number),
-        run.scenario.name,
-        run.solver,
-        solution.status.label,
-        "-" if run.seed is None else str(run.seed),
-        figure(solution.cost, 6),
-        percent(solution.gap) if solution.status.is_path else "-",
-        figure(solution.length, 6),
-        figure(solution.risk, 4),
-        figure(solution.clearance, 3),
-        _time(solution.seconds),
-        _time(solution.build_seconds) if solution.build_seconds else "-",
-        f"{solution.evaluations:,.0f}" if math.isfinite(solution.evaluations) else "-",
-        f"{figure(run.megabytes, 3)} MiB" if math.isfinite(run.megabytes) else "-",
-    ]
+def _run_cells(run: Run, columns: Sequence[RunColumn]) -> list[str]:
+    values = zip(columns, row(run, columns=columns).values(), strict=True)
+    return [_run_cell(column, value) for column, value in values]
+
+
+def _run_cell(column: RunColumn, value: Any) -> str:  # noqa: ANN401 - what files hold of it
+    if column.kind == "word":
+        return str(value)
+    return DASH if value is None else _WRITE[column.format](value, column.digits)
 
 
 def failure_lines(runs: Sequence[Run]) -> list[str]:
@@ -114,7 +124,3 @@ def _failure_line(group: FailureGroup) -> str:
     again = "" if number is None else f" (--rerun {number})"
     where = f"{counted(len(group.runs), 'run')} on {listed(group.scenarios)}"
     return f"{group.solver}: {group.status.label} in {where}{again}{f': {group.message}' if group.message else ''}"
-
-
-def _time(seconds: float) -> str:
-    return duration(seconds) if math.isfinite(seconds) else DASH

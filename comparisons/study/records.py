@@ -58,7 +58,7 @@ def run_row(run: Run) -> tuple[float | int | None, ...]:
     of_path = (solution.length, solution.cost, solution.risk, solution.clearance)
     length, cost, risk, clearance = (_finite(value) if is_path else None for value in of_path)
     return (
-        _finite(solution.build_seconds + solution.seconds),
+        _finite(solution.total_seconds),
         _finite(run.megabytes),
         STATUS[solution.status],
         # both alike: a path that may not be flown solves nothing

@@ -373,24 +373,22 @@
     order.forEach((place, i) => { rank[place] = i; });
     return i => rank[rows()[column][i]];
   };
-  const number = column => () => i => rows()[column][i];
-  const COLUMNS = [
-    { key: 'number', head: '#', rank: number('number'), text: i => isNumber(rows().number[i]) ? String(rows().number[i]) : '–', kind: 'number' },
-    { key: 'scenario', head: 'scenario', rank: () => byName('scenario', state.data.names), text: i => state.data.names[rows().scenario[i]], kind: 'name' },
-    { key: 'solver', head: 'solver', rank: () => byName('solver', state.data.solvers), text: i => state.data.solvers[rows().solver[i]], kind: 'name' },
-    { key: 'seed', head: 'seed', rank: number('seed'), text: i => isNumber(rows().seed[i]) ? String(rows().seed[i]) : '–', kind: 'number' },
-    { key: 'status', head: 'status', rank: number('status'), text: i => status(i).label, kind: 'status' },
-    { key: 'cost', head: 'cost', rank: number('cost'), text: i => figure(rows().cost[i], 6), kind: 'number' },
-    { key: 'gap', head: 'gap', rank: number('gap'), text: i => percent(rows().gap[i]), kind: 'number' },
-    { key: 'length', head: 'length', rank: number('length'), text: i => figure(rows().length[i], 6), kind: 'number' },
-    { key: 'risk', head: 'risk', rank: number('risk'), text: i => figure(rows().risk[i], 4), kind: 'number' },
-    { key: 'clearance', head: 'clearance', rank: number('clearance'), text: i => figure(rows().clearance[i], 3), kind: 'number' },
-    { key: 'seconds', head: 'time', rank: number('seconds'), text: i => isNumber(rows().seconds[i]) ? seconds(rows().seconds[i]) : '–', kind: 'number' },
-    { key: 'build', head: 'build', rank: number('build'), text: i => rows().build[i] ? seconds(rows().build[i]) : '–', kind: 'number' },
-    { key: 'evaluations', head: 'evaluations', rank: number('evaluations'), text: i => count(rows().evaluations[i]), kind: 'number' },
-    { key: 'megabytes', head: 'memory', rank: number('megabytes'), text: i => isNumber(rows().megabytes[i]) ? `${figure(rows().megabytes[i], 3)} MiB` : '–', kind: 'number' },
-    { key: 'message', head: 'message', rank: () => byName('message', rows().messages), text: i => rows().messages[rows().message[i]], kind: 'message' },
-  ];
+  // how numbers are written, by the format that the document names
+  const WRITE = {
+    plain: String, count, figure, percent, time: seconds, 'time-if-any': value => value ? seconds(value) : '–',
+    memory: (value, digits) => `${figure(value, digits)} MiB`,
+  };
+  function columnOf({ key, head, kind, format, digits }) {
+    const value = i => rows()[key][i];
+    if (format === 'status') return { key, head, rank: () => value, text: i => status(i).label, kind: format };
+    if (kind !== 'word') {
+      const write = WRITE[format];
+      return { key, head, rank: () => value, text: i => isNumber(value(i)) ? write(value(i), digits) : '–', kind: 'number' };
+    }
+    const words = () => ({ scenario: state.data.names, solver: state.data.solvers })[key] ?? rows().words[key];
+    return { key, head, rank: () => byName(key, words()), text: i => words()[value(i)], kind: format };
+  }
+  const COLUMNS = state.data.columns.map(columnOf);
   // what the search looks into
   const WORDS = COLUMNS.filter(({ kind }) => kind !== 'number');
   let order = [], haystacks = null;
