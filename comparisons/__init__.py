@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from cgla_graph.comparisons.rows import summaries as summaries
     from cgla_graph.comparisons.runner import Run as Run
     from cgla_graph.comparisons.runner import compare as compare
-    from cgla_graph.comparisons.standings import standings as standings
+    from cgla_graph.comparisons.standing import standings as standings
     from cgla_graph.comparisons.study.execution import run_study as run_study
     from cgla_graph.comparisons.study.stored import load as load
     from cgla_graph.comparisons.study.study import Study as Study
@@ -24,7 +24,7 @@ _HOMES = {
     "performances": "performance",
     "rows_of": "rows",
     "run_study": "study.execution",
-    "standings": "standings",
+    "standings": "standing",
     "summaries": "rows",
 }
 __all__ = [

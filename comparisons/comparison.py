@@ -12,7 +12,7 @@ from cgla_graph.comparisons.performance import performances
 from cgla_graph.comparisons.results.lookup import print_standings
 from cgla_graph.comparisons.rows import by_scenario, rows_of
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.standings import standings
+from cgla_graph.comparisons.standing import standings
 from cgla_graph.comparisons.study.database import FILE, Database, load, load_study
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.study import Study

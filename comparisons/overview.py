@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from cgla_graph.comparisons.paired import Paired
 from cgla_graph.comparisons.ranking import Ranking
-from cgla_graph.comparisons.standings import Standing
+from cgla_graph.comparisons.standing import Standing
 from cgla_graph.comparisons.statistics import CONFIDENCE
 from cgla_graph.comparisons.tables import percent
 from cgla_graph.comparisons.words import counted, estimate_cell, listed, p_equals

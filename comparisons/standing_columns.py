@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from cgla_graph.comparisons.standings import NEAR_PERCENT, Standing
+from cgla_graph.comparisons.standing import NEAR_PERCENT, Standing
 from cgla_graph.comparisons.statistics import FEWEST_RUNS
 from cgla_graph.comparisons.tables import duration, figure, percent
 from cgla_graph.comparisons.words import DASH, Cell, estimate_cell, or_never, p_value, rate_cell, ratio

@@ -1,6 +1,7 @@
 """Imports run one way: comparisons -> solvers -> the model, and only under the package's own name."""
 
 import ast
+import importlib
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -95,3 +96,13 @@ def test_the_links_lead_to_the_folders(layer: str) -> None:
         pytest.skip("this checkout has no symbolic links")
     assert link.resolve() == FOLDERS[layer]
     assert not link.readlink().is_absolute()
+
+
+@pytest.mark.parametrize("name", ["cgla_graph", "cgla_graph.solvers", "cgla_graph.comparisons"])
+def test_no_name_of_a_package_is_that_of_a_module_in_it(name: str) -> None:
+    # importing the module would put it in the name's place
+    package = importlib.import_module(name)
+    folder = Path(str(package.__file__)).parent
+    modules = {path.stem for path in folder.iterdir() if path.suffix == ".py" or path.is_dir()}
+    # the face hands on whole packages, too
+    assert modules & set(package.__all__) <= {"solvers", "comparisons"}

@@ -28,7 +28,7 @@ from cgla_graph.comparisons.report.payload import typical_run
 from cgla_graph.comparisons.report.pictures import critical_difference, failure_grid
 from cgla_graph.comparisons.report.steps import thinned
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.standings import standings
+from cgla_graph.comparisons.standing import standings
 from cgla_graph.comparisons.study.stored import Stored
 from cgla_graph.errors import OutputError
 from cgla_graph.lattice import Lattice

@@ -24,7 +24,7 @@ from cgla_graph.comparisons.results.filters import Filters
 from cgla_graph.comparisons.results.regression_table import regression_table
 from cgla_graph.comparisons.results.rerun import Rerun
 from cgla_graph.comparisons.results.tables import failure_lines, runs_table, solver_tables, standings_table
-from cgla_graph.comparisons.standings import standings
+from cgla_graph.comparisons.standing import standings
 from cgla_graph.comparisons.study.database import FILE, Database, Stored, load
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.study import Study

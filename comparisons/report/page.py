@@ -29,7 +29,7 @@ from cgla_graph.comparisons.report.pictures import critical_difference, failure_
 from cgla_graph.comparisons.report.steps import MOST_POINTS_OVERALL, rounded_all, thinned
 from cgla_graph.comparisons.rows import by_scenario, by_solver
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.standings import Standing, standings
+from cgla_graph.comparisons.standing import Standing, standings
 from cgla_graph.comparisons.study.stored import Session, Stored
 
 NOTES = (

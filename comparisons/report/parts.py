@@ -6,8 +6,8 @@ from typing import Any
 from cgla_graph.comparisons.failures import failed, failure_groups
 from cgla_graph.comparisons.ranking import Ranking
 from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.standing import Standing
 from cgla_graph.comparisons.standing_columns import COLUMNS
-from cgla_graph.comparisons.standings import Standing
 from cgla_graph.comparisons.words import DASH, Cell, listed, p_equals
 from cgla_graph.solution import Status
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from cgla_graph.comparisons.ranking import Ranking, cd_diagram
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.standings import Standing
+from cgla_graph.comparisons.standing import Standing
 
 _SIDE, _AXIS = 240, 420  # pixels: room for names on either side, and the axis between
 _LINE, _BAR_LINE = 20, 10  # pixels: between names, and between bars

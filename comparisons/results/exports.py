@@ -13,8 +13,8 @@ from cgla_graph.comparisons.results.latex import booktabs
 from cgla_graph.comparisons.rows import best_exact, by_scenario, row
 from cgla_graph.comparisons.run_columns import COLUMNS, Kind
 from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.standing import standings
 from cgla_graph.comparisons.standing_columns import standing_cells, standing_heads, standing_notes
-from cgla_graph.comparisons.standings import standings
 from cgla_graph.comparisons.study.stored import FILE, Stored, reading
 from cgla_graph.errors import CglaError, OutputError
 

@@ -27,7 +27,7 @@ from cgla_graph.comparisons.results.tables import (
 )
 from cgla_graph.comparisons.rows import json_number
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.standings import Standing, standings
+from cgla_graph.comparisons.standing import Standing, standings
 from cgla_graph.comparisons.study.stored import Stored, load
 from cgla_graph.comparisons.words import counted
 from cgla_graph.errors import CglaError

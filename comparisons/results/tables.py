@@ -9,8 +9,8 @@ from cgla_graph.comparisons.overview import Overview
 from cgla_graph.comparisons.rows import Summary, by_scenario, row, summaries
 from cgla_graph.comparisons.run_columns import SHOWN, Format, RunColumn
 from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.standing import Standing
 from cgla_graph.comparisons.standing_columns import SPARE, standing_cells, standing_heads, standing_notes
-from cgla_graph.comparisons.standings import Standing
 from cgla_graph.comparisons.tables import duration, figure, percent
 from cgla_graph.comparisons.words import DASH, counted, listed
 from cgla_graph.solution import Status

@@ -15,7 +15,7 @@ from cgla_graph.comparisons.paired import against, all_pairs
 from cgla_graph.comparisons.profiles import instance_costs
 from cgla_graph.comparisons.ranking import ranking
 from cgla_graph.comparisons.runner import Run, compare
-from cgla_graph.comparisons.standings import Standing, standings
+from cgla_graph.comparisons.standing import Standing, standings
 from cgla_graph.comparisons.statistics import Estimate, success_interval
 from cgla_graph.scenario import Scenario, scenario_from_toml
 from cgla_graph.solution import Solution, Status
