@@ -15,7 +15,7 @@ from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.standing import standings
 from cgla_graph.comparisons.study.database import FILE, Database, load, load_study
 from cgla_graph.comparisons.study.execution import run_study
-from cgla_graph.comparisons.study.study import Study
+from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.comparisons.study.study_file import is_study_file, read_study
 from cgla_graph.cost_model import n_cores
 from cgla_graph.errors import CglaError
@@ -259,8 +259,9 @@ def _run_maps(request: Request, how: How, done: Compared) -> None:
                     tick(f"{run.scenario.name}: {run.solver}")
         except KeyboardInterrupt:
             done.interrupted = True
-    done.runs.sort(key=lambda run: cells[run.scenario.name, run.solver, run.seed])  # type: ignore[index]
-    if how.folder is not None:
+    if how.folder is None:
+        done.runs.sort(key=lambda run: cells[Cell(run.scenario.name, run.solver, run.seed)])
+    else:
         stored = load(how.folder)
         done.runs, done.left = stored.runs, stored.n_cells - len(stored.runs)
         done.written += [how.folder / FILE, *output.write_study(stored)]

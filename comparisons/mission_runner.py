@@ -12,6 +12,8 @@ from cgla_graph.comparisons import files, terminal
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.flight_runs import COLUMNS, FlightRun, FlightRuns
 from cgla_graph.comparisons.flown import Flown, Sortie
+from cgla_graph.comparisons.options import number_names
+from cgla_graph.comparisons.runner import reason
 from cgla_graph.comparisons.study.execution import limits_where, made
 from cgla_graph.comparisons.study.isolation import Call, limited, use_up
 from cgla_graph.comparisons.study.limits import Limits, lost
@@ -65,21 +67,7 @@ def split(specs: Sequence[str], **for_maps: object) -> tuple[list[str], list[Mis
         remedy = "name refine:base=NAME as a solver" if unfit[0] == "--refine" else "compare maps and missions apart"
         msg = f"{unfit[0]} is for maps, and {missions[0].name} is a mission; {remedy}"
         raise CglaError(msg)
-    return [spec for spec in specs if not is_mission_file(spec)], _numbered(missions)
-
-
-def _numbered(missions: Sequence[MissionFile]) -> list[MissionFile]:
-    """Give missions numbers where their name is taken."""
-    taken: set[str] = set()
-    found = []
-    for mission in missions:
-        name, number = mission.name, 1
-        while name in taken:
-            number += 1
-            name = f"{mission.name}-{number}"
-        taken.add(name)
-        found.append(dataclasses.replace(mission, name=name))
-    return found
+    return [spec for spec in specs if not is_mission_file(spec)], number_names(missions)
 
 
 def pilots(contenders: Sequence[Contender], *, chosen: bool) -> list[Contender]:
@@ -273,7 +261,7 @@ def _run(mission: MissionFile, variant: str, contender: Contender, seed: int | N
     except CglaError as error:
         return FlightRun(*names, status="failed", message=" ".join(str(error).split()))
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a comparison survives any solver
-        return FlightRun(*names, status="failed", message=f"{type(error).__name__}: {error}".splitlines()[0])
+        return FlightRun(*names, status="failed", message=reason(error))
     sortie = Sortie(mission.name, variant, mission.title, contender.label, built, mission.projection)
     given = {f.name: getattr(sortie, f.name) for f in dataclasses.fields(Sortie)}
     flown = Flown(**given, flight=flight)

@@ -4,6 +4,7 @@ import dataclasses
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from typing import TypeVar
 
 from cgla_graph._types import Point
 from cgla_graph.comparisons.contender import Contender, check_settings, every_solver, parse_budget
@@ -12,7 +13,10 @@ from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.errors import CglaError
 from cgla_graph.inputs import open_scenarios
 from cgla_graph.lattice import Lattice
+from cgla_graph.mission_file import MissionFile
 from cgla_graph.scenario import Scenario
+
+NamedT = TypeVar("NamedT", Scenario, MissionFile)
 
 
 def read_contenders(text: str | None, *, budget: str | None = None, refine: bool = False) -> list[Contender]:
@@ -147,7 +151,7 @@ def read_limits(text: str | None) -> Limits:
     """
     fields = {"seconds": "seconds", "memory": "megabytes"}
     given: dict[str, float] = {}
-    for part in (text or "").split(",") if text is not None else ():
+    for part in [] if text is None else text.split(","):
         key, equals, value = (word.strip() for word in part.partition("="))
         try:
             number = float(value)
@@ -160,9 +164,9 @@ def read_limits(text: str | None) -> Limits:
     return Limits(**given)
 
 
-def number_names(scenarios: Iterable[Scenario]) -> list[Scenario]:
+def number_names(scenarios: Iterable[NamedT]) -> list[NamedT]:
     """
-    Give scenarios numbers where their name is taken, so that their rows can be told apart.
+    Give scenarios, or missions, numbers where their name is taken, so that their rows can be told apart.
 
     All of them are opened before any work, so that a fault in the last one is found first.
     """
