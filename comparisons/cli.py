@@ -9,7 +9,7 @@ import io
 import json
 import shlex
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -424,14 +424,10 @@ def solvers(as_json: JsonOption = False) -> None:
 
     Says what each is and promises, its settings, and what is missing where one cannot run.
     """
-    from cgla_graph.comparisons import tables
     from cgla_graph.solvers import registry
 
     lines = [registry.describe(name) for name in registry.names(installed=False)]
-    if as_json:
-        _print_json({"solvers": lines})
-    else:
-        terminal.out_table(tables.listing("solvers", list(lines[0]), lines))
+    _print_listing("solvers", list(lines[0]), lines, as_json)
 
 
 @app.command()
@@ -448,7 +444,6 @@ def scenarios(
     With --show, prints the file of one as a start for your own; with --schema, the JSON schema of such files.
     """
     from cgla_graph import scenario
-    from cgla_graph.comparisons import tables
 
     if schema:
         _print_json(scenario.schema())
@@ -457,10 +452,7 @@ def scenarios(
     else:
         opened = [scenario.load_scenario(name) for name in scenario.shipped()]
         lines = [{"name": one.name, "title": one.title, "notes": one.notes} for one in opened]
-        if as_json:
-            _print_json({"scenarios": lines})
-        else:
-            terminal.out_table(tables.listing("scenarios", ["name", "title"], lines))
+        _print_listing("scenarios", ["name", "title"], lines, as_json)
 
 
 @app.command()
@@ -477,7 +469,6 @@ def missions(
     With --show, prints the file of one as a start for your own; with --schema, the JSON schema of such files.
     """
     from cgla_graph import mission_file
-    from cgla_graph.comparisons import tables
 
     if schema:
         _print_json(mission_file.mission_schema())
@@ -495,11 +486,21 @@ def missions(
             }
             for one in opened
         ]
-        if as_json:
-            _print_json({"missions": lines})
-        else:
-            plain = [{**line, "variants": ", ".join(line["variants"])} for line in lines]
-            terminal.out_table(tables.listing("missions", ["name", "title", "uavs", "variants"], plain))
+        _print_listing("missions", ["name", "title", "uavs", "variants"], lines, as_json)
+
+
+def _print_listing(what: str, heads: Sequence[str], lines: Sequence[Mapping[str, Any]], as_json: bool) -> None:
+    """Print records: all of each as JSON, or these columns as a table."""
+    from cgla_graph.comparisons import tables
+
+    if as_json:
+        _print_json({what: lines})
+        return
+    plain = [
+        {head: ", ".join(line[head]) if isinstance(line[head], list) else line[head] for head in heads}
+        for line in lines
+    ]
+    terminal.out_table(tables.listing(what, heads, plain))
 
 
 def _print_json(document: dict[str, Any]) -> None:
