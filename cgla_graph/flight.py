@@ -30,6 +30,7 @@ EventKind: TypeAlias = Literal[
     "kept",
     "near",
     "no-path",
+    "stuck",
     "collision",
     "arrived",
     "livelock",
@@ -51,6 +52,7 @@ class MissionStatus(Enum):
     ARRIVED = "arrived at its goal"
     OUT_OF_TICKS = "did not arrive within the ticks of the mission"
     NO_PATH = "found no path to its goal"
+    STUCK = "got stuck: its planner knew no further step"
     COLLISION = "came closer to another UAV than the collision distance"
     LIVELOCK = "flies in circles for ever: the whole state of the mission came back"
     INTERRUPTED = "was still flying when the mission was interrupted"
@@ -75,7 +77,7 @@ class Event:
         a threat or area that it did not know; ``refuted``: it saw that one it believed in is not there; ``learned``:
         another UAV (`source`) told it; ``planned``: it has a new plan; ``kept``: it found no better one and keeps its
         old; ``near``: another UAV is within the safe distance, terminal discs or not; ``appeared-on``: a threat or
-        area came up around it; ``collision``, ``arrived``, ``no-path``, ``livelock``, ``out-of-ticks``,
+        area came up around it; ``collision``, ``arrived``, ``no-path``, ``stuck``, ``livelock``, ``out-of-ticks``,
         ``interrupted``: its end.
     uav
         To whom.

@@ -132,7 +132,7 @@ class Pilot:
         """Return all that decides what it does from a tick on, whenever that is; journals apart, which only grow."""
         plan = b"" if self.plan is None else self.plan.points.tobytes() + self.plan.times.tobytes()
         place = self.number, self.position, self.heading
-        return *place, plan, tick - self.plan_since, self.planned_on, tuple(self.visited)
+        return *place, plan, tick - self.plan_since, self.planned_on, tuple(self.visited), self.planner.memory
 
     def flown(self, world: World, tick: int, step: float) -> UavFlight:
         """Return the flight so far; `step` is what it flies in a tick, map units."""

@@ -1,6 +1,7 @@
 """How a UAV of a mission plans: the solver it was given, on what it knows, with as little work as a change needs."""
 
 import dataclasses
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
 
@@ -18,6 +19,7 @@ from cgla_graph.problem import GraphProblem, Problem
 from cgla_graph.repair import lazy_cost_matrix, linked, repair, reweigh, with_node
 from cgla_graph.risk import RiskField, Threat
 from cgla_graph.solution import Solution, Status
+from cgla_graph.steps import StepByStep
 
 if TYPE_CHECKING:
     from cgla_graph.mission import Mission
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
 
 #: A bend by less than this, in radians, is rounding.
 IN_LINE = 1e-9
+#: What rounding may add to the length of a step, relative to it.
+ROUNDING = 1e-9
 
 
 @runtime_checkable
@@ -78,12 +82,21 @@ class Planner:
     ----------
     mission, uav
         The rules, and whose plans these are.
+    memory
+        Of a solver that decides step by step: what it remembers.
     """
 
     mission: "Mission"
     uav: "Uav"
     _matrix: CostMatrix | None = field(default=None, repr=False)
     _graph: GeometricGraph | None = field(default=None, repr=False)
+    memory: Hashable = None
+
+    @property
+    def by_steps(self) -> bool:
+        """Whether the solver decides each tick anew; plans that others are to rely on are whole paths."""
+        mission = self.mission
+        return isinstance(mission.solver, StepByStep) and mission.avoidance == "none" and mission.movement == "step"
 
     def plan(self, situation: Situation) -> Solution:
         """
@@ -102,6 +115,8 @@ class Planner:
             return Solution(Status.NO_PATH, message=f"its goal {self.uav.goal} is inside a no-fly area now")
         try:
             problem = self.problem(situation)
+            if self.by_steps:
+                return self._step(problem)
             return self._judged(problem, self._solve(problem, situation))
         except CglaError as error:
             return Solution(Status.FAILED, message=str(error))
@@ -174,6 +189,19 @@ class Planner:
             solver = dataclasses.replace(solver, resolution=self.mission.lattice)
         answer: Solution = solver.solve(problem)
         return answer
+
+    def _step(self, problem: Problem) -> Solution:
+        """Ask for one step; the oracle sees that it may be flown, and the mission that it is no longer than a step."""
+        step = self.mission.step_of(self.uav)
+        move = self.mission.solver.move(problem, self.memory, step)
+        self.memory = move.memory
+        if move.stuck:
+            return Solution(Status.STUCK, message=move.stuck)
+        judged = problem.evaluate(move.path)
+        if tuple(move.path[0]) != problem.start or not judged.feasible or judged.length > step * (1.0 + ROUNDING):
+            reason = "; ".join(judged.violations) or f"from {problem.start}, it is {judged.length:g} long"
+            return Solution(Status.FAILED, message=f"the step does not stand up to the oracle: {reason}")
+        return Solution(Status.FOUND, path=move.path, cost=judged.cost, length=judged.length, risk=judged.risk)
 
     def _complete(self, model: CostModel, *extra: Point) -> GeometricGraph:
         """Lay the complete graph over the mission's lattice and some more points."""

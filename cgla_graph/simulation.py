@@ -22,7 +22,7 @@ from cgla_graph.planner import Planner, Situation
 from cgla_graph.risk import RiskField, Threat
 from cgla_graph.sensing import sightings
 from cgla_graph.sharing import Radio
-from cgla_graph.solution import Solution
+from cgla_graph.solution import Solution, Status
 from cgla_graph.trajectory import Disc, Trajectory
 from cgla_graph.world import union_of
 
@@ -222,7 +222,8 @@ class Simulation:
             pilot.obstacles.append((self.tick, obstacles))
         excluded = self._excluded(pilot)
         planned_on = tuple(pilot.belief.threats.items()), pilot.belief.areas, obstacles, excluded
-        if pilot.plan is not None and self.mission.replan == "change" and planned_on == pilot.planned_on:
+        on_change = self.mission.replan == "change" and not pilot.planner.by_steps
+        if pilot.plan is not None and on_change and planned_on == pilot.planned_on:
             return
         situation = self._situation(pilot, obstacles, excluded)
         pilot.position, pilot.planned_on = situation.position, planned_on
@@ -233,7 +234,7 @@ class Simulation:
         elif solution.status.is_path:
             self._follow(pilot, self._motion_along(pilot, solution.path))
         else:
-            self._give_up(pilot, solution.message or solution.status.value)
+            self._give_up(pilot, solution.message or solution.status.value, stuck=solution.status is Status.STUCK)
         pilot.seconds += time.perf_counter() - began
 
     def _situation(self, pilot: Pilot, obstacles: tuple[Threat, ...], excluded: frozenset[int]) -> Situation:
@@ -255,9 +256,10 @@ class Simulation:
         pilot.replans.append(self.tick)
         self._say("planned", pilot, waypoints=len(plan.points), length=plan.length)
 
-    def _give_up(self, pilot: Pilot, reason: str) -> None:
-        self._say("no-path", pilot, reason=reason)
-        pilot.end(MissionStatus.NO_PATH, self.tick, f"at tick {self.tick}: {reason}")
+    def _give_up(self, pilot: Pilot, reason: str, *, stuck: bool = False) -> None:
+        self._say("stuck" if stuck else "no-path", pilot, reason=reason)
+        status = MissionStatus.STUCK if stuck else MissionStatus.NO_PATH
+        pilot.end(status, self.tick, f"at tick {self.tick}: {reason}")
 
     def _commit(self, pilot: Pilot, situation: Situation, solution: Solution) -> None:
         """

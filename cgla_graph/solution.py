@@ -24,6 +24,7 @@ class Status(Enum):
     FOUND = "a path was found"
     NO_PATH = "no path exists on the graph"
     NOT_FOUND = "no path was found within the budget"
+    STUCK = "the planner got stuck on its way to the goal"
     INFEASIBLE = "the path crosses a no-fly area or leaves the bounds"
     UNSUPPORTED = "the solver cannot take this problem"
     FAILED = "the solver failed, or its answer does not stand up to the oracle"

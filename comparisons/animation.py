@@ -260,7 +260,7 @@ class Film:
             yield self._ring(spot, obstacle.spread, edgecolor=colour, linewidth=0.7, hatch=OBSTACLE_HATCH, zorder=2.7)
 
     def _plan(self, uav: UavFlight, number: int, tick: int) -> Iterator[Artist]:
-        if tick == uav.ended and uav.status is MissionStatus.NO_PATH:
+        if tick == uav.ended and uav.status in {MissionStatus.NO_PATH, MissionStatus.STUCK}:
             return
         ahead = plan_ahead(uav, tick)
         if len(ahead) > 1:

@@ -32,6 +32,9 @@ class Traits:
         Whether it draws random numbers; then it has a setting ``seed`` and the same seed gives the same path.
     no_fly
         Whether it plans around no-fly areas; if not, its path may turn out infeasible.
+    complete
+        Whether it can be expected to find a path where there is one, given time; if not, it may get stuck, and says
+        how.
     needs
         Packages beyond those that the toolkit always has.
 
@@ -48,6 +51,7 @@ class Traits:
     anytime: bool = False
     seeded: bool = False
     no_fly: bool = True
+    complete: bool = True
     needs: tuple[str, ...] = ()
 
 

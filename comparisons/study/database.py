@@ -173,6 +173,7 @@ class Database:
                 with _transaction(connection):
                     # the package that a solver lacked may have been installed since
                     schema.forget_unavailable(connection)
+                    schema.name_statuses(connection)
                     enter(connection, study, origin, str(workers), command)
             return cls._open(path, lock, origin)
 

@@ -53,6 +53,7 @@ STATUS: Mapping[Status, int] = MappingProxyType(
         Status.OUT_OF_MEMORY: 108,
         Status.CRASHED: 109,
         Status.UNAVAILABLE: 110,
+        Status.STUCK: 111,
     }
 )
 
@@ -108,12 +109,17 @@ def forget_unavailable(connection: sqlite3.Connection) -> None:
     connection.execute("DELETE FROM runs WHERE status = ?", number)
 
 
+def name_statuses(connection: sqlite3.Connection) -> None:
+    """Say what the numbers of statuses mean, as far as the file does not say so yet."""
+    values = [*enumerate(OMPL_STATUS), *((number, status.label) for status, number in STATUS.items())]
+    connection.executemany("INSERT OR IGNORE INTO enums VALUES ('status', ?, ?)", values)
+
+
 def lay(connection: sqlite3.Connection) -> None:
     """Make the tables of an empty database, within a transaction that is begun already."""
     for statement in TABLES.split(";"):
         connection.execute(statement)
-    values = [*enumerate(OMPL_STATUS), *((number, status.label) for status, number in STATUS.items())]
-    connection.executemany("INSERT INTO enums VALUES ('status', ?, ?)", values)
+    name_statuses(connection)
     connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
     connection.execute(f"PRAGMA user_version = {VERSION}")
 
