@@ -58,3 +58,7 @@ class OutputError(CglaError, OSError):
 
 class WorkerError(CglaError, RuntimeError):
     """The processes or machines that shall make the runs of a study do not start, or cannot be reached."""
+
+
+class ClaimError(CglaError, KeyError):
+    """There is no such claim, or no such counterexample."""

@@ -128,7 +128,7 @@ def fused_weights(
         if len(group) == 1 and not parts:
             return CostModel(group[0], k).weights(first, second)
         risks = np.empty(len(first))
-        known_to = _kernel_fields(group)
+        known_to = kernel_fields(group)
         share_out(
             lambda share, step: fusion_kernels.segment_risks(first, second, known_to, parts, share, step, risks),
             len(first),
@@ -191,7 +191,7 @@ def fused_graph(
         if len(group) == 1 and not parts:
             return CostModel(group[0], k).matrix(positions, lattice_shape)
         risks = np.empty(lengths.shape)
-        known_to = _kernel_fields(group)
+        known_to = kernel_fields(group)
         share_out(
             lambda share, step: fusion_kernels.pair_risks(positions, known_to, parts, share, step, risks),
             len(positions),
@@ -269,7 +269,7 @@ def _fused(
     return fused
 
 
-def _kernel_fields(group: Group) -> envelope_kernels.Fields:
+def kernel_fields(group: Group) -> envelope_kernels.Fields:
     """Hand fields to a kernel: what they have in common is said once."""
     counts = [Counter(field.threats) for field in group]
     different = list(dict.fromkeys(threat for field in group for threat in field.threats))

@@ -68,7 +68,7 @@ def _both_ways_in_order(
 
 
 @kernel
-def _both_ways(
+def both_ways(
     x1: float, y1: float, x2: float, y2: float, fields: Fields, samples: int, work: Work
 ) -> tuple[float, float]:
     """Return the fused risk there and back."""
@@ -90,7 +90,7 @@ def segment_risks(
     """
     work = workspace(fields)
     for i in range(first, starts.shape[0], step):
-        out[i], _ = _both_ways(starts[i, 0], starts[i, 1], ends[i, 0], ends[i, 1], fields, samples, work)
+        out[i], _ = both_ways(starts[i, 0], starts[i, 1], ends[i, 0], ends[i, 1], fields, samples, work)
 
 
 @kernel
@@ -105,4 +105,4 @@ def pair_risks(positions: FloatArray, fields: Fields, samples: int, first: int, 
         x, y = positions[i, 0], positions[i, 1]
         out[i, i] = 0.0
         for j in range(i + 1, positions.shape[0]):
-            out[i, j], out[j, i] = _both_ways(x, y, positions[j, 0], positions[j, 1], fields, samples, work)
+            out[i, j], out[j, i] = both_ways(x, y, positions[j, 0], positions[j, 1], fields, samples, work)

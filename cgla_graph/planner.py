@@ -16,6 +16,7 @@ from cgla_graph.errors import CglaError
 from cgla_graph.fusion import fused_graph
 from cgla_graph.graph import GeometricGraph
 from cgla_graph.problem import GraphProblem, Problem
+from cgla_graph.raster import RasterGuide
 from cgla_graph.repair import lazy_cost_matrix, linked, repair, reweigh, with_node
 from cgla_graph.risk import RiskField, Threat
 from cgla_graph.solution import Solution, Status
@@ -76,7 +77,7 @@ class Planner:
     """
     Plans for one UAV, and keeps what the last plan computed: G, or for solvers that want all weights, the graph.
 
-    Neither holds virtual obstacles, or the node of a start between lattice points: they change with every plan.
+    None of it holds virtual obstacles, or the node of a start between lattice points: they change with every plan.
 
     Attributes
     ----------
@@ -90,6 +91,7 @@ class Planner:
     uav: "Uav"
     _matrix: CostMatrix | None = field(default=None, repr=False)
     _graph: GeometricGraph | None = field(default=None, repr=False)
+    _guide: RasterGuide | None = field(default=None, repr=False)
     memory: Hashable = None
 
     @property
@@ -127,6 +129,12 @@ class Planner:
     def _is_fused(self) -> bool:
         """Whether weights are another reading of Eq. 5 than the cost model's."""
         return self.mission.fusion != "union" or self.mission.integral != "exact"
+
+    @property
+    def _is_rastered(self) -> bool:
+        """Whether weights are the cost model's but for the raster sums."""
+        mission = self.mission
+        return mission.integral == "raster" and mission.fusion == "union" and mission.exclude == "none"
 
     def _judged(self, problem: Problem, solution: Solution) -> Solution:
         if not self._is_fused:
@@ -181,6 +189,8 @@ class Planner:
         plain = not self._is_fused and self.mission.exclude == "none" and problem.field.is_probability
         if plain and isinstance(solver, CostMatrixReader):
             return self._read(problem, situation, solver)
+        if self._is_rastered and self.mission.incremental and isinstance(solver, CostMatrixReader):
+            return self._read_raster(problem, situation, solver)
         return self._solve_on_graph(problem, situation)
 
     def _solve_in_plane(self, problem: Problem) -> Solution:
@@ -218,6 +228,17 @@ class Planner:
             matrix, node = cost_matrix(graph, _node_at(graph, self.uav.goal)), _node_at(graph, first)
         answer = solver.read(GraphProblem(matrix.graph, node, matrix.graph.labels[matrix.target]), matrix)
         return self._from(problem, answer, matrix.graph)
+
+    def _read_raster(self, problem: Problem, situation: Situation, solver: CostMatrixReader) -> Solution:
+        """Read the path off the part of the cost matrix that matters under raster weights."""
+        known = CostModel(situation.field, self.uav.k, situation.no_fly)
+        if self._guide is None:
+            bounds = self.mission.world.bounds
+            self._guide = RasterGuide.lay(self.mission.lattice, known, self.uav.goal, bounds=bounds)
+        self._guide = self._guide.knowing(known)
+        matrix, node = self._guide.plan(self._first(problem), situation.obstacles)
+        target = matrix.graph.labels[matrix.target]
+        return self._from(problem, solver.read(GraphProblem(matrix.graph, node, target), matrix), matrix.graph)
 
     def _solve_on_graph(self, problem: Problem, situation: Situation) -> Solution:
         """Give the solver a graph with all its weights."""

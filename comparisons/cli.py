@@ -17,17 +17,21 @@ import typer
 
 from cgla_graph.comparisons import terminal
 from cgla_graph.comparisons.cli_options import (
+    DaskOption,
     GoalOption,
     JsonOption,
     NoCertificateOption,
     OneScenarioArg,
     OutOption,
+    OverwriteOption,
     RefineOption,
     ResolutionOption,
+    ResumeOption,
     ScenarioArg,
     StartOption,
     StudyArg,
     ToleranceOption,
+    WorkersOption,
 )
 
 DONE, MISSING, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -82,20 +86,10 @@ def compare(
         ),
     ] = None,
     out: OutOption = None,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="go on with the study in --out; no finished run is made again")
-    ] = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="replace the study that is in --out")] = False,
-    workers: Annotated[
-        int | None,
-        typer.Option(
-            "--workers", metavar="N", min=0, help="processes that make runs (default: one a core; 0: this one)"
-        ),
-    ] = None,
-    dask: Annotated[
-        str | None,
-        typer.Option("--dask", metavar="SCHEDULER", help="make the runs on a Dask cluster, as tcp://HOST:8786"),
-    ] = None,
+    resume: ResumeOption = False,
+    overwrite: OverwriteOption = False,
+    workers: WorkersOption = None,
+    dask: DaskOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
     resolution: ResolutionOption = None,
@@ -415,6 +409,64 @@ def view(
     from cgla_graph.comparisons.report.view import serve
 
     serve(folder, port=port, open_browser=browser)
+
+
+@app.command()
+def claims(
+    ids: Annotated[
+        list[str] | None, typer.Argument(metavar="ID", help="claims, as C28, or C17-C19 for a range (default: all)")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="on a few maps only: minutes instead of an hour")] = False,
+    maps: Annotated[
+        int | None, typer.Option("--maps", metavar="N", min=1, help="random maps a cell (default: 200)")
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", metavar="S", min=0, help="of all that is drawn")] = 1,
+    out: OutOption = None,
+    resume: ResumeOption = False,
+    overwrite: OverwriteOption = False,
+    workers: WorkersOption = None,
+    dask: DaskOption = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="exit with 1 unless every claim is proved or supported")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Check the claims of the paper.
+
+    Prints a verdict for each, of up to three claims with all the evidence. With --out, writes a report (report.html,
+    report.md), the paper's figures and tables remade, the counterexamples, and all numbers (claims.json); what is
+    measured is kept as it comes (claims.jsonl), so that an interrupted study can go on. Ctrl-C keeps what is done.
+    """
+    from cgla_graph.comparisons.claims import catalogue, command, printing
+    from cgla_graph.comparisons.claims.evidence import Scale
+    from cgla_graph.errors import CglaError
+
+    if quick and maps is not None:
+        msg = "--quick chooses the number of maps itself; leave out --maps, or --quick"
+        raise CglaError(msg)
+    if (resume or overwrite) and out is None:
+        msg = f"{'--resume' if resume else '--overwrite'} needs the folder of the study (--out)"
+        raise CglaError(msg)
+    scale = Scale(Scale().maps if maps is None else maps, seed, quick)
+    request = command.Request(catalogue.chosen(ids or []), scale, out, resume, overwrite, scheduler=dask)
+    if workers is not None:
+        request = dataclasses.replace(request, workers=workers)
+    done = command.check_all(request)
+    if as_json:
+        _print_json(printing.results_document(done.results, scale))
+    else:
+        printing.print_results(done.results, scale)
+        _say_files(done.written, out)
+    if done.interrupted:
+        kept = f"; go on with --out {out} --resume" if out else ""
+        msg = f"{len(done.results)} of {len(request.claims)} claims are checked{kept}"
+        raise terminal.InterruptedRunError(msg)
+    for shown in done.shown:
+        if shown.failed:
+            terminal.say(f"{shown.exhibit.label} could not be made: {shown.failed}")
+    if not done.is_whole or (strict and not done.all_hold):
+        raise typer.Exit(MISSING)
 
 
 @app.command()

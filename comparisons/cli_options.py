@@ -16,6 +16,17 @@ OneScenarioArg = Annotated[
 ]
 StudyArg = Annotated[Path, typer.Argument(metavar="DIR", help="folder of a study, as compare --out makes it")]
 OutOption = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="write files and pictures into DIR")]
+ResumeOption = Annotated[
+    bool, typer.Option("--resume", help="go on with the study in --out; nothing that is done is made again")
+]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="replace the study that is in --out")]
+WorkersOption = Annotated[
+    int | None,
+    typer.Option("--workers", metavar="N", min=0, help="processes that make runs (default: one a core; 0: this one)"),
+]
+DaskOption = Annotated[
+    str | None, typer.Option("--dask", metavar="SCHEDULER", help="make the runs on a Dask cluster, as tcp://HOST:8786")
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON document on standard output, nothing else")]
 StartOption = Annotated[
     str | None, typer.Option("--start", metavar="X,Y", help="instead of the scenario's (lon,lat on such maps)")

@@ -13,6 +13,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Self
 
+from filelock import FileLock, Timeout
+
 from cgla_graph.comparisons.rows import COLUMNS
 from cgla_graph.errors import OutputError
 from cgla_graph.geojson import line_feature_collection
@@ -67,6 +69,26 @@ def write_bytes(path: Path, data: bytes) -> Path:
     return path
 
 
+def locked(path: Path) -> FileLock:
+    """
+    Hold the lock of a file that grows while a study runs, so that no second process writes it.
+
+    Raises
+    ------
+    OutputError
+        If another process holds it, or the folder cannot be written.
+    """
+    lock = FileLock(path.with_name(f"{path.name}.lock"), timeout=0)
+    try:
+        lock.acquire()
+    except Timeout as error:
+        msg = f"{path}: another process writes this study; wait for it, or choose another folder (--out)"
+        raise OutputError(msg) from error
+    except OSError as error:
+        raise _cannot_write(path, error) from error
+    return lock
+
+
 def _cannot_write(path: Path, error: OSError) -> OutputError:
     remedy = "make room, or choose another folder" if error.errno == errno.ENOSPC else "choose another folder"
     return OutputError(f"{path}: cannot be written: {error.strerror or error}; {remedy} (--out)")
@@ -108,16 +130,10 @@ class RowLog:
         OutputError
             If the disk is full or gone; the rows before it stay, none is cut in two.
         """
-        line = json_lines([row]).encode("utf-8", errors="backslashreplace")
         try:
-            before = self._file.tell()
-            whole = self._file.write(line) == len(line)
-            if not whole:
-                self._file.truncate(before)
+            _add(self._file, json_lines([row]))
         except OSError as error:
             raise _cannot_write(self._part, error) from error
-        if not whole:
-            raise _cannot_write(self._part, OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
 
     def finish(self, rows: Iterable[Mapping[str, Any]]) -> Path:
         """Write the rows with what is only known at the end, under their final name."""
@@ -125,6 +141,31 @@ class RowLog:
         path = write_text(self.path, json_lines(rows))
         self._part.unlink(missing_ok=True)
         return path
+
+
+def append_line(path: Path, line: str) -> None:
+    """
+    Append a line to a file, which is made if it is not there.
+
+    Raises
+    ------
+    OutputError
+        If the disk is full or gone; the lines before it stay, none is cut in two.
+    """
+    try:
+        with path.open("ab", buffering=0) as file:
+            _add(file, f"{line}\n")
+    except OSError as error:
+        raise _cannot_write(path, error) from error
+
+
+def _add(file: io.FileIO, text: str) -> None:
+    """Append text to an unbuffered file: all of it, or nothing."""
+    data = text.encode("utf-8", errors="backslashreplace")
+    before = file.tell()
+    if file.write(data) < len(data):
+        file.truncate(before)
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def json_lines(rows: Iterable[Mapping[str, Any]]) -> str:

@@ -9,7 +9,8 @@ from typing import ClassVar, Generic, TypeVar
 import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, Point
-from cgla_graph.errors import CglaError
+from cgla_graph._validate import non_negative_number
+from cgla_graph.errors import CglaError, ProblemError, SolverSettingError
 from cgla_graph.problem import Problem
 from cgla_graph.solution import Solution, Status
 from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
@@ -19,6 +20,27 @@ from cgla_graph.steps import Move
 STEP = 0.02
 #: A step longer than asked for by more than this, relative to it, is a mistake and no rounding.
 ROUNDING = 1e-9
+
+
+def non_negative_setting(solver: str, name: str, value: float) -> float:
+    """
+    Return a setting that must be a number of at least 0: a gain, which 0 turns off.
+
+    Raises
+    ------
+    SolverSettingError
+        If it is not.
+
+    Examples
+    --------
+    >>> non_negative_setting("bcv-style", "risk_aversion", 0)
+    0.0
+    """
+    try:
+        return non_negative_number(name, value)
+    except ProblemError as error:
+        msg = f"{solver}: {error}"
+        raise SolverSettingError(msg) from error
 
 
 class Stuck(CglaError):  # noqa: N818 - it is no error, but an answer

@@ -24,6 +24,7 @@ _BUILT_IN: Mapping[str, str] = {
     "hybrid": "cgla_graph.solvers.hybrid:Hybrid",
     "fast-marching": "cgla_graph.solvers.fast_marching:FastMarching",
     "straight-line": "cgla_graph.solvers.straight_line:StraightLine",
+    "q-learning": "cgla_graph.solvers.q_learning:QLearning",
     "rrt-star": "cgla_graph.solvers.rrt_star:RrtStar",
     "informed-rrt-star": "cgla_graph.solvers.informed_rrt_star:InformedRrtStar",
     "sorrt-star": "cgla_graph.solvers.sorrt_star:SorrtStar",
@@ -32,6 +33,16 @@ _BUILT_IN: Mapping[str, str] = {
     "bfmt-star": "cgla_graph.solvers.bfmt_star:BfmtStar",
     "prm-star": "cgla_graph.solvers.prm_star:PrmStar",
     "ompl-prm-star": "cgla_graph.solvers.ompl_prm_star:OmplPrmStar",
+    "fbcri-style": "cgla_graph.solvers.fbcri_style:FbcriStyle",
+    "cpvs-style": "cgla_graph.solvers.cpvs_style:CpvsStyle",
+    "bcv-style": "cgla_graph.solvers.bcv_style:BcvStyle",
+    "potential-field": "cgla_graph.solvers.potential_field:PotentialField",
+    "bendy-ruler": "cgla_graph.solvers.bendy_ruler:BendyRuler",
+    "visibility-graph": "cgla_graph.solvers.visibility_graph:VisibilityGraph",
+    "voronoi": "cgla_graph.solvers.voronoi:VoronoiRoadmap",
+    "milp": "cgla_graph.solvers.milp:Milp",
+    "evolutionary": "cgla_graph.solvers.evolutionary:Evolutionary",
+    "a2d-style": "cgla_graph.solvers.a2d_style:A2dStyle",
 }
 
 

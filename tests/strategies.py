@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.lattice import Lattice
+from cgla_graph.problem import Problem
 from cgla_graph.risk import RiskField, Threat
 
 Segment: TypeAlias = tuple[FloatArray, FloatArray]
@@ -189,3 +190,15 @@ def off_lattice_points(max_size: int = 3) -> st.SearchStrategy[list[Point]]:
 
 #: Costs of runs: often equal, else apart by more than rounding, and infinite where there is no path.
 costs = st.integers(1, 5).map(float) | st.floats(1e-3, 1e3).map(lambda cost: float(f"{cost:.6g}")) | st.just(math.inf)
+
+
+@st.composite
+def plane_problems(draw: st.DrawFn, *, max_threats: int = 4, areas: bool = True) -> Problem:
+    """Draw maps in the plane: the unit square, some threats, and up to two boxes that leave start and goal free."""
+    start, goal = draw(points), draw(points)
+    halves = st.tuples(st.floats(0.01, 0.2), st.floats(0.01, 0.2))
+    boxes_drawn = draw(st.lists(st.tuples(points, halves), max_size=2 if areas else 0))
+    around = [shapely.box(x - a, y - b, x + a, y + b) for (x, y), (a, b) in boxes_drawn]
+    free = [box for box in around if not any(box.covers(shapely.Point(end)) for end in (start, goal))]
+    no_fly = shapely.union_all(free) if free else None
+    return Problem(start, goal, draw(fields(max_threats=max_threats)), k=draw(risk_weights), no_fly=no_fly)

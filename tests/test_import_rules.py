@@ -18,7 +18,7 @@ BANNED = {
 }
 BARE = {"solvers", "comparisons"}
 #: Folders inside of those, which are packages too.
-INSIDE = [ROOT / "comparisons" / name for name in ("study", "report", "results")]
+INSIDE = [ROOT / "comparisons" / name for name in ("study", "report", "results", "claims")]
 FILES = [(layer, file) for layer, folder in FOLDERS.items() for file in sorted(folder.glob("*.py"))]
 FILES += [("comparisons", file) for folder in INSIDE for file in sorted(folder.glob("*.py"))]
 

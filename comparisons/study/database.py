@@ -10,10 +10,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from filelock import FileLock, Timeout
+from filelock import FileLock
 
 from cgla_graph.certificate import Certificate
-from cgla_graph.comparisons.files import make_folder
+from cgla_graph.comparisons.files import locked, make_folder
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.study import schema
 from cgla_graph.comparisons.study.codec import decode, dumps
@@ -121,7 +121,7 @@ class Database:
             If the study names something twice, or has settings that cannot be kept.
         """
         path = make_folder(folder) / FILE
-        with _until_open(_locked(path)) as lock:
+        with _until_open(locked(path)) as lock:
             if path.exists():
                 _check_replaceable(path, overwrite=overwrite)
             origin = provenance()
@@ -165,7 +165,7 @@ class Database:
         # what cannot be read is refused before anything is touched
         with reading(path) as connection, understood(path):
             Content.read(connection)
-        with _until_open(_locked(path)) as lock:
+        with _until_open(locked(path)) as lock:
             origin = provenance()
             with _writing(path), closing(connect(path, "mode=rw")) as connection:
                 _check_sound(connection, path)
@@ -312,20 +312,6 @@ def _editions(connection: sqlite3.Connection, origin: Provenance) -> dict[int, i
 
 
 # The folder
-
-
-def _locked(path: Path) -> FileLock:
-    """Hold the lock of a database."""
-    lock = FileLock(path.with_name(f"{path.name}.lock"), timeout=0)
-    try:
-        lock.acquire()
-    except Timeout as error:
-        msg = f"{path}: another process writes this study; wait for it, or choose another folder (--out)"
-        raise OutputError(msg) from error
-    except OSError as error:
-        msg = f"{path}: cannot be written: {error.strerror or error}; choose another folder (--out)"
-        raise OutputError(msg) from error
-    return lock
 
 
 @contextmanager

@@ -1,0 +1,1 @@
+"""The paper's claims: what each says, how it is checked, and what comes out."""

@@ -1,0 +1,181 @@
+"""A claim of the paper as data, and what its check finds."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TypeAlias
+
+from cgla_graph.comparisons.claims.evidence import Evidence
+
+
+class Kind(Enum):
+    """
+    How a claim is checked.
+
+    Examples
+    --------
+    >>> Kind.PROOF.label, Kind.PROOF.value
+    ('proof', 'an argument, and a program that asserts each of its steps')
+    """
+
+    PROOF = "an argument, and a program that asserts each of its steps"
+    PROPERTY = "an assertion on random instances"
+    STATISTIC = "a test on a sample of random maps"
+    SCENARIO = "the paper's own situation, as far as it is stated"
+    PROSE = "words that no program decides"
+
+    @property
+    def label(self) -> str:
+        """The short form for tables and files."""
+        return self.name.lower()
+
+
+class Verdict(Enum):
+    """
+    What is found of a claim.
+
+    Examples
+    --------
+    >>> Verdict.NOT_SUPPORTED.label
+    'not supported'
+    """
+
+    PROVED = "holds always, under the stated condition"
+    REFUTED = "does not hold: there is a counterexample, which is stored and can be run again"
+    SUPPORTED = "the sample shows it"
+    NOT_SUPPORTED = "the sample does not show it, or shows the opposite"
+    NOT_TESTABLE = "no program can decide it from what the paper says"
+    MISSING = "its check did not come to an end"
+
+    @property
+    def label(self) -> str:
+        """The short form for tables and files."""
+        return self.name.lower().replace("_", " ")
+
+
+#: What stands in a table: a number is written with four significant digits, None as a dash.
+Entry: TypeAlias = str | int | float | bool | None
+
+
+@dataclass(frozen=True)
+class Table:
+    """
+    Numbers behind a verdict.
+
+    Attributes
+    ----------
+    title
+        One line.
+    columns
+        Their heads.
+    rows
+        One entry for each head.
+    note
+        What has to be said with it.
+    """
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[Entry]]
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Part:
+    """
+    One of several things that a claim says, with a verdict of its own.
+
+    Attributes
+    ----------
+    statement
+        What is asserted.
+    verdict
+        Of this part.
+    result
+        The numbers, in a sentence.
+    """
+
+    statement: str
+    verdict: Verdict
+    result: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """
+    What a check finds.
+
+    Attributes
+    ----------
+    verdict
+        Of the claim as the paper has it.
+    result
+        The reason in one or two sentences, with numbers: effect and interval, the counterexample, or the condition
+        under which it is proved.
+    parts
+        Where the claim says several things.
+    tables
+        The evidence.
+    notes
+        Remarks: choices of ours, readings, what was left out.
+    counterexample
+        Of what is refuted: the name of the stored counterexample (see `counterexamples`).
+    """
+
+    verdict: Verdict
+    result: str
+    parts: tuple[Part, ...] = ()
+    tables: tuple[Table, ...] = ()
+    notes: tuple[str, ...] = ()
+    counterexample: str = ""
+
+
+#: What decides a claim: at top level of its topic's module; its random numbers come from the evidence only.
+Check: TypeAlias = Callable[[Evidence], Finding]
+
+
+@dataclass(frozen=True)
+class Claim:
+    """
+    One sentence of the paper, made testable.
+
+    Attributes
+    ----------
+    id
+        C1 to C54.
+    place
+        Where in the paper.
+    sentence
+        What it says, in our words.
+    statement
+        The same, formally: what exactly is checked.
+    kind
+        How.
+    check
+        The check.
+    experiments
+        Names of the experiments whose samples it looks at (see `experiment`).
+    figures
+        Figures and tables of the paper that show it: ``Fig. 5``, ``Table 1``.
+    """
+
+    id: str
+    place: str
+    sentence: str
+    statement: str
+    kind: Kind
+    check: Check
+    experiments: tuple[str, ...] = ()
+    figures: tuple[str, ...] = field(default=())
+
+    @property
+    def number(self) -> int:
+        """
+        The number in its id.
+
+        Examples
+        --------
+        >>> Claim("C7", "", "", "", Kind.PROSE, lambda _: Finding(Verdict.PROVED, "")).number
+        7
+        """
+        return int(self.id[1:])

@@ -1,0 +1,128 @@
+"""The command `claims`: which ones are asked for, how they are checked, and what is written."""
+
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from cgla_graph.comparisons import terminal
+from cgla_graph.comparisons.claims import catalogue
+from cgla_graph.comparisons.claims.checking import Result, check_claims, count_steps
+from cgla_graph.comparisons.claims.claim import Claim, Verdict
+from cgla_graph.comparisons.claims.evidence import Scale
+from cgla_graph.comparisons.claims.exhibit import Exhibit, exhibits
+from cgla_graph.comparisons.claims.exhibiting import Shown, make_exhibits
+from cgla_graph.comparisons.claims.report import write_report
+from cgla_graph.comparisons.claims.store import Store
+from cgla_graph.cost_model import n_cores
+
+
+@dataclass(frozen=True)
+class Request:
+    """
+    What is to be checked, and how.
+
+    Attributes
+    ----------
+    claims
+        The claims.
+    scale
+        How much is asked for.
+    folder
+        Where everything goes, or None.
+    resume, overwrite
+        Whether to go on with the study that is there, or to replace it; one that is there is refused otherwise.
+    workers
+        Processes that measure and check; 0 for this one.
+    scheduler
+        Of a Dask cluster, or None.
+    """
+
+    claims: Sequence[Claim] = field(default_factory=lambda: catalogue.chosen([]))
+    scale: Scale = field(default_factory=Scale)
+    folder: Path | None = None
+    resume: bool = False
+    overwrite: bool = False
+    workers: int = field(default_factory=n_cores)
+    scheduler: str | None = None
+
+    @property
+    def exhibits(self) -> list[Exhibit]:
+        """The figures and tables to be drawn: with a folder, those that the claims name; of all claims, all."""
+        if self.folder is None:
+            return []
+        if len(self.claims) == len(catalogue.claims()):
+            return list(exhibits())
+        named = {label for claim in self.claims for label in claim.figures}
+        return [exhibit for exhibit in exhibits() if exhibit.label in named]
+
+
+@dataclass(eq=False)
+class Checked:
+    """
+    What is done.
+
+    Attributes
+    ----------
+    results
+        Of the claims, in the order of their numbers.
+    shown
+        The figures and tables.
+    written
+        Files.
+    interrupted
+        Whether Ctrl-C ended it.
+    """
+
+    results: list[Result] = field(default_factory=list)
+    shown: list[Shown] = field(default_factory=list)
+    written: list[Path] = field(default_factory=list)
+    interrupted: bool = False
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether every check came to an end, and every figure and table was made."""
+        missing = any(result.finding.verdict is Verdict.MISSING for result in self.results)
+        return not (self.interrupted or missing or any(one.failed for one in self.shown))
+
+    @property
+    def all_hold(self) -> bool:
+        """Whether all claims are proved or supported."""
+        return all(result.finding.verdict in {Verdict.PROVED, Verdict.SUPPORTED} for result in self.results)
+
+
+def check_all(request: Request) -> Checked:
+    """
+    Check claims, showing progress; with a folder, keep everything as it comes and write the report.
+
+    Raises
+    ------
+    ClaimError
+        If the folder holds a study, and the request does not say what to do with it.
+    OutputError
+        If a file cannot be written.
+    """
+    done = Checked()
+    workers, scheduler = request.workers, request.scheduler
+    with Store(request.folder, request.scale, resume=request.resume, overwrite=request.overwrite) as store:
+        try:
+            total = count_steps(request.claims, request.scale, store) + len(request.exhibits)
+            with terminal.output_to_stderr(), terminal.progress(total) as tick:
+                with closing(
+                    check_claims(request.claims, request.scale, store, workers=workers, scheduler=scheduler)
+                ) as steps:
+                    for step in steps:
+                        if step.result is not None:
+                            done.results.append(step.result)
+                        tick(step.what)
+                with closing(make_exhibits(request.exhibits, workers=workers, scheduler=scheduler)) as made:
+                    for shown in made:
+                        done.shown.append(shown)
+                        tick(shown.exhibit.label)
+        except KeyboardInterrupt:
+            done.interrupted = True
+        done.results.sort(key=lambda result: result.claim.number)
+        done.shown.sort(key=lambda shown: request.exhibits.index(shown.exhibit))
+        if request.folder is not None:
+            done.written = write_report(request.folder, done.results, done.shown, request.scale)
+    return done

@@ -1,0 +1,116 @@
+"""
+Counterexamples, stored as files that anyone can run again: graphs (JSON), maps and missions (TOML).
+
+A map or mission is a file for ``cgla plan`` or ``cgla fly`` like any other; a graph is a matrix of weights with a
+source and a target.
+"""
+
+import json
+from collections.abc import Sequence
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cgla_graph._types import FloatArray
+from cgla_graph.errors import ClaimError
+from cgla_graph.graph import GeometricGraph
+from cgla_graph.mission_file import MissionFile, mission_from_toml
+from cgla_graph.problem import GraphProblem
+from cgla_graph.scenario import Scenario, scenario_from_toml
+
+_FOLDER = "counterexamples"
+
+
+@cache
+def names() -> tuple[str, ...]:
+    """
+    List the stored counterexamples: file names.
+
+    Examples
+    --------
+    >>> all(name.endswith((".json", ".toml")) for name in names())
+    True
+    """
+    folder = resources.files("cgla_graph.comparisons.claims") / _FOLDER
+    return tuple(sorted(entry.name for entry in folder.iterdir() if entry.name.endswith((".json", ".toml"))))
+
+
+def text(name: str) -> str:
+    """
+    Return the content of a counterexample's file.
+
+    Raises
+    ------
+    ClaimError
+        If there is none of that name.
+    """
+    if name not in names():
+        msg = f"no counterexample {name!r}; there are {', '.join(names())}"
+        raise ClaimError(msg)
+    return (resources.files("cgla_graph.comparisons.claims") / _FOLDER / name).read_text(encoding="utf-8")
+
+
+def document(name: str) -> dict[str, Any]:
+    """
+    Read a JSON file as it is.
+
+    Raises
+    ------
+    ClaimError
+        If there is none of that name.
+    """
+    found: dict[str, Any] = json.loads(text(name))
+    return found
+
+
+def graph(name: str) -> GraphProblem:
+    """
+    Read a graph: ``{"title": …, "weights": [[…]], "source": …, "target": …}``, null for no edge.
+
+    Raises
+    ------
+    ClaimError
+        If there is none of that name.
+    """
+    read = document(name)
+    built = GeometricGraph.from_matrix(weights(read["weights"]), labels=read.get("labels"))
+    return GraphProblem(built, read["source"], read["target"])
+
+
+def weights(rows: Sequence[Sequence[float | None]]) -> FloatArray:
+    """
+    Return a matrix in which null, "no edge", is infinity.
+
+    Examples
+    --------
+    >>> weights([[0, None], [1, 0]]).tolist()
+    [[0.0, inf], [1.0, 0.0]]
+    """
+    return np.array([[np.inf if entry is None else entry for entry in row] for row in rows], dtype=np.float64)
+
+
+def scenario(name: str) -> Scenario:
+    """
+    Read a map.
+
+    Raises
+    ------
+    ClaimError
+        If there is none of that name.
+    """
+    return scenario_from_toml(text(name), Path(name).stem)
+
+
+def mission(name: str) -> MissionFile:
+    """
+    Read a mission.
+
+    Raises
+    ------
+    ClaimError
+        If there is none of that name.
+    """
+    return mission_from_toml(text(name), Path(name).stem)

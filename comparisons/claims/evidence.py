@@ -1,0 +1,140 @@
+"""What a check has to go by: how much is asked for, random numbers, and the samples of experiments."""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from cgla_graph._types import FloatArray
+from cgla_graph.comparisons.claims.experiment import Record
+
+#: Seeds of maps begin at the seed of the study times this, so that studies of different seeds share no map.
+MAPS_A_SEED = 1_000_000
+
+
+@dataclass(frozen=True)
+class Scale:
+    """
+    How much is asked for.
+
+    Attributes
+    ----------
+    maps
+        Random maps a cell.
+    seed
+        Of everything that is drawn, at least 0.
+    quick
+        Whether minutes are to do instead of an hour.
+    """
+
+    maps: int = 200
+    seed: int = 1
+    quick: bool = False
+
+    def map_seeds(self, count: int) -> range:
+        """
+        Return the seeds of so many maps.
+
+        Examples
+        --------
+        >>> Scale(seed=7).map_seeds(3)
+        range(7000000, 7000003)
+        """
+        return range(MAPS_A_SEED * self.seed, MAPS_A_SEED * self.seed + count)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """
+    What an experiment measured: records of all maps and cases.
+
+    Attributes
+    ----------
+    records
+        Each with the entry ``map``, the seed of its map.
+    failed
+        Of maps that told nothing: the seed and why.
+
+    Examples
+    --------
+    >>> samples = Samples([{"map": 1, "k": 10, "risk": 2.0}, {"map": 1, "k": 50, "risk": 1.0}, {"map": 2, "k": 50}])
+    >>> samples.cases("k"), samples.column("risk", k=50)
+    ([{'k': 10}, {'k': 50}], array([ 1., nan]))
+    """
+
+    records: Sequence[Record]
+    failed: Mapping[int, str] = field(default_factory=dict)
+
+    @property
+    def maps(self) -> list[int]:
+        """The seeds of the maps, in order."""
+        return sorted({int(record["map"]) for record in self.records})
+
+    def cases(self, *names: str) -> list[dict[str, Any]]:
+        """List the different values of some entries, in the order in which they first come up."""
+        found = {tuple(record.get(name) for name in names): None for record in self.records}
+        return [dict(zip(names, values, strict=True)) for values in found]
+
+    def where(self, **case: object) -> list[Record]:
+        """Return the records of one case."""
+        return [record for record in self.records if all(record.get(name) == value for name, value in case.items())]
+
+    def column(self, name: str, **case: object) -> FloatArray:
+        """
+        Return one measurement in one case.
+
+        Returns
+        -------
+        values
+            Shape ``(m,)``, one for each of `maps`, in their order; truth is 1, what is missing NaN.
+
+        Raises
+        ------
+        ValueError
+            If a map has several records of the case.
+        """
+        places = {seed: number for number, seed in enumerate(self.maps)}
+        values, seen = np.full(len(places), np.nan), set()
+        for record in self.where(**case):
+            if record["map"] in seen:
+                msg = f"several records of map {record['map']} are of the case {case}; say more of it"
+                raise ValueError(msg)
+            seen.add(record["map"])
+            value = record.get(name)
+            values[places[record["map"]]] = np.nan if value is None else float(value)
+        return values
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """
+    What a check has to go by.
+
+    Attributes
+    ----------
+    scale
+        How much is asked for.
+    samples
+        Of the claim's experiments, by name.
+    """
+
+    scale: Scale = field(default_factory=Scale)
+    samples: Mapping[str, Samples] = field(default_factory=dict)
+
+    def instances(self, full: int, quick: int) -> int:
+        """Return how many random instances of its own a check goes through; `full` is for 200 maps."""
+        return quick if self.scale.quick else max(1, round(full * self.scale.maps / 200))
+
+    def rng(self, purpose: str) -> np.random.Generator:
+        """
+        Return random numbers for a purpose, the same ones every time.
+
+        Examples
+        --------
+        >>> Evidence().rng("C8").integers(100) == Evidence().rng("C8").integers(100)
+        True
+        """
+        words = hashlib.sha256(purpose.encode()).digest()[:8]
+        return np.random.default_rng([self.scale.seed, int.from_bytes(words)])

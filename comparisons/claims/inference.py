@@ -1,0 +1,248 @@
+"""
+Statistics of claims: each takes plain numbers, and answers with an effect, its interval and a p-value.
+
+A claim that speaks of a direction is tested in that direction, but its p-value is two-sided: what goes the other way as
+clearly is said as clearly. Missing pairs (NaN) are left out and counted.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import stats
+
+from cgla_graph._types import FloatArray
+from cgla_graph.comparisons.paired import mcnemar, signed_rank
+from cgla_graph.comparisons.statistics import CONFIDENCE, Estimate, Interval, success_interval
+from cgla_graph.comparisons.walsh import hodges_lehmann
+
+
+@dataclass(frozen=True)
+class Shift:
+    """
+    By how much paired values differ.
+
+    Attributes
+    ----------
+    n, missing
+        Pairs that count, and those without one of the two values.
+    shift
+        Hodges-Lehmann estimate of first minus second, with its interval; of `log_shift`, of first over second.
+    effect
+        Matched-pairs rank-biserial correlation: 1 where the first is greater everywhere, -1 where it is less.
+    p
+        Of Wilcoxon's signed-rank test, two-sided (zeros split).
+    """
+
+    n: int
+    missing: int
+    shift: Estimate
+    effect: float
+    p: float
+
+
+def paired_shift(first: ArrayLike, second: ArrayLike) -> Shift:
+    """
+    Compare paired values by their differences.
+
+    Parameters
+    ----------
+    first, second
+        Shape ``(n,)``; NaN where there is none.
+
+    Examples
+    --------
+    >>> shift = paired_shift([2.0, 3, 4, 5, 6, 7, 8], [1.0, 2, 3, 4, 5, 6, 7])
+    >>> shift.shift.median, shift.effect, shift.p
+    (1.0, 1.0, 0.015625)
+    """
+    a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+    both = np.isfinite(a) & np.isfinite(b)
+    if not both.any():
+        return Shift(0, len(a), Estimate(math.nan, -math.inf, math.inf), 0.0, 1.0)
+    differences = (a - b)[both].tolist()
+    test = signed_rank(differences)
+    return Shift(int(both.sum()), int((~both).sum()), hodges_lehmann(differences), test.effect, test.p)
+
+
+def log_shift(first: ArrayLike, second: ArrayLike) -> Shift:
+    """
+    Compare paired positive values by their ratios: `Shift.shift` is first over second.
+
+    Examples
+    --------
+    >>> log_shift([2.0, 4, 6, 8, 10, 12], [1.0, 2, 3, 4, 5, 6]).shift.median.__round__(9)
+    2.0
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = paired_shift(np.log(np.asarray(first, dtype=float)), np.log(np.asarray(second, dtype=float)))
+    with np.errstate(over="ignore"):
+        ratio = Estimate(*(float(np.exp(end)) for end in found.shift))
+    return Shift(found.n, found.missing, ratio, found.effect, found.p)
+
+
+@dataclass(frozen=True)
+class Proportion:
+    """
+    How often something happens.
+
+    Attributes
+    ----------
+    count, n
+        How often, of how many.
+    interval
+        Of Clopper and Pearson, 95 %.
+    """
+
+    count: int
+    n: int
+    interval: Interval
+
+    @property
+    def rate(self) -> float:
+        """The share; NaN of nothing."""
+        return self.count / self.n if self.n else math.nan
+
+
+def proportion(happened: ArrayLike) -> Proportion:
+    """
+    Count truths; NaN is left out.
+
+    Examples
+    --------
+    >>> found = proportion([1.0, 1.0, 0.0, float("nan")])
+    >>> found.count, found.n, round(found.interval.low, 3)
+    (2, 3, 0.094)
+    """
+    values = np.asarray(happened, dtype=np.float64)
+    values = values[np.isfinite(values)]
+    count, n = int((values != 0.0).sum()), len(values)
+    return Proportion(count, n, success_interval(count, n) if n else Interval(0.0, 1.0))
+
+
+def paired_rates(first: ArrayLike, second: ArrayLike) -> tuple[Proportion, Proportion, float]:
+    """
+    Compare how often two paired things happen: both rates, and the p-value of McNemar's exact test.
+
+    Examples
+    --------
+    >>> paired_rates([1, 1, 1, 1, 1, 1], [0, 0, 0, 0, 0, 0])[2]
+    0.03125
+    """
+    a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+    both = np.isfinite(a) & np.isfinite(b)
+    a, b = a[both] != 0.0, b[both] != 0.0
+    return proportion(a), proportion(b), mcnemar(int((a & ~b).sum()), int((~a & b).sum()))
+
+
+def at_least(happened: ArrayLike, share: float) -> float:
+    """
+    Return the p-value that something happens with at most this probability: small where it happens more often.
+
+    Examples
+    --------
+    >>> round(at_least([1.0] * 100, 0.95), 4)
+    0.0059
+    """
+    values = np.asarray(happened, dtype=np.float64)
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return 1.0
+    return float(stats.binomtest(int((values != 0.0).sum()), len(values), share, alternative="greater").pvalue)
+
+
+def equivalence(differences: ArrayLike, margin: float) -> float:
+    """
+    Return the p-value of two one-sided signed-rank tests that the shift is beyond `margin`, either way.
+
+    Small where the differences are shown to lie around less than the margin (TOST; Schuirmann 1987, here by ranks).
+
+    Examples
+    --------
+    >>> equivalence([0.01, -0.02, 0.03, 0.0, 0.02, -0.01, 0.015], 0.5) < 0.05
+    True
+    """
+    values = np.asarray(differences, dtype=np.float64)
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return 1.0
+    p_values = []
+    for shifted in (values + margin, margin - values):
+        test = signed_rank(shifted.tolist())
+        p_values.append(test.p / 2.0 if test.effect > 0.0 else 1.0 - test.p / 2.0)
+    return max(p_values)
+
+
+def cochran(happened: FloatArray) -> float:
+    """
+    Return the p-value of Cochran's Q, that several paired things happen equally often: Friedman's test of 0 and 1.
+
+    Parameters
+    ----------
+    happened
+        Shape ``(maps, treatments)``, at least three treatments; maps with a NaN are left out.
+
+    Examples
+    --------
+    >>> round(cochran(np.array([[1, 0, 0], [1, 0, 0], [1, 1, 0], [1, 0, 0], [1, 0, 1]])), 4)
+    0.0224
+    """
+    kept = np.asarray(happened, dtype=np.float64)
+    kept = (kept[np.isfinite(kept).all(axis=1)] != 0.0).astype(np.float64)
+    if not len(kept) or (kept == kept[:, :1]).all():
+        return 1.0
+    return float(stats.friedmanchisquare(*kept.T).pvalue)
+
+
+@dataclass(frozen=True)
+class Slope:
+    """
+    An exponent: the slope of a straight line through logarithms, with its 95 % interval (Student's t).
+
+    Attributes
+    ----------
+    exponent
+        The slope.
+    interval
+        Around it.
+    """
+
+    exponent: float
+    interval: Interval
+
+
+def power_law(sizes: Sequence[float], counts: Sequence[float]) -> Slope:
+    """
+    Fit ``count = a * size ** exponent`` through logarithms.
+
+    Examples
+    --------
+    >>> round(power_law([1, 2, 4, 8], [3, 12, 48, 192]).exponent, 9)
+    2.0
+    """
+    x, y = np.log(np.asarray(sizes, dtype=np.float64)), np.log(np.asarray(counts, dtype=np.float64))
+    fit = stats.linregress(x, y)
+    reach = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, len(x) - 2)) * float(fit.stderr)
+    return Slope(float(fit.slope), Interval(float(fit.slope) - reach, float(fit.slope) + reach))
+
+
+def bootstrapped(values: ArrayLike, *, seed: int) -> Estimate:
+    """
+    Return the median with its BCa bootstrap interval (Efron 1987; `scipy.stats.bootstrap`).
+
+    Examples
+    --------
+    >>> bootstrapped(np.arange(1.0, 102.0), seed=1).median
+    51.0
+    """
+    kept = np.asarray(values, dtype=np.float64)
+    kept = kept[np.isfinite(kept)]
+    if len(kept) < 2 or (kept == kept[0]).all():  # noqa: PLR2004 - nothing to draw from
+        middle = float(np.median(kept)) if len(kept) else math.nan
+        return Estimate(middle, -math.inf if len(kept) < 2 else middle, math.inf if len(kept) < 2 else middle)  # noqa: PLR2004
+    random = np.random.default_rng(seed)
+    found = stats.bootstrap((kept,), np.median, method="BCa", n_resamples=2000, rng=random, vectorized=True)
+    interval = found.confidence_interval
+    return Estimate(float(np.median(kept)), float(interval.low), float(interval.high))

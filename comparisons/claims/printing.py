@@ -1,0 +1,108 @@
+"""Claims in the terminal: a row each, or all that is known of a few."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.padding import Padding
+from rich.table import Table as RichTable
+from rich.text import Text
+
+from cgla_graph.comparisons import terminal
+from cgla_graph.comparisons.claims.checking import Result, finding_document
+from cgla_graph.comparisons.claims.claim import Table, Verdict
+from cgla_graph.comparisons.claims.evidence import Scale
+from cgla_graph.comparisons.claims.texts import counted, is_number, rerun, sampled, scale_words, written
+
+#: Up to this many claims, all that is known of them is printed.
+FEW = 3
+_STYLES = {
+    Verdict.PROVED: "green",
+    Verdict.SUPPORTED: "green",
+    Verdict.REFUTED: "red",
+    Verdict.NOT_SUPPORTED: "yellow",
+    Verdict.NOT_TESTABLE: "dim",
+    Verdict.MISSING: "bold red",
+}
+
+
+def print_results(results: Sequence[Result], scale: Scale) -> None:
+    """Print a row for each claim; of a few claims the evidence as well."""
+    if len(results) <= FEW:
+        for result in results:
+            terminal.out_table(_in_full(result, scale))
+        return
+    table = RichTable(title=Text(f"the paper's claims ({scale_words(scale)})"), title_justify="left", expand=True)
+    table.add_column("claim", no_wrap=True)
+    table.add_column("verdict", no_wrap=True)
+    table.add_column("what the paper says", ratio=2, overflow="fold")
+    table.add_column("what is found", ratio=3, overflow="fold")
+    for result in results:
+        verdict = result.finding.verdict
+        cells = (result.claim.sentence, result.finding.result)
+        table.add_row(result.claim.id, Text(verdict.label, style=_STYLES[verdict]), *(Text(cell) for cell in cells))
+    terminal.out_table(table)
+    terminal.out(f"{counted(results)}\n")
+
+
+def _in_full(result: Result, scale: Scale) -> RenderableType:
+    claim, finding = result.claim, result.finding
+    verdict = Text.assemble((f"{claim.id}: {finding.verdict.label}", f"bold {_STYLES[finding.verdict]}"))
+    lines: list[RenderableType] = [
+        verdict,
+        Text(finding.result),
+        Text(f"the paper ({claim.place}): {claim.sentence}"),
+        Text(f"checked: {claim.statement} ({claim.kind.label})"),
+    ]
+    parts = [f"{part.statement}: {part.verdict.label}; {part.result}" for part in finding.parts]
+    lines += [Padding(Text(part), (0, 0, 0, 2)) for part in parts]
+    lines += [_table(table) for table in finding.tables]
+    lines += [Text(f"- {note}") for note in finding.notes]
+    if finding.counterexample:
+        lines.append(Text(f"counterexample: {finding.counterexample}"))
+    lines.append(
+        Text("; ".join(filter(None, [scale_words(scale), sampled(result), f"again: {rerun(claim.id, scale)}"])))
+    )
+    lines.append(Text())
+    return Group(*lines)
+
+
+def _table(table: Table) -> RichTable:
+    shown = RichTable(title=Text(table.title), title_justify="left", caption=Text(table.note), caption_justify="left")
+    for number, column in enumerate(table.columns):
+        right = all(is_number(row[number]) for row in table.rows)
+        shown.add_column(Text(column), justify="right" if right else "left", overflow="fold")
+    for row in table.rows:
+        shown.add_row(*(Text(written(entry)) for entry in row))
+    return shown
+
+
+def results_document(results: Sequence[Result], scale: Scale) -> dict[str, Any]:
+    """Return all that is known as one JSON document."""
+    return {
+        "maps": scale.maps,
+        "seed": scale.seed,
+        "quick": scale.quick,
+        "claims": [
+            {
+                "id": result.claim.id,
+                "place": result.claim.place,
+                "sentence": result.claim.sentence,
+                "statement": result.claim.statement,
+                "kind": result.claim.kind.label,
+                "figures": list(result.claim.figures),
+                **_labelled(finding_document(result.finding)),
+                "maps": dict(result.maps),
+                "lost": dict(result.lost),
+                "seconds": result.seconds,
+                "rerun": rerun(result.claim.id, scale),
+            }
+            for result in results
+        ],
+    }
+
+
+def _labelled(document: dict[str, Any]) -> dict[str, Any]:
+    """Write verdicts as people read them."""
+    parts = [{**part, "verdict": Verdict[part["verdict"]].label} for part in document["parts"]]
+    return {**document, "verdict": Verdict[document["verdict"]].label, "parts": parts}

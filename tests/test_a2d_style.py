@@ -1,0 +1,166 @@
+"""A2D-style: below its threshold where there is such a way, around traps, and stuck with a reason."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import fields, points, polygons, slow, usual
+
+import cgla_graph as cg
+from cgla_graph._types import Point
+from cgla_graph.errors import SolverSettingError
+from cgla_graph.mission import Mission
+from cgla_graph.random_map import random_scenario
+from cgla_graph.scenario import load_scenario
+from cgla_graph.solvers.a2d_style import A2dStyle
+from cgla_graph.uav import Uav
+from cgla_graph.world import World
+
+U_TRAP = shapely.box(0.3, 0.3, 0.7, 0.7).difference(shapely.box(0.2, 0.35, 0.65, 0.65))
+
+
+@st.composite
+def islands(draw: st.DrawFn) -> cg.RiskField:
+    """Draw threats that leave a way below a risk of 0.1 between any two of them, and to the border."""
+    places = [(x, y) for x in (0.25, 0.5, 0.75) for y in (0.25, 0.5, 0.75)]
+    chosen = draw(st.lists(st.sampled_from(places), min_size=1, max_size=9, unique=True))
+    spreads = draw(st.lists(st.floats(0.01, 0.042), min_size=len(chosen), max_size=len(chosen)))
+    return cg.RiskField([cg.Threat(x, y, spread=s) for (x, y), s in zip(chosen, spreads, strict=True)])
+
+
+@slow
+@given(islands(), st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.sampled_from([8, 16, 32]))
+def test_where_a_way_below_the_threshold_exists_it_keeps_to_one(
+    field: cg.RiskField, left: float, right: float, headings: int
+) -> None:
+    problem = cg.Problem((0.02, left), (0.98, right), field, k=10.0)
+    answer = cg.solve(problem, "a2d-style", threshold=0.1, headings=headings)
+    assert answer.status is cg.Status.FOUND
+    assert field.density(answer.path).max() <= 0.1
+    middles = (answer.path[1:] + answer.path[:-1]) / 2.0
+    assert field.density(middles[:-1]).max() <= 0.1
+    straight = math.dist(problem.start, problem.goal)
+    assert straight * (1.0 - 1e-12) <= answer.length <= 8.0 * straight
+
+
+def test_it_does_not_step_over_a_threat_narrower_than_a_step() -> None:
+    """The risk half a step ahead counts as well as that at its end."""
+    problem = cg.Problem((0.1, 0.5), (0.9, 0.5), cg.RiskField([cg.Threat(0.11, 0.5, spread=0.003)]), k=10.0)
+    path = cg.solve(problem, "a2d-style").path
+    assert problem.field.density((path[1:] + path[:-1]) / 2.0).max() <= 0.1
+
+
+@usual
+@given(fields(max_threats=5), polygons(), points, points, st.floats(0.02, 1.0))
+def test_it_always_answers_with_short_steps_or_a_reason(
+    field: cg.RiskField, area: shapely.MultiPolygon, start: Point, goal: Point, threshold: float
+) -> None:
+    no_fly = shapely.transform(area, lambda xy: xy / 8.0 + 0.25)
+    if any(no_fly.contains(shapely.Point(end)) for end in (start, goal)) or start == goal:
+        return
+    problem = cg.Problem(start, goal, field, k=10.0, no_fly=no_fly)
+    answer = cg.solve(problem, "a2d-style", threshold=threshold)
+    assert answer.status in {cg.Status.FOUND, cg.Status.STUCK}
+    if answer.status is cg.Status.FOUND:
+        assert np.hypot(*np.diff(answer.path, axis=0).T).max() <= 0.02 * (1 + 1e-9)
+    else:
+        assert "step" in answer.message
+
+
+def test_it_walks_out_of_a_trap_along_its_walls() -> None:
+    problem = cg.Problem((0.5, 0.5), (0.9, 0.5), no_fly=U_TRAP)
+    answer = cg.solve(problem, "a2d-style")
+    assert answer.status is cg.Status.FOUND
+    # back out of the arms, around one of them and on to the goal, and little more
+    shortest = cg.solve(problem, "visibility-graph").length
+    assert shortest <= answer.length <= 1.6 * shortest
+
+
+def test_around_a_single_threat_it_takes_about_the_shortest_way() -> None:
+    """Half around the disc where the risk is 0.1."""
+    problem = cg.Problem((0.1, 0.5), (0.9, 0.48), cg.RiskField([cg.Threat(0.5, 0.5, spread=0.05)]), k=10.0)
+    answer = cg.solve(problem, "a2d-style", threshold=0.1, headings=64, step=0.005)
+    radius = 0.05 * math.sqrt(2.0 * math.log(10.0))
+    disc = cg.solve(problem, "visibility-graph", spreads=radius / 0.05, corners=256)
+    assert disc.length * 0.99 <= answer.length <= 1.1 * disc.length
+    # the side that the smaller turn leads to
+    assert answer.path[:, 1].min() < 0.42
+
+
+@pytest.mark.parametrize("where", ["start", "goal", "both"])
+def test_the_threshold_rises_only_where_nothing_else_helps(where: str) -> None:
+    """Start or goal inside a threat can only be left or reached above it; on the way it holds again."""
+    ends = {"start": (0.2, 0.5), "goal": (0.8, 0.5)}
+    inside = [ends[name] for name in (("start", "goal") if where == "both" else (where,))]
+    threats = [cg.Threat(x, y, spread=0.05) for x, y in [*inside, (0.5, 0.5)]]
+    problem = cg.Problem(ends["start"], ends["goal"], cg.RiskField(threats), k=10.0)
+    answer = cg.solve(problem, "a2d-style")
+    assert answer.status is cg.Status.FOUND
+    away = np.array([np.hypot(*(answer.path - end).T) for end in inside]).min(axis=0) > 0.15
+    assert away.any()
+    assert problem.field.density(answer.path[away]).max() <= 0.1
+
+
+def test_a_sealed_map_is_crossed_where_the_risk_allows() -> None:
+    """A ridge from border to border: raised by and by, the threshold stays below that of the straight line."""
+    ridge = [cg.Threat(0.5, y, spread=0.1, peak=0.5 if abs(y - 0.9) < 0.06 else 1.0) for y in np.arange(0, 1.05, 0.1)]
+    problem = cg.Problem((0.1, 0.3), (0.9, 0.3), cg.RiskField(ridge), k=10.0)
+    answer = cg.solve(problem, "a2d-style", patience=1000)
+    assert answer.status is cg.Status.FOUND
+    assert answer.risk > 0.0
+
+
+def test_a_goal_behind_walls_is_walked_around_and_given_up() -> None:
+    ring = shapely.box(0.6, 0.6, 0.9, 0.9).difference(shapely.box(0.65, 0.65, 0.85, 0.85))
+    answer = cg.solve(cg.Problem((0.1, 0.1), (0.75, 0.75), no_fly=ring), "a2d-style")
+    assert answer.status is cg.Status.STUCK
+    assert answer.message.endswith("the way led around what is between here and the goal, and back again")
+    assert 60 < int(answer.message.split("step ")[1].split(":")[0]) < 200
+
+
+def test_a_start_in_a_box_smaller_than_a_step_is_stuck_at_once() -> None:
+    box = shapely.box(0.3, 0.3, 0.7, 0.7).difference(shapely.box(0.495, 0.495, 0.505, 0.505))
+    answer = cg.solve(cg.Problem((0.5, 0.5), (0.9, 0.9), no_fly=box), "a2d-style")
+    assert answer.status is cg.Status.STUCK
+    assert answer.message == "at (0.5, 0.5), step 0: no-fly areas and bounds leave none of 16 headings"
+
+
+def test_a_walk_longer_than_its_patience_is_stuck() -> None:
+    answer = cg.solve(load_scenario("maze").problem, "a2d-style", patience=50)
+    assert answer.status is cg.Status.STUCK
+    assert "no headway in 50 steps" in answer.message
+
+
+def test_a_map_drawn_larger_gives_the_same_steps_there() -> None:
+    for seed in range(5):
+        problem = random_scenario(seed).problem
+        threats = [cg.Threat(8 * t.x, 8 * t.y, spread=8 * t.spread, peak=t.peak) for t in problem.field.threats]
+        ends = [tuple(8.0 * np.array(end)) for end in (problem.start, problem.goal)]
+        there = cg.Problem(*ends, cg.RiskField(threats), bounds=(0, 0, 8, 8))
+        one, other = (cg.solve(p, "a2d-style") for p in (problem, there))
+        assert one.status is other.status is cg.Status.FOUND
+        np.testing.assert_allclose(other.path, 8.0 * one.path, rtol=1e-9)
+
+
+def test_a_mission_that_knows_everything_flies_the_path_of_the_problem() -> None:
+    for seed in range(3):
+        problem = random_scenario(seed, areas=3).problem
+        world = World(problem.field, bounds=problem.bounds, no_fly=problem.no_fly)
+        uav = Uav("a", problem.start, problem.goal, 0.2, k=10.0)
+        alone = cg.solve(problem, "a2d-style", step=Mission(world, [uav], A2dStyle()).step_of(uav))
+        flown = Mission(world, [uav], A2dStyle(), knowledge="all").fly().uavs["a"]
+        assert (flown.status.label == "arrived") is alone.status.is_path
+        if alone.status.is_path:
+            np.testing.assert_allclose(flown.trace, alone.path, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "settings", [{"threshold": 0.0}, {"threshold": 1.5}, {"headings": 3}, {"headings": 16.0}, {"step": -1.0}]
+)
+def test_its_settings_are_checked(settings: dict[str, Any]) -> None:
+    with pytest.raises(SolverSettingError, match=f"a2d-style: {next(iter(settings))}"):
+        A2dStyle(**settings)

@@ -1,0 +1,70 @@
+"""The verdicts that are shipped are those of a full study, and the README shows them."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cgla_graph.comparisons.claims import catalogue, summary
+from cgla_graph.comparisons.claims.claim import Verdict
+from cgla_graph.errors import ClaimError
+
+README = Path(__file__).resolve().parents[1] / "README.md"
+
+
+def _document(**changes: object) -> dict[str, Any]:
+    claims = [
+        {
+            "id": f"C{n}",
+            "place": "p",
+            "kind": "proof",
+            "sentence": "a | b",
+            "verdict": "proved",
+            "result": "r",
+            "more": 1,
+        }
+        for n in range(1, 55)
+    ]
+    return {"maps": 200, "seed": 1, "quick": False, "claims": claims, **changes}
+
+
+def test_the_readme_shows_the_verdicts_that_are_shipped() -> None:
+    text = README.read_text(encoding="utf-8")
+    assert summary.with_table(text, summary.shipped_verdicts()) == text
+
+
+def test_the_verdicts_that_are_shipped_are_those_of_the_claims_of_today() -> None:
+    shipped = summary.shipped_verdicts()["claims"]
+    assert [(one["id"], one["place"], one["kind"], one["sentence"]) for one in shipped] == [
+        (claim.id, claim.place, claim.kind.label, claim.sentence) for claim in catalogue.claims().values()
+    ]
+    known = {verdict.label for verdict in Verdict} - {Verdict.MISSING.label}
+    assert {one["verdict"] for one in shipped} <= known
+
+
+def test_a_sample_of_a_study_is_not_shipped() -> None:
+    assert len(summary.shortened(_document())["claims"]) == 54
+    lost = [{**claim, "verdict": "missing"} for claim in _document()["claims"]]
+    for wrong in (_document(quick=True), _document(maps=199), _document(claims=[]), _document(claims=lost)):
+        with pytest.raises(ClaimError, match="no full study"):
+            summary.shortened(wrong)
+
+
+def test_the_table_takes_the_place_of_the_last_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    document = summary.shortened(_document())
+    assert "more" not in document["claims"][0]
+    readme = f"above\n{summary.BEGIN}\nold\n{summary.END}\nbelow\n"
+    once = summary.with_table(readme, document)
+    assert summary.with_table(once, document) == once
+    assert "old" not in once
+    assert "| C54 | a \\| b | proved |" in once
+    assert (once.startswith("above\n"), once.endswith("\nbelow\n")) == (True, True)
+    with pytest.raises(ClaimError, match="once each"):
+        summary.with_table("no marks", document)
+    monkeypatch.setattr(summary, "__file__", str(tmp_path / "summary.py"))
+    (tmp_path / "claims.json").write_text(json.dumps(_document()))
+    (tmp_path / "README.md").write_text(readme)
+    summary.main(tmp_path / "claims.json", tmp_path / "README.md")
+    assert (tmp_path / "README.md").read_text() == once
+    assert json.loads((tmp_path / summary.FILE).read_text()) == document

@@ -1,0 +1,184 @@
+"""The checks of C17, C18, C19 and C54: their verdicts, and that broken programs do not get them."""
+
+import dataclasses
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from strategies import seeds, slow
+
+from cgla_graph.comparisons.claims import convergence_claims as claims
+from cgla_graph.comparisons.claims import counterexamples
+from cgla_graph.comparisons.claims.claim import Claim, Finding, Verdict
+from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
+from cgla_graph.comparisons.claims.team_experiments import EXCLUSIONS, same_trace
+from cgla_graph.flight import Flight
+from cgla_graph.mission import Mission
+from cgla_graph.simulation import Simulation
+from cgla_graph.solvers import get
+from cgla_graph.uav import Uav
+from cgla_graph.world import World
+
+BY_ID = {claim.id: claim for claim in claims.CLAIMS}
+
+
+def excluded(share: float, maps: int = 40) -> Samples:
+    """Return a world in which exclusion changes that share of flights."""
+    return Samples(
+        [
+            {"map": i, "integral": "exact", "radius": radius, "exclude": exclude, "differs": i < share * maps}
+            for i in range(maps)
+            for radius in (0.18, 0.2, 0.22)
+            for exclude in EXCLUSIONS
+        ]
+    )
+
+
+def evidence(*, instances: int = 4, samples: Samples | None = None) -> Evidence:
+    """Return evidence for fast checks; instances are those of checks that make 200 for 200 maps."""
+    return Evidence(Scale(maps=instances), {"exclusion": samples or excluded(0.1)})
+
+
+def check(claim: str, **settings: Any) -> Finding:  # noqa: ANN401 - passed on
+    return BY_ID[claim].check(evidence(**settings))
+
+
+def test_claims_are_these_four() -> None:
+    assert list(BY_ID) == ["C17", "C18", "C19", "C54"]
+    assert all(isinstance(claim, Claim) and claim.sentence and claim.statement for claim in claims.CLAIMS)
+
+
+@pytest.mark.parametrize(
+    ("claim", "verdict"),
+    [("C17", Verdict.PROVED), ("C18", Verdict.REFUTED), ("C19", Verdict.REFUTED)],
+)
+def test_verdicts(claim: str, verdict: Verdict) -> None:
+    finding = check(claim)
+    assert finding.verdict is verdict
+    if verdict is Verdict.REFUTED:
+        assert finding.counterexample in counterexamples.names()
+
+
+@slow
+@given(seeds)
+def test_static_threats_the_bound_holds_on_any_mission(seed: int) -> None:
+    mission = claims._mission(np.random.default_rng(seed))
+    claims._require_falling_cost(mission)
+    for exclude in ("none", "last", "all"):
+        share = claims._share_of_bound(dataclasses.replace(mission, movement="vertex", exclude=exclude))  # type: ignore[arg-type]
+        assert 0.0 < share <= 1.0
+
+
+@slow
+@given(seeds)
+def test_with_all_known_no_point_needs_the_one_before(seed: int) -> None:
+    assert claims._require_same_without_previous(np.random.default_rng(seed)) >= 0
+
+
+def test_a_bound_that_is_too_small_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(claims.MOVES_BETWEEN, "none", 0)
+    with pytest.raises(AssertionError, match="the proof allows 0"):
+        check("C17")
+
+
+def test_a_uav_that_stops_falling_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A UAV that plans, but is put back to where it was, does not get cheaper."""
+    move = claims.Mission.simulate
+
+    class Standing(Simulation):
+        def advance(self) -> None:
+            before = [pilot.position for pilot in self._pilots]
+            super().advance()
+            if self.tick == 5:
+                for pilot, position in zip(self._pilots, before, strict=True):
+                    pilot.position = position
+
+    def simulate(mission: Mission) -> Simulation:
+        return Standing(mission)
+
+    monkeypatch.setattr(Mission, "simulate", simulate)
+    mission = claims._mission(np.random.default_rng(3))
+    with pytest.raises(AssertionError, match="the cost to go went from"):
+        claims._require_falling_cost(mission)
+    monkeypatch.setattr(Mission, "simulate", move)
+    claims._require_falling_cost(mission)
+
+
+def test_without_the_livelock_there_is_no_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    file = counterexamples.mission(claims.LIVELOCK)
+    alone = file.variants["without virtual obstacles"]
+    cured = dataclasses.replace(file, variants=dict.fromkeys(file.variants, alone))
+    monkeypatch.setattr(counterexamples, "mission", lambda _: cured)
+    with pytest.raises(AssertionError, match="no longer ends in a livelock"):
+        check("C19")
+    with pytest.raises(AssertionError, match="no longer ends in a livelock"):
+        check("C17")
+
+
+def test_without_the_difference_there_is_no_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    file = counterexamples.mission(claims.EXCLUSION)
+    free = file.variants["without exclusion"]
+    cured = dataclasses.replace(file, variants=dict.fromkeys(file.variants, free))
+    monkeypatch.setattr(counterexamples, "mission", lambda _: cured)
+    with pytest.raises(AssertionError, match="are the same"):
+        check("C18")
+
+
+def test_how_often_exclusion_matters_is_what_the_sample_says() -> None:
+    for share in (0.0, 0.25, 1.0):
+        (table,) = check("C18", instances=1, samples=excluded(share)).tables
+        assert [row[4] for row in table.rows] == [share] * 6
+        assert all(row[5] <= share <= row[6] for row in table.rows)  # type: ignore[operator]
+
+
+def test_two_flights_are_the_same_up_to_rounding() -> None:
+    missions = counterexamples.mission(claims.EXCLUSION).missions(get)
+    free, bound = (mission.fly().uavs["a"] for mission in missions.values())
+    nearly = dataclasses.replace(free, trace=free.trace + 1e-9)
+    assert same_trace(free, free)
+    assert same_trace(free, nearly)
+    assert not same_trace(free, bound)
+    assert not same_trace(free, dataclasses.replace(free, trace=free.trace + 1e-3))
+
+
+def test_nothing_is_random(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(claims, "HASH_SEEDS", (1,))
+    assert check("C54").verdict is Verdict.REFUTED
+
+
+def test_flights_that_differ_between_processes_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(claims, "HASH_SEEDS", (1,))
+    monkeypatch.setattr(claims, "_digest_elsewhere", lambda *_: "0" * 64)
+    with pytest.raises(AssertionError, match="of another process"):
+        check("C54")
+
+
+def test_a_checksum_tells_flights_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    uav = Uav("a", (0.1, 0.1), (0.9, 0.9), 0.2)
+    mission = Mission(World(), [uav], get("cgla"), resolution=4)
+    whole = claims.digest([mission])
+    fly = Mission.fly
+
+    def nearly(mission: Mission, watch: Any = None) -> Flight:  # noqa: ANN401 - as in Mission
+        flight = fly(mission, watch)
+        (one,) = flight.uavs.values()
+        moved = dataclasses.replace(one, trace=np.nextafter(one.trace, 2.0))
+        return dataclasses.replace(flight, uavs={one.name: moved})
+
+    monkeypatch.setattr(Mission, "fly", nearly)
+    assert claims.digest([mission]) != whole
+
+
+def test_more_maps_are_more_seeds(monkeypatch: pytest.MonkeyPatch) -> None:
+    flown: list[int] = []
+
+    def digest_of(seeds: Iterable[int]) -> str:
+        flown.extend(seeds)
+        return ""
+
+    monkeypatch.setattr(claims, "digest_of", digest_of)
+    monkeypatch.setattr(claims, "_digest_elsewhere", lambda *_: "")
+    BY_ID["C54"].check(Evidence(Scale(maps=200, seed=2)))
+    assert flown == list(range(2_000_000, 2_000_020))

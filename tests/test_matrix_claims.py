@@ -1,0 +1,107 @@
+"""The claims about the cost matrix: their verdicts, and that a broken matrix has none."""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cgla_graph.cgla_matrix import CostMatrix, cost_matrix
+from cgla_graph.comparisons.claims import counterexamples, matrix_claims
+from cgla_graph.comparisons.claims.claim import Verdict
+from cgla_graph.comparisons.claims.evidence import Evidence, Scale
+
+QUICK = Evidence(Scale(quick=True))
+CHECKS = {claim.id: claim.check for claim in matrix_claims.CLAIMS}
+
+
+@pytest.mark.parametrize(
+    ("claim", "verdict", "counterexample"),
+    [
+        ("C8", Verdict.PROVED, ""),
+        ("C9", Verdict.PROVED, ""),
+        ("C10", Verdict.PROVED, ""),
+        ("C11", Verdict.PROVED, "pivot-left-out.json"),
+        ("C12", Verdict.PROVED, ""),
+        ("C13", Verdict.PROVED, "printed-peaks.toml"),
+        ("C15", Verdict.PROVED, ""),
+        ("C16", Verdict.REFUTED, "remark-1-diamond.json"),
+        ("C24", Verdict.REFUTED, "dynamic-programming.toml"),
+    ],
+)
+def test_verdicts(claim: str, verdict: Verdict, counterexample: str) -> None:
+    found = CHECKS[claim](QUICK)
+    assert (found.verdict, found.counterexample) == (verdict, counterexample)
+    assert CHECKS[claim](QUICK) == found
+
+
+def test_the_optimum_is_that_of_the_lattice_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Evidence, "instances", lambda *_: 2)
+    found = CHECKS["C14"](QUICK)
+    assert [part.verdict for part in found.parts] == [Verdict.PROVED, Verdict.REFUTED, Verdict.REFUTED]
+
+
+def test_random_choices_of_pivots_need_many_times_as_many() -> None:
+    rows = CHECKS["C11"](QUICK).tables[0].rows
+    assert [row[0] for row in rows] == [8, 10, 12, 15]
+    for _, wrong, median, low, high, *_ in rows:
+        assert isinstance(wrong, float)
+        assert isinstance(median, float)
+        assert wrong > 0.4
+        assert 4.0 < low <= median <= high < 40.0
+
+
+def _changed(change: Callable[[CostMatrix], Any]) -> Callable[..., CostMatrix]:
+    """Compute a cost matrix, and change it."""
+
+    def broken(*args: Any, **kwargs: Any) -> CostMatrix:  # noqa: ANN401 - as `cost_matrix`
+        matrix = cost_matrix(*args, **kwargs)
+        return dataclasses.replace(matrix, **change(matrix))
+
+    return broken
+
+
+@pytest.mark.parametrize(
+    ("claim", "change"),
+    [
+        ("C8", lambda matrix: {"values": matrix.values * (1.0 + 1e-6)}),
+        ("C11", lambda matrix: {"values": matrix.values * (1.0 - 1e-9)}),
+        ("C11", lambda matrix: {"order": matrix.order[::-1]}),
+        ("C11", lambda matrix: {"rounds": matrix.rounds + 1}),
+        ("C12", lambda matrix: {"values": matrix.values * matrix.rounds}),
+        ("C24", lambda matrix: {"values": matrix.values + (matrix.schedule == "synchronous")}),
+    ],
+)
+def test_a_broken_matrix_has_no_verdict(
+    claim: str, change: Callable[[CostMatrix], Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(matrix_claims, "cost_matrix", _changed(change))
+    with pytest.raises(AssertionError):
+        CHECKS[claim](QUICK)
+
+
+def test_graphs_that_show_nothing_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    graph = counterexamples.graph
+    other = {"remark-1-star.json": "remark-1-diamond.json", "remark-1-diamond.json": "remark-1-star.json"}
+    monkeypatch.setattr(counterexamples, "graph", lambda name: graph(other.get(name, "remark-1-diamond.json")))
+    with pytest.raises(AssertionError, match="the star has no Delta set of two"):
+        CHECKS["C16"](QUICK)
+
+
+def test_the_middle_of_three_paths_is_best_for_no_weight(monkeypatch: pytest.MonkeyPatch) -> None:
+    document = counterexamples.document("unsupported-pair.json")
+    assert matrix_claims._unsupported_is_missed()
+    # with less risk on it, some weight asks for it
+    document["risk"][0][2] = document["risk"][2][4] = 0.05
+    monkeypatch.setattr(counterexamples, "document", lambda _: document)
+    assert not matrix_claims._unsupported_is_missed()
+
+
+def test_eq_9_is_the_least_of_old_and_new() -> None:
+    weights = np.array([[0.0, 1.0, 9.0], [1.0, 0.0, 1.0], [9.0, 1.0, 0.0]])
+    assert [values.tolist() for values in matrix_claims._eq9(weights, 2, [2, 1])] == [
+        [np.inf, np.inf, 0.0],
+        [9.0, 1.0, 0.0],
+        [2.0, 1.0, 0.0],
+    ]

@@ -1,0 +1,193 @@
+"""The potential field: every step goes downhill, and where no step does, it says that the forces cancel."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+from strategies import plane_problems, points, slow, usual
+
+import cgla_graph as cg
+from cgla_graph._types import FloatArray
+from cgla_graph.errors import SolverSettingError
+from cgla_graph.mission import Mission
+from cgla_graph.random_map import random_scenario
+from cgla_graph.risk import ImproperFieldWarning
+from cgla_graph.scenario import load_scenario, shipped
+from cgla_graph.solvers.potential_field import PotentialField
+from cgla_graph.solvers.reactive import Surroundings
+from cgla_graph.uav import Uav
+from cgla_graph.world import World
+
+CELL = shapely.box(0.29, 0.49, 0.31, 0.51).difference(shapely.box(0.295, 0.495, 0.305, 0.505))
+
+
+def potential(problem: cg.Problem, path: FloatArray, solver: PotentialField) -> FloatArray:
+    """Compute U anew, point by point, from the formula in the docstring."""
+    x_min, y_min, x_max, y_max = problem.bounds
+    side = min(x_max - x_min, y_max - y_min)
+    levels = []
+    for x, y in path.tolist():
+        survival = 1.0
+        for threat in problem.field.threats:
+            square = (x - threat.x) ** 2 + (y - threat.y) ** 2
+            survival *= 1.0 - threat.peak * math.exp(-square / (2.0 * threat.spread**2))
+        level = math.dist((x, y), problem.goal) + solver.risk_gain * side * (1.0 - survival)
+        reach = solver.area_reach * side
+        for polygon in getattr(problem.model.area.geometry, "geoms", [problem.model.area.geometry]):
+            if not polygon.is_empty:
+                near = max(polygon.distance(shapely.Point(x, y)), 1e-3 * reach)
+                level += 0.5 * solver.area_gain * reach * max(reach / near - 1.0, 0.0) ** 2
+        levels.append(level)
+    return np.array(levels)
+
+
+@usual
+@given(plane_problems())
+def test_every_step_lowers_the_potential_and_may_be_flown(problem: cg.Problem) -> None:
+    solver = PotentialField()
+    answer = cg.solve(problem, solver)
+    assert answer.status in {cg.Status.OPTIMAL, cg.Status.FOUND, cg.Status.STUCK}, answer.message
+    if answer.status.is_path:
+        assert tuple(answer.path[0]) == problem.start
+        assert tuple(answer.path[-1]) == problem.goal
+        assert (np.hypot(*np.diff(answer.path, axis=0).T) <= 0.02 * (1 + 1e-9)).all()
+        # the last step goes straight to the goal, whatever the potential there
+        assert (np.diff(potential(problem, answer.path[:-1], solver)) < 1e-12).all()
+
+
+@usual
+@given(plane_problems(), points)
+def test_the_force_is_the_slope_of_the_potential(problem: cg.Problem, spot: tuple[float, float]) -> None:
+    solver, around, here = PotentialField(), Surroundings(problem, 0.02), np.array(spot)
+    tiny = 1e-7
+    parts = shapely.get_parts(problem.model.area.geometry)
+    # where the potential has a kink, or is so steep that differences say nothing, there is no slope to compare with
+    if math.dist(spot, problem.goal) < 0.01 or (shapely.distance(parts, shapely.Point(spot)) < 0.005).any():
+        return
+    ahead = [potential(problem, here + tiny * np.array([axis, -axis]), solver) for axis in np.eye(2)]
+    slope = np.array([(more - less) / (2.0 * tiny) for more, less in ahead])
+    assert solver.force(around, here) == pytest.approx(-slope, rel=1e-3, abs=1e-3)
+    assert solver.potential(around, here[None]) == pytest.approx(potential(problem, here[None], solver))
+
+
+@pytest.mark.parametrize("scale", [1.0, 5000.0])
+@pytest.mark.parametrize(("spread", "gain"), [(0.05, 0.2), (0.08, 0.3), (0.03, 0.1)])
+def test_in_front_of_a_threat_it_stops_where_the_slope_balances_the_pull(
+    spread: float, gain: float, scale: float
+) -> None:
+    field = cg.RiskField([cg.Threat(0.5 * scale, 0.5 * scale, spread * scale)])
+    ends = (0.1 * scale, 0.5 * scale), (0.9 * scale, 0.5 * scale)
+    problem = cg.Problem(*ends, field, k=10.0, bounds=(0, 0, scale, scale))
+    answer = PotentialField(risk_gain=gain).solve(problem)
+    balance = brentq(lambda d: gain * d / spread**2 * math.exp(-(d**2) / (2 * spread**2)) - 1.0, spread, 6 * spread)
+    assert answer.status is cg.Status.STUCK
+    assert "the forces cancel: a local minimum" in answer.message
+    x, y = (float(part) / scale for part in answer.message.split("(")[1].split(")")[0].split(", "))
+    assert (x, y) == pytest.approx((0.5 - balance, 0.5), abs=2e-4)
+
+
+def test_in_front_of_a_wall_it_stops_where_the_repulsion_balances_the_pull() -> None:
+    problem = cg.Problem((0.1, 0.5), (0.9, 0.5), no_fly=shapely.box(0.5, 0.2, 0.6, 0.8))
+    answer = PotentialField(area_gain=0.1, area_reach=0.05).solve(problem)
+    ratio = brentq(lambda r: 0.1 * (r - 1.0) * r**2 - 1.0, 1.0, 10.0)
+    assert answer.status is cg.Status.STUCK
+    x, y = (float(part) for part in answer.message.split("(")[1].split(")")[0].split(", "))
+    assert (x, y) == pytest.approx((0.5 - 0.05 / ratio, 0.5), abs=2e-4)
+
+
+def test_too_weak_a_threat_is_run_over() -> None:
+    """Below ``gain * peak / spread * exp(-1/2) = 1`` the pull wins everywhere on the line."""
+    weakest = 0.05 / 0.2 * math.exp(0.5)
+    for factor, status in ((0.98, cg.Status.FOUND), (1.02, cg.Status.STUCK)):
+        field = cg.RiskField([cg.Threat(0.5, 0.5, 0.05, peak=factor * weakest)])
+        assert PotentialField(risk_gain=0.2).solve(cg.Problem((0.1, 0.5), (0.9, 0.5), field)).status is status
+
+
+def test_without_gains_it_flies_straight_and_ends_at_walls() -> None:
+    field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1)])
+    blind = PotentialField(risk_gain=0, area_gain=0)
+    free = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.8), field, k=10.0), blind)
+    assert free.length == pytest.approx(math.hypot(0.8, 0.7), rel=1e-12)
+    walled = blind.solve(cg.Problem((0.1, 0.5), (0.9, 0.5), no_fly=shapely.box(0.5, 0.2, 0.6, 0.8)))
+    assert walled.status is cg.Status.STUCK
+    assert "0.5)" in walled.message
+
+
+def test_it_slides_along_the_bounds() -> None:
+    """A threat pushes it out of the map; the bounds hold it, and it goes on along them."""
+    problem = cg.Problem((0.1, 0.05), (0.9, 0.05), cg.RiskField([cg.Threat(0.5, 0.11, 0.05)]), k=10.0)
+    answer = cg.solve(problem, "potential-field")
+    assert answer.status is cg.Status.FOUND
+    assert answer.path[:, 1].min() == 0.0
+
+
+@slow
+@given(plane_problems(max_threats=3), st.integers(-10, 20))
+def test_the_path_scales_with_the_map(problem: cg.Problem, power: int) -> None:
+    """Powers of two scale without rounding, so that nothing may differ at all."""
+    scale = 2.0**power
+    threats = [cg.Threat(scale * t.x, scale * t.y, scale * t.spread, t.peak) for t in problem.field.threats]
+    scaled = cg.Problem(
+        (scale * problem.start[0], scale * problem.start[1]),
+        (scale * problem.goal[0], scale * problem.goal[1]),
+        cg.RiskField(threats),
+        k=problem.k,
+        bounds=(0, 0, scale, scale),
+        no_fly=shapely.transform(problem.model.area.geometry, lambda corners: scale * corners),
+    )
+    one, other = (PotentialField().solve(it) for it in (problem, scaled))
+    assert one.status is other.status
+    assert np.array_equal(scale * one.path, other.path)
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_shipped_scenarios_end_in_a_path_or_a_reason(name: str) -> None:
+    answer = cg.solve(load_scenario(name).problem, "potential-field")
+    assert answer.status.is_path or (answer.status is cg.Status.STUCK and "forces cancel" in answer.message)
+
+
+def test_walled_in_it_says_that_the_forces_cancel() -> None:
+    answer = PotentialField().solve(cg.Problem((0.3, 0.5), (0.9, 0.5), no_fly=CELL))
+    assert answer.status is cg.Status.STUCK
+    assert answer.message.startswith("at (0.3, 0.5), step 0: the forces cancel")
+
+
+def test_peaks_above_1_are_flown_as_they_are() -> None:
+    with pytest.warns(ImproperFieldWarning):
+        field = cg.RiskField([cg.Threat(0.45, 0.4, 0.05, peak=8.0), cg.Threat(0.5, 0.6, 0.05, peak=8.0)], improper=True)
+    answer = PotentialField().solve(cg.Problem((0.1, 0.5), (0.9, 0.5), field, k=10.0))
+    assert answer.status in {cg.Status.FOUND, cg.Status.STUCK}
+
+
+@pytest.mark.parametrize(
+    ("settings", "fault"),
+    [
+        ({"risk_gain": -1}, "risk_gain is -1; it must be at least 0"),
+        ({"area_gain": math.nan}, "area_gain is nan; give a finite number"),
+        ({"area_reach": 0}, "area_reach is 0; it must be above 0"),
+        ({"step": 0}, "step is 0"),
+        ({"max_steps": 0}, "max_steps is 0"),
+        ({"patience": 2.5}, "patience is 2.5"),
+    ],
+)
+def test_settings_out_of_range_are_refused(settings: dict[str, Any], fault: str) -> None:
+    with pytest.raises(SolverSettingError, match=f"potential-field: {fault}"):
+        PotentialField(**settings)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_mission_with_full_knowledge_flies_the_planned_path(seed: int) -> None:
+    problem = random_scenario(seed, areas=seed % 2).problem
+    answer = cg.solve(problem, "potential-field")
+    world = World(problem.field, problem.bounds, no_fly=problem.no_fly)
+    uav = Uav("a", problem.start, problem.goal, 0.2, k=10, step=0.02)
+    flight = Mission(world, [uav], solver=PotentialField(), knowledge="all").fly().uavs["a"]
+    assert flight.status.label == ("arrived" if answer.status.is_path else "stuck")
+    if answer.status.is_path:
+        assert flight.length == pytest.approx(answer.length, abs=0.03)
+        assert flight.risk == pytest.approx(answer.risk, abs=1e-3)

@@ -1,0 +1,173 @@
+"""The visibility graph: tangents around a disc, the shortest path around polygons, and ways out where they seal it."""
+
+import itertools
+import math
+
+import networkx as nx
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from strategies import fields, points, polygons, slow, usual
+
+import cgla_graph as cg
+from cgla_graph._types import FloatArray, Point
+from cgla_graph.errors import SolverSettingError
+from cgla_graph.mission import Mission
+from cgla_graph.random_map import random_scenario
+from cgla_graph.scenario import load_scenario, shipped
+from cgla_graph.solvers.visibility_graph import VisibilityGraph
+from cgla_graph.uav import Uav
+from cgla_graph.world import World
+
+RING = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
+
+
+def around_disc(start: Point, goal: Point, centre: Point, radius: float) -> float:
+    """Return the length of the shortest path around a disc that is in the way: two tangents and an arc."""
+    ends = np.subtract([start, goal], centre)
+    far = np.hypot(*ends.T)
+    between = math.acos(float(np.prod(far) ** -1 * (ends[0] @ ends[1])))
+    return float(np.sqrt(far**2 - radius**2).sum() + radius * (between - np.arccos(radius / far).sum()))
+
+
+@pytest.mark.parametrize(("start", "goal"), [((0.1, 0.5), (0.9, 0.5)), ((0.13, 0.41), (0.87, 0.66))])
+def test_around_one_disc_it_approaches_tangents_and_arc(start: Point, goal: Point) -> None:
+    """From above, and with twice as many corners by a fourth of what is left."""
+    field = cg.RiskField([cg.Threat(0.5, 0.5, spread=0.1)])
+    problem = cg.Problem(start, goal, field)
+    best = around_disc(start, goal, (0.5, 0.5), 0.2)
+    counts = 2 ** np.arange(3, 10)
+    excess = [cg.solve(problem, "visibility-graph", spreads=2, corners=int(n)).length / best - 1.0 for n in counts]
+    assert min(excess) > 0.0
+    slope = np.polyfit(np.log(counts), np.log(excess), 1)[0]
+    assert slope == pytest.approx(-2.0, abs=0.15)
+    assert excess[-1] < 1e-5
+
+
+def shortest(problem: cg.Problem, blocked: shapely.MultiPolygon) -> float:
+    """Return the length of the shortest path by shapely and networkx over all corners."""
+    nodes = [problem.start, problem.goal, *map(tuple, shapely.get_coordinates(blocked).tolist())]
+    box = shapely.box(*problem.bounds)
+    graph: nx.Graph[Point] = nx.Graph()
+    graph.add_nodes_from(nodes)
+    for a, b in itertools.combinations(dict.fromkeys(nodes), 2):
+        line = shapely.LineString([a, b])
+        if box.covers(line) and not blocked.relate_pattern(line, "T********"):
+            graph.add_edge(a, b, weight=math.dist(a, b))
+    try:
+        return float(nx.shortest_path_length(graph, problem.start, problem.goal, weight="weight"))
+    except nx.NetworkXNoPath:
+        return math.inf
+
+
+halves = st.integers(0, 8).map(lambda i: i / 2)
+
+
+@slow
+@given(polygons(), st.tuples(halves, halves), st.tuples(halves, halves))
+def test_around_areas_it_is_the_shortest_path(area: shapely.MultiPolygon, start: Point, goal: Point) -> None:
+    """So says an independent search; where that finds none, the answer is that there is none."""
+    assume(start != goal and not any(area.contains(shapely.Point(end)) for end in (start, goal)))
+    problem = cg.Problem(start, goal, bounds=(0, 0, 4, 4), no_fly=area)
+    answer = cg.solve(problem, "visibility-graph")
+    wanted = shortest(problem, area)
+    assert answer.length == pytest.approx(wanted, rel=1e-12)
+    assert answer.status is (cg.Status.FOUND if math.isfinite(wanted) else cg.Status.NO_PATH)
+
+
+def clearances(problem: cg.Problem, path: FloatArray) -> list[float]:
+    """Return how far the path keeps from each threat, in spreads."""
+    line = shapely.LineString(path)
+    return [line.distance(shapely.Point(t.x, t.y)) / t.spread for t in problem.field.threats]
+
+
+@usual
+@given(fields(max_threats=6), points, points, st.floats(0.3, 4.0), st.integers(3, 20))
+def test_there_is_always_a_path_and_it_keeps_out_of_the_discs(
+    field: cg.RiskField, start: Point, goal: Point, spreads: float, corners: int
+) -> None:
+    """Of all discs whose polygons leave start and goal outside, unless the answer says that they are smaller."""
+    assume(start != goal)
+    problem = cg.Problem(start, goal, field, k=10.0)
+    answer = cg.solve(problem, "visibility-graph", spreads=spreads, corners=corners)
+    assert answer.status is cg.Status.FOUND
+    used = float(answer.message.rsplit(maxsplit=1)[-1]) if answer.message else spreads
+    assert answer.message.startswith("the threats seal the way") or used == spreads
+    for threat, kept in zip(field.threats, clearances(problem, answer.path), strict=True):
+        nearest = min(math.dist((threat.x, threat.y), end) for end in (start, goal)) / threat.spread
+        if nearest > used / math.cos(math.pi / corners):
+            assert kept >= used * (1.0 - 1e-5)
+
+
+def test_a_start_and_a_goal_inside_of_discs_are_left_straight_outwards() -> None:
+    """The polygons end where start and goal are, so that no way leads deeper into them."""
+    threats = [cg.Threat(0.2, 0.2, spread=0.1), cg.Threat(0.8, 0.8, spread=0.1), cg.Threat(0.9, 0.9, spread=0.05)]
+    problem = cg.Problem((0.15, 0.15), (0.9, 0.9), cg.RiskField(threats), k=10.0)
+    answer = cg.solve(problem, "visibility-graph", corners=64)
+    assert answer.status is cg.Status.FOUND
+    assert answer.message == ""
+    nearest = [problem.start, problem.goal, problem.goal]
+    ends = [math.dist((t.x, t.y), end) / t.spread for t, end in zip(threats, nearest, strict=True)]
+    np.testing.assert_allclose(clearances(problem, answer.path), ends, rtol=2e-3, atol=1e-12)
+
+
+def test_discs_that_seal_the_way_become_smaller_and_areas_do_not() -> None:
+    wall = [cg.Threat(0.5, y, spread=0.1) for y in np.linspace(0.0, 1.0, 6)]
+    problem = cg.Problem((0.1, 0.5), (0.9, 0.5), cg.RiskField(wall), k=10.0)
+    answer = cg.solve(problem, "visibility-graph")
+    assert answer.status is cg.Status.FOUND
+    assert answer.message == "the threats seal the way at 2.5 spreads, not at 0.5"
+    assert min(clearances(problem, answer.path)) >= 0.5
+    sealed = cg.solve(cg.Problem((0.1, 0.1), (0.8, 0.8), cg.RiskField(wall), k=1.0, no_fly=RING), "visibility-graph")
+    assert (sealed.status, sealed.message) == (cg.Status.NO_PATH, "the no-fly areas seal the way")
+
+
+@usual
+@given(st.integers(0, 10**6), st.integers(-3, 4), st.integers(-8, 8))
+def test_a_map_drawn_larger_elsewhere_gives_the_same_path_there(seed: int, power: int, shift: int) -> None:
+    problem = random_scenario(seed, areas=2).problem
+    scale = 2.0**power
+    threats = [
+        cg.Threat(scale * t.x + shift, scale * t.y + shift, spread=scale * t.spread, peak=t.peak)
+        for t in problem.field.threats
+    ]
+    there = cg.Problem(
+        *(tuple(scale * np.array(end) + shift) for end in (problem.start, problem.goal)),
+        cg.RiskField(threats),
+        bounds=(shift, shift, scale + shift, scale + shift),
+        no_fly=shapely.transform(problem.no_fly, lambda xy: scale * xy + shift),
+    )
+    one, other = (cg.solve(p, "visibility-graph") for p in (problem, there))
+    assert (one.status, other.status) == (cg.Status.FOUND, cg.Status.FOUND)
+    assert other.length == pytest.approx(scale * one.length, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_on_the_shipped_maps_it_finds_a_way(name: str) -> None:
+    problem = load_scenario(name).problem
+    answer = cg.solve(problem, "visibility-graph")
+    assert answer.status is cg.Status.FOUND
+    assert answer.evaluations > 0
+    if not problem.field.threats:
+        assert answer.length <= cg.solve(problem, "fast-marching").length
+
+
+@pytest.mark.parametrize("settings", [{"spreads": 0.0}, {"spreads": math.nan}, {"corners": 2}, {"corners": 1e2}])
+def test_its_settings_are_checked(settings: dict[str, float]) -> None:
+    with pytest.raises(SolverSettingError, match=f"visibility-graph: {next(iter(settings))}"):
+        VisibilityGraph(**settings)
+
+
+@pytest.mark.parametrize("areas", [0, 4])
+def test_it_flies_missions(areas: int) -> None:
+    for seed in range(3):
+        problem = random_scenario(seed, areas=areas).problem
+        world = World(problem.field, bounds=problem.bounds, no_fly=problem.no_fly)
+        uav = Uav("a", problem.start, problem.goal, 0.2, k=10.0)
+        flown = Mission(world, [uav], VisibilityGraph()).fly().uavs["a"]
+        assert flown.status.label == "arrived"
+        # a position on the edge of an area is rounded to one side or the other
+        inside = shapely.LineString(flown.path).intersection(problem.model.area.geometry)
+        assert inside.difference(problem.model.area.geometry.boundary.buffer(1e-9)).is_empty
