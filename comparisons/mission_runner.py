@@ -27,8 +27,8 @@ from cgla_graph.uav import Uav
 from cgla_graph.world import World
 
 #: What `cgla compare` leaves out on missions unless it is asked for: a flight plans dozens of times, and these hand
-#: over a complete graph edge by edge each time.
-TOO_SLOW = ("networkx", "networkx-astar")
+#: over a complete graph edge by edge each time, or solve a mixed-integer program.
+TOO_SLOW = ("networkx", "networkx-astar", "milp")
 #: Labels of contenders that have been made ready in this process.
 _ready: set[str] = set()
 

@@ -37,8 +37,9 @@ class BendyRuler(Reactive[BendyMemory]):
     """
     Probes straight lines around itself, and takes the one nearest to the goal's direction that keeps its margin.
 
-    Public: ArduPilot's documentation ("Object Avoidance with Bendy Ruler", ardupilot.org, and its list of parameters):
-    the vehicle probes in many directions around itself for one that is open enough and still leads towards the
+    Public: ArduPilot's documentation ("Object Avoidance with Bendy Ruler", ardupilot.org, its list of parameters) and
+    its developers' account of the two steps ("GSoC 2020: Improvements to Object Avoidance", discuss.ardupilot.org): the
+    vehicle probes in many directions around itself for one that is open enough and still leads towards the
     destination. A probe has a lookahead (OA_BR_LOOKAHEAD), a margin that it has to keep from obstacles (OA_MARGIN_MAX),
     and a second stage from its end towards the destination. A bearing that turns by more than an angle
     (OA_BR_CONT_ANGLE) is resisted unless its margin is better by some ratio than that of the bearing before

@@ -128,7 +128,7 @@ def once(monkeypatch: pytest.MonkeyPatch) -> None:
     def fly(field: RiskField, *, k: float, integral: str, radius: float) -> UavFlight:
         key = (k, integral, radius)
         if key not in flown:
-            flown[key] = real(field, k=k, integral=integral, radius=radius)  # type: ignore[arg-type]
+            flown[key] = real(field, k=k, integral=integral, radius=radius)
         return flown[key]
 
     monkeypatch.setattr(weight_claims, "fly_alone", fly)
@@ -264,6 +264,15 @@ def test_nothing_holds_of_nothing() -> None:
     assert not rate_contrasts([("", {}, np.array([np.nan]), np.array([1.0]))])[0].holds
 
 
+def test_rates_differ_only_where_that_is_no_chance() -> None:
+    few, many = np.arange(20) < 2, np.arange(20) < 5
+    (slightly,) = rate_contrasts([("", {}, many.astype(float), few.astype(float))])
+    (clearly,) = rate_contrasts([("", {}, np.ones(20), few.astype(float))])
+    (wrongly,) = rate_contrasts([("", {}, few.astype(float), np.ones(20))])
+    assert slightly.first > slightly.second
+    assert (slightly.holds, clearly.holds, wrongly.holds) == (False, True, False)
+
+
 def test_zero_risk_is_not_left_out() -> None:
     records = [{"map": i, "k": k, "risk": 0.0 if k == 2 else 0.1 + i} for i in range(8) for k in (1, 2)]
     assert contrast(Samples(records), "", "risk", {"k": 1}, {"k": 2}, {}).shift.n == 8
@@ -347,7 +356,7 @@ def test_longer_than_q_learning_is_stored_and_run(monkeypatch: pytest.MonkeyPatc
 def test_a_threat_beside_the_uav_is_no_counterexample(monkeypatch: pytest.MonkeyPatch) -> None:
     found = mission("threat-on-top.toml")
     (timed,) = found.world.timed
-    moved = dataclasses.replace(timed, threat=dataclasses.replace(timed.threat, y=0.8))  # type: ignore[union-attr, type-var]
+    moved = dataclasses.replace(timed, threat=dataclasses.replace(timed.threat, y=0.8))
     world = dataclasses.replace(found.world, timed=[moved])
     monkeypatch.setattr(single_claims, "mission", lambda _: dataclasses.replace(found, world=world))
     with pytest.raises(AssertionError, match="no longer"):

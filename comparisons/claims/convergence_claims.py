@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from cgla_graph._types import FloatArray
+from cgla_graph._types import FloatArray, Point
 from cgla_graph.cgla_matrix import cost_matrix
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.cells import cell_name
@@ -192,8 +192,19 @@ def _how_often_different(samples: Samples) -> list[tuple[str, str, Proportion]]:
     return [
         (exclude, cell_name(cell), proportion(samples.column("differs", exclude=exclude, **cell)))
         for exclude in EXCLUSIONS
-        for cell in samples.cases("integral", "radius")
+        for cell in samples.cases("movement", "radius")
     ]
+
+
+def _turns_back(free: UavFlight, bound: UavFlight) -> tuple[int, Point]:
+    """Return when two flights part, and the point before, over which the one without exclusion plans to go back."""
+    common = min(len(free.trace), len(bound.trace))
+    parted = np.flatnonzero((free.trace[:common] != bound.trace[:common]).any(axis=1))
+    tick = int(parted[0]) - 1 if len(parted) else common - 1
+    x, y = free.trace[tick - 1].tolist()
+    over = [(one.plan_at(tick) == (x, y)).all(axis=1).any() for one in (free, bound)]
+    require(over == [True, False], f"at tick {tick} of {EXCLUSION}, it is not Step 5 that makes the difference")
+    return tick, (x, y)
 
 
 def check_c18(evidence: Evidence) -> Finding:
@@ -205,6 +216,7 @@ def check_c18(evidence: Evidence) -> Finding:
     for one in (free, bound):
         require(one.status is MissionStatus.ARRIVED, f"{EXCLUSION}: {one.status.value}")
     require(not same_trace(free, bound), f"the two flights of {EXCLUSION} are the same")
+    tick, previous = _turns_back(free, bound)
     found = _how_often_different(evidence.samples["exclusion"])
     shares = {name: [one.rate for exclude, _, one in found if exclude == name] for name in EXCLUSIONS}
     rates = "; ".join(f"{name} excluded: {min(of):.3g} to {max(of):.3g} of flights" for name, of in shares.items())
@@ -212,8 +224,9 @@ def check_c18(evidence: Evidence) -> Finding:
         "Flights that differ from those without exclusion",
         ("excluded", "cell", "differ", "maps", "share", "95 % from", "to"),
         [(exclude, cell, one.count, one.n, one.rate, *one.interval) for exclude, cell, one in found],
-        "K = 50, a plan on every tick; two flights differ if they are ever more than rounding apart. Exact integrals "
-        "only: on raster integrals a plan with an excluded point takes too long for a sample.",
+        "K = 50, a plan on every tick, in steps of 0.02 (where the lattice point next to the UAV is what is excluded "
+        "later) or from lattice point to lattice point; two flights differ if they are ever more than rounding apart. "
+        "Exact integrals only: on raster integrals a plan with an excluded point takes too long for a sample.",
     )
     return Finding(
         Verdict.REFUTED,
@@ -228,7 +241,9 @@ def check_c18(evidence: Evidence) -> Finding:
             Part(
                 "With limited sight, the flights with and without exclusion are the same.",
                 Verdict.REFUTED,
-                f"length {free.length:.4g} and {bound.length:.4g}, risk {free.risk:.3g} and {bound.risk:.3g}; {rates}",
+                f"{EXCLUSION}: at tick {tick} the best way leads back over {previous}, where the UAV was the tick "
+                f"before; length {free.length:.4g} and {bound.length:.4g}, risk {free.risk:.3g} and {bound.risk:.3g}; "
+                f"{rates}",
             ),
         ),
         tables=(table,),
@@ -237,7 +252,7 @@ def check_c18(evidence: Evidence) -> Finding:
                 "Proof of the first part: a path from p1 over the point before, p0, costs A(p1, p0) + G(p0), and "
                 "G(p0) > G(p1) as p1 follows p0 on an optimal path and weights are positive."
             ),
-            "After a detection G(p0) may be the lesser one: then the best way turns back, and Step 5 forbids it.",
+            "After a detection G(p0) may be the lesser one: then the best way may turn back, and Step 5 forbids it.",
         ),
         counterexample=EXCLUSION,
     )

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csgraph, csr_array
+from scipy.sparse import csgraph
 
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.cgla_matrix import CostMatrix, cost_matrix
@@ -66,8 +66,10 @@ def _least(graph: GeometricGraph, target: int) -> FloatArray:
     weights = graph.weight_matrix().copy()
     np.fill_diagonal(weights, 0.0)
     # rows of ours lead to the target, scipy's lead away from it
-    edges = csr_array(csgraph.csgraph_from_dense(weights.T, null_value=np.inf))
-    found: FloatArray = csgraph.dijkstra(edges, indices=target)
+    edges = csgraph.csgraph_from_dense(weights.T, null_value=np.inf)
+    # the stubs of scipy know no sparse arrays here
+    search: Any = csgraph.dijkstra
+    found: FloatArray = search(edges, indices=target)
     return found
 
 

@@ -15,6 +15,7 @@ from cgla_graph.comparisons.claims.weight_claims import TIE, check_c28, check_c2
 from cgla_graph.comparisons.paired import holm
 from cgla_graph.flight import MissionStatus
 from cgla_graph.solvers import get
+from cgla_graph.world import TimedThreat
 
 #: A path that never is more than two cells of the coarsest lattice from another is nearly the same.
 SAME_WITHIN = 2.0 / 15.0
@@ -31,9 +32,10 @@ RATE_RULE = (
 
 def check_c38(evidence: Evidence) -> Finding:
     """Check robustness against sudden threats: a bound that no planner beats, and what is met in practice."""
-    flight = mission(_ON_TOP).missions(get)[""].fly().uavs["a"]
-    (threat,) = (one.threat for one in mission(_ON_TOP).world.timed)  # type: ignore[union-attr]
-    met = flight.position_at(20)
+    stored = mission(_ON_TOP)
+    flight = stored.missions(get)[""].fly().uavs["a"]
+    ((tick, threat),) = ((one.appears, one.threat) for one in stored.world.timed if isinstance(one, TimedThreat))
+    met = flight.position_at(tick)
     goal_away = math.dist((threat.x, threat.y), flight.uav.goal)
     least = half_crossing(threat.spread, goal_away)
     on_top = met is not None and math.dist(met, (threat.x, threat.y)) <= TIE

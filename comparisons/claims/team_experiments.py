@@ -20,7 +20,7 @@ from cgla_graph.comparisons.claims.paper_flight import (
     paper_lattice,
 )
 from cgla_graph.flight import Flight, UavFlight
-from cgla_graph.mission import Exclude, Mission
+from cgla_graph.mission import Exclude, Mission, Movement
 from cgla_graph.random_map import random_scenario
 from cgla_graph.risk import RiskField
 from cgla_graph.sharing import Sharing
@@ -54,6 +54,8 @@ SHARING_KS = (20, 70)
 EXCLUSION_K = 50
 #: What else Step 5 may exclude.
 EXCLUSIONS: tuple[Exclude, ...] = ("last", "all")
+#: By which moves (E16).
+MOVEMENTS: tuple[Movement, ...] = ("step", "vertex")
 #: How many threats there are in the paper's Fig. 12.
 FEW_THREATS = (5, 7)
 #: Four times the longest flights seen; who is still flying then does not arrive.
@@ -187,7 +189,14 @@ def sample_stepnum(seed: int) -> list[dict[str, Any]]:
     return records
 
 
-def fly_excluding(field: RiskField, exclude: Exclude, *, radius: float = RADIUS, k: float = EXCLUSION_K) -> UavFlight:
+def fly_excluding(
+    field: RiskField,
+    exclude: Exclude,
+    *,
+    movement: Movement = "step",
+    radius: float = RADIUS,
+    k: float = EXCLUSION_K,
+) -> UavFlight:
     """
     Fly one UAV that plans anew on every tick, as the paper's Step 5 does, without the points that it excludes.
 
@@ -197,6 +206,8 @@ def fly_excluding(field: RiskField, exclude: Exclude, *, radius: float = RADIUS,
         The true threats, unknown at first.
     exclude
         ``none``, the ``last`` lattice point, or ``all`` so far (E17).
+    movement
+        By a ``step`` of 0.02 a tick, or from lattice point to lattice point, ``vertex`` (E16).
     radius, k
         As of `fly_two`.
 
@@ -213,6 +224,9 @@ def fly_excluding(field: RiskField, exclude: Exclude, *, radius: float = RADIUS,
         resolution=paper_lattice(),
         replan="tick",
         exclude=exclude,
+        movement=movement,
+        # plans from scratch name the same ones of points in line, whether any are excluded; in steps it does not matter
+        incremental=movement == "step",
         arrival_radius=ARRIVAL_RADIUS,
         max_ticks=MAX_TICKS,
     )
@@ -228,11 +242,11 @@ def sample_exclusion(seed: int) -> list[dict[str, Any]]:
     """Fly without exclusion, and compare with Step 5's and with that of all points visited; exact integrals only."""
     field = random_scenario(seed).problem.field
     records = []
-    for radius in RADII:
-        free = fly_excluding(field, "none", radius=radius)
+    for movement, radius in product(MOVEMENTS, RADII):
+        free = fly_excluding(field, "none", movement=movement, radius=radius)
         for exclude in EXCLUSIONS:
-            bound = fly_excluding(field, exclude, radius=radius)
-            record = {"integral": "exact", "radius": radius, "exclude": exclude}
+            bound = fly_excluding(field, exclude, movement=movement, radius=radius)
+            record = {"integral": "exact", "movement": movement, "radius": radius, "exclude": exclude}
             records.append({**record, "differs": not same_trace(free, bound), **measures(bound)})
     return records
 

@@ -1,0 +1,285 @@
+"""What the remade figures share: maps with ways on them, one page layout, and the files' bytes."""
+
+import dataclasses
+import tempfile
+import textwrap
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from matplotlib import patheffects
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from cgla_graph._types import FloatArray, Point
+from cgla_graph.comparisons.claims.exhibit import Picture
+from cgla_graph.comparisons.claims.paper_flight import BOUNDS, GOAL, START, paper_lattice
+from cgla_graph.comparisons.flown import Flown, Sortie
+from cgla_graph.comparisons.fly import open_mission
+from cgla_graph.comparisons.plot_flight import flight_figure
+from cgla_graph.comparisons.plot_page import Part, add_legend, style
+from cgla_graph.comparisons.plot_risk import draw_risk
+from cgla_graph.comparisons.plot_scene import Look, colour_of, dashes_of, line_key
+from cgla_graph.comparisons.plots import save
+from cgla_graph.problem import Problem
+from cgla_graph.risk import RiskField
+from cgla_graph.scenario import Scenario
+
+#: What every figure on the map of Fig. 5 has to say.
+SELECTED = (
+    "The map is ours but for its threat at (0.6, 0.5), as the paper does not print its own; it was selected to agree "
+    "with the paper, so that it does proves nothing."
+)
+#: Inches: a side of a map that stands beside one other, and beside two.
+WIDE, NARROW = 3.5, 2.75
+#: What stands in a legend: what is drawn, and what it is.
+Key = tuple[Artist, str]
+_BAR = 0.12  # inches: thickness of the colour bar
+_PAD, _GAP = 0.1, 0.22  # inches: border, space between parts
+_TICKS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
+_HALO = [patheffects.withStroke(linewidth=2.2, foreground="white", alpha=0.9)]
+
+
+@contextmanager
+def page() -> Iterator[Figure]:
+    """
+    Give an empty figure to draw on, in the style of all pictures.
+
+    Examples
+    --------
+    >>> with page() as figure:
+    ...     axes = add_map(figure, RiskField(), "no threat")
+    >>> axes.get_title(loc="left")
+    'no threat'
+    """
+    with style():
+        yield Figure()
+
+
+def add_map(figure: Figure, field: RiskField, title: str, *, bar: bool = False) -> Axes:
+    """
+    Add a map of the unit square with its risk, from white (0) to violet (1).
+
+    Parameters
+    ----------
+    figure
+        Where to.
+    field
+        What is true.
+    title
+        Stands above the map.
+    bar
+        Whether the bar that explains the colours is added, too.
+    """
+    axes = figure.add_subplot()
+    scene = Scenario("", "", Problem(START, GOAL, field, bounds=BOUNDS), paper_lattice())
+    drawn = draw_risk(figure, axes, scene, wide=False)
+    axes.set(xlim=BOUNDS[::2], ylim=BOUNDS[1::2], aspect="equal", xticks=_TICKS, yticks=_TICKS, xlabel="x", ylabel="y")
+    axes.set_title(title, fontsize=9.0, loc="left")
+    for image in axes.images:
+        image.set_clim(0.0, 1.0)
+    if drawn is not None and not bar:
+        figure.delaxes(drawn.ax)
+    return axes
+
+
+def draw_way(axes: Axes, path: FloatArray, number: int, count: int, *, dashed: bool = False) -> Artist:
+    """
+    Draw a path, the first of several widest, so that each shows beside those on top of it.
+
+    Parameters
+    ----------
+    axes
+        Where to.
+    path
+        Waypoints, shape ``(m, 2)``, map units.
+    number, count
+        Which of how many; its number is its colour.
+    dashed
+        Whether it is drawn with gaps: a path that is planned and not flown.
+
+    Returns
+    -------
+    key
+        For the legend.
+    """
+    width = 1.5 + 1.1 * (count - 1 - number)
+    look: Look = {"color": colour_of(number), "linestyle": (0, (2.5, 1.2)) if dashed else dashes_of(number)}
+    axes.plot(*path.T, color="white", linewidth=width + 1.6, alpha=0.85, zorder=2.9, clip_on=False)
+    axes.plot(*path.T, linewidth=width, zorder=3.0 + 0.01 * number, clip_on=False, **look)
+    return line_key(linewidth=min(width, 3.0), **look)
+
+
+def draw_end(axes: Axes, place: Point, *, goal: bool = False) -> Artist:
+    """Draw a start (circle) or a goal (star); return its key for the legend."""
+    look: Look = {
+        "linestyle": "none",
+        "marker": "*" if goal else "o",
+        "markersize": 11.0 if goal else 6.5,
+        "markerfacecolor": "white",
+        "markeredgecolor": "0.15",
+        "markeredgewidth": 1.2,
+    }
+    axes.plot(*place, clip_on=False, zorder=5.0, **look)
+    return line_key(**look)
+
+
+def write_beside(axes: Axes, words: str, place: Point, shift: tuple[float, float], **look: object) -> None:
+    """Write a few words near a place of the map, so many points right of and above it."""
+    settings: Look = {"fontsize": 7.5, "zorder": 6.0, "path_effects": _HALO, "ha": "center", "va": "center"} | look
+    axes.annotate(words, place, xytext=shift, textcoords="offset points", **settings)
+
+
+def finish(
+    figure: Figure,
+    heading: tuple[str, str],
+    rows: Sequence[Sequence[tuple[Axes, tuple[float, float]]]],
+    keys: Sequence[Key],
+    *,
+    columns: int = 1,
+) -> Figure:
+    """
+    Lay a page out: heading, rows of axes, and the legend below; the figure becomes as large as that.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+    heading
+        As the paper calls it, and what it shows.
+    rows
+        Axes side by side, with the width and height of each without labels, inches; the axes of the bars of maps that
+        were added are taken along.
+    keys
+        The legend; may be empty.
+    columns
+        Of the legend.
+    """
+    taken = {id(axes) for row in rows for axes, _ in row}
+    bars = [(axes, (_BAR, rows[0][-1][1][1])) for axes in figure.axes if id(axes) not in taken]
+    parts = [[Part.of(figure, *one) for one in row] for row in (([*rows[0], *bars]), *rows[1:])]
+    left = _PAD + max(row[0].left for row in parts)
+    places: list[tuple[Part, float, float]] = []
+    down, right = 0.0, left
+    for row in parts:
+        x, y = left, down + max(part.top for part in row)
+        for number, part in enumerate(row):
+            x += part.left + _GAP if number else 0.0
+            places.append((part, x, y))
+            x += part.size[0] + part.right
+        right, down = max(right, x), y + max(part.size[1] + part.bottom for part in row) + _GAP
+    if keys:
+        legend = add_legend(figure, [key for key, _ in keys], [words for _, words in keys], title="", columns=columns)
+        part = Part.of(figure, legend)
+        places.append((part, left, down))
+        right, down = max(right, left + part.size[0]), down + part.size[1]
+    head = [Part.of(figure, text) for text in _heading(figure, heading, right - left)]
+    height = sum(part.size[1] + 0.07 for part in head) + 0.05
+    figure.set_size_inches(right + _PAD, _PAD + height + down + _PAD)
+    y = _PAD
+    for part in head:
+        part.put(figure, left, y)
+        y += part.size[1] + 0.07
+    for part, x, below in places:
+        part.put(figure, x, _PAD + height + below)
+    return figure
+
+
+def _heading(figure: Figure, heading: tuple[str, str], width: float) -> Iterator[Text]:
+    """Write what it is called, and what it shows, in lines of about `width` inches."""
+    yield figure.text(0.0, 1.0, heading[0], fontsize=11.0, verticalalignment="top")
+    text = figure.text(0.0, 1.0, heading[1], verticalalignment="top", linespacing=1.3)
+    share = min(1.0, width / Part.of(figure, text).size[0])
+    text.set_text("\n".join(textwrap.wrap(heading[1], int(share * len(heading[1])))))
+    yield text
+
+
+def picture(figure: Figure, caption: str) -> Picture:
+    """
+    Return a figure with its caption: the same figure gives the same bytes.
+
+    Examples
+    --------
+    >>> picture(Figure(), "nothing").png[1:4]
+    b'PNG'
+    """
+    # what writes pictures knows how to leave dates out, and writes to files
+    with tempfile.TemporaryDirectory() as folder:
+        png, svg = (save(figure, Path(folder, f"figure.{kind}")).read_bytes() for kind in ("png", "svg"))
+    return Picture(caption, png, svg)
+
+
+def fly(mission: str, *, solver: str | None = None) -> list[Flown]:
+    """
+    Fly all variants of a shipped mission.
+
+    Parameters
+    ----------
+    mission
+        Its name.
+    solver
+        What plans, instead of what the file says.
+
+    Examples
+    --------
+    >>> [view.variant for view in fly("fig6")]
+    ['K = 10', 'K = 100']
+    """
+    _, sorties = open_mission(mission, solver=solver)
+    names = [one.name for one in dataclasses.fields(Sortie)]
+    return [
+        Flown(**{name: getattr(sortie, name) for name in names}, flight=sortie.mission.fly()) for sortie in sorties
+    ]
+
+
+def flights_page(heading: tuple[str, str], views: Sequence[Flown]) -> Figure:
+    """
+    Draw flights as ``cgla fly`` does, but with the legend below, so that several are not too wide for a page.
+
+    Parameters
+    ----------
+    heading
+        As the paper calls it, and what it shows.
+    views
+        As `flight_figure` takes them.
+    """
+    figure = flight_figure(views)
+    with style():
+        # maps are framed wide, bars are not
+        panels = [axes for axes in figure.axes if axes.get_xlabel()]
+        for panel in panels:
+            panel.set(xticks=_TICKS, yticks=_TICKS)
+        (old,) = figure.legends
+        keys = [
+            (handle, text.get_text())
+            for handle, text in zip(old.legend_handles, old.get_texts(), strict=True)
+            if handle is not None
+        ]
+        for artist in (*figure.texts, old):
+            artist.remove()
+        side = {1: 1.3 * WIDE, 2: WIDE}.get(len(panels), NARROW)
+        return finish(figure, heading, [[(panel, (side, side)) for panel in panels]], keys, columns=_columns(panels))
+
+
+def _columns(panels: Sequence[Axes]) -> int:
+    """Return how many columns a legend below so many maps has."""
+    return {1: 2, 2: 4}.get(len(panels), 5)
+
+
+def nearest(path: FloatArray, place: Point) -> float:
+    """
+    Return how near a path comes to a place, map units.
+
+    Examples
+    --------
+    >>> nearest(np.array([[0.0, 0.0], [1.0, 0.0]]), (0.5, 0.25))
+    0.25
+    """
+    starts, ends = path[:-1], path[1:]
+    along = ends - starts
+    squares = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
+    share = np.clip(((np.array(place) - starts) * along).sum(axis=1) / squares, 0.0, 1.0)
+    return float(np.hypot(*(starts + share[:, None] * along - place).T).min())

@@ -1,0 +1,345 @@
+"""Claims about other planners: on worlds where the answer is known, and on a few real maps."""
+
+import dataclasses
+import math
+from collections.abc import Callable
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import slow
+
+from cgla_graph.comparisons.claims import introduction_claims, planner_claims, planner_experiments
+from cgla_graph.comparisons.claims.cells import CELLS, RADII, adjusted, all_hold
+from cgla_graph.comparisons.claims.claim import Finding, Verdict
+from cgla_graph.comparisons.claims.evidence import Evidence, Samples
+from cgla_graph.comparisons.claims.experiment import Record
+from cgla_graph.comparisons.claims.planner_experiments import COMPANY, NAMED, PLANNERS, THREATS, TRAINING
+from cgla_graph.solvers import get
+
+CLAIMS = {claim.id: claim for claim in planner_claims.CLAIMS}
+MAPS = 25
+
+
+def test_all_claims_are_there_and_name_experiments_that_exist() -> None:
+    assert list(CLAIMS) == ["C33", "C34", "C44", "C50", "C52", "C53"]
+    known = {one.name for one in planner_experiments.EXPERIMENTS}
+    assert all(set(claim.experiments) <= known for claim in CLAIMS.values())
+
+
+# --- worlds where the answer is known -------------------------------------------------------------------------------
+
+
+def planner_records(
+    seed: int, ratio: float, *, arrives: float = 1.0, exposure: float = 0.0, maps: int = MAPS
+) -> list[Record]:
+    """
+    Make up flights: all other planners have so many times CGLA's risk, length and cost.
+
+    `arrives` is the share of their flights that do, `exposure` what they fly near risk beyond CGLA.
+    """
+    rng = np.random.default_rng(seed)
+    records: list[Record] = []
+
+    def made(factor: float, near: float, *, there: bool) -> dict[str, Any]:
+        numbers = {name: factor * rng.lognormal(0.0, 0.3) for name in ("risk_sum", "length", "cost")}
+        numbers["exposure"] = max(0.0, near + rng.normal(0.0, 0.02))
+        return {"arrived": there, **(numbers if there else dict.fromkeys(numbers))}
+
+    for number in range(maps):
+        case = {"map": number, "mode": "online"}
+        records += [{**case, "planner": "cgla", **cell, **made(1.0, 0.03, there=True)} for cell in CELLS]
+        there = bool(rng.random() < arrives)
+        records += [
+            {**case, "planner": name, "integral": "own", "radius": radius, **made(ratio, 0.03 + exposure, there=there)}
+            for name, radius in product(("bcv-style", "a2d-style", "q-learning"), RADII)
+        ]
+    return records
+
+
+def direction_records(seed: int, *, directions: float, objective: float, training: float) -> list[Record]:
+    """Make up risk sums with given effects."""
+    rng = np.random.default_rng(seed)
+    records = []
+    for number in range(MAPS):
+        base = rng.lognormal(0.0, 1.0)
+        for directed, k, method, factor in (
+            ("any", 10.0, "exact", 1.0),
+            ("eight", 10.0, "exact", directions),
+            ("eight", 0.0, "exact", directions * objective),
+            ("eight", 10.0, "learned", directions * training),
+        ):
+            sums = base * factor * rng.lognormal(0.0, 0.1)
+            records.append({"map": number, "directions": directed, "k": k, "method": method, "risk_sum": sums})
+    return records
+
+
+def company_records(seed: int, ratio: float) -> list[Record]:
+    rng = np.random.default_rng(seed)
+    records: list[Record] = []
+    for number, uav in product(range(MAPS), "123"):
+        for name in COMPANY:
+            cells = CELLS if name == "cgla" else [{"integral": "own", "radius": radius} for radius in RADII]
+            factor = 1.0 if name == "cgla" else ratio
+            for cell in cells:
+                made = {entry: factor * rng.lognormal(0.0, 0.3) for entry in ("length", "risk_sum")}
+                records.append({"map": number, "planner": name, **cell, "uav": uav, "arrived": True, **made})
+    return records
+
+
+def test_bcv_claim_needs_both_halves() -> None:
+    def finding(**world: float) -> Finding:
+        records = planner_records(1, 1.0, maps=60, **world)
+        return planner_claims.check_c33(Evidence(samples={"planners": Samples(records)}))
+
+    verdicts = {
+        (arrives, exposure): finding(arrives=arrives, exposure=exposure).verdict
+        for arrives, exposure in product((1.0, 0.6), (0.0, 0.1))
+    }
+    assert verdicts == {
+        (1.0, 0.0): Verdict.NOT_SUPPORTED,
+        (1.0, 0.1): Verdict.NOT_SUPPORTED,
+        (0.6, 0.0): Verdict.NOT_SUPPORTED,
+        (0.6, 0.1): Verdict.SUPPORTED,
+    }
+    assert [part.verdict for part in finding(arrives=0.6, exposure=0.0).parts] == [
+        Verdict.SUPPORTED,
+        Verdict.NOT_SUPPORTED,
+    ]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "effects", "expected"),
+    [
+        (2.0, {"directions": 3.0, "objective": 1.5, "training": 1.0}, Verdict.SUPPORTED),
+        (2.0, {"directions": 1.5, "objective": 3.0, "training": 1.0}, Verdict.NOT_SUPPORTED),
+        (2.0, {"directions": 1.5, "objective": 1.0, "training": 3.0}, Verdict.NOT_SUPPORTED),
+        (2.0, {"directions": 1.0, "objective": 0.5, "training": 0.5}, Verdict.NOT_SUPPORTED),
+        (1.0, {"directions": 3.0, "objective": 1.5, "training": 1.0}, Verdict.NOT_SUPPORTED),
+        (0.5, {"directions": 3.0, "objective": 1.5, "training": 1.0}, Verdict.NOT_SUPPORTED),
+    ],
+)
+def test_causes_are_told_apart(ratio: float, effects: dict[str, float], expected: Verdict) -> None:
+    samples = {
+        "planners": Samples(planner_records(1, ratio)),
+        "directions": Samples(direction_records(1, **effects)),
+    }
+    assert planner_claims.check_c34(Evidence(samples=samples)).verdict is expected
+
+
+@slow
+@given(st.floats(0.1, 10.0), st.floats(0.1, 10.0), st.floats(0.1, 10.0))
+def test_factorial_finds_the_effects_that_were_put_in(directions: float, objective: float, training: float) -> None:
+    records = direction_records(1, directions=directions, objective=objective, training=training)
+    effects = planner_claims.factorial(Samples(records))
+    expected = {"directions": directions, "objective": objective, "training": training}
+    for name, values in effects.items():
+        assert np.median(values) == pytest.approx(math.log(expected[name]), abs=0.15)
+
+
+def test_factorial_leaves_out_maps_without_a_way() -> None:
+    records = [dict(record) for record in direction_records(1, directions=2.0, objective=2.0, training=2.0)]
+    records[3]["risk_sum"] = None
+    assert {len(values) for values in planner_claims.factorial(Samples(records)).values()} == {MAPS - 1}
+
+
+@pytest.mark.parametrize(
+    ("ratio", "expected"), [(2.0, Verdict.SUPPORTED), (1.0, Verdict.NOT_SUPPORTED), (0.5, Verdict.NOT_SUPPORTED)]
+)
+def test_company_claim_tells_worlds_apart(ratio: float, expected: Verdict) -> None:
+    finding = planner_claims.check_c44(Evidence(samples={"three-uavs": Samples(company_records(1, ratio))}))
+    assert finding.verdict is expected
+    assert len(finding.tables[0].rows) == 9
+
+
+def test_company_claim_fails_with_one_uav() -> None:
+    records = [dict(record) for record in company_records(1, 2.0)]
+    for record in records:
+        if (record["planner"], record["uav"]) == ("cpvs-style", "2"):
+            record["length"] = 1e-3
+    finding = planner_claims.check_c44(Evidence(samples={"three-uavs": Samples(records)}))
+    assert finding.verdict is Verdict.NOT_SUPPORTED
+    assert [part.verdict for part in finding.parts].count(Verdict.SUPPORTED) == 2
+
+
+def test_worlds_without_effect_show_none() -> None:
+    shown = 0
+    for seed in range(20):
+        found = adjusted(planner_claims.company_contrasts(Samples(company_records(seed, 1.0))))
+        shown += any(one.holds for one in found)
+        assert not all_hold(found)
+    assert shown <= 3
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
+def test_what_the_paper_does_not_show_stays_untestable(ratio: float) -> None:
+    samples = {"planners": Samples(planner_records(1, ratio))}
+    finding = planner_claims.check_c52(Evidence(samples=samples))
+    assert finding.verdict is Verdict.NOT_TESTABLE
+    assert ("in 6 of 6 cells" in finding.result) is (ratio == 2.0)
+
+
+@pytest.mark.parametrize(
+    ("excess", "arrived", "expected"),
+    [
+        (0.0, 1.0, Verdict.SUPPORTED),
+        (0.05, 1.0, Verdict.NOT_SUPPORTED),
+        (0.0, 0.9, Verdict.NOT_SUPPORTED),
+    ],
+)
+def test_training_claim_tells_worlds_apart(excess: float, arrived: float, expected: Verdict) -> None:
+    rng = np.random.default_rng(1)
+    records = []
+    for number, share in product(range(200), TRAINING):
+        there = bool(rng.random() < arrived)
+        far = excess if share == TRAINING[-1] else 0.1
+        records.append({"map": number, "share": share, "arrived": there, "excess": far if there else None})
+    finding = planner_claims.check_c53(Evidence(samples={"training": Samples(records)}))
+    assert finding.verdict is expected
+
+
+# --- the introduction -----------------------------------------------------------------------------------------------
+
+
+def introduction_records(change: Callable[[dict[str, Any]], None] | None = None) -> list[Record]:
+    """Make up a world in which everything is as the introduction says; `change` takes one of it back."""
+    rng = np.random.default_rng(1)
+    records: list[dict[str, Any]] = []
+    for number in range(200):
+        for count, name in product(THREATS, NAMED):
+            case = {"map": number, "threats": count, "planner": name}
+            geometric = name in introduction_claims.GEOMETRIC
+            excess = (0.01 * count if geometric else 0.005) * rng.lognormal(0.0, 0.2)
+            records.append({**case, "mode": "offline", "arrived": True, "excess": excess, "seconds": 1.0})
+            fails = (geometric and number % 2) or (name == "a2d-style" and count == THREATS[-1] and number % 3)
+            records.append({**case, "mode": "online", "arrived": not fails})
+        records += [
+            {"map": number, "planner": name, "mode": "sudden", "arrived": name == "cgla" or number % 2 == 0}
+            for name in ("cgla", "milp")
+        ]
+    if change is not None:
+        for record in records:
+            change(record)
+    return list(records)
+
+
+def introduction(change: Callable[[dict[str, Any]], None] | None = None) -> Finding:
+    samples = Samples(introduction_records(change))
+    return planner_claims.check_c50(Evidence(samples={"threat-count": samples}))
+
+
+def _effective(record: dict[str, Any]) -> None:
+    if record["planner"] == "voronoi" and record["mode"] == "offline":
+        record["excess"] *= 0.2
+
+
+def _flat(record: dict[str, Any]) -> None:
+    if record["planner"] == "visibility-graph" and record["mode"] == "offline":
+        record["excess"] = 0.2
+
+
+def _partial(record: dict[str, Any]) -> None:
+    if record["planner"] == "voronoi" and record["mode"] == "online":
+        record["arrived"] = True
+
+
+def _sudden(record: dict[str, Any]) -> None:
+    if record["mode"] == "sudden":
+        record["arrived"] = True
+
+
+def _complex(record: dict[str, Any]) -> None:
+    if record["planner"] == "a2d-style":
+        record["arrived"] = True
+
+
+def _late(record: dict[str, Any]) -> None:
+    if record["planner"] == "evolutionary" and record["map"] % 8 == 0:
+        record["seconds"] = 60.0
+
+
+def test_introduction_holds_where_it_does() -> None:
+    finding = introduction()
+    assert finding.verdict is Verdict.SUPPORTED
+    assert {part.verdict for part in finding.parts} == {Verdict.SUPPORTED}
+
+
+@pytest.mark.parametrize(
+    ("change", "part"), [(_effective, 0), (_flat, 0), (_partial, 1), (_sudden, 2), (_complex, 3), (_late, 4)]
+)
+def test_each_remark_of_the_introduction_can_fail(change: Callable[[dict[str, Any]], None], part: int) -> None:
+    finding = introduction(change)
+    assert finding.verdict is Verdict.NOT_SUPPORTED
+    failed = [number for number, one in enumerate(finding.parts) if one.verdict is Verdict.NOT_SUPPORTED]
+    assert failed == [part]
+
+
+# --- real maps ------------------------------------------------------------------------------------------------------
+
+
+def test_planners_are_measured_in_every_cell() -> None:
+    records = planner_experiments.planners(7)
+    samples = Samples([{"map": 7, **record} for record in records])
+    assert {case["planner"] for case in samples.cases("planner")} == {"cgla", *PLANNERS}
+    for planner in PLANNERS:
+        assert [one.case for one in planner_experiments.versus_cgla(samples, planner, "cost")] == list(CELLS)
+        assert samples.column("arrived", mode="offline", planner=planner).shape == (1,)
+    offline = {record["planner"]: record for record in records if record["mode"] == "offline"}
+    # nobody in eight directions undercuts the complete graph of the same lattice
+    assert offline["q-learning"]["cost"] >= offline["cgla"]["cost"] * (1.0 - 1e-12)
+    online = [record for record in records if record["mode"] == "online"]
+    assert all((record["length"] is not None) == record["arrived"] for record in online)
+    findings = [
+        check(Evidence(samples={"planners": samples})) for check in (planner_claims.check_c33, planner_claims.check_c52)
+    ]
+    assert [one.verdict for one in findings] == [Verdict.NOT_SUPPORTED, Verdict.NOT_TESTABLE]
+
+
+def test_directions_and_training_obey_what_is_known() -> None:
+    for seed in range(3):
+        found = {(one["directions"], one["k"], one["method"]): one for one in planner_experiments.directions(seed)}
+        assert found["any", 10.0, "exact"]["cost"] <= found["eight", 10.0, "exact"]["cost"] * (1.0 + 1e-12)
+        assert found["eight", 10.0, "exact"]["cost"] <= found["eight", 10.0, "learned"]["cost"] * (1.0 + 1e-12)
+        assert found["any", 0.0, "exact"]["length"] == pytest.approx(0.8 * math.sqrt(2.0))
+        assert found["any", 10.0, "exact"]["risk"] <= found["any", 0.0, "exact"]["risk"]
+        excess = [one["excess"] for one in planner_experiments.training(seed)]
+        assert all(one is None or one >= -1e-12 for one in excess)
+
+
+def test_three_uavs_fly_from_the_papers_starts_outside_of_threats() -> None:
+    records = planner_experiments.three_uavs(5)
+    assert len(records) == 3 * (len(CELLS) + 2 * len(RADII))
+    cgla = [record for record in records if record["planner"] == "cgla"]
+    assert all(record["arrived"] for record in cgla)
+    least = dict(zip("123", (1.1314, 0.8746, 0.7040), strict=True))
+    # who arrives within the radius of the goal has flown a little less
+    assert all(record["length"] >= least[record["uav"]] - 0.03 for record in cgla)
+
+
+def test_a_sudden_threat_appears_in_sight(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[Any] = []
+    real = planner_experiments.fly_alone
+
+    def fly(*args: Any, **settings: Any) -> Any:  # noqa: ANN401 - as it comes
+        flight = real(*args, **settings)
+        seen.append((flight, settings["timed"][0]))
+        return flight
+
+    monkeypatch.setattr(planner_experiments, "fly_alone", fly)
+    field = planner_experiments.RiskField()
+    found = planner_experiments._surprised(field, "cgla")
+    ((flight, timed),) = seen
+    position = flight.position_at(timed.appears)
+    apart = math.dist(position, (timed.threat.x, timed.threat.y))
+    assert apart < planner_experiments.RADIUS
+    assert apart > 2.0 * timed.threat.spread
+    assert found["arrived"]
+    assert found["length"] > 0.8 * math.sqrt(2.0)
+
+
+def test_names_are_those_of_solvers() -> None:
+    for name in {"cgla", *PLANNERS, *NAMED, *COMPANY}:
+        assert dataclasses.is_dataclass(get(name))

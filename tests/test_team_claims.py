@@ -1,0 +1,294 @@
+"""The checks of C39 to C43, C45, C48, C49 and C51: worlds where a claim holds, where it fails, and where nothing is."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from itertools import product
+from typing import Any, TypeAlias
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import seeds, slow
+
+from cgla_graph.comparisons.claims import counterexamples, obstacle_checks, sharing_checks, team_experiments
+from cgla_graph.comparisons.claims import team_claims as claims
+from cgla_graph.comparisons.claims.cells import CELLS
+from cgla_graph.comparisons.claims.claim import Finding, Verdict
+from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
+from cgla_graph.comparisons.claims.team_experiments import (
+    FEW_THREATS,
+    NO_OBSTACLE,
+    SHARING_KS,
+    STEPNUMS,
+    fly_two,
+    sharings,
+    team_measures,
+)
+from cgla_graph.flight import Event, Flight
+from cgla_graph.random_map import random_scenario
+from cgla_graph.sharing import Sharing
+from cgla_graph.simulation import Simulation
+
+BY_ID = {claim.id: claim for claim in claims.CLAIMS}
+#: What is multiplied, or how often something happens, by the arm of an experiment.
+Effects: TypeAlias = Mapping[Any, float]
+
+
+def shared(risk: Effects, length: Effects, *, maps: int = 30, seed: int = 0) -> Samples:
+    """Return a world in which ways of sharing multiply risk and length; each flight has noise of its own."""
+    rng = np.random.default_rng(seed)
+    records = []
+    for number, cell, k in product(range(maps), CELLS, SHARING_KS):
+        for name in [*sharings(0), "unreachable"]:
+            noise = np.exp(rng.normal(0.0, 0.1, 2))
+            values = {"risk_sum": risk.get(name, 1.0) * noise[0], "length": length.get(name, 1.0) * noise[1]}
+            values["cost"] = values["length"] + values["risk_sum"]
+            records.append({"map": number, **cell, "k": k, "sharing": name, **values})
+    return Samples(records)
+
+
+def flown(rates: Effects, *, maps: int = 50, seed: int = 0) -> Samples:
+    """Return a world in which two UAVs collide that often, by stepnum."""
+    rng = np.random.default_rng(seed)
+    return Samples(
+        [
+            {
+                "map": number,
+                **cell,
+                "stepnum": stepnum,
+                "collided": bool(rng.random() < rates.get(stepnum, 0.3)),
+                "from_meeting": float(rng.random()),
+                "livelock": False,
+                "arrived": True,
+            }
+            for number, cell, stepnum in product(range(maps), CELLS, (NO_OBSTACLE, *STEPNUMS))
+        ]
+    )
+
+
+def few(rate: float, *, maps: int = 200, seed: int = 0) -> Samples:
+    """Return a world in which two UAVs arrive without a collision that often."""
+    rng = np.random.default_rng(seed)
+    return Samples(
+        [
+            {"map": number, **cell, "threats": threats, "arrived": True, "collided": bool(rng.random() >= rate)}
+            for number, cell, threats in product(range(maps), CELLS, FEW_THREATS)
+        ]
+    )
+
+
+def check(claim: str, samples: Samples | None = None) -> Finding:
+    """Check a claim on samples, with as few instances of its own as there can be."""
+    found = BY_ID[claim]
+    drawn = {} if samples is None else dict.fromkeys(found.experiments, samples)
+    return found.check(Evidence(Scale(maps=6), drawn))
+
+
+def part(finding: Finding, words: str) -> Verdict:
+    (found,) = [one for one in finding.parts if words in one.statement]
+    return found.verdict
+
+
+GOOD = {"global": 0.8, "unreachable": 3.0}
+U_SHAPE = {NO_OBSTACLE: 0.5, 0: 0.6, 1: 0.3, 2: 0.1, 3: 0.02, 4: 0.1, 5: 0.6, 6: 0.7, 8: 0.8}
+RISING = {stepnum: 0.05 + 0.1 * stepnum for stepnum in STEPNUMS}
+
+
+@pytest.fixture(autouse=True)
+def patterns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fig. 7 is flown in one test only."""
+    monkeypatch.setattr(obstacle_checks, "_pattern_of_fig7", lambda *_: (True, False, True))
+
+
+def test_sharing_that_helps_is_told_from_sharing_that_does_not() -> None:
+    helps, nothing = shared(GOOD, GOOD), shared({}, {})
+    hurts = shared({"global": 1.3}, {"global": 1.3})
+    assert check("C42", helps).verdict is check("C51", helps).verdict is Verdict.SUPPORTED
+    for world in (nothing, hurts):
+        assert check("C42", world).verdict is check("C51", world).verdict is Verdict.NOT_SUPPORTED
+
+
+def test_sharing_must_help_with_both_risk_and_length() -> None:
+    finding = check("C42", shared(GOOD, {}))
+    assert finding.verdict is Verdict.NOT_SUPPORTED
+    assert part(finding, "lowers the risk") is Verdict.SUPPORTED
+    assert part(finding, "shortens") is Verdict.NOT_SUPPORTED
+    assert part(finding, "never hurts") is Verdict.REFUTED
+
+
+def test_sharing_must_help_in_every_cell() -> None:
+    world = shared(GOOD, GOOD)
+    lost = [
+        {**record, "risk_sum": 1.0} if (record["integral"], record["radius"]) == ("raster", 0.22) else record
+        for record in world.records
+    ]
+    assert check("C42", Samples(lost)).verdict is Verdict.NOT_SUPPORTED
+
+
+def test_a_matrix_out_of_reach_is_told_from_one_that_is_as_good() -> None:
+    assert check("C45", shared(GOOD, GOOD)).verdict is Verdict.SUPPORTED
+    for effects in ({}, {"unreachable": 0.5}):
+        assert check("C45", shared(effects, effects)).verdict is Verdict.NOT_SUPPORTED
+
+
+def test_stepnum_three_is_told_from_one_that_is_no_better() -> None:
+    assert check("C39", flown(U_SHAPE)).verdict is Verdict.SUPPORTED
+    assert check("C39", flown({})).verdict is Verdict.NOT_SUPPORTED
+    # better than 5, but not than 0
+    assert check("C39", flown(RISING)).verdict is Verdict.NOT_SUPPORTED
+
+
+def test_a_minimum_inside_is_told_from_one_at_an_end() -> None:
+    words = "minimum between its ends (exact"
+    assert part(check("C39", flown(U_SHAPE)), words) is Verdict.SUPPORTED
+    for rates in ({}, RISING, {stepnum: 0.9 - U_SHAPE[stepnum] for stepnum in STEPNUMS}):
+        assert part(check("C39", flown(rates)), words) is Verdict.NOT_SUPPORTED
+
+
+def test_obstacles_that_prevent_collisions_are_told_from_those_that_do_not() -> None:
+    for rates, verdict in ((U_SHAPE, Verdict.SUPPORTED), ({}, Verdict.NOT_SUPPORTED)):
+        assert check("C40", flown(rates)).verdict is verdict
+        finding = check("C41", flown(rates))
+        assert finding.verdict is Verdict.REFUTED
+        assert part(finding, "less often") is verdict
+
+
+def test_conflicts_are_counted_as_they_are() -> None:
+    world = [
+        {"map": number, **cell, "stepnum": stepnum, "collided": collided, "livelock": False}
+        for cell in CELLS
+        for number, pair in enumerate([(True, False), (True, True), (False, True), (False, False), (True, False)])
+        for stepnum, collided in zip((NO_OBSTACLE, 3), pair, strict=True)
+    ]
+    assert obstacle_checks._conflicts(Samples(world)) == [(5, 3, 2, 1, 0)] * 6
+
+
+def test_missions_that_succeed_are_told_from_those_that_sometimes_do_not() -> None:
+    assert check("C48", few(1.0)).verdict is Verdict.SUPPORTED
+    assert check("C48", few(0.93)).verdict is Verdict.NOT_SUPPORTED
+    # too few to say so
+    assert check("C48", few(1.0, maps=50)).verdict is Verdict.NOT_SUPPORTED
+
+
+@pytest.mark.parametrize(
+    ("claim", "world"),
+    [
+        ("C42", lambda seed: shared({}, {}, maps=15, seed=seed)),
+        ("C45", lambda seed: shared({}, {}, maps=15, seed=seed)),
+        ("C39", lambda seed: flown({}, maps=20, seed=seed)),
+        ("C40", lambda seed: flown({}, maps=20, seed=seed)),
+        ("C48", lambda seed: few(0.95, seed=seed)),
+    ],
+)
+def test_where_there_is_no_effect_none_is_found(claim: str, world: Callable[[int], Samples]) -> None:
+    """Flights of stored files do not depend on the sample: the rule is looked at alone."""
+    contrasts = {
+        "C42": lambda samples: sharing_checks.all_hold(sharing_checks.effects_of_sharing(samples, "risk_sum")),
+        "C45": lambda samples: check("C45", samples).verdict is Verdict.SUPPORTED,
+        "C39": lambda samples: any(one.holds for one in obstacle_checks.avoided(samples)),
+        "C40": lambda samples: all(one.holds for one in obstacle_checks.avoided(samples)),
+        "C48": lambda samples: all(
+            claims.at_least(1.0 - samples.column("collided", threats=5, **cell), 0.95) < 0.05 for cell in CELLS
+        ),
+    }
+    found = [contrasts[claim](world(seed)) for seed in range(20)]
+    assert sum(found) <= 1
+
+
+@pytest.mark.parametrize(
+    ("claim", "name"), [("C41", obstacle_checks.COUNTEREXAMPLE), ("C42", sharing_checks.COUNTEREXAMPLE)]
+)
+def test_a_counterexample_that_shows_nothing_is_noticed(claim: str, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = counterexamples.mission(name)
+    first = next(iter(file.variants.values()))
+    cured = dataclasses.replace(file, variants=dict.fromkeys(file.variants, first))
+    monkeypatch.setattr(counterexamples, "mission", lambda _: cured)
+    with pytest.raises(AssertionError, match="no longer"):
+        check(claim, flown({}) if claim == "C41" else shared({}, {}))
+
+
+def test_the_shipped_fig7_shows_what_the_paper_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.undo()
+    assert obstacle_checks._pattern_of_fig7("exact", 0.2) == (True, False, True)
+
+
+@slow
+@given(st.integers(3, 9))
+def test_the_quadratic_contrast_sees_no_line(n: int) -> None:
+    weights = obstacle_checks.quadratic_contrast(tuple(range(n)))
+    x = np.arange(n, dtype=float)
+    assert weights @ (3.0 + 2.0 * x) == pytest.approx(0.0, abs=1e-12)
+    assert weights @ (x - x.mean()) ** 2 > 0.0
+
+
+@slow
+@given(seeds, st.booleans(), st.sampled_from([None, 3]), st.floats(0.05, 0.3))
+def test_the_logs_of_any_flight_keep_what_is_claimed(
+    seed: int, is_shared: bool, stepnum: int | None, radius: float
+) -> None:
+    field = random_scenario(seed).problem.field
+    flight = fly_two(field, radius=radius, sharing="global" if is_shared else "none", stepnum=stepnum)
+    claims.require_seen_within_radius(flight)
+    if is_shared:
+        sharing_checks.require_union(flight)
+
+
+def test_flights_that_nobody_shares_are_no_union() -> None:
+    flight = fly_two(random_scenario(1).problem.field, sharing="none")
+    with pytest.raises(AssertionError, match="all have seen"):
+        sharing_checks.require_union(flight)
+    late = fly_two(random_scenario(1).problem.field, sharing=Sharing(delay=5))
+    with pytest.raises(AssertionError, match="all have seen"):
+        sharing_checks.require_union(late)
+
+
+def test_a_uav_that_sees_too_far_or_too_little_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    sense = Simulation._sense
+
+    def seeing(factor: float) -> Flight:
+        def broken(simulation: Simulation, pilot: Any) -> None:  # noqa: ANN401 - a Pilot
+            true = pilot.uav
+            pilot.uav = dataclasses.replace(true, detection_radius=factor * true.detection_radius, safe_distance=0.01)
+            sense(simulation, pilot)
+            pilot.uav = true
+
+        monkeypatch.setattr(Simulation, "_sense", broken)
+        return fly_two(random_scenario(1).problem.field)
+
+    with pytest.raises(AssertionError, match="with a radius of"):
+        claims.require_seen_within_radius(seeing(1.3))
+    with pytest.raises(AssertionError, match="does not know of"):
+        claims.require_seen_within_radius(seeing(0.7))
+
+
+def test_knowing_what_nobody_saw_is_noticed() -> None:
+    flight = fly_two(random_scenario(1).problem.field, sharing="none")
+    blind = tuple(event for event in flight.events if not (event.kind == "detected" and event.uav == "a"))
+    assert any(isinstance(event, Event) for event in blind)
+    with pytest.raises(AssertionError, match="which nobody saw"):
+        claims.require_seen_within_radius(dataclasses.replace(flight, events=blind))
+
+
+def test_properties_are_proved() -> None:
+    assert check("C43").verdict is check("C49").verdict is Verdict.PROVED
+
+
+def test_experiments_measure_the_same_again_in_every_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(team_experiments, "CELLS", CELLS[1:2])
+    monkeypatch.setattr(team_experiments, "RADII", (0.2,))
+    counts = {"sharing": len(sharings(5)) + 3, "stepnum": len(STEPNUMS) + 1, "exclusion": 4, "few-threats": 2}
+    for experiment in team_experiments.EXPERIMENTS:
+        records = experiment.sample(5)
+        assert len(records) == counts[experiment.name]
+        if experiment.name == "sharing":
+            assert records == experiment.sample(5)
+            # nobody who sees nothing flies another way than straight on
+            assert records[6 - 1]["length"] == pytest.approx(0.8 * 2**0.5 + (0.8**2 + 0.65**2) ** 0.5, abs=0.06)
+
+
+def test_a_mission_that_does_not_end_has_no_sums() -> None:
+    locked = counterexamples.mission("c19-livelock.toml").missions(obstacle_checks.get)["with virtual obstacles"].fly()
+    found = team_measures(locked)
+    assert (found["arrived"], found["livelock"], found["cost"]) == (False, True, None)
+    assert found["separation"] > 0.0
