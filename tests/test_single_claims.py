@@ -176,6 +176,13 @@ def test_one_cell_that_fails_is_enough() -> None:
 def test_lattice_claim_tells_worlds_apart() -> None:
     assert CLAIMS["C46"].check(lattice_world(1, same=1.0)).verdict is Verdict.SUPPORTED
     assert CLAIMS["C46"].check(lattice_world(1, same=0.8)).verdict is Verdict.NOT_SUPPORTED
+    halves = [dict(record) for record in lattice_world(1, same=1.0).samples["resolution"].records]
+    for record in halves:
+        if record["mode"] == "online" and record["radius"] == CELLS[-1]["radius"]:
+            record["frechet"] = 0.4
+    half = CLAIMS["C46"].check(Evidence(samples={"resolution": Samples(halves)}))
+    assert half.verdict is Verdict.NOT_SUPPORTED
+    assert [part.verdict.label for part in half.parts] == ["supported", "not supported", "proved"]
     # at the border itself, a share above it is not shown
     border = [CLAIMS["C46"].check(lattice_world(seed, same=0.95)).verdict for seed in range(6)]
     assert set(border) == {Verdict.NOT_SUPPORTED}
@@ -298,6 +305,12 @@ def test_paths_that_are_not_optimal_are_found_out(name: str) -> None:
         weight_claims._exchange_holds(Samples(records), OFFLINE_K)
     worst[name] = None
     with pytest.raises(AssertionError):
+        weight_claims._exchange_holds(Samples(records), OFFLINE_K)
+
+
+def test_a_least_cost_that_is_not_concave_is_found_out() -> None:
+    records = [{"map": 0, "k": k, "risk": 0.1, "length": 1.1, "cost": 1.1 + 1e-6 * k * k} for k in OFFLINE_K]
+    with pytest.raises(AssertionError, match="not concave"):
         weight_claims._exchange_holds(Samples(records), OFFLINE_K)
 
 

@@ -24,6 +24,7 @@ QUICK: dict[str, dict[str, Any]] = {
     "bfmt-star": {"samples": 300},
     "prm-star": {"milestones": 300},
     "ompl-prm-star": {"milestones": 300},
+    "evolutionary": {"generations": 25},
 }
 VARIANTS = [
     *[(name, QUICK.get(name, {})) for name in registry.names(installed=False)],

@@ -231,7 +231,7 @@ def check_c18(evidence: Evidence) -> Finding:
     return Finding(
         Verdict.REFUTED,
         f"On a map that is all known it is so, which is proved; with limited sight it is not: in {EXCLUSION} the "
-        f"length goes from {free.length:.3g} to {bound.length:.3g}. On random maps it differs seldom ({rates}).",
+        f"length goes from {free.length:.3g} to {bound.length:.3g}. On random maps: {rates}.",
         parts=(
             Part(
                 "With all threats known, the previous point makes no difference.",

@@ -1,13 +1,11 @@
 """What the remade figures share: maps with ways on them, one page layout, and the files' bytes."""
 
-import dataclasses
 import tempfile
 import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
 from matplotlib import patheffects
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -17,8 +15,7 @@ from matplotlib.text import Text
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.claims.exhibit import Picture
 from cgla_graph.comparisons.claims.paper_flight import BOUNDS, GOAL, START, paper_lattice
-from cgla_graph.comparisons.flown import Flown, Sortie
-from cgla_graph.comparisons.fly import open_mission
+from cgla_graph.comparisons.flown import Flown
 from cgla_graph.comparisons.plot_flight import flight_figure
 from cgla_graph.comparisons.plot_page import Part, add_legend, style
 from cgla_graph.comparisons.plot_risk import draw_risk
@@ -212,29 +209,6 @@ def picture(figure: Figure, caption: str) -> Picture:
     return Picture(caption, png, svg)
 
 
-def fly(mission: str, *, solver: str | None = None) -> list[Flown]:
-    """
-    Fly all variants of a shipped mission.
-
-    Parameters
-    ----------
-    mission
-        Its name.
-    solver
-        What plans, instead of what the file says.
-
-    Examples
-    --------
-    >>> [view.variant for view in fly("fig6")]
-    ['K = 10', 'K = 100']
-    """
-    _, sorties = open_mission(mission, solver=solver)
-    names = [one.name for one in dataclasses.fields(Sortie)]
-    return [
-        Flown(**{name: getattr(sortie, name) for name in names}, flight=sortie.mission.fly()) for sortie in sorties
-    ]
-
-
 def flights_page(heading: tuple[str, str], views: Sequence[Flown]) -> Figure:
     """
     Draw flights as ``cgla fly`` does, but with the legend below, so that several are not too wide for a page.
@@ -267,19 +241,3 @@ def flights_page(heading: tuple[str, str], views: Sequence[Flown]) -> Figure:
 def _columns(panels: Sequence[Axes]) -> int:
     """Return how many columns a legend below so many maps has."""
     return {1: 2, 2: 4}.get(len(panels), 5)
-
-
-def nearest(path: FloatArray, place: Point) -> float:
-    """
-    Return how near a path comes to a place, map units.
-
-    Examples
-    --------
-    >>> nearest(np.array([[0.0, 0.0], [1.0, 0.0]]), (0.5, 0.25))
-    0.25
-    """
-    starts, ends = path[:-1], path[1:]
-    along = ends - starts
-    squares = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
-    share = np.clip(((np.array(place) - starts) * along).sum(axis=1) / squares, 0.0, 1.0)
-    return float(np.hypot(*(starts + share[:, None] * along - place).T).min())

@@ -10,7 +10,7 @@ from cgla_graph.comparisons.claims.cells import ALPHA, Case, RateContrast, finit
 from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import Shift, at_least, paired_shift, proportion
-from cgla_graph.comparisons.claims.planner_experiments import NAMED, THREATS
+from cgla_graph.comparisons.claims.planner_experiments import EVOLUTION, NAMED, THREATS
 from cgla_graph.comparisons.paired import holm
 
 #: A planner is effective while its ways cost no more than this beyond the best, in the median.
@@ -36,7 +36,7 @@ def check_c50(evidence: Evidence) -> Finding:
     rates = rate_contrasts(_rate_pairs(samples))
     partial, sudden, complex_maps = rates[:2], rates[2], rates[3]
     growth = [(name, *_growth(samples, name)) for name in GEOMETRIC]
-    quick = _quick(samples)
+    quick = _quick(evidence.samples["planners"])
     p_values = holm([p for _, rises, above in growth for p in (rises.p, above)] + [at_least(quick, MOSTLY)])
     simple_only = all(
         rises.effect > 0.0 and max(p_values[2 * i : 2 * i + 2]) < ALPHA for i, (_, rises, _) in enumerate(growth)
@@ -113,7 +113,7 @@ def _rate_words(rates: Sequence[RateContrast]) -> str:
 
 def _quick(samples: Samples) -> FloatArray:
     """Tell on which maps evolution found a way in time."""
-    case = {"planner": "evolutionary", "mode": "offline", "threats": SEVERAL}
+    case = {"planner": EVOLUTION, "mode": "offline"}
     arrived, seconds = samples.column("arrived", **case), samples.column("seconds", **case)
     return np.where(np.isnan(arrived), math.nan, (arrived == 1.0) & (seconds <= SHORT))
 

@@ -356,7 +356,7 @@ CLAIMS = (
         "five parts, each with a rule of its own, with 2 to 20 threats",
         Kind.STATISTIC,
         check_c50,
-        ("threat-count",),
+        ("threat-count", "planners"),
     ),
     Claim(
         "C52",

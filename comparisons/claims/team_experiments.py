@@ -265,7 +265,9 @@ def sample_few_threats(seed: int) -> list[dict[str, Any]]:
 
 EXPERIMENTS = (
     Experiment("sharing", "two UAVs with and without sharing, K = 20 and 70, and with a poor radio", sample_sharing),
-    Experiment("stepnum", "two UAVs without virtual obstacles, and with them so many steps ahead", sample_stepnum),
-    Experiment("exclusion", "one UAV with and without Step 5's exclusion", sample_exclusion),
+    Experiment(
+        "stepnum", "two UAVs without virtual obstacles, and with them so many steps ahead", sample_stepnum, quick=6
+    ),
+    Experiment("exclusion", "one UAV with and without Step 5's exclusion", sample_exclusion, quick=6, share=0.5),
     Experiment("few-threats", "two UAVs among five and seven threats, with virtual obstacles", sample_few_threats),
 )

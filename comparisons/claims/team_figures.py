@@ -6,7 +6,6 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims.exhibit import Exhibit, Picture
 from cgla_graph.comparisons.claims.figure_page import (
     SELECTED,
@@ -17,12 +16,12 @@ from cgla_graph.comparisons.claims.figure_page import (
     draw_way,
     finish,
     flights_page,
-    fly,
     page,
     picture,
     write_beside,
 )
 from cgla_graph.comparisons.claims.proving import require
+from cgla_graph.comparisons.claims.ways import Way, fly
 from cgla_graph.comparisons.flown import Flown
 from cgla_graph.comparisons.plot_scene import SIGHT_DASHES, colour_of, draw_ring, patch_key
 from cgla_graph.flight import UavFlight
@@ -43,15 +42,17 @@ def fig_4() -> Picture:
         heading = ("Fig. 4", "What two UAVs plan at take-off: the threat is in sight of the right one only")
         finish(figure, heading, [panels], keys, columns=3)
     shared, alone = (view.flight.uavs["left"] for view in views)
+    knows = [0 in uav.knowledge_at(0).threats for uav in (shared, alone)]
+    require(knows == [True, False], f"Fig. 4: whether the left UAV knows the threat at take-off is {knows}")
+    lengths = [Way(uav.plan_at(0), 0.0).length for uav in (shared, alone)]
     return picture(
         figure,
         "The situation is the paper's, all coordinates are ours. Dashed: the plans of the first tick. The threat at "
-        f"(0.3, 0.28) is {_away(views[0], 'left')} from the left UAV and {_away(views[0], 'right')} from the right one; "
-        "both see 0.2 far. "
-        f"With sharing the left UAV's first plan is {_length(shared.plan_at(0)):.3f} long and goes around the threat; "
-        f"without, it is {_length(alone.plan_at(0)):.3f} long and leads through it, as nothing is known. Flown, "
-        f"sharing makes little of that: risk sum {shared.risk_sum:.3f} with and {alone.risk_sum:.3f} without, as the "
-        "left UAV sees the threat itself before it is there.",
+        f"(0.3, 0.28) is {_away(views[0], 'left')} from the left UAV and {_away(views[0], 'right')} from the right "
+        f"one; both see 0.2 far. With sharing the left UAV's first plan goes around the threat, {lengths[0]:.3f} long; "
+        f"without, nothing is known and it leads through, {lengths[1]:.3f} long. Flown, sharing makes little of that: "
+        f"risk sum {shared.risk_sum:.3f} with and {alone.risk_sum:.3f} without, as the left UAV sees the threat itself "
+        "before it is there.",
     )
 
 
@@ -75,10 +76,6 @@ def _away(view: Flown, name: str) -> str:
     return f"{np.hypot(threat.x - start[0], threat.y - start[1]):.2f}"
 
 
-def _length(path: FloatArray) -> float:
-    return float(np.hypot(*np.diff(path, axis=0).T).sum())
-
-
 def fig_7() -> Picture:
     """Draw virtual obstacles 0, 3 and 5 steps ahead."""
     views = fly("fig7")
@@ -90,8 +87,8 @@ def fig_7() -> Picture:
         views,
         f"{_meetings(views)}; nearer than 0.03 counts as a collision, as with 0 and 5. With 5 the two come to fly as "
         "one: the obstacle is beyond the other UAV, whose own place is left free. stepnum, the two-zone rule, N and "
-        "the step are the paper's. K = 15 and the spread of the obstacle (0.015) were selected so that 0 and 5 collide and 3 does "
-        f"not: 2 of 224 settings tried show it. {SELECTED}",
+        "the step are the paper's. K = 15 and the spread of the obstacle (0.015) were selected so that 0 and 5 collide "
+        f"and 3 does not: 2 of 224 settings tried show it. {SELECTED}",
     )
 
 

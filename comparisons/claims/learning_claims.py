@@ -1,0 +1,237 @@
+"""What Q-Learning needs, from exact value iteration (C25); of how well it learns, see `planner_claims`."""
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from cgla_graph._types import FloatArray
+from cgla_graph.cgla_matrix import cost_matrix
+from cgla_graph.comparisons.claims import counterexamples
+from cgla_graph.comparisons.claims.claim import Claim, Entry, Finding, Kind, Part, Table, Verdict
+from cgla_graph.comparisons.claims.evidence import Evidence
+from cgla_graph.comparisons.claims.inference import proportion
+from cgla_graph.comparisons.claims.paper_flight import paper_lattice
+from cgla_graph.comparisons.claims.proving import require
+from cgla_graph.lattice import Lattice
+from cgla_graph.problem import Problem
+from cgla_graph.random_map import random_scenario
+from cgla_graph.solvers.value_iteration import DecisionProcess, decision_process, least_target_reward, value_iteration
+
+#: Risk weights: none, and the paper's.
+WEIGHTS = (0.0, 10.0, 50.0, 200.0)
+DISCOUNTS = (0.8, 0.9, 0.95, 0.99)
+#: A reward is very large if it is more than so many times the cost of the best way.
+VERY_LARGE = 10.0
+#: Two ways to the least reward agree up to this, relative to it and to the side of the map.
+SAME = 1e-6
+#: Ways of at most so many moves, in points a side, are looked at; later rewards count for next to nothing.
+LONGEST = 6
+#: The stored map on which the reward falls with K: its discount, and by which K it does.
+FALLS_AT, FALLS_OVER = 0.8, (3.0, 10.0, 20.0)
+NEEDLESS, FALLING = "no-target-reward.toml", "reward-falls-with-k.toml"
+
+
+def least_reward_by_formula(process: DecisionProcess, gamma: float) -> float:
+    r"""
+    Return the least reward at the target for which the best moves lead there, without trying any.
+
+    .. math:: R^* = \max(0, \min_n \frac{D_n - W}{\gamma^{n-1}})
+
+    with the least discounted cost :math:`D_n` of a way of n moves to the target, and :math:`W` of a way that never ends
+    and never comes there: a reward R makes a way of n moves worth :math:`\gamma^{n-1} R - D_n`.
+
+    Parameters
+    ----------
+    process
+        Without a reward at the target; each state has a move.
+    gamma
+        The discount, above 0 and below 1.
+
+    Returns
+    -------
+    reward
+        Map units; infinite if no way of `LONGEST` moves for each point a side leads to the target.
+    """
+    costs, first, heads = -process.rewards, process.first[:-1], process.heads
+    endless = np.zeros(process.n_states)
+    rounds = math.ceil(math.log(1e-12) / math.log(gamma)) if gamma > 0.0 else 1
+    endless[process.target] = np.inf
+    for _ in range(rounds):
+        endless = np.minimum.reduceat(costs + gamma * endless[heads], first)
+        endless[process.target] = np.inf
+    ways = np.full(process.n_states, np.inf)
+    ways[process.target] = 0.0
+    least = math.inf
+    for n in range(LONGEST * math.isqrt(process.n_states)):
+        ways = np.minimum.reduceat(costs + gamma * ways[heads], first)
+        ways[process.target] = np.inf
+        least = min(least, float(ways[process.source] - endless[process.source]) / gamma**n)
+    return max(0.0, least)
+
+
+def _rewards(problem: Problem, gamma: float, lattice: Lattice) -> FloatArray:
+    """Return the least reward for each of `WEIGHTS`, shape ``(4,)``, by bisection and by the formula."""
+    found = []
+    for k in WEIGHTS:
+        posed = replace(problem, k=k)
+        reward = least_target_reward(posed, gamma=gamma, resolution=lattice)
+        by_formula = least_reward_by_formula(decision_process(posed.on_eight_connected(lattice)), gamma)
+        agree = math.isclose(reward, by_formula, rel_tol=SAME, abs_tol=SAME)
+        require(agree, f"K = {k:g}, gamma = {gamma:g}: {reward} by value iteration, {by_formula} by the formula")
+        require(math.isfinite(reward), "no reward is enough")
+        found.append(reward)
+    return np.array(found)
+
+
+def _best_costs(problem: Problem, lattice: Lattice) -> FloatArray:
+    """Return the cost of the best way for each of `WEIGHTS`, shape ``(4,)``: without discount no reward is needed."""
+    found = []
+    for k in WEIGHTS:
+        on = replace(problem, k=k).on_eight_connected(lattice)
+        values = value_iteration(decision_process(on)).states
+        least = cost_matrix(on.graph, on.target).values
+        require(np.allclose(-values, least, rtol=1e-12, atol=0.0), "value iteration is not Dijkstra's algorithm")
+        reward = least_target_reward(replace(problem, k=k), gamma=1.0, resolution=lattice)
+        require(reward == 0.0, f"without discount a reward of {reward:g} was needed")
+        found.append(float(least[on.graph.index_of(on.source)]))
+    return np.array(found)
+
+
+def _stored() -> list[float]:
+    """Run the stored maps again: one needs no reward; return what the other one needs, which falls as K rises."""
+    scenario = counterexamples.scenario(NEEDLESS)
+    for gamma in (*DISCOUNTS, 1.0):
+        reward = least_target_reward(scenario.problem, gamma=gamma, resolution=scenario.lattice)
+        require(reward == 0.0, f"on {NEEDLESS}, gamma = {gamma:g}, a reward of {reward:g} is needed")
+    scenario = counterexamples.scenario(FALLING)
+    posed = [replace(scenario.problem, k=k) for k in FALLS_OVER]
+    falls = [least_target_reward(one, gamma=FALLS_AT, resolution=scenario.lattice) for one in posed]
+    require(
+        all(less < more for more, less in itertools.pairwise(falls)), f"on {FALLING} the reward does not fall: {falls}"
+    )
+    return falls
+
+
+def check_c25(evidence: Evidence) -> Finding:
+    """C25: Q-Learning needs a very large weight of the target."""
+    falls = _stored()
+    lattice = paper_lattice()
+    problems = [random_scenario(seed).problem for seed in evidence.scale.map_seeds(evidence.instances(60, 8))]
+    costs = np.array([_best_costs(problem, lattice) for problem in problems])
+    rewards = np.array([[_rewards(problem, gamma, lattice) for gamma in DISCOUNTS] for problem in problems])
+    require((rewards[:, :, 0] == 0.0).all(), "without risk a reward was needed")
+    return judge_c25(rewards, costs, falls)
+
+
+def judge_c25(rewards: FloatArray, costs: FloatArray, falls: list[float]) -> Finding:
+    """
+    Say how large the rewards are.
+
+    Parameters
+    ----------
+    rewards
+        Least rewards at the target, shape ``(maps, discounts, weights)``, map units.
+    costs
+        Of the best ways, shape ``(maps, weights)``, map units.
+    falls
+        Least rewards on the stored map for `FALLS_OVER`.
+    """
+    relative = rewards / costs[:, None, :]
+    rows: list[list[Entry]] = []
+    for d, w in itertools.product(range(len(DISCOUNTS)), range(1, len(WEIGHTS))):
+        needed = proportion((rewards[:, d, w] > 0.0).astype(float))
+        median, most = np.median(rewards[:, d, w]), rewards[:, d, w].max()
+        rows.append(
+            [
+                DISCOUNTS[d],
+                WEIGHTS[w],
+                needed.rate,
+                *needed.interval,
+                float(median),
+                float(most),
+                float(relative[:, d, w].max()),
+            ]
+        )
+    ratios = relative[:, :, 1:]
+    large = bool((np.median(ratios, axis=0) > VERY_LARGE).all())
+    rises = np.diff(rewards, axis=2) >= -SAME
+    some = proportion((rewards[:, :, 1:] > 0.0).astype(float).ravel())
+    heads = ("gamma", "K", "need one", "from", "to", "median reward", "greatest", "greatest / cost of the best way")
+    return Finding(
+        Verdict.REFUTED,
+        (
+            f"With gamma < 1 a reward is needed in {some.rate:.0%} of {some.n} cases (K = 10, 50, 200; gamma = 0.8 to "
+            f"0.99; {len(rewards)} maps), and then it is finite and no more than {ratios.max():.3g} times the cost of "
+            "the best way. None is needed without discount, nor without risk, nor on the stored map for any gamma "
+            "from 0.8 on."
+        ),
+        (
+            Part(
+                "a way to the target exists: some finite reward is enough",
+                Verdict.PROVED,
+                (
+                    "R* = max(0, min over n of (D_n - W) / gamma^(n - 1)), equal to bisection over exact value "
+                    "iteration in every case"
+                ),
+            ),
+            Part(
+                "gamma = 1: no reward is needed",
+                Verdict.PROVED,
+                "an endless way costs infinitely much; values are minus Dijkstra's costs",
+            ),
+            Part(
+                f"what is needed is very large: more than {VERY_LARGE:g} times the cost of the best way",
+                Verdict.SUPPORTED if large else Verdict.NOT_SUPPORTED,
+                (
+                    f"median over maps at most {np.median(ratios, axis=0).max():.3g} times, greatest "
+                    f"{ratios.max():.3g} times"
+                ),
+            ),
+            Part(
+                "a greater K needs no smaller reward",
+                Verdict.REFUTED,
+                (
+                    f"{FALLING}: {', '.join(f'{value:.3g}' for value in falls)} for K = "
+                    f"{', '.join(f'{k:g}' for k in FALLS_OVER)} (gamma = {FALLS_AT:g}); on random maps it rose, or "
+                    f"stayed, in {int(rises.sum())} of {rises.size} steps of K"
+                ),
+            ),
+        ),
+        (Table("the least reward at the target, N = 20, map units", heads, rows),),
+        (
+            (
+                f"Rule, set before: very large if the median over maps is above {VERY_LARGE:g} times the cost of the "
+                "best way for every K and gamma of the table."
+            ),
+            (
+                "D_n: least discounted cost of a way of n moves to the target; W: of one that never ends and never "
+                "comes there."
+            ),
+            (
+                "Without risk, moves along the axes cost h each, h (1 - gamma^n) / (1 - gamma) in all, and that is "
+                "less than h / (1 - gamma), the cheapest way that never ends."
+            ),
+            (
+                "Rewards for moves are minus their cost, -(length + K risk). What a learner needs after finitely "
+                "many episodes is another matter."
+            ),
+        ),
+        counterexample=NEEDLESS,
+    )
+
+
+CLAIMS = (
+    Claim(
+        "C25",
+        "Section 3.1",
+        "Q-Learning needs a very large weight of the target, or it does not get there.",
+        (
+            "The least reward at the target for which the exact best moves lead there is above 0, and large, for all "
+            "maps, K and gamma."
+        ),
+        Kind.PROPERTY,
+        check_c25,
+    ),
+)

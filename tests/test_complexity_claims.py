@@ -1,0 +1,195 @@
+"""The checks of C20 to C23, C36 and C47: their verdicts, their counters, and that broken programs do not get them."""
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from strategies import seeds, slow, usual
+
+from cgla_graph.cgla_matrix import cost_matrix
+from cgla_graph.comparisons.claims import complexity_claims as claims
+from cgla_graph.comparisons.claims import counterexamples, operation_counts, time_checks, update_checks
+from cgla_graph.comparisons.claims.claim import Finding, Verdict
+from cgla_graph.comparisons.claims.evidence import Evidence, Scale
+from cgla_graph.cost_model import CostModel
+from cgla_graph.graph import GeometricGraph
+from cgla_graph.lattice import Lattice
+from cgla_graph.problem import Problem
+from cgla_graph.risk import RiskField, Threat
+from cgla_graph.scenario import Scenario
+from cgla_graph.solution import Solution, Status
+
+BY_ID = {claim.id: claim for claim in claims.CLAIMS}
+
+
+def check(claim: str, maps: int = 10) -> Finding:
+    return BY_ID[claim].check(Evidence(Scale(maps=maps)))
+
+
+def test_claims_are_these_six() -> None:
+    assert list(BY_ID) == ["C20", "C21", "C22", "C23", "C36", "C47"]
+    assert all(claim.sentence and claim.statement for claim in claims.CLAIMS)
+
+
+@pytest.mark.parametrize(
+    ("claim", "verdict"),
+    [
+        ("C20", Verdict.PROVED),
+        ("C21", Verdict.REFUTED),
+        ("C22", Verdict.SUPPORTED),
+        ("C23", Verdict.PROVED),
+        ("C36", Verdict.NOT_TESTABLE),
+    ],
+)
+def test_verdicts(claim: str, verdict: Verdict) -> None:
+    finding = check(claim)
+    assert finding.verdict is verdict
+    if verdict is Verdict.REFUTED:
+        assert finding.counterexample in counterexamples.names()
+
+
+@pytest.mark.parametrize("n", range(2, 7))
+def test_formulas_count_what_is_there(n: int) -> None:
+    pairs = list(itertools.combinations(itertools.product(range(n), repeat=2), 2))
+    apart = [(abs(a - c), abs(b - d)) for (a, b), (c, d) in pairs]
+    assert operation_counts.pair_count(n * n) == len(pairs)
+    assert operation_counts.integral_count(n) == sum(math.gcd(*one) == 1 for one in apart)
+    assert operation_counts.sample_count(n) == sum(max(one) for one in apart)
+
+
+@usual
+@given(seeds)
+def test_counted_label_setting_is_that_of_the_toolkit(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 20))
+    # few different weights: ties
+    weights = rng.integers(1, 6, (n, n)).astype(float) if rng.random() < 0.5 else rng.random((n, n)) + 1e-6
+    np.fill_diagonal(weights, 0.0)
+    target, source = rng.choice(n, 2, replace=False).tolist()
+    counted = operation_counts.counted_label_setting(weights, target, source)
+    graph = GeometricGraph.from_matrix(weights)
+    early = cost_matrix(graph, target, source=source)
+    assert math.isclose(counted.value, early.value(source), rel_tol=1e-12)
+    assert counted.rounds == early.rounds
+    assert counted.relaxations == operation_counts.relaxation_count(n, early.rounds)
+
+
+@slow
+@given(seeds)
+def test_a_flight_plans_on_change_no_more_than_on_every_move(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    threats = [Threat(*rng.uniform(0.25, 0.75, 2).tolist(), spread=0.04) for _ in range(int(rng.integers(0, 4)))]
+    n = int(rng.integers(5, 11))
+    counts = operation_counts.count_flight(RiskField(threats), k=10.0, n=n)
+    assert counts is not None
+    least, nodes = operation_counts.pair_count(n * n), n * n + 2
+    assert counts.plans * least <= counts.on_change <= counts.every_move
+    most = operation_counts.pair_count(nodes) + operation_counts.relaxation_count(nodes, nodes)
+    assert counts.moves * least <= counts.every_move <= counts.moves * most
+    assert 1 <= counts.plans <= counts.moves
+    assert 0 < counts.rounds < nodes
+
+
+@slow
+@given(seeds)
+def test_segments_within_are_those_that_shapely_finds(seed: int) -> None:
+    shapely = pytest.importorskip("shapely")
+    rng = np.random.default_rng(seed)
+    lattice = Lattice(5, bounds=(0, 0, 1, 1))
+    threat, radius = Threat(*rng.random(2).tolist(), spread=0.1), float(rng.uniform(0.05, 0.5))
+    points = np.asarray(lattice.points)
+    lines = shapely.linestrings([points[list(pair)] for pair in itertools.combinations(range(len(points)), 2)])
+    apart = shapely.distance(lines, shapely.Point(threat.x, threat.y))
+    clear = np.abs(apart - radius) > 1e-12
+    found = update_checks.segments_within(lattice, threat, radius) != 0.0
+    assert (found == (apart <= radius))[clear].all()
+
+
+def test_a_wrong_number_of_pairs_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(claims, "pair_count", lambda nodes: nodes * nodes // 2)
+    with pytest.raises(AssertionError, match="does not have"):
+        check("C20")
+
+
+def test_weights_that_are_no_integrals_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    weights = CostModel.weights
+    monkeypatch.setattr(CostModel, "weights", lambda *args: weights(*args) + 1e-9)
+    with pytest.raises(AssertionError, match="off its own integral"):
+        check("C20")
+
+
+def test_wrong_counters_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(claims, "relaxation_count", lambda nodes, rounds: nodes * rounds)
+    with pytest.raises(AssertionError, match="as the formula has it"):
+        check("C21")
+
+
+def test_a_stored_map_with_few_rounds_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    near = Scenario("near", Problem((0.9, 0.9), (1.0, 1.0)), Lattice(20, bounds=(0, 0, 1, 1)))
+    monkeypatch.setattr(counterexamples, "scenario", lambda _: near)
+    with pytest.raises(AssertionError, match="on the stored map"):
+        check("C21")
+
+
+def test_an_update_that_changes_nothing_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(update_checks, "reweigh", lambda graph, _: graph)
+    with pytest.raises(AssertionError, match="an update is not the matrix from scratch"):
+        check("C23")
+
+
+def test_a_reach_that_is_too_short_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    within = update_checks.segments_within
+    monkeypatch.setattr(update_checks, "segments_within", lambda *args: within(args[0], args[1], 0.5 * args[2]))
+    with pytest.raises(AssertionError, match="out of the threat's reach changed"):
+        check("C23")
+
+
+def world(rng: np.random.Generator, every: float, change: float, maps: int = 20) -> Finding:
+    """Return the verdict on flights whose operations grow with these exponents, more or less."""
+    exponents: dict[str, Any] = {"every_move": rng.normal(every, 0.1, maps), "on_change": rng.normal(change, 0.1, maps)}
+    return claims.judge_c22(exponents, np.ones((maps, 2)), 0, seed=1)
+
+
+def test_exponents_between_four_and_five_are_told_from_others() -> None:
+    rng = np.random.default_rng(1)
+    assert world(rng, 4.9, 4.0).verdict is Verdict.SUPPORTED
+    for every, change in ((6.0, 4.0), (4.9, 3.0), (5.3, 4.2)):
+        assert all(world(rng, every, change).verdict is Verdict.NOT_SUPPORTED for _ in range(10))
+
+
+def times(rng: np.random.Generator, growth: float) -> np.ndarray[Any, Any]:
+    """Return seconds of 40 maps that grow with N by a power of it, and differ by chance."""
+    sizes = np.array(time_checks.TIMED_SIZES, dtype=float)
+    return (sizes / 20.0) ** growth * rng.lognormal(0.0, 0.3, (40, len(sizes)))
+
+
+def test_times_that_grow_are_told_from_those_that_do_not() -> None:
+    rng = np.random.default_rng(2)
+    assert time_checks.judge_c47(times(rng, 4.0)).verdict is Verdict.SUPPORTED
+    assert time_checks.judge_c47(times(rng, -4.0)).verdict is Verdict.NOT_SUPPORTED
+    supported = [time_checks.judge_c47(times(rng, 0.0)).verdict is Verdict.SUPPORTED for _ in range(100)]
+    assert np.mean(supported) <= 0.05
+
+
+def test_c47_times_the_plans_of_each_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        time_checks, "_timed", lambda problem, solver, n: (n**4 * (1.0 + problem.field.threats[0].x), solver)
+    )
+    finding = check("C47", maps=50)
+    assert finding.verdict is Verdict.SUPPORTED
+    assert [round(float(row[2]), 6) for row in finding.tables[0].rows] == [
+        round((20 / 15) ** 4, 6),
+        round((25 / 20) ** 4, 6),
+    ]
+    monkeypatch.setattr(time_checks, "relaxation_count", lambda *_: 7)
+    with pytest.raises(AssertionError, match="a count does not grow"):
+        check("C47", maps=50)
+
+
+def test_updates_that_are_not_told_are_noticed() -> None:
+    assert time_checks._updates(Solution(Status.FOUND, message="8000 episodes, 55 updates")) == 55
+    with pytest.raises(AssertionError, match="does not say how many updates"):
+        time_checks._updates(Solution(Status.FOUND, message="learnt"))
