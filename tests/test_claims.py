@@ -88,14 +88,14 @@ def small_catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _results(store: Store, scale: Scale) -> dict[str, Finding]:
-    steps = check_claims(CLAIMS, scale, store, workers=0)
+    steps = check_claims(CLAIMS, store, workers=0)
     return {step.result.claim.id: step.result.finding for step in steps if step.result is not None}
 
 
 def test_each_claim_is_checked_once_on_the_maps_of_its_seed() -> None:
     scale = Scale(maps=200, seed=2, quick=True)
     with Store(None, scale) as store:
-        assert count_steps(CLAIMS, scale, store) == 5 + 3
+        assert count_steps(CLAIMS, store) == 5 + 3
         found = _results(store, scale)
     assert calls == list(range(2_000_000, 2_000_005))
     assert {name: finding.verdict for name, finding in found.items()} == {
@@ -219,7 +219,7 @@ def test_the_reports_show_every_claim_and_run_nothing_of_it(tmp_path: Path) -> N
 
 def test_claims_are_parted_by_what_they_are_about() -> None:
     with Store(None, Scale(quick=True)) as store:
-        results = [step.result for step in check_claims(CLAIMS, Scale(quick=True), store, workers=0) if step.result]
+        results = [step.result for step in check_claims(CLAIMS, store, workers=0) if step.result]
     results.sort(key=lambda result: result.claim.number)
     parted = sections(results)
     assert [title for title, _ in parted] == ["The model", "The algorithm and its theorem", "One UAV"]

@@ -17,7 +17,7 @@ from cgla_graph.problem import Problem
 from cgla_graph.risk import RiskField, Threat
 from cgla_graph.solvers.value_iteration import decision_process, greedy, least_target_reward, value_iteration
 
-FEW = Evidence(Scale(maps=7))
+FEW = Evidence(Scale(maps=2))
 (CLAIM,) = claims.CLAIMS
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.claim import Claim, Finding, Part, Table, Verdict
-from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
+from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.store import Measured, Store
 from cgla_graph.comparisons.study.execution import limits_where, made
@@ -55,15 +55,14 @@ class Step:
     result: Result | None = None
 
 
-def count_steps(claims: Sequence[Claim], scale: Scale, store: Store) -> int:
+def count_steps(claims: Sequence[Claim], store: Store) -> int:
     """Count the steps that are left to do."""
-    agenda = _Agenda.of(claims, scale, store, LIMITS)
+    agenda = _Agenda.of(claims, store, LIMITS)
     return len(agenda.samples) + sum(claim.id not in store.findings for claim in claims)
 
 
 def check_claims(
     claims: Sequence[Claim],
-    scale: Scale,
     store: Store,
     *,
     workers: int = 1,
@@ -76,10 +75,8 @@ def check_claims(
     ----------
     claims
         Different ones.
-    scale
-        How much is asked for.
     store
-        Where all goes as it comes, and what is done already.
+        Where all goes as it comes, and what is done already; it also says how much is asked for.
     workers, scheduler
         As `cgla_graph.comparisons.study.execution.made` takes them.
 
@@ -96,13 +93,14 @@ def check_claims(
 
     Examples
     --------
+    >>> from cgla_graph.comparisons.claims.evidence import Scale
     >>> with Store(None, Scale(quick=True)) as store:
-    ...     steps = list(check_claims(catalogue.chosen(["C16"]), store._scale, store, workers=0))
+    ...     steps = list(check_claims(catalogue.chosen(["C16"]), store, workers=0))
     >>> [step.result.finding.verdict.label for step in steps]
     ['refuted']
     """
     limits = limits_where(LIMITS, workers=workers, scheduler=scheduler)
-    agenda = _Agenda.of(claims, scale, store, limits)
+    agenda = _Agenda.of(claims, store, limits)
     yield from agenda.known()
     modules = [f"cgla_graph.comparisons.claims.{name}" for name in (*catalogue.TOPICS, *catalogue.EXPERIMENTS)]
     with closing(made(agenda.next_call, limits, workers=workers, scheduler=scheduler, preload=modules)) as outcomes:
@@ -114,7 +112,6 @@ def check_claims(
 class _Agenda:
     """What is left to do: checks that need no samples come first, then samples, each check as soon as it can."""
 
-    scale: Scale
     store: Store
     limits: Limits
     claims: Mapping[str, Claim]
@@ -125,11 +122,11 @@ class _Agenda:
     waiting: list[Claim] = field(default_factory=list)
 
     @classmethod
-    def of(cls, claims: Sequence[Claim], scale: Scale, store: Store, limits: Limits) -> "_Agenda":
-        known = catalogue.experiments()
+    def of(cls, claims: Sequence[Claim], store: Store, limits: Limits) -> "_Agenda":
+        known, scale = catalogue.experiments(), store.scale
         needed = dict.fromkeys(name for claim in claims for name in claim.experiments)
         maps = {name: scale.map_seeds(known[name].maps(scale.maps, quick=scale.quick)) for name in needed}
-        agenda = cls(scale, store, limits, {claim.id: claim for claim in claims}, maps)
+        agenda = cls(store, limits, {claim.id: claim for claim in claims}, maps)
         agenda.samples.extend(
             (name, seed) for name, seeds in maps.items() for seed in seeds if (name, seed) not in store.samples
         )
@@ -147,7 +144,7 @@ class _Agenda:
             if all((name, seed) in self.store.samples for name in claim.experiments for seed in self.maps[name]):
                 self.waiting.remove(claim)
                 samples = {name: self._samples(name) for name in claim.experiments}
-                return Call(claim.id, _check, (claim.id, Evidence(self.scale, samples), self.limits))
+                return Call(claim.id, _check, (claim.id, Evidence(self.store.scale, samples), self.limits))
         if self.samples:
             name, seed = self.samples.popleft()
             return Call((name, seed), _sample, (name, seed, self.limits))

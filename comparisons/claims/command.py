@@ -106,11 +106,9 @@ def check_all(request: Request) -> Checked:
     workers, scheduler = request.workers, request.scheduler
     with Store(request.folder, request.scale, resume=request.resume, overwrite=request.overwrite) as store:
         try:
-            total = count_steps(request.claims, request.scale, store) + len(request.exhibits)
+            total = count_steps(request.claims, store) + len(request.exhibits)
             with terminal.output_to_stderr(), terminal.progress(total) as tick:
-                with closing(
-                    check_claims(request.claims, request.scale, store, workers=workers, scheduler=scheduler)
-                ) as steps:
+                with closing(check_claims(request.claims, store, workers=workers, scheduler=scheduler)) as steps:
                     for step in steps:
                         if step.result is not None:
                             done.results.append(step.result)

@@ -222,7 +222,7 @@ def flights_page(heading: tuple[str, str], views: Sequence[Flown]) -> Figure:
     """
     figure = flight_figure(views)
     with style():
-        # maps are framed wide, bars are not
+        # the bar has no label below
         panels = [axes for axes in figure.axes if axes.get_xlabel()]
         for panel in panels:
             panel.set(xticks=_TICKS, yticks=_TICKS)
@@ -234,10 +234,5 @@ def flights_page(heading: tuple[str, str], views: Sequence[Flown]) -> Figure:
         ]
         for artist in (*figure.texts, old):
             artist.remove()
-        side = {1: 1.3 * WIDE, 2: WIDE}.get(len(panels), NARROW)
-        return finish(figure, heading, [[(panel, (side, side)) for panel in panels]], keys, columns=_columns(panels))
-
-
-def _columns(panels: Sequence[Axes]) -> int:
-    """Return how many columns a legend below so many maps has."""
-    return {1: 2, 2: 4}.get(len(panels), 5)
+        side, columns = {1: (1.3 * WIDE, 2), 2: (WIDE, 4)}.get(len(panels), (NARROW, 5))
+        return finish(figure, heading, [[(panel, (side, side)) for panel in panels]], keys, columns=columns)

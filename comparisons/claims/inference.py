@@ -6,6 +6,7 @@ clearly is said as clearly. Missing pairs (NaN) are left out and counted.
 """
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -58,13 +59,13 @@ def paired_shift(first: ArrayLike, second: ArrayLike) -> Shift:
     >>> shift.shift.median, shift.effect, shift.p
     (1.0, 1.0, 0.015625)
     """
-    a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
-    both = np.isfinite(a) & np.isfinite(b)
-    if not both.any():
-        return Shift(0, len(a), Estimate(math.nan, -math.inf, math.inf), 0.0, 1.0)
-    differences = (a - b)[both].tolist()
+    a, b = _pairs(first, second)
+    missing = len(np.asarray(first)) - len(a)
+    if not len(a):
+        return Shift(0, missing, Estimate(math.nan, -math.inf, math.inf), 0.0, 1.0)
+    differences = (a - b).tolist()
     test = signed_rank(differences)
-    return Shift(int(both.sum()), int((~both).sum()), hodges_lehmann(differences), test.effect, test.p)
+    return Shift(len(a), missing, hodges_lehmann(differences), test.effect, test.p)
 
 
 def log_shift(first: ArrayLike, second: ArrayLike) -> Shift:
@@ -116,8 +117,7 @@ def proportion(happened: ArrayLike) -> Proportion:
     >>> found.count, found.n, round(found.interval.low, 3)
     (2, 3, 0.094)
     """
-    values = np.asarray(happened, dtype=np.float64)
-    values = values[np.isfinite(values)]
+    values = _finite(happened)
     count, n = int((values != 0.0).sum()), len(values)
     return Proportion(count, n, success_interval(count, n) if n else Interval(0.0, 1.0))
 
@@ -131,9 +131,7 @@ def paired_rates(first: ArrayLike, second: ArrayLike) -> tuple[Proportion, Propo
     >>> paired_rates([1, 1, 1, 1, 1, 1], [0, 0, 0, 0, 0, 0])[2]
     0.03125
     """
-    a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
-    both = np.isfinite(a) & np.isfinite(b)
-    a, b = a[both] != 0.0, b[both] != 0.0
+    a, b = (values != 0.0 for values in _pairs(first, second))
     return proportion(a), proportion(b), mcnemar(int((a & ~b).sum()), int((~a & b).sum()))
 
 
@@ -146,8 +144,7 @@ def at_least(happened: ArrayLike, share: float) -> float:
     >>> round(at_least([1.0] * 100, 0.95), 4)
     0.0059
     """
-    values = np.asarray(happened, dtype=np.float64)
-    values = values[np.isfinite(values)]
+    values = _finite(happened)
     if not len(values):
         return 1.0
     return float(stats.binomtest(int((values != 0.0).sum()), len(values), share, alternative="greater").pvalue)
@@ -164,8 +161,7 @@ def equivalence(differences: ArrayLike, margin: float) -> float:
     >>> equivalence([0.01, -0.02, 0.03, 0.0, 0.02, -0.01, 0.015], 0.5) < 0.05
     True
     """
-    values = np.asarray(differences, dtype=np.float64)
-    values = values[np.isfinite(values)]
+    values = _finite(differences)
     if not len(values):
         return 1.0
     p_values = []
@@ -237,12 +233,31 @@ def bootstrapped(values: ArrayLike, *, seed: int) -> Estimate:
     >>> bootstrapped(np.arange(1.0, 102.0), seed=1).median
     51.0
     """
-    kept = np.asarray(values, dtype=np.float64)
-    kept = kept[np.isfinite(kept)]
-    if len(kept) < 2 or (kept == kept[0]).all():  # noqa: PLR2004 - nothing to draw from
-        middle = float(np.median(kept)) if len(kept) else math.nan
-        return Estimate(middle, -math.inf if len(kept) < 2 else middle, math.inf if len(kept) < 2 else middle)  # noqa: PLR2004
+    kept = _finite(values)
+    if len(kept) <= 1:
+        return Estimate(float(kept[0]) if len(kept) else math.nan, -math.inf, math.inf)
+    if (kept == kept[0]).all():
+        # nothing to draw from
+        return Estimate(*[float(kept[0])] * 3)
     random = np.random.default_rng(seed)
-    found = stats.bootstrap((kept,), np.median, method="BCa", n_resamples=2000, rng=random, vectorized=True)
-    interval = found.confidence_interval
-    return Estimate(float(np.median(kept)), float(interval.low), float(interval.high))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", stats.DegenerateDataWarning)
+        found = stats.bootstrap((kept,), np.median, method="BCa", n_resamples=2000, rng=random, vectorized=True)
+    low, high = found.confidence_interval
+    if not math.isfinite(low) or not math.isfinite(high):
+        # nearly all values are tied, and the acceleration is 0 / 0
+        low, high = np.percentile(found.bootstrap_distribution, [2.5, 97.5])
+    return Estimate(float(np.median(kept)), float(low), float(high))
+
+
+def _finite(values: ArrayLike) -> FloatArray:
+    """Leave out what is missing."""
+    found = np.asarray(values, dtype=np.float64)
+    return found[np.isfinite(found)]
+
+
+def _pairs(first: ArrayLike, second: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Leave out the pairs of which one value is missing."""
+    a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+    both = np.isfinite(a) & np.isfinite(b)
+    return a[both], b[both]

@@ -12,9 +12,9 @@ import jinja2
 import cgla_graph
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.checking import Result
-from cgla_graph.comparisons.claims.claim import Kind, Table, Verdict
+from cgla_graph.comparisons.claims.claim import Entry, Kind, Verdict
 from cgla_graph.comparisons.claims.evidence import Scale
-from cgla_graph.comparisons.claims.exhibit import Comparison, Picture
+from cgla_graph.comparisons.claims.exhibit import Comparison, Picture, TableRow
 from cgla_graph.comparisons.claims.exhibiting import Shown
 from cgla_graph.comparisons.claims.printing import results_document
 from cgla_graph.comparisons.claims.texts import counted, counts, is_number, rerun, sampled, scale_words, written
@@ -117,10 +117,10 @@ def report_html(results: Sequence[Result], shown: Sequence[Shown], scale: Scale)
         figures=[_figure(one) for one in shown if not isinstance(one.content, Comparison)],
         tables=[one for one in shown if isinstance(one.content, Comparison)],
         heads=HEADS,
-        table_row=table_row,
+        table_row=_table_row,
         sampled=sampled,
         rerun=lambda claim: rerun(claim, scale),
-        everything=rerun("", scale).replace("  ", " ").strip(),
+        everything=rerun("", scale),
         drawn={one.exhibit.label: one.exhibit.name for one in shown},
     )
 
@@ -137,7 +137,7 @@ def _figure(one: Shown) -> dict[str, Any]:
     }
 
 
-def table_row(row: Any) -> list[Any]:  # noqa: ANN401 - a row of a remade table
+def _table_row(row: TableRow) -> list[Entry]:
     """Return the entries of a row of a remade table, in the order of `HEADS`."""
     return [row.label, row.quantity, row.paper, row.offline, row.online, row.comparable, row.why]
 
@@ -156,19 +156,17 @@ def _markdown(results: Sequence[Result], shown: Sequence[Shown], scale: Scale) -
     )
     yield from (f"- {line}" for line in ABOUT)
     yield from ("", "## Verdicts", "")
-    head = Table("", ("claim", "verdict", "what the paper says", "what is found"), ())
     rows = [(r.claim.id, r.finding.verdict.label, r.claim.sentence, r.finding.result) for r in results]
-    yield from _markdown_table(head.columns, rows)
+    yield from _markdown_table(("claim", "verdict", "what the paper says", "what is found"), rows)
     for title, members in sections(results):
         yield from ("", f"## {title}")
         for result in members:
             yield from _markdown_claim(result, scale)
-    tables = [one for one in shown if isinstance(one.content, Comparison)]
+    tables = [(one.exhibit, one.content) for one in shown if isinstance(one.content, Comparison)]
     figures = [one for one in shown if not isinstance(one.content, Comparison)]
-    for one in tables:
-        if isinstance(one.content, Comparison):
-            yield from ("", f"## {one.exhibit.label}: {one.exhibit.title}", "", one.content.caption, "")
-            yield from _markdown_table(HEADS, [table_row(row) for row in one.content.rows])
+    for exhibit, content in tables:
+        yield from ("", f"## {exhibit.label}: {exhibit.title}", "", content.caption, "")
+        yield from _markdown_table(HEADS, [_table_row(row) for row in content.rows])
     for one in figures:
         yield from ("", f"## {one.exhibit.label}: {one.exhibit.title}", "")
         if isinstance(one.content, Picture):
@@ -207,10 +205,10 @@ def _markdown_claim(result: Result, scale: Scale) -> Iterator[str]:
     yield f"Again: `{rerun(claim.id, scale)}`"
 
 
-def _markdown_table(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> Iterator[str]:
+def _markdown_table(columns: Sequence[str], rows: Sequence[Sequence[Entry]]) -> Iterator[str]:
     """Write a table; what would end a cell is escaped."""
 
-    def line(cells: Sequence[Any]) -> str:
+    def line(cells: Sequence[Entry]) -> str:
         texts = (written(cell).replace("\\", "\\\\").replace("|", "\\|").replace("\n", " ") for cell in cells)
         return f"| {' | '.join(texts)} |"
 

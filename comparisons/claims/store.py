@@ -62,7 +62,7 @@ class Store:
     def __init__(self, folder: Path | None, scale: Scale, *, resume: bool = False, overwrite: bool = False) -> None:
         self.samples: dict[tuple[str, int], Measured] = {}
         self.findings: dict[str, dict[str, Any]] = {}
-        self._scale = scale
+        self.scale = scale
         self._path = None if folder is None else make_folder(folder) / FILE
         self._lock = None if self._path is None else locked(self._path)
         try:
@@ -126,7 +126,7 @@ class Store:
             If the disk is full or gone.
         """
         self.findings[claim] = dict(document)
-        self._append(_FINDING, claim=claim, scale=_scale_key(self._scale), document=document)
+        self._append(_FINDING, claim=claim, scale=_scale_key(self.scale), document=document)
 
     def _append(self, kind: str, **entries: object) -> None:
         if self._path is not None:
@@ -156,7 +156,7 @@ class Store:
             return
         if line["kind"] == _SAMPLE:
             self.samples[str(line["experiment"]), int(line["seed"])] = Measured(line["records"], str(line["failed"]))
-        elif line["kind"] == _FINDING and line["scale"] == _scale_key(self._scale):
+        elif line["kind"] == _FINDING and line["scale"] == _scale_key(self.scale):
             self.findings[str(line["claim"])] = dict(line["document"])
 
 

@@ -6,6 +6,7 @@ The verdicts of the last full study, as they are shipped, and the table of them 
 
 import json
 import sys
+from collections import Counter
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -71,10 +72,8 @@ def readme_table(document: dict[str, Any]) -> str:
         Markdown: the lines between the two marks.
     """
     scale = Scale(document["maps"], document["seed"])
-    counts: dict[str, int] = {}
-    for claim in document["claims"]:
-        counts[claim["verdict"]] = counts.get(claim["verdict"], 0) + 1
-    total = ", ".join(f"{number} {verdict}" for verdict, number in sorted(counts.items(), key=lambda one: -one[1]))
+    counts = Counter(claim["verdict"] for claim in document["claims"])
+    total = ", ".join(f"{number} {verdict}" for verdict, number in counts.most_common())
     lines = [
         f"{len(document['claims'])} claims ({scale_words(scale)}): {total}.",
         "",

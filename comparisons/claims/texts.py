@@ -63,14 +63,14 @@ def scale_words(scale: Scale) -> str:
 
 def rerun(claim: str, scale: Scale) -> str:
     """
-    Return the command that checks one claim again.
+    Return the command that checks one claim again, or without its id all of them.
 
     Examples
     --------
-    >>> rerun("C28", Scale(maps=500, seed=7))
-    'cgla claims C28 --maps 500 --seed 7'
+    >>> rerun("C28", Scale(maps=500, seed=7)), rerun("", Scale())
+    ('cgla claims C28 --maps 500 --seed 7', 'cgla claims')
     """
-    words = ["cgla", "claims", claim]
+    words = ["cgla", "claims", *([claim] if claim else [])]
     if scale.quick:
         words.append("--quick")
     elif scale.maps != Scale().maps:

@@ -35,8 +35,8 @@ def segments_within(lattice: Lattice, threat: Threat, radius: float) -> FloatArr
 
     Examples
     --------
-    >>> segments_within(Lattice(2, bounds=(0, 0, 1, 1)), Threat(0.5, 0.0, 0.1), 0.1).mean().round(3)
-    0.167
+    >>> segments_within(Lattice(2, bounds=(0, 0, 1, 1)), Threat(0.5, 0.0, spread=0.1), 0.1).tolist()
+    [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     """
     points = np.asarray(lattice.points) - (threat.x, threat.y)
     first, second = np.triu_indices(len(points), 1)
