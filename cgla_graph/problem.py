@@ -114,6 +114,34 @@ class Problem:
         """What a segment costs here."""
         return CostModel(self.field, self.k, self.no_fly)
 
+    @property
+    def shorter_side(self) -> float:
+        """The shorter side of the bounds, map units: what distances that are to fit any map are relative to."""
+        x_min, y_min, x_max, y_max = self.bounds
+        return min(x_max - x_min, y_max - y_min)
+
+    def in_bounds(self, points: FloatArray) -> BoolArray:
+        """
+        Tell which points are inside the bounds or on their border.
+
+        Parameters
+        ----------
+        points
+            Shape ``(..., 2)``, map units.
+
+        Returns
+        -------
+        inside
+            Shape ``(...)``.
+
+        Examples
+        --------
+        >>> Problem((0, 0), (1, 1)).in_bounds(np.array([[0.5, 1.0], [0.5, 1.1]])).tolist()
+        [True, False]
+        """
+        low, high = np.reshape(self.bounds, (2, 2))
+        return np.asarray(((points >= low) & (points <= high)).all(axis=-1))
+
     def evaluate(self, path: ArrayLike) -> Evaluation:
         """
         Judge any polyline: the one oracle, which no solver replaces.
@@ -159,8 +187,7 @@ class Problem:
         )
 
     def _violations(self, waypoints: FloatArray, crossing: BoolArray) -> list[str]:
-        x_min, y_min, x_max, y_max = self.bounds
-        outside = ((waypoints < (x_min, y_min)) | (waypoints > (x_max, y_max))).any(axis=1)
+        outside = ~self.in_bounds(waypoints)
         return [f"waypoint {i} leaves the bounds" for i in np.nonzero(outside)[0][:1]] + [
             f"segment {i} crosses the no-fly area" for i in np.nonzero(crossing)[0][:1]
         ]

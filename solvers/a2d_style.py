@@ -9,6 +9,7 @@ import numpy as np
 from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
+from cgla_graph.solvers.directions import wrapped
 from cgla_graph.solvers.reactive import Memory, Reactive, Stuck, Surroundings
 
 #: How much the threshold rises where nothing else helps, and its greatest value.
@@ -252,6 +253,6 @@ class A2dStyle(Reactive[Trail]):
 
     def _stepped(self, around: Surroundings, trail: Trail, heading: float) -> Trail:
         """Make a step."""
-        x, y = around.ahead(trail.position, np.array([heading]), around.step)[0].tolist()
+        position = around.spot_ahead(trail.position, heading, around.step)
         recent = (*trail.recent, trail.position)[-RECENT:]
-        return replace(trail, position=(x, y), heading=math.remainder(heading, 2.0 * math.pi), recent=recent)
+        return replace(trail, position=position, heading=wrapped(heading), recent=recent)

@@ -1,9 +1,11 @@
 """What a solver is: settings, traits and one method."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import ClassVar, Literal, Protocol, TypeAlias, get_args, runtime_checkable
 
-from cgla_graph._validate import positive_number, whole_number
+from cgla_graph._validate import non_negative_number, positive_number, whole_number
 from cgla_graph.edges import CornerRule
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.lattice import Lattice
@@ -84,6 +86,28 @@ Solver: TypeAlias = GraphSolver | PlaneSolver
 LARGEST_SEED = 2**32 - 1
 
 
+@contextmanager
+def settings_of(solver: str) -> Iterator[None]:
+    """
+    Say of what is malformed inside that it is a setting of a solver.
+
+    Raises
+    ------
+    SolverSettingError
+        For every `ProblemError` inside.
+
+    Examples
+    --------
+    >>> with settings_of("rrt-star"):
+    ...     _ = positive_number("rewire_factor", 1)
+    """
+    try:
+        yield
+    except ProblemError as error:
+        msg = f"{solver}: {error}"
+        raise SolverSettingError(msg) from error
+
+
 def whole_setting(solver: str, name: str, value: object, *, at_least: int, at_most: int = 10**9) -> int:
     """
     Return a setting that must be a whole number.
@@ -98,11 +122,8 @@ def whole_setting(solver: str, name: str, value: object, *, at_least: int, at_mo
     >>> whole_setting("rrt-star", "iterations", 100, at_least=1)
     100
     """
-    try:
+    with settings_of(solver):
         return whole_number(name, value, at_least=at_least, at_most=at_most)
-    except ProblemError as error:
-        msg = f"{solver}: {error}"
-        raise SolverSettingError(msg) from error
 
 
 def positive_setting(solver: str, name: str, value: float) -> float:
@@ -119,11 +140,26 @@ def positive_setting(solver: str, name: str, value: float) -> float:
     >>> positive_setting("rrt-star", "rewire_factor", 1)
     1.0
     """
-    try:
+    with settings_of(solver):
         return positive_number(name, value)
-    except ProblemError as error:
-        msg = f"{solver}: {error}"
-        raise SolverSettingError(msg) from error
+
+
+def non_negative_setting(solver: str, name: str, value: float) -> float:
+    """
+    Return a setting that must be a number of at least 0: a gain, which 0 turns off.
+
+    Raises
+    ------
+    SolverSettingError
+        If it is not.
+
+    Examples
+    --------
+    >>> non_negative_setting("bcv-style", "risk_aversion", 0)
+    0.0
+    """
+    with settings_of(solver):
+        return non_negative_number(name, value)
 
 
 def check_lattice(solver: str, resolution: int | tuple[int, int] | Lattice | None, corner_rule: CornerRule) -> None:
@@ -144,8 +180,5 @@ def check_lattice(solver: str, resolution: int | tuple[int, int] | Lattice | Non
         raise SolverSettingError(msg)
     if resolution is None or isinstance(resolution, Lattice):
         return
-    try:
+    with settings_of(solver):
         Lattice(resolution, bounds=(0.0, 0.0, 1.0, 1.0))
-    except ProblemError as error:
-        msg = f"{solver}: {error}"
-        raise SolverSettingError(msg) from error

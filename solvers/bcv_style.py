@@ -7,8 +7,9 @@ from typing import ClassVar
 import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
-from cgla_graph.solvers.base import Traits
-from cgla_graph.solvers.reactive import Memory, Reactive, Stuck, Surroundings, non_negative_setting
+from cgla_graph.solvers.base import Traits, non_negative_setting
+from cgla_graph.solvers.directions import bearing, wrapped
+from cgla_graph.solvers.reactive import Memory, Reactive, Stuck, Surroundings
 
 #: One turn of the heading, radians, and how many of them a step allows to either side.
 TURN = math.pi / 16
@@ -130,8 +131,7 @@ class BcvStyle(Reactive[BcvMemory]):
         memory = _with_target(around, memory)
         turns = self._best_turn(around, memory)
         after = replace(memory, turns=memory.turns + turns)
-        (spot,) = around.ahead(memory.position, np.array([after.heading]), around.step).tolist()
-        position = spot[0], spot[1]
+        position = around.spot_ahead(memory.position, after.heading, around.step)
         left = (*memory.left, math.dist(position, _target(around, memory)))
         return replace(after, position=position, left=left[-STALL_STEPS - 1 :])
 
@@ -173,14 +173,15 @@ def _open(around: Surroundings, memory: BcvMemory, turns: IntArray, distance: fl
 
 def _votes(around: Surroundings, memory: BcvMemory, headings: FloatArray) -> FloatArray:
     """Add up what the behaviours think of headings, shape ``(n,)`` each."""
-    (x, y), (east, north) = memory.position, _target(around, memory)
-    votes: FloatArray = SEEK * np.cos(headings - math.atan2(north - y, east - x))
+    here = memory.position
+    votes: FloatArray = SEEK * np.cos(headings - bearing(here, _target(around, memory)))
     votes += KEEP * np.cos(headings - memory.heading)
     for threat in around.problem.field.threats:
         reach = AVOID_SPREADS * threat.spread + AVOID_MARGIN * around.side
-        distance = math.dist((x, y), (threat.x, threat.y))
+        centre = (threat.x, threat.y)
+        distance = math.dist(here, centre)
         if 0.0 < distance < reach:
-            away = math.atan2(y - threat.y, x - threat.x)
+            away = bearing(centre, here)
             votes += (1.0 - distance / reach) ** 2 * np.cos(headings - away)
     return votes
 
@@ -225,17 +226,11 @@ def _virtual_goal(around: Surroundings, memory: BcvMemory) -> Point | None:
     highest, open_ = _sight(around, memory.position, headings, VIRTUAL * around.side)
     turned = memory.turns * TURN
     found = [
-        (abs(angle), abs(turned + _wrapped(heading - memory.heading)), -angle, number)
+        (abs(angle), abs(turned + wrapped(heading - memory.heading)), -angle, number)
         for number, (angle, heading) in enumerate(zip(off.tolist(), headings.tolist(), strict=True))
         if open_[number] and highest[number] < FREE
     ]
     if not found:
         return None
     *_, number = min(found)
-    x, y = around.ahead(memory.position, headings[number : number + 1], VIRTUAL * around.side)[0].tolist()
-    return x, y
-
-
-def _wrapped(angle: float) -> float:
-    """Return an angle in (-pi, pi]."""
-    return math.atan2(math.sin(angle), math.cos(angle))
+    return around.spot_ahead(memory.position, float(headings[number]), VIRTUAL * around.side)

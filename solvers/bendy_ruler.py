@@ -9,8 +9,9 @@ import shapely
 
 from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.solvers.base import Traits, positive_setting
-from cgla_graph.solvers.reactive import Memory, Reactive, Stuck, Surroundings, non_negative_setting
+from cgla_graph.solvers.base import Traits, non_negative_setting, positive_setting
+from cgla_graph.solvers.directions import unit_vectors, wrapped
+from cgla_graph.solvers.reactive import Memory, Reactive, Stuck, Surroundings
 
 #: Directions of the first stage, off the goal, radians: every 5 degrees, the least first, left before right.
 SPREAD = np.radians([0, *(side * 5 * n for n in range(1, 36) for side in (1, -1)), 180])
@@ -120,17 +121,16 @@ class BendyRuler(Reactive[BendyMemory]):
     def choose(self, around: Surroundings, memory: BendyMemory) -> BendyMemory:
         """Probe, resist a sharp turn that pays too little, and go."""
         to_goal = around.goal_heading(memory.position)
-        off = 0.0 if memory.bearing is None else math.remainder(memory.bearing - to_goal, math.tau)
+        off = 0.0 if memory.bearing is None else wrapped(memory.bearing - to_goal)
         # the last bearing is probed at the end of the list, in case it is kept
         offsets = np.append(SPREAD if off >= 0.0 else -SPREAD, off)
         best, margins, is_good = self._best(around, memory.position, offsets)
-        sharp = abs(math.remainder(offsets[best] - off, math.tau)) > math.radians(self.continue_angle)
+        sharp = abs(wrapped(offsets[best] - off)) > math.radians(self.continue_angle)
         straight_there = best == 0 and is_good
         if memory.bearing is not None and sharp and not straight_there:
             best = best if margins[best] >= self.continue_ratio * margins[-1] else -1
-        bearing = math.remainder(to_goal + float(offsets[best]), math.tau)
-        (spot,) = around.ahead(memory.position, np.array([bearing]), around.step).tolist()
-        return BendyMemory((spot[0], spot[1]), bearing=bearing)
+        bearing = wrapped(to_goal + float(offsets[best]))
+        return BendyMemory(around.spot_ahead(memory.position, bearing, around.step), bearing=bearing)
 
     def _best(self, around: Surroundings, here: Point, offsets: FloatArray) -> tuple[int, FloatArray, bool]:
         """
@@ -199,7 +199,7 @@ class _Obstacles:
         distance = np.hypot(*to_goal.T)[:, None]
         headings = np.arctan2(to_goal[:, 1], to_goal[:, 0])[:, None] + offsets
         lengths = np.clip(distance, self._around.step, reach)[..., None]
-        ends = starts[:, None] + lengths * np.stack([np.cos(headings), np.sin(headings)], axis=-1)
+        ends = starts[:, None] + lengths * unit_vectors(headings)
         arrives = (offsets == 0.0) & (distance <= reach)
         ends[arrives] = self._goal
         flat = np.repeat(starts, len(offsets), axis=0), ends.reshape(-1, 2)
@@ -222,6 +222,4 @@ class _Obstacles:
         if not area.is_empty:
             lines = shapely.linestrings(np.stack([starts, ends], axis=1))
             least = np.minimum(least, shapely.distance(lines, area.geometry))
-        x_min, y_min, x_max, y_max = problem.bounds
-        inside = (ends >= (x_min, y_min)).all(axis=1) & (ends <= (x_max, y_max)).all(axis=1)
-        return np.where(inside & ~area.crosses(starts, ends), least, -np.inf)
+        return np.where(problem.in_bounds(ends) & ~area.crosses(starts, ends), least, -np.inf)

@@ -8,8 +8,9 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import BoolArray, FloatArray, Point
+from cgla_graph.risk_kernels import X, Y
 from cgla_graph.solvers.base import Traits
-from cgla_graph.solvers.fbcri_style import LOG_EDGE, FuzzyMemory, FuzzySteering, edge
+from cgla_graph.solvers.fuzzy_steering import LOG_EDGE, FuzzyMemory, FuzzySteering, edge
 from cgla_graph.solvers.reactive import Surroundings
 
 #: A straight way with more risk than this anywhere is blocked.
@@ -26,6 +27,8 @@ GIVE_UP = 150
 MOST_SUBGOALS = 5
 #: Distance between samples of the risk on a line, over the shorter side of the map.
 SPACING = 0.01
+#: Samples on a line, at most: on maps many times as long as wide they are further apart.
+MOST_SAMPLES = 2000
 
 
 @dataclass(frozen=True)
@@ -111,13 +114,7 @@ class CpvsStyle(FuzzySteering[SubgoalMemory]):
 
     def begin(self, around: Surroundings) -> SubgoalMemory:
         """Face the goal."""
-        problem = around.problem
-        return SubgoalMemory(
-            problem.start,
-            heading=around.goal_heading(problem.start),
-            aim=problem.goal,
-            least=around.to_goal(problem.start),
-        )
+        return SubgoalMemory.at_start(around)
 
     def choose(self, around: Surroundings, memory: SubgoalMemory) -> SubgoalMemory:
         """Bring the queue of sub-goals up to date, and steer to the first."""
@@ -182,7 +179,8 @@ def _is_clear(around: Surroundings, here: Point, there: Point) -> bool:
     """Tell whether the straight way is free of areas and of much risk."""
     if not around.is_open(here, np.array([there]))[0]:
         return False
-    parts = np.linspace(0.0, 1.0, 2 + math.ceil(math.dist(here, there) / (SPACING * around.side)))[:, None]
+    samples = min(2 + math.ceil(math.dist(here, there) / (SPACING * around.side)), MOST_SAMPLES)
+    parts = np.linspace(0.0, 1.0, samples)[:, None]
     risks = around.risk((1.0 - parts) * here + parts * there)
     # what is risky at an end cannot be flown around
     return bool(risks.max() <= max(BLOCKED, risks[0], risks[-1]))
@@ -193,7 +191,7 @@ def _beside_threats(around: Surroundings, here: Point, aim: Point) -> FloatArray
     table = around.problem.field.table
     outer = edge(table, LOG_OUTER)
     table, outer = table[outer > 0.0], outer[outer > 0.0]
-    centres = table[:, :2]
+    centres = table[:, [X, Y]]
     offset = (outer + MARGIN * around.side)[:, None] * _normal(here, aim)
     inner = edge(table, LOG_EDGE)
     return np.vstack(

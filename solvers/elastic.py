@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph._types import BoolArray, Bounds, FloatArray
 from cgla_graph._validate import point_array
 from cgla_graph.problem import Problem
+from cgla_graph.risk import Threat
 
 #: The chain is at rest once no force on a mass exceeds this, relative to a spring's.
 AT_REST = 1e-4
@@ -16,6 +17,10 @@ AT_REST = 1e-4
 MOST_STEPS = 3000
 #: No mass moves further in a step than this share of the least spread: it must not jump over a threat.
 FURTHEST = 0.25
+#: Threats narrower than this, over the shorter side of the map, fall between the masses anyway, and limit no step.
+SPECK = 1e-3
+#: So many spreads from its centre, a threat's risk is 0 in floating point.
+VANISHED = 40.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,12 +111,12 @@ class _Chain:
         self.points = points
         self.velocity = np.zeros((len(points) - 2, 2))
         self.at_rest = len(points) <= 2  # noqa: PLR2004 - nothing between the ends
-        x_min, y_min, x_max, y_max = problem.bounds
-        self.low, self.high = np.array([x_min, y_min]), np.array([x_max, y_max])
-        threats = problem.field.threats
+        self.low, self.high = np.reshape(problem.bounds, (2, 2))
+        # of the others nothing is left on the map, and squares of their distance may overflow
+        threats = [t for t in problem.field.threats if _apart(t, problem.bounds) <= VANISHED * t.spread]
         self.table = np.array([(t.x, t.y, t.spread, t.peak) for t in threats]).reshape(-1, 4)
-        side = min(x_max - x_min, y_max - y_min)
-        self.furthest = FURTHEST * min([side, *(threat.spread for threat in threats)])
+        side = problem.shorter_side
+        self.furthest = FURTHEST * min([side, *(t.spread for t in threats if t.spread >= SPECK * side)])
 
     def step(self) -> None:
         """Move all masses by one step of time 1."""
@@ -162,6 +167,15 @@ class _Chain:
         apart2 = (points[:, :1] - x) ** 2 + (points[:, 1:] - y) ** 2
         risk = peak * np.exp(-0.5 * apart2 / spread**2) / spread**2
         return (risk * np.sqrt(apart2)).sum(axis=1), (risk * (1.0 + apart2 / spread**2)).sum(axis=1)
+
+
+def _apart(threat: Threat, bounds: Bounds) -> float:
+    """Return how far a threat's centre is from the map, map units; 0 on it."""
+    x_min, y_min, x_max, y_max = bounds
+    east, north = (
+        max(low - at, at - high, 0.0) for at, low, high in ((threat.x, x_min, x_max), (threat.y, y_min, y_max))
+    )
+    return math.hypot(east, north)
 
 
 def _with_masses(path: FloatArray, masses: int) -> FloatArray:

@@ -8,12 +8,11 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import BoolArray, FloatArray
-from cgla_graph._validate import non_negative_number
-from cgla_graph.errors import ProblemError, SolverSettingError
+from cgla_graph.errors import SolverSettingError
 from cgla_graph.problem import Problem
 from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.b_spline import basis, curvature
-from cgla_graph.solvers.base import LARGEST_SEED, Traits, positive_setting, whole_setting
+from cgla_graph.solvers.base import LARGEST_SEED, Traits, non_negative_setting, positive_setting, whole_setting
 from cgla_graph.solvers.budget import Budget, Incumbent
 
 #: The cost of a path cannot be less than the distance; nearer to it than this, nothing is left to gain.
@@ -117,11 +116,7 @@ class Evolutionary:
         if self.crossover > 1.0:
             msg = f"{name}: crossover is {self.crossover:g}; it is a chance, above 0 and at most 1"
             raise SolverSettingError(msg)
-        try:
-            object.__setattr__(self, "turn_radius", non_negative_number("turn_radius", self.turn_radius))
-        except ProblemError as error:
-            msg = f"{name}: {error}"
-            raise SolverSettingError(msg) from error
+        object.__setattr__(self, "turn_radius", non_negative_setting(name, "turn_radius", self.turn_radius))
 
     @property
     def _budget(self) -> Budget:

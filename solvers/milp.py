@@ -9,6 +9,7 @@ import numpy as np
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.cost_model import CostModel
 from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
+from cgla_graph.solvers.directions import around_circle
 from cgla_graph.solvers.milp_map import CornerGraph, corner_graph, obstacles_of
 from cgla_graph.solvers.milp_model import SHADOW, Horizon, best_plan
 from cgla_graph.solvers.reactive import Memory, Reactive, Stuck, Surroundings
@@ -58,12 +59,14 @@ class Milp(Reactive[MilpMemory]):
     corners. A plan ends at one of a few places, which the program chooses: the best of 32 at the same distance all
     around, and two on the best way along the graph of all corners, weighed by Eq. 5, which also says what it costs to
     go on from there. HiGHS stops at a gap or a number of nodes, not at a time, so that a map gives the same path on
-    every machine. Where it has no plan by then, the best way on the graph of corners is flown instead.
+    every machine. Where it has no plan by then, or has more than 100 binaries, the best way on the graph of corners is
+    flown instead.
 
     **Known failure modes.** Risk is rated along straight legs by their deepest point, and adds up where threats
     overlap: the path keeps farther from threats than it should. It bends at most once a leg, and sees no farther than
-    its legs reach: beyond, it believes the graph of corners. Gaps narrower than 2e-5 of the map count as closed. Time
-    rises steeply with `legs`, and with threats that overlap within their reach.
+    its legs reach: beyond, it believes the graph of corners. Gaps narrower than 2e-5 of the map count as closed,
+    and of threats that narrow only the graph of corners knows. Time rises steeply with `legs`, and with threats that
+    overlap within their reach.
 
     As `Solution.evaluations` count the segments weighed for the graph of corners.
 
@@ -174,7 +177,7 @@ class Milp(Reactive[MilpMemory]):
             reach=reach / unit,
             low=(low - here) / unit,
             high=(high - here) / unit,
-            obstacles=[obstacle.keep_out(here, unit) for obstacle in obstacles_of(problem.model)],
+            obstacles=[one.keep_out(here, unit) for one in obstacles_of(problem.model) if one.counts(low, high)],
             places=(places - here) / unit,
             costs_to_go=costs / unit,
         )
@@ -189,13 +192,10 @@ class Milp(Reactive[MilpMemory]):
         ahead = _beginning(route, radius, 0.0)[-1]
         if tuple(ahead) == problem.goal:
             return ahead[None], np.zeros(1)
-        angles = 2.0 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS
         # around a corner with few legs, half the way may be as far as they reach
         sure = np.array([ahead, _beginning(route, 0.5 * radius, 0.0)[-1]])
-        ring = np.vstack([sure, here + radius * np.column_stack([np.cos(angles), np.sin(angles)])])
-        low, high = np.reshape(problem.bounds, (2, 2))
-        inside = (ring >= low).all(axis=1) & (ring <= high).all(axis=1)
-        ring = ring[inside & ~problem.model.area.contains(ring)]
+        ring = np.vstack([sure, here + radius * around_circle(DIRECTIONS)])
+        ring = ring[problem.in_bounds(ring) & ~problem.model.area.contains(ring)]
         costs = graph.onward(problem.model, ring).min(axis=1)
         around.evaluations += len(ring) * len(graph.places)
         rated = np.hypot(*(ring - here).T) + costs

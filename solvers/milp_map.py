@@ -13,6 +13,8 @@ from scipy.sparse import csgraph
 from cgla_graph._types import Bounds, FloatArray, IntArray, Point
 from cgla_graph.cost_model import CostModel
 from cgla_graph.risk import Threat
+from cgla_graph.solvers.corners import convex_corners
+from cgla_graph.solvers.directions import around_circle
 from cgla_graph.solvers.milp_model import MARGIN, KeepOut
 
 #: Sides of the polygon that stands for a threat.
@@ -38,6 +40,23 @@ class Obstacle:
 
     corners: FloatArray
     layers: FloatArray
+
+    def counts(self, low: FloatArray, high: FloatArray) -> bool:
+        """
+        Tell whether the program has to know it: it is hard, or a threat on the map that is no speck.
+
+        Into a threat as narrow as the program's tolerance it may go for nothing.
+
+        Parameters
+        ----------
+        low, high
+            Corners of the bounds, shape ``(2,)``, map units.
+        """
+        if not len(self.layers):
+            return True
+        least, most = self.corners.min(axis=0), self.corners.max(axis=0)
+        is_on_map = (most > low).all() and (least < high).all()
+        return bool(is_on_map and (most - least).min() > 2.0 * MARGIN * (high - low).min())
 
     def keep_out(self, origin: FloatArray, unit: float) -> KeepOut:
         """Return the half-planes beyond its sides, relative to a point, shape ``(2,)``, and in a unit of length."""
@@ -78,9 +97,8 @@ def threat_obstacle(threat: Threat, k: float) -> Obstacle | None:
     at = np.array(breaks)
     thick = -np.diff(at) * threat.spread
     prices = np.diff(highest * np.exp(-0.5 * at**2)) / thick
-    angles = 2.0 * math.pi * (np.arange(SIDES) + 0.5) / SIDES
     out = radius * threat.spread / math.cos(math.pi / SIDES)
-    corners = np.column_stack([threat.x + out * np.cos(angles), threat.y + out * np.sin(angles)])
+    corners = (threat.x, threat.y) + out * around_circle(SIDES, first=0.5)
     return Obstacle(corners, np.column_stack([thick, prices]))
 
 
@@ -178,8 +196,8 @@ def corner_graph(model: CostModel, bounds: Bounds, goal: Point) -> CornerGraph:
     margin = MARGIN * float((high - low).min())
     soft = [obstacle.corners for obstacle in obstacles_of(model) if len(obstacle.layers)]
     corners = np.vstack([*soft, _outer_corners(model, margin), np.empty((0, 2))])
-    inside = (corners >= low).all(axis=1) & (corners <= high).all(axis=1) & ~model.area.contains(corners)
-    corners = np.unique(corners[inside & (corners != goal).any(axis=1)], axis=0)
+    corners = corners[(corners >= low).all(axis=1) & (corners <= high).all(axis=1)]
+    corners = np.unique(corners[~model.area.contains(corners) & (corners != goal).any(axis=1)], axis=0)
     places = np.vstack([goal, corners])
     tails, heads = np.triu_indices(len(places), k=1)
     weights = weighed(model, places[tails], places[heads])
@@ -215,9 +233,4 @@ def _outer_corners(model: CostModel, margin: float) -> FloatArray:
     if model.area.is_empty:
         return np.empty((0, 2))
     wider = shapely.buffer(model.area.geometry, margin, join_style="mitre")
-    corners = []
-    for ring in shapely.get_rings(shapely.get_parts(shapely.orient_polygons(wider))):
-        points = shapely.get_coordinates(ring)[:-1]
-        back, ahead = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
-        corners.append(points[back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0] > 0.0])
-    return np.vstack(corners)
+    return convex_corners(wider)

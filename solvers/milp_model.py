@@ -8,12 +8,15 @@ from scipy import sparse
 from scipy.optimize import Bounds, LinearConstraint, milp
 
 from cgla_graph._types import FloatArray
+from cgla_graph.solvers.directions import around_circle
 
 #: Directions in which lengths are measured: the longest shadow of a step is its length, short by at most 2 %.
 FACETS = 16
 SHADOW = math.cos(math.pi / FACETS)
 #: Obstacles that are kept out of are kept out of by this much of the unit: more than the solver's own tolerance.
 MARGIN = 1e-5
+#: A program with more choices is not tried: the limit of nodes does not bound the time for the first of them.
+MOST_CHOICES = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +122,7 @@ def best_plan(horizon: Horizon, *, gap: float, nodes: int) -> Plan | None:
     Returns
     -------
     plan
-        None if the solver found none.
+        None if the solver found none, or there are more than 100 choices to make.
 
     Examples
     --------
@@ -160,6 +163,8 @@ class _Program:
 
     def solved(self, gap: float, nodes: int) -> Plan | None:
         horizon = self.horizon
+        if sum(self.whole) > MOST_CHOICES:
+            return None
         rows, columns, values = zip(*self.entries, strict=True)
         matrix = sparse.csr_array((values, (rows, columns)), shape=(len(self.right), len(self.costs)))
         answer = milp(
@@ -201,8 +206,7 @@ class _Program:
     def _measure(self) -> None:
         """Let legs be as long as they are, and no longer than they may."""
         horizon = self.horizon
-        angles = 2.0 * math.pi * np.arange(FACETS) / FACETS
-        directions = np.column_stack([np.cos(angles), np.sin(angles)]).tolist()
+        directions = around_circle(FACETS).tolist()
         for leg in range(horizon.legs):
             length = self._variable(1.0, 0.0, horizon.reach * SHADOW)
             for direction in directions:

@@ -8,8 +8,8 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import FloatArray
-from cgla_graph.solvers.base import Traits, positive_setting
-from cgla_graph.solvers.reactive import Memory, Reactive, Stuck, Surroundings, non_negative_setting
+from cgla_graph.solvers.base import Traits, non_negative_setting, positive_setting
+from cgla_graph.solvers.reactive import Memory, Reactive, Stuck, Surroundings
 
 #: Nearer to an area than this, relative to the reach of its repulsion, the repulsion grows no further.
 NEAREST = 1e-3

@@ -10,12 +10,12 @@ from scipy.sparse import csgraph
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import finite_number
 from cgla_graph.edges import CornerRule
-from cgla_graph.errors import ProblemError, SolverSettingError
+from cgla_graph.errors import SolverSettingError
 from cgla_graph.lattice import Lattice
 from cgla_graph.problem import Problem
 from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers import q_learning_kernels as kernels
-from cgla_graph.solvers.base import LARGEST_SEED, Traits, check_lattice, whole_setting
+from cgla_graph.solvers.base import LARGEST_SEED, Traits, check_lattice, settings_of, whole_setting
 from cgla_graph.solvers.value_iteration import DecisionProcess, Reward, decision_process, greedy
 
 NAME = "q-learning"
@@ -186,8 +186,7 @@ class QLearning:
         lattice = cast("Lattice", process.on.graph.lattice)
         episodes = EPISODES_A_POINT * lattice.n_points if self.episodes is None else self.episodes
         max_steps = STEPS_A_POINT * max(lattice.shape) if self.max_steps is None else self.max_steps
-        x_min, y_min, x_max, y_max = problem.bounds
-        unit = self.target_reward if self.reward == "goal_only" else min(x_max - x_min, y_max - y_min)
+        unit = self.target_reward if self.reward == "goal_only" else problem.shorter_side
         values = np.full(process.n_moves, self._first_value(process))
         done, updates, settled = kernels.train(
             process.first,
@@ -221,11 +220,8 @@ class QLearning:
 def _between(name: str, value: object, low: float, high: float) -> float:
     """Return a setting that must be a finite number in a range."""
     allowed = f"from {low:g} to {high:g}" if high < np.inf else f"of at least {low:g}"
-    try:
+    with settings_of(NAME):
         number = finite_number(name, value)
-    except ProblemError as error:
-        msg = f"{NAME}: {error}"
-        raise SolverSettingError(msg) from error
     if not low <= number <= high:
         msg = f"{NAME}: {name} is {number:g}; give a number {allowed}"
         raise SolverSettingError(msg)

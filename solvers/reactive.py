@@ -9,38 +9,17 @@ from typing import ClassVar, Generic, TypeVar
 import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, Point
-from cgla_graph._validate import non_negative_number
-from cgla_graph.errors import CglaError, ProblemError, SolverSettingError
+from cgla_graph.errors import CglaError
 from cgla_graph.problem import Problem
 from cgla_graph.solution import Solution, Status
 from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
+from cgla_graph.solvers.directions import bearing, unit_vectors
 from cgla_graph.steps import Move
 
 #: The paper's step: 0.4 units of a lattice of 20 points a side, over the shorter side of the map.
 STEP = 0.02
 #: A step longer than asked for by more than this, relative to it, is a mistake and no rounding.
 ROUNDING = 1e-9
-
-
-def non_negative_setting(solver: str, name: str, value: float) -> float:
-    """
-    Return a setting that must be a number of at least 0: a gain, which 0 turns off.
-
-    Raises
-    ------
-    SolverSettingError
-        If it is not.
-
-    Examples
-    --------
-    >>> non_negative_setting("bcv-style", "risk_aversion", 0)
-    0.0
-    """
-    try:
-        return non_negative_number(name, value)
-    except ProblemError as error:
-        msg = f"{solver}: {error}"
-        raise SolverSettingError(msg) from error
 
 
 class Stuck(CglaError):  # noqa: N818 - it is no error, but an answer
@@ -66,11 +45,15 @@ class Surroundings:
     step: float
     evaluations: int = field(default=0)
 
+    def __post_init__(self) -> None:
+        """Shorten a step that leads off the map from anywhere, to what geometry can hold."""
+        x_min, y_min, x_max, y_max = self.problem.bounds
+        self.step = min(self.step, 2.0 * math.hypot(x_max - x_min, y_max - y_min))
+
     @property
     def side(self) -> float:
         """The shorter side of the map, map units: what a planner's distances are relative to (the paper's is 1)."""
-        x_min, y_min, x_max, y_max = self.problem.bounds
-        return min(x_max - x_min, y_max - y_min)
+        return self.problem.shorter_side
 
     def to_goal(self, position: Point) -> float:
         """Return the distance to the goal, map units."""
@@ -78,8 +61,7 @@ class Surroundings:
 
     def goal_heading(self, position: Point) -> float:
         """Return the direction of the goal, radians counterclockwise from east."""
-        (x, y), (east, north) = position, self.problem.goal
-        return math.atan2(north - y, east - x)
+        return bearing(position, self.problem.goal)
 
     def risk(self, points: FloatArray) -> FloatArray:
         """Return the known ``F`` at points, shape ``(..., 2)`` to ``(...)``."""
@@ -89,7 +71,12 @@ class Surroundings:
 
     def ahead(self, position: Point, headings: FloatArray, distance: float) -> FloatArray:
         """Return the points at a distance in some directions, shape ``(n,)`` to ``(n, 2)``."""
-        return np.asarray(position) + distance * np.stack([np.cos(headings), np.sin(headings)], axis=-1)
+        return np.asarray(position) + distance * unit_vectors(headings)
+
+    def spot_ahead(self, position: Point, heading: float, distance: float) -> Point:
+        """Return the point at a distance in one direction."""
+        x, y = self.ahead(position, np.array([heading]), distance)[0].tolist()
+        return x, y
 
     def risk_on_rays(self, position: Point, headings: FloatArray, distance: float, samples: int = 10) -> FloatArray:
         """
@@ -112,15 +99,13 @@ class Surroundings:
             Shape ``(n, samples)``.
         """
         parts = np.arange(1, samples + 1) / samples
-        directions = np.stack([np.cos(headings), np.sin(headings)], axis=-1)
-        return self.risk(np.asarray(position) + distance * parts[None, :, None] * directions[:, None, :])
+        return self.risk(np.asarray(position) + distance * parts[None, :, None] * unit_vectors(headings)[:, None, :])
 
     def is_open(self, position: Point, points: FloatArray) -> BoolArray:
         """Tell for each point, shape ``(n, 2)``, whether it can be flown to straight: inside the bounds, past areas."""
-        x_min, y_min, x_max, y_max = self.problem.bounds
-        inside = (points >= (x_min, y_min)).all(axis=-1) & (points <= (x_max, y_max)).all(axis=-1)
-        starts = np.broadcast_to(np.asarray(position, dtype=np.float64), points.shape)
-        open_: BoolArray = inside & ~self.problem.model.area.crosses(np.ascontiguousarray(starts), points)
+        open_ = self.problem.in_bounds(points)
+        # only of those on the map: far-away threats suggest places beyond what geometry can hold
+        open_[open_] = ~self.problem.model.area.crosses(position, points[open_])
         return open_
 
 
@@ -251,6 +236,7 @@ class Reactive(ABC, Generic[M]):
             memory = replace(track.memory, position=around.problem.goal)
         else:
             memory = self.choose(around, track.memory)
+            memory = replace(memory, position=_rounded_back(here, memory.position, around.step))
         length = math.dist(here, memory.position)
         if length > around.step * (1.0 + ROUNDING):
             msg = f"its step is {length:g} long, longer than {around.step:g}"
@@ -260,3 +246,12 @@ class Reactive(ABC, Generic[M]):
             raise Stuck(msg)
         left = around.to_goal(memory.position)
         return _Track(memory, left) if left < track.least else _Track(memory, track.least, track.since + 1)
+
+
+def _rounded_back(here: Point, there: Point, step: float) -> Point:
+    """Take back what rounding adds to a step far from the origin, where coordinates are coarse."""
+    for _ in range(2):
+        if math.dist(here, there) <= step * (1.0 + ROUNDING):
+            break
+        there = math.nextafter(there[0], here[0]), math.nextafter(there[1], here[1])
+    return there

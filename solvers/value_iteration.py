@@ -316,8 +316,7 @@ def least_target_reward(
     if reward not in {"risk_aware", "node"}:
         msg = f"reward is {reward!r}; choose risk_aware or node (with goal_only, any target_reward above 0 is enough)"
         raise ProblemError(msg)
-    x_min, y_min, x_max, y_max = problem.bounds
-    side = min(x_max - x_min, y_max - y_min)
+    side = problem.shorter_side
     process = decision_process(problem.on_eight_connected(resolution, corner_rule=corner_rule), reward=reward)
 
     def is_enough(target_reward: float) -> bool:

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-import shapely
 from shapely.geometry import GeometryCollection, Polygon
 
 from cgla_graph._types import BoolArray, FloatArray, Point
@@ -14,6 +13,8 @@ from cgla_graph.problem import Problem
 from cgla_graph.risk import Threat
 from cgla_graph.solution import Solution, Status
 from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
+from cgla_graph.solvers.corners import convex_corners
+from cgla_graph.solvers.directions import around_circle
 
 #: The shares of `spreads` that are tried one after the other; 0 leaves the no-fly areas alone.
 SHARES = (1.0, 0.8, 0.6, 0.4, 0.2, 0.0)
@@ -21,7 +22,8 @@ SHARES = (1.0, 0.8, 0.6, 0.4, 0.2, 0.0)
 ASIDE = 1e-9
 #: Polygons smaller than this, relative to the map, are left out: rounding would tie their edges in knots.
 SMALLEST = 1e-9
-#: Corners that turn in by less than this, radians, count as turning out: one too many costs nothing.
+#: Corners that turn in by less than this, radians, count as turning out: rounding must not hide one that is nearly
+#: straight, and one too many costs nothing.
 STRAIGHT = 1e-12
 
 
@@ -97,26 +99,22 @@ class VisibilityGraph:
         return Solution(Status.NO_PATH, evaluations=tested, message="the no-fly areas seal the way")
 
     def _polygons(self, problem: Problem, spreads: float) -> list[Polygon]:
-        """Draw the threats as polygons about their discs; those that cover start or goal are smaller."""
-        x_min, y_min, x_max, y_max = problem.bounds
-        least = SMALLEST * min(x_max - x_min, y_max - y_min)
+        """Draw the threats on the map as polygons about their discs; those that cover start or goal are smaller."""
+        low, high = np.reshape(problem.bounds, (2, 2))
+        least = SMALLEST * problem.shorter_side
         sizes = [(threat, self._size(threat, spreads, problem)) for threat in problem.field.threats]
-        unit = _circle(self.corners, 0.0) / math.cos(math.pi / self.corners)
-        return [Polygon((threat.x, threat.y) + size * unit) for threat, size in sizes if size > least]
+        unit = around_circle(self.corners) / math.cos(math.pi / self.corners)
+        drawn = [(threat.x, threat.y) + size * unit for threat, size in sizes if size > least]
+        on_map = [around for around in drawn if (around.max(axis=0) > low).all() and (around.min(axis=0) < high).all()]
+        return [Polygon(around) for around in on_map]
 
     def _size(self, threat: Threat, spreads: float, problem: Problem) -> float:
         """Return the radius of the disc in a threat's polygon, small enough to leave start and goal outside."""
         # a polygon's edges face these directions; its size is how far they are out
-        facing = _circle(self.corners, 0.5)
+        facing = around_circle(self.corners, first=0.5)
         ends = np.subtract([problem.start, problem.goal], (threat.x, threat.y))
         room = float((ends @ facing.T).max(axis=1).min())
         return min(spreads * threat.spread, room * (1.0 - ASIDE))
-
-
-def _circle(count: int, offset: float) -> FloatArray:
-    """Return points evenly around the unit circle, the first one `offset` parts beyond east, shape ``(count, 2)``."""
-    angles = 2.0 * math.pi * (np.arange(count) + offset) / count
-    return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
 class _Search:
@@ -124,9 +122,9 @@ class _Search:
 
     def __init__(self, problem: Problem, threats: NoFlyArea) -> None:
         self.areas = [area for area in (problem.model.area, threats) if not area.is_empty]
-        x_min, y_min, x_max, y_max = problem.bounds
-        corners = np.vstack([np.empty((0, 2)), *(_convex_corners(area) for area in self.areas)])
-        usable = ((corners >= (x_min, y_min)) & (corners <= (x_max, y_max))).all(axis=1)
+        of_areas = [convex_corners(area.geometry, straight=STRAIGHT) for area in self.areas]
+        corners = np.vstack([np.empty((0, 2)), *of_areas])
+        usable = problem.in_bounds(corners)
         for area in self.areas:
             usable &= ~area.contains(corners)
         self.points = np.vstack([problem.start, problem.goal, corners[usable]])
@@ -167,18 +165,3 @@ class _Search:
         while nodes[-1] != 0:
             nodes.append(int(previous[nodes[-1]]))
         return self.points[nodes[::-1]]
-
-
-def _convex_corners(area: NoFlyArea) -> FloatArray:
-    """Return the corners of an area that a shortest path may bend in, shape ``(c, 2)``, by x and y."""
-    polygons = shapely.get_parts(shapely.orient_polygons(area.geometry))
-    corners = [np.empty((0, 2))]
-    for ring in shapely.get_rings(polygons):
-        around = shapely.get_coordinates(ring)
-        # no edge leads nowhere; a closed ring repeats its first point
-        around = around[1:][(np.diff(around, axis=0) != 0.0).any(axis=1)]
-        back, ahead = around - np.roll(around, 1, axis=0), np.roll(around, -1, axis=0) - around
-        # the area is on the left; rounding must not hide a corner that is nearly straight
-        turn = back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0]
-        corners.append(around[turn > -STRAIGHT * np.hypot(*back.T) * np.hypot(*ahead.T)])
-    return np.unique(np.vstack(corners), axis=0)

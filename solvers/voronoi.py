@@ -14,6 +14,7 @@ from cgla_graph._types import BoolArray, Bounds, FloatArray, IntArray
 from cgla_graph.problem import Problem
 from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
+from cgla_graph.solvers.directions import around_circle
 from cgla_graph.solvers.elastic import relaxed
 
 #: Points closer than this, relative to the map's diagonal, are one point.
@@ -93,8 +94,7 @@ class VoronoiRoadmap:
         """Search the diagram, then relax the path."""
         if not problem.field.is_probability:
             return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
-        x_min, y_min, x_max, y_max = problem.bounds
-        spacing, weighed = self.spacing * min(x_max - x_min, y_max - y_min), 0
+        spacing, weighed = self.spacing * problem.shorter_side, 0
         for _ in range(1 + FINER):
             sites = _sites(problem, spacing)
             if not len(sites):
@@ -162,8 +162,7 @@ def voronoi_edges(sites: FloatArray, bounds: Bounds) -> tuple[FloatArray, IntArr
     middle, half = (low + high) / 2.0, (high - low) / (2.0 * scale)
     scaled = (sites - middle) / scale
     _, first = np.unique(np.round(scaled / SAME), axis=0, return_index=True)
-    angles = 2.0 * math.pi * (np.arange(HELPERS) + 0.5) / HELPERS
-    helpers = HELPERS_AT * np.column_stack([np.cos(angles), np.sin(angles)])
+    helpers = HELPERS_AT * around_circle(HELPERS, first=0.5)
     diagram = Voronoi(np.vstack([scaled[np.sort(first)], helpers]))
     ridges = np.array(diagram.ridge_vertices)
     ridges = ridges[(ridges >= 0).all(axis=1)]

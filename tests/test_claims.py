@@ -201,6 +201,7 @@ def test_the_reports_show_every_claim_and_run_nothing_of_it(tmp_path: Path) -> N
     page, text = (tmp_path / "report.html").read_text(), (tmp_path / "report.md").read_text()
     assert "<script>" not in page
     assert page.count("&lt;script&gt;") >= 4
+    assert "<summary>evidence: 1 table, 1 note</summary>" in page
     for shown in (page, text):
         assert all(claim.id in shown for claim in CLAIMS)
         assert "cgla claims C30 --quick" in shown
@@ -222,7 +223,7 @@ def test_claims_are_parted_by_what_they_are_about() -> None:
         results = [step.result for step in check_claims(CLAIMS, store, workers=0) if step.result]
     results.sort(key=lambda result: result.claim.number)
     parted = sections(results)
-    assert [title for title, _ in parted] == ["The model", "The algorithm and its theorem", "One UAV"]
+    assert [title for title, _ in parted] == ["Model", "Algorithm", "One UAV"]
     assert report_html(results, [], Scale()).count("<article") == 3
     assert report_markdown(results, [], Scale()).count("### C") == 3
 

@@ -18,10 +18,11 @@ from cgla_graph.mission_file import load_mission
 from cgla_graph.random_map import random_scenario
 from cgla_graph.risk import ImproperFieldWarning, RiskField
 from cgla_graph.solution import Status
-from cgla_graph.solvers import fbcri_style
+from cgla_graph.solvers import fuzzy_steering
 from cgla_graph.solvers.cpvs_style import CpvsStyle
-from cgla_graph.solvers.fbcri_style import BASE, BLUR, MOST_WRITTEN, TABLE, TURN, FbcriStyle
+from cgla_graph.solvers.fbcri_style import FbcriStyle
 from cgla_graph.solvers.fuzzy import about
+from cgla_graph.solvers.fuzzy_steering import BASE, BLUR, MOST_WRITTEN, TABLE, TURN
 from cgla_graph.solvers.reactive import Surroundings
 from cgla_graph.uav import Uav
 from cgla_graph.world import World
@@ -106,7 +107,7 @@ def test_a_threat_straight_ahead_is_left_on_the_side_of_the_aim() -> None:
 # --- the feedback
 
 
-def facing(field: RiskField, **chosen: float) -> tuple[FbcriStyle, Surroundings, fbcri_style.FuzzyMemory]:
+def facing(field: RiskField, **chosen: float) -> tuple[FbcriStyle, Surroundings, fuzzy_steering.FuzzyMemory]:
     """Stand at (0.5, 0.5), facing a goal in the east."""
     solver = FbcriStyle(**chosen)  # type: ignore[arg-type] # floats only
     around = Surroundings(cg.Problem((0.5, 0.5), (0.9, 0.5), field), 0.02)
@@ -120,7 +121,7 @@ def test_feedback_writes_rules_that_turn_away_from_rising_risk() -> None:
     after = solver.choose(around, memory)
     blind = facing(field, tolerance=1e9)[0].choose(around, memory)
     assert blind.written == ()
-    assert 1 <= len(after.written) <= fbcri_style.CORRECTIONS
+    assert 1 <= len(after.written) <= fuzzy_steering.CORRECTIONS
     # in front of the threat the rules alone turn left; every written rule turns further to the right
     labels = [rule[3] for rule in after.written]
     assert labels == sorted(labels, reverse=True)
@@ -133,7 +134,7 @@ def test_feedback_writes_rules_that_turn_away_from_rising_risk() -> None:
 
 
 def test_a_written_rule_holds_by_half_and_only_about_its_inputs() -> None:
-    rules = fbcri_style._written_rules(((0.1, 20.0, -5.0, 4),))
+    rules = fuzzy_steering._written_rules(((0.1, 20.0, -5.0, 4),))
     assert rules.strengths(about([0.1, 20.0, -5.0], BLUR)).tolist() == [0.5]
     # the condition falls to 0 within 10 degrees, the input within 2: 9 apart they agree by 1 - 9 / 12
     assert rules.strengths(about([0.1, 29.0, -5.0], BLUR)).tolist() == pytest.approx([0.25])
@@ -147,7 +148,7 @@ def test_rules_are_written_once_and_the_oldest_are_forgotten() -> None:
     solver = FbcriStyle(tolerance=1e-3)
     around = Surroundings(problem, 0.02)
     memory, counts = solver.begin(around), []
-    seen: list[fbcri_style.Written] = []
+    seen: list[fuzzy_steering.Written] = []
     while around.to_goal(memory.position) > 0.06 and len(counts) < 60:
         memory = solver.choose(around, memory)
         counts.append(len(memory.written))
@@ -164,7 +165,7 @@ def test_after_losing_ground_for_long_it_turns_back_to_the_aim() -> None:
     around = Surroundings(problem, 0.02)
     solver = FbcriStyle()
     memory = replace(solver.begin(around), heading=0.0)
-    patient, losing = (solver.choose(around, replace(memory, losing=n)) for n in (0, fbcri_style.LOSING))
+    patient, losing = (solver.choose(around, replace(memory, losing=n)) for n in (0, fuzzy_steering.LOSING))
     assert patient.written == ()
     assert losing.written
 

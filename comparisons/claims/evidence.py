@@ -133,7 +133,7 @@ class Evidence:
 
         Examples
         --------
-        >>> Evidence().rng("C8").integers(100) == Evidence().rng("C8").integers(100)
+        >>> bool(Evidence().rng("C8").integers(100) == Evidence().rng("C8").integers(100))
         True
         """
         words = hashlib.sha256(purpose.encode()).digest()[:8]

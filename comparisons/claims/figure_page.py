@@ -28,7 +28,7 @@ from cgla_graph.scenario import Scenario
 #: What every figure on the map of Fig. 5 has to say.
 SELECTED = (
     "The map is ours but for its threat at (0.6, 0.5), as the paper does not print its own; it was selected to agree "
-    "with the paper, so that it does proves nothing."
+    "with the paper, so that it proves nothing."
 )
 #: Inches: a side of a map that stands beside one other, and beside two.
 WIDE, NARROW = 3.5, 2.75

@@ -183,7 +183,7 @@ def cochran(happened: FloatArray) -> float:
     Examples
     --------
     >>> round(cochran(np.array([[1, 0, 0], [1, 0, 0], [1, 1, 0], [1, 0, 0], [1, 0, 1]])), 4)
-    0.0224
+    0.0408
     """
     kept = np.asarray(happened, dtype=np.float64)
     kept = (kept[np.isfinite(kept).all(axis=1)] != 0.0).astype(np.float64)
@@ -240,7 +240,7 @@ def bootstrapped(values: ArrayLike, *, seed: int) -> Estimate:
         # nothing to draw from
         return Estimate(*[float(kept[0])] * 3)
     random = np.random.default_rng(seed)
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), np.errstate(invalid="ignore"):
         warnings.simplefilter("ignore", stats.DegenerateDataWarning)
         found = stats.bootstrap((kept,), np.median, method="BCa", n_resamples=2000, rng=random, vectorized=True)
     low, high = found.confidence_interval

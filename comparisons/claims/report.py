@@ -22,19 +22,19 @@ from cgla_graph.comparisons.files import make_folder, write_bytes, write_text
 
 #: What the claims are about, by the number of the first.
 SECTIONS = (
-    (1, "The model"),
-    (8, "The algorithm and its theorem"),
-    (20, "What it costs"),
-    (24, "Other methods, and directions"),
+    (1, "Model"),
+    (8, "Algorithm"),
+    (20, "Cost of planning"),
+    (24, "Other methods"),
     (28, "One UAV"),
     (39, "Several UAVs"),
-    (50, "Planners of the introduction, and the conclusion"),
+    (50, "Planners, conclusion"),
 )
 #: What a reader has to know, whichever way the report is read.
 ABOUT = (
     "Every path, whoever planned it, is weighed by one oracle: length plus k times the exact line integral of risk.",
     (
-        "The paper does not print its maps. The map called `paper` here was found by a seeded search for one on which "
+        "The paper does not print its maps. The one called paper here was found by a seeded search for a map on which "
         "some of its statements hold, so agreement on that map proves nothing; statistics are over random maps, which "
         "were not selected."
     ),
@@ -138,8 +138,8 @@ def _figure(one: Shown) -> dict[str, Any]:
 
 
 def _table_row(row: TableRow) -> list[Entry]:
-    """Return the entries of a row of a remade table, in the order of `HEADS`."""
-    return [row.label, row.quantity, row.paper, row.offline, row.online, row.comparable, row.why]
+    """Return the entries of a row of a remade table, in the order of `HEADS`; the paper's number as it is printed."""
+    return [row.label, row.quantity, f"{row.paper:.9g}", row.offline, row.online, row.comparable, row.why]
 
 
 def report_markdown(results: Sequence[Result], shown: Sequence[Shown], scale: Scale) -> str:
