@@ -182,7 +182,7 @@ def test_lattice_claim_tells_worlds_apart() -> None:
             record["frechet"] = 0.4
     half = CLAIMS["C46"].check(Evidence(samples={"resolution": Samples(halves)}))
     assert half.verdict is Verdict.NOT_SUPPORTED
-    assert [part.verdict.label for part in half.parts] == ["supported", "not supported", "proved"]
+    assert [part.verdict.label for part in half.parts] == ["supported", "not supported", "proved", "supported"]
     # at the border itself, a share above it is not shown
     border = [CLAIMS["C46"].check(lattice_world(seed, same=0.95)).verdict for seed in range(6)]
     assert set(border) == {Verdict.NOT_SUPPORTED}
@@ -210,6 +210,16 @@ def test_flights_that_do_not_arrive_have_not_evaded() -> None:
     ]
     finding = single_claims.check_c38(Evidence(samples={"pop-up": Samples(records)}))
     assert finding.parts[1].verdict is Verdict.NOT_SUPPORTED
+
+
+@pytest.mark.parametrize(("spread", "holds"), [(0.02, True), (0.05, False), (0.08, False)])
+def test_costs_on_several_lattices_are_equivalent_or_not(spread: float, *, holds: bool) -> None:
+    records = [
+        {**record, "spread": spread * float(np.random.default_rng(int(record["map"])).uniform(0.5, 1.5))}
+        for record in lattice_world(1, same=1.0).samples["resolution"].records
+    ]
+    part = CLAIMS["C46"].check(Evidence(samples={"resolution": Samples(records)})).parts[3]
+    assert (part.verdict is Verdict.SUPPORTED) is holds
 
 
 def bcv_world(seed: int, ratio: float) -> Evidence:
