@@ -42,8 +42,12 @@ def drawn_sites(seed: int, count: int, bounds: Bounds) -> FloatArray:
     return np.vstack([sites, sites[: count // 3]])
 
 
+#: Without numbers of the size 1e-308, on which the reference of the next test breaks, not the planner.
+plain_boxes = boxes().map(lambda bounds: tuple(round(number, 9) for number in bounds))
+
+
 @usual
-@given(seeds, st.integers(1, 30), boxes())
+@given(seeds, st.integers(1, 30), plain_boxes)
 def test_edges_are_as_far_from_two_sites_and_none_is_nearer(seed: int, count: int, bounds: Bounds) -> None:
     """And there are as many of them, in length, as between the cells that shapely cuts; the border is one ring."""
     sites = drawn_sites(seed, count, bounds)
