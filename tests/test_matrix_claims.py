@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from cgla_graph.cgla_matrix import CostMatrix, cost_matrix
-from cgla_graph.comparisons.claims import counterexamples, matrix_claims
+from cgla_graph.comparisons.claims import counterexamples, matrix_claims, path_checks, pivot_checks
 from cgla_graph.comparisons.claims.claim import Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
+from cgla_graph.comparisons.claims.random_graphs import eq_9
 
 QUICK = Evidence(Scale(quick=True))
 CHECKS = {claim.id: claim.check for claim in matrix_claims.CLAIMS}
@@ -76,7 +77,8 @@ def _changed(change: Callable[[CostMatrix], Any]) -> Callable[..., CostMatrix]:
 def test_a_broken_matrix_has_no_verdict(
     claim: str, change: Callable[[CostMatrix], Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(matrix_claims, "cost_matrix", _changed(change))
+    for module in (matrix_claims, pivot_checks, path_checks):
+        monkeypatch.setattr(module, "cost_matrix", _changed(change))
     with pytest.raises(AssertionError):
         CHECKS[claim](QUICK)
 
@@ -91,16 +93,16 @@ def test_graphs_that_show_nothing_are_noticed(monkeypatch: pytest.MonkeyPatch) -
 
 def test_the_middle_of_three_paths_is_best_for_no_weight(monkeypatch: pytest.MonkeyPatch) -> None:
     document = counterexamples.document("unsupported-pair.json")
-    assert matrix_claims._unsupported_is_missed()
+    assert path_checks._unsupported_is_missed()
     # with less risk on it, some weight asks for it
     document["risk"][0][2] = document["risk"][2][4] = 0.05
     monkeypatch.setattr(counterexamples, "document", lambda _: document)
-    assert not matrix_claims._unsupported_is_missed()
+    assert not path_checks._unsupported_is_missed()
 
 
 def test_eq_9_is_the_least_of_old_and_new() -> None:
     weights = np.array([[0.0, 1.0, 9.0], [1.0, 0.0, 1.0], [9.0, 1.0, 0.0]])
-    assert [values.tolist() for values in matrix_claims._eq9(weights, 2, [2, 1])] == [
+    assert [values.tolist() for values in eq_9(weights, 2, [2, 1])] == [
         [np.inf, np.inf, 0.0],
         [9.0, 1.0, 0.0],
         [2.0, 1.0, 0.0],

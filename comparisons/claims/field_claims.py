@@ -90,9 +90,8 @@ def check_c1(evidence: Evidence) -> Finding:
     ]
     return Finding(
         Verdict.REFUTED,
-        f"As Eq. 1 is printed, F is no probability: between two threats of sigma = 0.05 it is {middle:.1f}. It is "
-        "one if "
-        "and only if no single f exceeds 1, as in the reading that the toolkit takes (peak 1).",
+        f"As Eq. 1 is printed, F is no probability: between two threats of sigma = 0.05 it is {middle:.1f}. It is one "
+        "if and only if no single f exceeds 1, as in the reading that the toolkit takes (peak 1).",
         tuple(parts),
         (
             Table(
@@ -103,10 +102,9 @@ def check_c1(evidence: Evidence) -> Finding:
         ),
         (
             (
-                "If every f_i is in [0, 1], then so is every 1 - f_i, their product, and F. If one f exceeds 1, "
-                "a field of "
-                "that threat alone has F = f > 1. The printed peak 1 / (sqrt(2 pi) sigma) exceeds 1 for sigma "
-                "below 0.399."
+                "If every f_i is in [0, 1], then so is every 1 - f_i, their product, and F. If one f exceeds 1, a "
+                "field of that threat alone has F = f > 1. The printed peak 1 / (sqrt(2 pi) sigma) exceeds 1 for "
+                "sigma below 0.399."
             ),
         ),
         counterexample="printed-peaks.toml",
@@ -130,8 +128,7 @@ def check_c2(evidence: Evidence) -> Finding:
     return Finding(
         Verdict.REFUTED,
         f"As Eq. 1 is printed, a second threat can lower F: from {alone:.2f} to {both:.2f} between two threats of "
-        "sigma "
-        "= 0.05. With peaks of at most 1 it never does.",
+        "sigma = 0.05. With peaks of at most 1 it never does.",
         (
             Part(
                 "peaks at most 1",
@@ -155,15 +152,13 @@ def check_c3(_: Evidence) -> Finding:
     require(at_one < 0.0 and weight < 0.0, "the stored map does not show risk below 0")
     return Finding(
         Verdict.REFUTED,
-        f"Two areas of value 1000 near each other make F = {at_one:.3g} at the centre of one and {between:.3g} "
-        "between them, "
-        f"and a segment of length 0.08 between them weighs {weight:.3g}: a path would seek them. A single one "
+        f"Two areas of value 1000 near each other make F = {at_one:.3g} at the centre of one and {between:.3g} between "
+        f"them, and a segment of length 0.08 between them weighs {weight:.3g}: a path would seek them. A single one "
         "leaves [0, 1] as well.",
         notes=(
             (
-                "It contradicts C1: Eq. 2 is a probability only of values up to 1. The toolkit keeps no-fly "
-                "areas apart: a "
-                "segment that crosses one has infinite weight."
+                "It contradicts C1: Eq. 2 is a probability only of values up to 1. The toolkit keeps no-fly areas "
+                "apart: a segment that crosses one has infinite weight."
             ),
         ),
         counterexample="very-large-value.toml",
@@ -220,10 +215,9 @@ def check_c5(evidence: Evidence) -> Finding:
     require(weight < 0.0, "the stored map does not show a weight below 0")
     return Finding(
         Verdict.REFUTED,
-        f"As Eq. 1 is printed, weights can be negative: {weight:.3g} for a segment of length 0.16 on the stored "
-        "map, and "
-        f"{np.mean(negative):.0%} of all pairs on {count} random maps of ten threats. With K >= 0 and peaks up to 1, "
-        "A(p, r) is at least the length, and A(p, p) = 0.",
+        f"As Eq. 1 is printed, weights can be negative: {weight:.3g} for a segment of length 0.16 on the stored map, "
+        f"and {np.mean(negative):.0%} of all pairs on {count} random maps of ten threats. With K >= 0 and peaks up to "
+        "1, A(p, r) is at least the length, and A(p, p) = 0.",
         (
             Part("K >= 0, peaks at most 1, p != r", Verdict.PROVED, f"all pairs of {count} random maps"),
             Part(
@@ -258,10 +252,9 @@ def check_c6(evidence: Evidence) -> Finding:
     require(worst == 0.0, f"exact weights differ by {worst} there and back")
     return Finding(
         Verdict.PROVED,
-        f"With exact integrals A is symmetric (the same float both ways, {300 * count} random segments). A sum "
-        "over one end of each "
-        f"of 50 parts, as the authors' followers take it, is not: |A - A'| / K is {np.mean(mean):.2g} on average, "
-        f"at most {greatest:.2g}.",
+        f"With exact integrals A is symmetric (the same float both ways, {300 * count} random segments). A sum over "
+        f"one end of each of 50 parts, as the authors' followers take it, is not: |A - A'| / K is {np.mean(mean):.2g} "
+        f"on average, at most {greatest:.2g}.",
         (
             Part("exact line integral", Verdict.PROVED, f"{300 * count} segments, difference 0"),
             Part(
@@ -295,10 +288,9 @@ def check_c7(evidence: Evidence) -> Finding:
     require(strict > 0, "no segment shows that the maximum of integrals does not add up")
     return Finding(
         Verdict.PROVED,
-        "For one UAV, and for the union of what all know, the parts of a segment add up to it (within "
-        f"{worst:.1g}). Eq. 5's "
-        f"maximum over UAVs is only subadditive: parts cost more than the whole on {strict / (100 * count):.1%} "
-        "of random segments.",
+        f"For one UAV, and for the union of what all know, the parts of a segment add up to it (within {worst:.1g}). "
+        "Eq. 5's maximum over UAVs is only subadditive: parts cost more than the whole on "
+        f"{strict / (100 * count):.1%} of random segments.",
         (
             Part("one UAV, or the union of the threats", Verdict.PROVED, f"{100 * count} segments, within {worst:.1g}"),
             Part(
@@ -355,10 +347,9 @@ def check_c26(evidence: Evidence) -> Finding:
         excess.append(eight / free - 1.0)
     return Finding(
         Verdict.PROVED,
-        "A segment is at most as long as its path of eight directions, which is at most 1.0824 times as long (1 "
-        "/ cos(pi / 8)); and no path of "
-        f"eight directions is cheaper than the best one of all: it is {np.mean(excess):.1%} dearer on average, "
-        f"{max(excess):.1%} at most, on {count} random maps.",
+        "A segment is at most as long as its path of eight directions, which is at most 1.0824 times as long (1 / "
+        "cos(pi / 8)); and no path of eight directions is cheaper than the best one of all: it is "
+        f"{np.mean(excess):.1%} dearer on average, {max(excess):.1%} at most, on {count} random maps.",
         notes=(
             (
                 "|v| <= max + (sqrt 2 - 1) min of |dx| and |dy| <= |v| / cos(pi / 8): the triangle inequality, and "
@@ -373,9 +364,8 @@ def check_c27(_: Evidence) -> Finding:
     """C27: risk evaluation is introduced for the first time."""
     return Finding(
         Verdict.NOT_TESTABLE,
-        "What came first is a question to the literature. Probabilistic risk was used for planning before: Kim, "
-        "Gu and Postlethwaite "
-        "(2008, from work of 2006), and Bortoff (2000) trades stealth for length.",
+        "What came first is a question to the literature. Probabilistic risk was used for planning before: Kim, Gu "
+        "and Postlethwaite (2008, from work of 2006), and Bortoff (2000) trades stealth for length.",
     )
 
 
@@ -435,8 +425,8 @@ CLAIMS = (
         "Section 3.2, Eq. 5 (implied)",
         "The weights of the parts of a segment add up to that of the segment.",
         (
-            "A(p, r) = A(p, q) + A(q, r) for q between p and r; for the union of threats and for Eq. 5's maximum "
-            "over UAVs."
+            "A(p, r) = A(p, q) + A(q, r) for q between p and r; for the union of threats and for Eq. 5's maximum over "
+            "UAVs."
         ),
         Kind.PROPERTY,
         check_c7,

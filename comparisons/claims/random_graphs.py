@@ -1,0 +1,64 @@
+"""Random graphs for checks of the cost matrix, its least costs by scipy, and Eq. 9 to the letter."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csgraph
+
+from cgla_graph._types import FloatArray
+from cgla_graph.graph import GeometricGraph
+from cgla_graph.random_map import random_scenario
+from cgla_graph.risk import RiskField
+
+#: Values of two algorithms that add the same weights in another order differ by no more than this, relative to them.
+SAME = 1e-12
+
+
+def random_graph(rng: np.random.Generator, most: int = 25) -> GeometricGraph:
+    """Draw a graph: any positive weights, directed, some edges missing; or points in the plane under Eq. 5."""
+    n = int(rng.integers(2, most))
+    if rng.random() < 0.5:  # noqa: PLR2004 - half of each kind
+        weights = rng.random((n, n)) + 1e-6
+        weights[rng.random((n, n)) < rng.random() * 0.6] = np.inf
+        return GeometricGraph.from_matrix(weights)
+    return GeometricGraph.complete(rng.random((n, 2)), random_field(rng), k=float(rng.uniform(0.0, 100.0)))
+
+
+def random_field(rng: np.random.Generator) -> RiskField:
+    """Draw a field of ten threats, as the harness has them."""
+    return random_scenario(int(rng.integers(2**31))).problem.field
+
+
+def least_costs(graph: GeometricGraph, target: int) -> FloatArray:
+    """Return G by scipy's Dijkstra."""
+    weights = graph.weight_matrix().copy()
+    np.fill_diagonal(weights, 0.0)
+    # rows of ours lead to the target, scipy's lead away from it
+    edges = csgraph.csgraph_from_dense(weights.T, null_value=np.inf)
+    # the stubs of scipy know no sparse arrays here
+    search: Any = csgraph.dijkstra
+    found: FloatArray = search(edges, indices=target)
+    return found
+
+
+def are_close(values: FloatArray, others: FloatArray) -> bool:
+    """Tell whether values are the same but for rounding; infinity is the same as infinity only."""
+    return bool(np.allclose(values, others, rtol=SAME, atol=0.0, equal_nan=False))
+
+
+def eq_9(weights: FloatArray, target: int, pivots: Iterator[int] | list[int]) -> Iterator[FloatArray]:
+    """Yield G before the first and after each use of Eq. 9, to the letter."""
+    values = np.full(len(weights), np.inf)
+    values[target] = 0.0
+    yield values.copy()
+    for r in pivots:
+        values = np.minimum(values, weights[:, r] + values[r])
+        yield values.copy()
+
+
+def zero_diagonal(graph: GeometricGraph) -> FloatArray:
+    """Return the weights of a graph, shape ``(n, n)``, with A(p, p) = 0."""
+    weights = graph.weight_matrix().copy()
+    np.fill_diagonal(weights, 0.0)
+    return weights
