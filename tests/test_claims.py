@@ -8,8 +8,17 @@ from types import MappingProxyType
 import pytest
 
 from cgla_graph.comparisons.claims import catalogue, command, exhibiting
-from cgla_graph.comparisons.claims.checking import check_claims, count_steps, finding_document, finding_from
-from cgla_graph.comparisons.claims.claim import Claim, Finding, Kind, Part, Table, Verdict
+from cgla_graph.comparisons.claims.checking import check_claims, count_steps
+from cgla_graph.comparisons.claims.claim import (
+    Claim,
+    Finding,
+    Kind,
+    Part,
+    Table,
+    Verdict,
+    finding_document,
+    finding_from,
+)
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.exhibit import Comparison, Exhibit, Picture, TableRow
 from cgla_graph.comparisons.claims.experiment import Experiment, Record

@@ -1,6 +1,5 @@
 """The study of claims: experiments are made on maps, then claims are checked on what they measured."""
 
-import dataclasses
 import time
 from collections import deque
 from collections.abc import Generator, Iterable, Mapping, Sequence
@@ -9,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cgla_graph.comparisons.claims import catalogue
-from cgla_graph.comparisons.claims.claim import Claim, Finding, Part, Table, Verdict
+from cgla_graph.comparisons.claims.claim import Claim, Finding, Verdict, finding_document, finding_from
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.store import Measured, Store
@@ -195,42 +194,3 @@ def _check(claim: str, evidence: Evidence, limits: Limits) -> dict[str, Any]:
     with limited(limits.seconds, limits.megabytes):
         finding = catalogue.claims()[claim].check(evidence)
     return finding_document(finding) | {"seconds": time.perf_counter() - began}
-
-
-def finding_document(finding: Finding) -> dict[str, Any]:
-    """
-    Turn a finding into what JSON can hold.
-
-    Examples
-    --------
-    >>> finding_from(finding_document(Finding(Verdict.PROVED, "as above"))).result
-    'as above'
-    """
-    document = dataclasses.asdict(finding)
-    document["verdict"] = finding.verdict.name
-    document["parts"] = [{**dataclasses.asdict(part), "verdict": part.verdict.name} for part in finding.parts]
-    for table in document["tables"]:
-        table["rows"] = [[_entry(entry) for entry in row] for row in table["rows"]]
-    return document
-
-
-def _entry(entry: Any) -> Any:  # noqa: ANN401 - any entry of a table
-    entry = entry.item() if hasattr(entry, "item") else entry
-    if isinstance(entry, float) and not (abs(entry) < float("inf")):
-        return {float("inf"): "∞", float("-inf"): "-∞"}.get(entry)
-    return entry
-
-
-def finding_from(document: Mapping[str, Any]) -> Finding:
-    """Make a finding of a document again."""
-    return Finding(
-        verdict=Verdict[document["verdict"]],
-        result=document["result"],
-        parts=tuple(Part(one["statement"], Verdict[one["verdict"]], one["result"]) for one in document["parts"]),
-        tables=tuple(
-            Table(one["title"], tuple(one["columns"]), tuple(tuple(row) for row in one["rows"]), one["note"])
-            for one in document["tables"]
-        ),
-        notes=tuple(document["notes"]),
-        counterexample=document["counterexample"],
-    )

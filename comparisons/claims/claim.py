@@ -1,9 +1,10 @@
 """A claim of the paper as data, and what its check finds."""
 
-from collections.abc import Callable, Sequence
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from cgla_graph.comparisons.claims.evidence import Evidence
 
@@ -179,3 +180,42 @@ class Claim:
         7
         """
         return int(self.id[1:])
+
+
+def finding_document(finding: Finding) -> dict[str, Any]:
+    """
+    Turn a finding into what JSON can hold.
+
+    Examples
+    --------
+    >>> finding_from(finding_document(Finding(Verdict.PROVED, "as above"))).result
+    'as above'
+    """
+    document = dataclasses.asdict(finding)
+    document["verdict"] = finding.verdict.name
+    document["parts"] = [{**dataclasses.asdict(part), "verdict": part.verdict.name} for part in finding.parts]
+    for table in document["tables"]:
+        table["rows"] = [[_entry(entry) for entry in row] for row in table["rows"]]
+    return document
+
+
+def _entry(entry: Any) -> Any:  # noqa: ANN401 - any entry of a table
+    entry = entry.item() if hasattr(entry, "item") else entry
+    if isinstance(entry, float) and not (abs(entry) < float("inf")):
+        return {float("inf"): "∞", float("-inf"): "-∞"}.get(entry)
+    return entry
+
+
+def finding_from(document: Mapping[str, Any]) -> Finding:
+    """Make a finding of a document again."""
+    return Finding(
+        verdict=Verdict[document["verdict"]],
+        result=document["result"],
+        parts=tuple(Part(one["statement"], Verdict[one["verdict"]], one["result"]) for one in document["parts"]),
+        tables=tuple(
+            Table(one["title"], tuple(one["columns"]), tuple(tuple(row) for row in one["rows"]), one["note"])
+            for one in document["tables"]
+        ),
+        notes=tuple(document["notes"]),
+        counterexample=document["counterexample"],
+    )

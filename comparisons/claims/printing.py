@@ -9,8 +9,8 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 from cgla_graph.comparisons import terminal
-from cgla_graph.comparisons.claims.checking import Result, finding_document
-from cgla_graph.comparisons.claims.claim import Table, Verdict
+from cgla_graph.comparisons.claims.checking import Result
+from cgla_graph.comparisons.claims.claim import Table, Verdict, finding_document
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.texts import counted, is_number, rerun, sampled, scale_words, written
 
