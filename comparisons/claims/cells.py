@@ -137,11 +137,19 @@ def tally(contrasts: Sequence[Contrast]) -> str:
         return words
     shifts = [one.shift.shift.median for one in contrasts]
     effects = [one.shift.effect for one in contrasts]
-    return f"{words} ({_span(shifts)}; rank-biserial effect {_span(effects)})"
+    return f"{words} ({span(shifts)}; rank-biserial effect {span(effects)})"
 
 
-def _span(values: Sequence[float]) -> str:
-    low, high = f"{min(values):.3g}", f"{max(values):.3g}"
+def span(values: Sequence[float], form: str = ".3g") -> str:
+    """
+    Write between which values several lie; one, where they are all written alike.
+
+    Examples
+    --------
+    >>> span([0.1, 0.25]), span([0.5, 0.5], ".0%")
+    ('0.1 to 0.25', '50%')
+    """
+    low, high = format(min(values), form), format(max(values), form)
     return low if low == high else f"{low} to {high}"
 
 

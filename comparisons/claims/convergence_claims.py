@@ -14,7 +14,7 @@ import numpy as np
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.cgla_matrix import cost_matrix
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.cells import cell_name
+from cgla_graph.comparisons.claims.cells import cell_name, span
 from cgla_graph.comparisons.claims.claim import Claim, Finding, Kind, Part, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import Proportion, proportion
@@ -219,7 +219,7 @@ def check_c18(evidence: Evidence) -> Finding:
     tick, previous = _turns_back(free, bound)
     found = _how_often_different(evidence.samples["exclusion"])
     shares = {name: [one.rate for exclude, _, one in found if exclude == name] for name in EXCLUSIONS}
-    rates = "; ".join(f"{name} excluded: {min(of):.3g} to {max(of):.3g} of flights" for name, of in shares.items())
+    rates = "; ".join(f"{name} excluded: {span(of)} of flights" for name, of in shares.items())
     table = Table(
         "Flights that differ from those without exclusion",
         ("excluded", "cell", "differ", "maps", "share", "95 % from", "to"),

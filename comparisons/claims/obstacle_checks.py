@@ -9,7 +9,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.cells import ALPHA, CELLS, RateContrast, cell_name, rate_contrasts, rate_table
+from cgla_graph.comparisons.claims.cells import ALPHA, CELLS, RateContrast, cell_name, rate_contrasts, rate_table, span
 from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import cochran, paired_shift, proportion
@@ -52,7 +52,7 @@ def _collide(flight: Flight) -> bool:
 def _held(contrasts: list[RateContrast]) -> str:
     first, second = ([getattr(one, which) for one in contrasts] for which in ("first", "second"))
     return (
-        f"{min(first):.3g} to {max(first):.3g} against {min(second):.3g} to {max(second):.3g} of flights collide; "
+        f"{span(first)} against {span(second)} of flights collide; "
         f"shown in {sum(one.holds for one in contrasts)} of {len(contrasts)} cells"
     )
 

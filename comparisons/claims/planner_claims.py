@@ -26,6 +26,7 @@ from cgla_graph.comparisons.claims.cells import (
     finite,
     rate_contrasts,
     rate_table,
+    span,
     tally,
 )
 from cgla_graph.comparisons.claims.claim import Claim, Finding, Kind, Part, Table, Verdict
@@ -79,8 +80,7 @@ def check_c33(evidence: Evidence) -> Finding:
 
 def _rates(rates: Sequence[RateContrast], *, first: bool) -> str:
     values = [one.first if first else one.second for one in rates]
-    low, high = f"{min(values):.1%}", f"{max(values):.1%}"
-    return low if low == high else f"{low} to {high}"
+    return span(values, ".1%")
 
 
 def check_c34(evidence: Evidence) -> Finding:

@@ -11,6 +11,7 @@ from cgla_graph.comparisons.claims.cells import (
     all_hold,
     contrast,
     contrast_table,
+    span,
     tally,
 )
 from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict
@@ -49,7 +50,7 @@ def effects_of_sharing(samples: Samples, measure: str) -> list[Contrast]:
 
 def _saves(contrasts: Sequence[Contrast]) -> str:
     saved = [100.0 - 100.0 / one.shift.shift.median for one in contrasts]
-    return f"{min(saved):.2g} to {max(saved):.2g} %"
+    return f"{span(saved, '.2g')} %"
 
 
 def _sharing_hurts() -> dict[str, float]:
@@ -242,7 +243,7 @@ def check_c51(evidence: Evidence) -> Finding:
     rates = _both_better(samples)
     return Finding(
         supported(shown),
-        f"Shorter with less risk at once on {min(rates):.3g} to {max(rates):.3g} of random maps (which sharing does on "
+        f"Shorter with less risk at once on {span(rates)} of random maps (which sharing does on "
         f"average: {'shown' if shown else 'not shown'} in every cell, C42); the time is polynomial, which is proved.",
         parts=(
             Part(
