@@ -77,7 +77,8 @@ def write_report(folder: Path, results: Sequence[Result], shown: Sequence[Shown]
         for name, picture in pictures:
             write_bytes(folder / "figures" / f"{name}.png", picture.png)
             write_bytes(folder / "figures" / f"{name}.svg", picture.svg)
-    stored = sorted({result.finding.counterexample for result in results} - {""})
+    # those that a finding names anywhere
+    stored = [name for name in counterexamples.names() if name in document]
     if stored:
         files.append(make_folder(folder / "counterexamples"))
         for name in stored:
