@@ -24,7 +24,7 @@ check: lint test
 	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(BIN)/python -m pytest \
 		--numprocesses 2 --quiet tests/test_risk.py tests/test_no_fly.py tests/test_graph.py tests/test_cgla_matrix.py \
 		tests/test_spline_mesh.py tests/test_eikonal_kernels.py tests/test_certificate_kernels.py \
-		tests/test_repair.py tests/test_fusion.py tests/test_raster.py tests/test_q_learning.py tests/test_trajectory.py tests/test_space_time.py
+		tests/test_repair.py tests/test_fusion.py tests/test_trajectory.py tests/test_space_time.py
 
 bench: $(INSTALLED)
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-columns=min,median,rounds -s

@@ -14,6 +14,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from enum import Enum
 from importlib import import_module
+from multiprocessing import connection
 from typing import Any, NamedTuple
 
 from pebble import ProcessExpired, ProcessPool
@@ -207,6 +208,23 @@ class Slot:
 
 class _Worker(_CONTEXT.Process):  # type: ignore[name-defined, misc]
     """A worker process, seen from its parent."""
+
+    def start(self) -> None:
+        """Start it, and let its end be read by one thread only: a second reader finds nothing, and makes it 255."""
+        super().start()
+        popen: Any = self._popen
+        if _METHOD != "forkserver":
+            return
+        read, reading = popen.poll, threading.Lock()
+
+        def poll(flag: int = os.WNOHANG) -> int | None:
+            if flag != os.WNOHANG:
+                connection.wait([popen.sentinel])
+            with reading:
+                code: int | None = read(os.WNOHANG)
+            return code
+
+        popen.poll = poll
 
     @property
     def exitcode(self) -> int | None:
