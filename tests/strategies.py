@@ -192,6 +192,19 @@ def off_lattice_points(max_size: int = 3) -> st.SearchStrategy[list[Point]]:
 costs = st.integers(1, 5).map(float) | st.floats(1e-3, 1e3).map(lambda cost: float(f"{cost:.6g}")) | st.just(math.inf)
 
 
+def scaled(problem: Problem, scale: float) -> Problem:
+    """Make a map of the unit square larger or smaller, without rounding by powers of two."""
+    threats = [Threat(scale * t.x, scale * t.y, scale * t.spread, t.peak) for t in problem.field.threats]
+    return Problem(
+        (scale * problem.start[0], scale * problem.start[1]),
+        (scale * problem.goal[0], scale * problem.goal[1]),
+        RiskField(threats),
+        k=problem.k,
+        bounds=(0, 0, scale, scale),
+        no_fly=shapely.transform(problem.model.area.geometry, lambda corners: scale * corners),
+    )
+
+
 @st.composite
 def plane_problems(draw: st.DrawFn, *, max_threats: int = 4, areas: bool = True) -> Problem:
     """Draw maps in the plane: the unit square, some threats, and up to two boxes that leave start and goal free."""

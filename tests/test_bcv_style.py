@@ -9,7 +9,7 @@ import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import plane_problems, slow, usual
+from strategies import plane_problems, scaled, slow, usual
 
 import cgla_graph as cg
 from cgla_graph._types import Point
@@ -168,16 +168,7 @@ def test_aversion_to_risk_lowers_the_risk() -> None:
 def test_the_path_scales_with_the_map(problem: cg.Problem, power: int) -> None:
     """Powers of two scale without rounding, so that nothing may differ at all."""
     scale = 2.0**power
-    threats = [cg.Threat(scale * t.x, scale * t.y, scale * t.spread, t.peak) for t in problem.field.threats]
-    scaled = cg.Problem(
-        (scale * problem.start[0], scale * problem.start[1]),
-        (scale * problem.goal[0], scale * problem.goal[1]),
-        cg.RiskField(threats),
-        k=problem.k,
-        bounds=(0, 0, scale, scale),
-        no_fly=shapely.transform(problem.model.area.geometry, lambda corners: scale * corners),
-    )
-    one, other = (BcvStyle(max_steps=300).solve(it) for it in (problem, scaled))
+    one, other = (BcvStyle(max_steps=300).solve(it) for it in (problem, scaled(problem, scale)))
     assert one.status is other.status
     assert np.array_equal(scale * one.path, other.path)
 

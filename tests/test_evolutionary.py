@@ -9,7 +9,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
-from strategies import fields, points, seeds, slow, usual
+from strategies import fields, points, scaled, seeds, slow, usual
 
 import cgla_graph as cg
 from cgla_graph.errors import SolverSettingError
@@ -105,10 +105,7 @@ def test_answers_stand_up_to_the_oracle(seed: int, areas: int) -> None:
 @pytest.mark.parametrize("scale", [0.25, 1024.0])
 def test_a_map_of_another_size_has_the_same_path(scale: float) -> None:
     problem = random_scenario(3, threats=3).problem
-    threats = [cg.Threat(scale * t.x, scale * t.y, scale * t.spread, t.peak) for t in problem.field.threats]
-    ends = tuple(scale * x for x in problem.start), tuple(scale * x for x in problem.goal)
-    other = cg.Problem(ends[0], ends[1], cg.RiskField(threats), problem.k, (0.0, 0.0, scale, scale))
-    paths = [Evolutionary(**QUICK).solve(one).path for one in (problem, other)]
+    paths = [Evolutionary(**QUICK).solve(one).path for one in (problem, scaled(problem, scale))]
     assert np.allclose(paths[1] / scale, paths[0])
 
 

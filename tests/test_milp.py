@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 from hypothesis import given, settings
-from strategies import polygons, seeds, slow
+from strategies import polygons, scaled, seeds, slow
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
@@ -133,14 +133,6 @@ def test_paths_stand_up_to_the_oracle(seed: int) -> None:
         return
     assert problem.evaluate(answer.path).feasible
     assert (np.hypot(*np.diff(answer.path, axis=0).T) <= 0.02 * (1.0 + 1e-9)).all()
-
-
-def scaled(problem: cg.Problem, scale: float) -> cg.Problem:
-    threats = [cg.Threat(scale * t.x, scale * t.y, scale * t.spread, t.peak) for t in problem.field.threats]
-    (x, y), (east, north) = problem.start, problem.goal
-    bounds = (0.0, 0.0, scale, scale)
-    ends = (scale * x, scale * y), (scale * east, scale * north)
-    return cg.Problem(*ends, cg.RiskField(threats), problem.k, bounds)
 
 
 @pytest.mark.parametrize("scale", [0.25, 1024.0])

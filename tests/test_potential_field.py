@@ -9,7 +9,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
-from strategies import plane_problems, points, slow, usual
+from strategies import plane_problems, points, scaled, slow, usual
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
@@ -131,16 +131,7 @@ def test_it_slides_along_the_bounds() -> None:
 def test_the_path_scales_with_the_map(problem: cg.Problem, power: int) -> None:
     """Powers of two scale without rounding, so that nothing may differ at all."""
     scale = 2.0**power
-    threats = [cg.Threat(scale * t.x, scale * t.y, scale * t.spread, t.peak) for t in problem.field.threats]
-    scaled = cg.Problem(
-        (scale * problem.start[0], scale * problem.start[1]),
-        (scale * problem.goal[0], scale * problem.goal[1]),
-        cg.RiskField(threats),
-        k=problem.k,
-        bounds=(0, 0, scale, scale),
-        no_fly=shapely.transform(problem.model.area.geometry, lambda corners: scale * corners),
-    )
-    one, other = (PotentialField().solve(it) for it in (problem, scaled))
+    one, other = (PotentialField().solve(it) for it in (problem, scaled(problem, scale)))
     assert one.status is other.status
     assert np.array_equal(scale * one.path, other.path)
 
