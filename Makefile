@@ -1,4 +1,5 @@
-# make compare: from a map to a fair comparison.  make test: the tests.  make check: all that has to pass.
+# make compare: from a map to a fair comparison.  make test: the tests, but for slow ones.  make check: all that has
+# to pass.  make fuzz: property-based tests on new random examples.
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
@@ -7,20 +8,27 @@ INSTALLED := $(VENV)/installed
 KERNELS := $(shell cat cgla_graph/*_kernels.py solvers/*_kernels.py | cksum | cut -d ' ' -f 1)
 export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels-$(KERNELS)
 
-.PHONY: compare test lint check bench claims clean
+.PHONY: compare test fuzz lint check bench claims clean
 
 compare: $(INSTALLED)
 	$(BIN)/cgla compare --out results --overwrite
 
 test: $(INSTALLED)
-	$(BIN)/python -m pytest --numprocesses 2 --quiet
+	$(BIN)/python -m pytest --numprocesses 2 --quiet -m "not slow"
+
+# every run draws other examples, twenty times as many; a failure prints the example and the line that brings it back.
+# make fuzz TESTS=tests/test_risk.py: only those
+TESTS ?=
+fuzz: $(INSTALLED)
+	CGLA_FUZZ=1 $(BIN)/python -m pytest --numprocesses 2 --quiet -m hypothesis $(TESTS)
 
 lint: $(INSTALLED)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
-check: lint test
+check: lint
+	$(BIN)/python -m pytest --numprocesses 2 --quiet
 	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(BIN)/python -m pytest \
 		--numprocesses 2 --quiet tests/test_risk.py tests/test_no_fly.py tests/test_graph.py tests/test_cgla_matrix.py \
 		tests/test_spline_mesh.py tests/test_eikonal_kernels.py tests/test_certificate_kernels.py \

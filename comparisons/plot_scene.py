@@ -60,8 +60,11 @@ def arrowhead(east: float, north: float) -> Outline:
     east, north
         The direction; if both are 0, it points east.
     """
-    length = float(np.hypot(east, north))
-    cos, sin = (east / length, north / length) if length > 0.0 else (1.0, 0.0)
+    # scaled first: the squares of the least numbers that there are vanish, and their quotients have no digits
+    largest = max(abs(east), abs(north))
+    cos, sin = (east / largest, north / largest) if largest > 0.0 else (1.0, 0.0)
+    length = float(np.hypot(cos, sin))
+    cos, sin = cos / length, sin / length
     turned = np.asarray(_ARROW.vertices) @ np.array([[cos, sin], [-sin, cos]])
     return Outline(turned, _ARROW.codes)
 

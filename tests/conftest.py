@@ -1,6 +1,5 @@
 """Settings of all tests."""
 
-import os
 import shutil
 import subprocess
 import sys
@@ -8,12 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, settings
-
-# On CI the examples are the same each time, so that a red run means a change for the worse; elsewhere they are new.
-settings.register_profile("new", deadline=None)
-settings.register_profile("ci", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile("ci" if os.environ.get("CI") else "new")
+import strategies  # noqa: F401 - how examples are drawn is settled before any test is imported
 
 
 @pytest.fixture

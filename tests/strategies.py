@@ -1,13 +1,14 @@
 """What the property-based tests draw: threats, fields, segments, lattices, polygons, weights and graphs."""
 
 import math
+import os
 from collections.abc import Hashable
 from typing import TypeAlias
 
 import networkx as nx
 import numpy as np
 import shapely
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from cgla_graph._types import Bounds, FloatArray, Point
@@ -17,10 +18,32 @@ from cgla_graph.risk import RiskField, Threat
 
 Segment: TypeAlias = tuple[FloatArray, FloatArray]
 
-# No deadline: the first example compiles the kernels.
-slow = settings(deadline=None, max_examples=20)
-usual = settings(deadline=None, max_examples=50)
-fast = settings(deadline=None, max_examples=150)
+#: Whether examples are drawn at random, as `make fuzz` does.
+FUZZING = bool(os.environ.get("CGLA_FUZZ"))
+#: How many times as many examples are drawn then.
+TIMES = 20 if FUZZING else 1
+
+# The same examples on every run: a red run means that the code has changed for the worse. `make fuzz` draws new ones; a
+# loaded machine is no reason to fail.
+settings.register_profile(
+    "same", deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.register_profile(
+    "fuzz",
+    deadline=None,
+    max_examples=100 * TIMES,
+    print_blob=True,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile("fuzz" if FUZZING else "same")
+
+
+def examples(number: int) -> settings:
+    """Draw so many examples, or many more in `make fuzz`."""
+    return settings(max_examples=TIMES * number)
+
+
+few, usual, fast = examples(20), examples(50), examples(150)
 
 seeds = st.integers(0, 2**32 - 1)
 coordinates = st.floats(0.0, 1.0)

@@ -8,7 +8,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import fields, points, polygons, slow, usual
+from strategies import few, fields, points, polygons, usual
 
 import cgla_graph as cg
 from cgla_graph._types import Point
@@ -32,7 +32,7 @@ def islands(draw: st.DrawFn) -> cg.RiskField:
     return cg.RiskField([cg.Threat(x, y, spread=s) for (x, y), s in zip(chosen, spreads, strict=True)])
 
 
-@slow
+@few
 @given(islands(), st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.sampled_from([8, 16, 32]))
 def test_where_a_way_below_the_threshold_exists_it_keeps_to_one(
     field: cg.RiskField, left: float, right: float, headings: int

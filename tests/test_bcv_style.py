@@ -9,7 +9,7 @@ import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import plane_problems, scaled, slow, usual
+from strategies import few, plane_problems, scaled, usual
 
 import cgla_graph as cg
 from cgla_graph._types import Point
@@ -163,7 +163,7 @@ def test_aversion_to_risk_lowers_the_risk() -> None:
     assert np.median(np.divide(*np.transpose(pairs))) < 0.9
 
 
-@slow
+@few
 @given(plane_problems(max_threats=3), st.integers(-10, 20))
 def test_the_path_scales_with_the_map(problem: cg.Problem, power: int) -> None:
     """Powers of two scale without rounding, so that nothing may differ at all."""

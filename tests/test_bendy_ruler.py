@@ -8,7 +8,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import plane_problems, points, scaled, slow, usual
+from strategies import few, plane_problems, points, scaled, usual
 
 import cgla_graph as cg
 from cgla_graph.errors import SolverSettingError
@@ -160,7 +160,7 @@ def test_it_keeps_to_the_side_of_its_last_bearing() -> None:
         assert bearing * last > 0.0
 
 
-@slow
+@few
 @given(plane_problems(max_threats=3), st.integers(-10, 20))
 def test_the_path_scales_with_the_map(problem: cg.Problem, power: int) -> None:
     """Powers of two scale without rounding, so that nothing may differ at all."""

@@ -16,10 +16,11 @@ import oracles
 import pytest
 import shapely
 import strategies
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from shapely import affinity
 from shapely.geometry.base import BaseGeometry
+from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph import certificate_field, certificate_kernels, sparse_grid
@@ -174,7 +175,7 @@ def check_bound(
 
 
 @given(strategies.seeds)
-@settings(max_examples=25)
+@examples(25)
 def test_no_path_is_cheaper_than_the_bound(seed: int) -> None:
     check_bound(maps(seed), seed)
 
@@ -236,7 +237,7 @@ def segment_costs(problem: cg.Problem, points: FloatArray) -> FloatArray:
 
 
 @given(strategies.seeds, st.sampled_from([16, 24, 40, 64]))
-@settings(max_examples=40)
+@examples(40)
 def test_from_everywhere_on_a_path_the_rest_costs_no_less_than_the_bound(seed: int, cells: int) -> None:
     problem = maps(seed)
     path = good_path(problem, 7)

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import oracles
 import strategies
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph import certificate_kernels, sparse_grid
@@ -93,7 +94,7 @@ def sampled_steepness(level: Level, values: FloatArray, rng: np.random.Generator
 
 
 @given(strategies.fields(), strategies.risk_weights, st.integers(1, 9), st.integers(1, 9), strategies.seeds)
-@settings(max_examples=40)
+@examples(40)
 def test_a_spline_is_nowhere_steeper_than_its_bound(
     field: cg.RiskField, k: float, columns: int, rows: int, seed: int
 ) -> None:

@@ -27,6 +27,7 @@ from oracles import (
 from strategies import (
     crowds,
     fast,
+    few,
     fields,
     lattices,
     networks,
@@ -35,7 +36,6 @@ from strategies import (
     points,
     polygons,
     risk_weights,
-    slow,
     threats,
     usual,
     weight_matrices,
@@ -653,7 +653,7 @@ def test_one_more_improper_threat_may_lower_the_optimum() -> None:
     assert costs[1] < costs[0]
 
 
-@slow
+@few
 @given(crowds(12), st.lists(st.integers(0, 200), min_size=2, max_size=5, unique=True), corners, corners)
 def test_more_k_never_raises_the_risk_nor_shortens_the_path(
     field: RiskField, ks: list[int], start: Point, goal: Point

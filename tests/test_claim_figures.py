@@ -11,11 +11,11 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from scipy.integrate import quad
-from strategies import points, seeds, slow
+from strategies import examples, few, points, seeds
 from test_plots import assert_tidy
 
 from cgla_graph.comparisons.claims import figure_page, single_figures, team_figures, ways
@@ -109,7 +109,7 @@ texts = st.text("abcdefghijklmnopqrstuvwxyz ", min_size=1, max_size=40)
 grids = st.lists(st.lists(st.sampled_from([NARROW, WIDE]), min_size=1, max_size=2), min_size=1, max_size=2)
 
 
-@settings(slow, max_examples=6)
+@examples(6)
 @given(sides=grids, words=st.lists(texts, max_size=4), columns=st.integers(1, 2))
 def test_parts_of_a_page_never_overlap(sides: list[list[float]], words: list[str], columns: int) -> None:
     figure = some_page(sides, words, columns)
@@ -126,7 +126,7 @@ def test_parts_of_a_page_overlap_without_gaps(monkeypatch: pytest.MonkeyPatch) -
         assert_tidy(some_page([[WIDE, WIDE]], ["a"], 1))
 
 
-@slow
+@few
 @given(path=st.lists(points, min_size=2, max_size=5), number=st.integers(0, 2), dashed=st.booleans())
 def test_a_way_is_drawn_where_it_leads(path: list[tuple[float, float]], number: int, dashed: bool) -> None:
     with page() as figure:
@@ -175,7 +175,7 @@ def test_weights_from_the_origin_are_length_and_integral(reading: str, sigma: fl
 # --- ways ---
 
 
-@slow
+@few
 @given(seed=seeds, k=st.floats(0.0, 200.0))
 def test_a_planned_way_is_no_shorter_than_the_straight_line_and_its_risk_that_of_its_steps(seed: int, k: float) -> None:
     rng = np.random.default_rng(seed)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given
-from strategies import seeds, slow, usual
+from strategies import few, seeds, usual
 
 from cgla_graph.cgla_matrix import cost_matrix
 from cgla_graph.comparisons.claims import complexity_claims as claims
@@ -77,7 +77,7 @@ def test_counted_label_setting_is_that_of_the_toolkit(seed: int) -> None:
     assert counted.relaxations == operation_counts.relaxation_count(n, early.rounds)
 
 
-@slow
+@few
 @given(seeds)
 def test_a_flight_plans_on_change_no_more_than_on_every_move(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -93,7 +93,7 @@ def test_a_flight_plans_on_change_no_more_than_on_every_move(seed: int) -> None:
     assert 0 < counts.rounds < nodes
 
 
-@slow
+@few
 @given(seeds)
 def test_segments_within_are_those_that_shapely_finds(seed: int) -> None:
     shapely = pytest.importorskip("shapely")

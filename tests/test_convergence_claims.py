@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given
-from strategies import seeds, slow
+from strategies import few, seeds
 
 from cgla_graph.comparisons.claims import convergence_claims as claims
 from cgla_graph.comparisons.claims import counterexamples
@@ -62,7 +62,7 @@ def test_verdicts(claim: str, verdict: Verdict) -> None:
         assert finding.counterexample in counterexamples.names()
 
 
-@slow
+@few
 @given(seeds)
 def test_static_threats_the_bound_holds_on_any_mission(seed: int) -> None:
     mission = claims._mission(np.random.default_rng(seed))
@@ -72,7 +72,7 @@ def test_static_threats_the_bound_holds_on_any_mission(seed: int) -> None:
         assert 0.0 < share <= 1.0
 
 
-@slow
+@few
 @given(seeds)
 def test_with_all_known_no_point_needs_the_one_before(seed: int) -> None:
     assert claims._require_same_without_previous(np.random.default_rng(seed)) >= 0

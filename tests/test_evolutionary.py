@@ -9,7 +9,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
-from strategies import fields, points, scaled, seeds, slow, usual
+from strategies import few, fields, points, scaled, seeds, usual
 
 import cgla_graph as cg
 from cgla_graph.errors import SolverSettingError
@@ -84,7 +84,7 @@ def test_what_must_not_be_comes_before_the_cost() -> None:
         assert _is_better(np.tile(row, (5, 1)), best_first).tolist() == [i <= j for j in range(5)]
 
 
-@slow
+@few
 @given(seeds, st.integers(0, 2))
 def test_answers_stand_up_to_the_oracle(seed: int, areas: int) -> None:
     problem = random_scenario(seed, threats=3, areas=areas).problem

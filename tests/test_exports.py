@@ -14,8 +14,9 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import examples
 from studies_small import by_number, found, small_study, write_study
 
 from cgla_graph.comparisons.results.exports import RUN_COLUMNS, check_targets, export, run_rows
@@ -278,7 +279,7 @@ def test_the_standings_compile(stored: Stored, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(TEX is None, reason="no pdflatex here")
-@settings(max_examples=3)
+@examples(3)
 @given(texts=st.lists(st.text(max_size=20), min_size=30, max_size=60))
 def test_any_text_compiles(texts: list[str], tmp_path_factory: pytest.TempPathFactory) -> None:
     letters = [chr(code) for code in range(1, 0x180)]

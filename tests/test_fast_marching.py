@@ -7,7 +7,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import fields, points, slow
+from strategies import few, fields, points
 
 import cgla_graph as cg
 from cgla_graph.scenario import load_scenario, shipped
@@ -68,7 +68,7 @@ def test_a_start_between_two_ways_takes_one_of_them() -> None:
     assert excess(problem, 256, 2, best) < 2e-3
 
 
-@slow
+@few
 @given(fields(max_threats=3), points, points, st.floats(0.0, 30.0))
 def test_it_stays_inside_and_above_the_bound(
     field: cg.RiskField, start: cg.Problem, goal: cg.Problem, k: float

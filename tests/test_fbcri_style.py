@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 import shapely
 import strategies as own
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
+from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
@@ -244,7 +245,7 @@ def scaled(problem: cg.Problem, factor: float) -> cg.Problem:
 
 
 @BOTH
-@settings(deadline=None, max_examples=10)
+@examples(10)
 @given(problem=problems(), power=st.sampled_from([-3, 1, 10]))
 def test_a_map_of_another_size_has_the_same_path(
     solver: FbcriStyle | CpvsStyle, problem: cg.Problem, power: int

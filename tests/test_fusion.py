@@ -11,7 +11,7 @@ import shapely
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from oracles import largest_integral, line_integral, raster, rate
-from strategies import Segment, fast, off_lattice_points, seeds, segments, slow, threats, usual
+from strategies import Segment, fast, few, off_lattice_points, seeds, segments, threats, usual
 
 from cgla_graph import cost_model, envelope_kernels
 from cgla_graph._types import FloatArray, Point
@@ -86,7 +86,7 @@ def test_integral_of_the_largest_equals_quad_on_maps(seed: int, n_fields: int, n
     check_quad(fields, (start, end))
 
 
-@slow
+@few
 @given(seeds, st.sampled_from([1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-13]))
 def test_fields_that_hardly_differ(seed: int, shift: float) -> None:
     # two UAVs have seen the same threats, each with a small error of its own
@@ -397,7 +397,7 @@ def test_graph_has_the_weights_of_its_segments(
     assert integral == "raster" or not graph.directed
 
 
-@slow
+@few
 @given(knowledge(), off_lattice_points())
 def test_union_is_the_complete_graph(fields: Fields, extra: list[Point]) -> None:
     lattice = Lattice(4, bounds=(0, 0, 1, 1))
@@ -459,7 +459,7 @@ def test_no_fields_and_no_weight_are_no_risk(how: Fusion, integral: Integral) ->
     assert fused_weights(np.empty((0, 2)), np.empty((0, 2)), known, 10.0, fusion=how, integral=integral).shape == (0,)
 
 
-@slow
+@few
 @given(st.sampled_from(FUSIONS), st.sampled_from(INTEGRALS), cases())
 def test_inputs_stay_as_they_are(how: Fusion, integral: Integral, case: tuple[Fields, Segment]) -> None:
     fields, (start, end) = case

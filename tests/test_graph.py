@@ -17,6 +17,7 @@ from scipy.sparse import csgraph
 from shapely.geometry.base import BaseGeometry
 from strategies import (
     fast,
+    few,
     fields,
     lattices,
     networks,
@@ -24,7 +25,6 @@ from strategies import (
     points,
     polygons,
     risk_weights,
-    slow,
     usual,
     weight_matrices,
 )
@@ -690,7 +690,7 @@ def test_the_dense_matrix_is_kept_and_read_only(graph: GeometricGraph) -> None:
     assert graph.weight_matrix() is graph.weight_matrix()
 
 
-@slow
+@few
 @given(polygons(), st.booleans())
 def test_a_path_never_crosses_an_area_that_it_may_not(area: BaseGeometry, eight: bool) -> None:
     make = GeometricGraph.eight_connected if eight else GeometricGraph.complete

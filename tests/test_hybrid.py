@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import shapely
 import strategies
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph.certificate import Certificate
@@ -98,7 +99,7 @@ def walled_maps(draw: st.DrawFn) -> cg.Problem:
 
 
 @given(walled_maps())
-@settings(max_examples=40)
+@examples(40)
 def test_without_risk_it_is_the_shortest_way_around(problem: cg.Problem) -> None:
     assert cg.solve(problem, QUICK).cost == pytest.approx(visibility_optimum(problem), rel=1e-9)
 

@@ -20,8 +20,9 @@ from typing import Any
 import awkward_calls
 import pytest
 from awkward_calls import alive, until
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import examples
 
 from cgla_graph.comparisons.study import slot
 from cgla_graph.comparisons.study.isolation import Call, Failure, NextCall, Outcome, here, isolated, limited, shares
@@ -99,7 +100,7 @@ def test_whatever_a_call_does_is_an_outcome(awkward: ModuleType) -> None:
 
 
 @given(seed=st.integers(0, 2**32), size=st.integers(0, 12), workers=st.integers(1, 3))
-@settings(max_examples=6)
+@examples(6)
 def test_calls_that_wait_for_others(seed: int, size: int, workers: int, awkward: ModuleType) -> None:
     """Each call may wait for any before it: all are made once, none before its time, and no more than was said wait."""
     draw = random.Random(seed)  # noqa: S311 - no secret

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given
-from strategies import seeds, slow
+from strategies import few, seeds
 
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims import learning_claims as claims
@@ -30,7 +30,7 @@ def test_verdict() -> None:
     assert verdicts == [Verdict.PROVED, Verdict.PROVED, Verdict.NOT_SUPPORTED, Verdict.REFUTED]
 
 
-@slow
+@few
 @given(seeds)
 def test_the_formula_is_what_bisection_finds(seed: int) -> None:
     """On maps far from the paper's: few points, broad threats, any discount."""

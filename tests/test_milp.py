@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
-from strategies import polygons, scaled, seeds, slow
+from hypothesis import given
+from strategies import examples, few, polygons, scaled, seeds
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
@@ -104,7 +104,7 @@ def test_a_threat_costs_no_more_than_it_does_but_by_its_rim(k: float, peak: floa
     assert (np.abs(worth - truth) <= 0.13 * k * peak).all()
 
 
-@slow
+@few
 @given(polygons())
 def test_parts_of_areas_are_convex_and_make_up_the_areas(area: shapely.MultiPolygon) -> None:
     parts = [shapely.Polygon(obstacle.corners) for obstacle in obstacles_of(cg.CostModel(no_fly=area))]
@@ -123,7 +123,7 @@ def test_the_cost_to_go_is_the_shortest_way_around() -> None:
     assert len(route) == 3
 
 
-@settings(slow, max_examples=6)
+@examples(6)
 @given(seeds)
 def test_paths_stand_up_to_the_oracle(seed: int) -> None:
     problem = random_scenario(seed, threats=2, areas=2).problem

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import seeds, slow
+from strategies import few, seeds
 
 import cgla_graph as cg
 from cgla_graph import simulation
@@ -74,7 +74,7 @@ def assert_same_but_moved(flight: Flight, other: Flight, place: Any, scale: floa
         assert scale * one.cost == pytest.approx(twin.cost, rel=1e-6)
 
 
-@slow
+@few
 @given(seeds, st.integers(1, 3), st.booleans())
 def test_with_static_threats_every_uav_arrives_within_the_bound(seed: int, n_uavs: int, shared: bool) -> None:
     """C17: between two detections it follows one plan, no longer than its cost, at most (1 + k) times the straight."""
@@ -88,7 +88,7 @@ def test_with_static_threats_every_uav_arrives_within_the_bound(seed: int, n_uav
         assert one.ended <= (n_threats + 1) * longest
 
 
-@slow
+@few
 @given(seeds)
 def test_from_vertex_to_vertex_it_takes_at_most_as_many_moves_as_c17_says(seed: int) -> None:
     mission = scattered(seed, n_uavs=1, n_threats=8, movement="vertex", replan="tick", max_ticks=100_000)
@@ -98,7 +98,7 @@ def test_from_vertex_to_vertex_it_takes_at_most_as_many_moves_as_c17_says(seed: 
     assert flight.ended <= (len(flight.knowledge_at(flight.ended).threats) + 1) * (n_nodes - 1)
 
 
-@slow
+@few
 @given(seeds)
 def test_between_detections_the_cost_to_go_falls_with_every_tick(seed: int) -> None:
     """The argument of C17: G of the position falls strictly as long as nothing new is known."""
@@ -137,7 +137,7 @@ def test_two_uavs_that_change_places_lock_each_other_for_ever() -> None:
     assert around.least_separation >= 0.1
 
 
-@slow
+@few
 @given(seeds, st.integers(2, 3))
 def test_whoever_is_told_knows_what_all_have_seen(seed: int, n_uavs: int) -> None:
     """C43: with sharing, what a UAV knows is the union of all sightings so far, its own among them."""
@@ -152,7 +152,7 @@ def test_whoever_is_told_knows_what_all_have_seen(seed: int, n_uavs: int) -> Non
             assert set(one.knowledge_at(tick).threats) == by_all
 
 
-@slow
+@few
 @given(seeds, st.floats(0.05, 0.5), st.integers(0, 3), st.sampled_from([0.0, 0.4]))
 def test_nobody_knows_what_nobody_told_or_saw(seed: int, radius: float, delay: int, loss: float) -> None:
     flight = scattered(
@@ -177,7 +177,7 @@ def _place(flight: UavFlight, tick: int) -> Point:
     return x, y
 
 
-@slow
+@few
 @given(seeds, st.sampled_from(["cgla", "dijkstra", "eight-direction", "networkx"]))
 def test_with_full_knowledge_the_flight_is_the_offline_optimum_of_its_solver(seed: int, solver: str) -> None:
     mission = scattered(seed, n_uavs=1, knowledge="all", solver=cg.solvers.get(solver))
@@ -190,7 +190,7 @@ def test_with_full_knowledge_the_flight_is_the_offline_optimum_of_its_solver(see
     assert flight.price_of_ignorance == {one.name: 1.0}
 
 
-@slow
+@few
 @given(seeds)
 def test_threats_that_nobody_comes_near_change_nothing(seed: int) -> None:
     mission = scattered(seed, n_uavs=2, collisions="record")
@@ -211,7 +211,7 @@ def test_threats_that_nobody_comes_near_change_nothing(seed: int) -> None:
     assert logs[0] == logs[1]
 
 
-@slow
+@few
 @given(seeds, st.sampled_from([None, VirtualObstacle()]))
 def test_a_mission_in_metres_is_the_scaled_flight(seed: int, rule: VirtualObstacle | None) -> None:
     mission = scattered(seed, n_uavs=2, collisions="record", virtual_obstacle=rule, max_ticks=300)
@@ -222,7 +222,7 @@ def test_a_mission_in_metres_is_the_scaled_flight(seed: int, rule: VirtualObstac
     assert_same_but_moved(mission.fly(), moved(mission, place, 1000.0).fly(), place, 1000.0)
 
 
-@slow
+@few
 @given(seeds, st.sampled_from([None, VirtualObstacle()]), st.sampled_from(["swapped", "flipped"]))
 def test_mirrored_missions_are_mirrored_flights(seed: int, rule: VirtualObstacle | None, mirror: str) -> None:
     mission = scattered(seed, n_uavs=2, collisions="record", virtual_obstacle=rule, max_ticks=300)
@@ -233,7 +233,7 @@ def test_mirrored_missions_are_mirrored_flights(seed: int, rule: VirtualObstacle
     assert_same_but_moved(mission.fly(), moved(mission, place).fly(), place)
 
 
-@slow
+@few
 @given(seeds, st.integers(1, 3), st.sampled_from([None, VirtualObstacle()]), st.sampled_from(["cgla", "dijkstra"]))
 def test_repairing_gives_the_same_flight_as_planning_from_scratch(
     seed: int, n_uavs: int, rule: VirtualObstacle | None, solver: str
@@ -261,7 +261,7 @@ def samples(flight: Flight) -> Iterator[tuple[str, str, float]]:
             yield first, second, float(np.nanmin(apart))
 
 
-@slow
+@few
 @given(seeds, st.integers(2, 5), st.booleans())
 def test_prioritized_uavs_are_never_closer_than_the_safe_distance(seed: int, n_uavs: int, moving: bool) -> None:
     mission = scattered(seed, n_uavs=n_uavs, avoidance="prioritized", terminal_radius=0.0)
@@ -284,7 +284,7 @@ def test_prioritized_uavs_are_never_closer_than_the_safe_distance(seed: int, n_u
             assert "safe distances" in one.message
 
 
-@slow
+@few
 @given(seeds, st.integers(2, 4))
 def test_the_least_separation_is_that_of_the_flown_paths(seed: int, n_uavs: int) -> None:
     flight = scattered(seed, n_uavs=n_uavs, collisions="record", terminal_radius=0.0).fly()

@@ -16,9 +16,10 @@ from typing import TypeAlias
 import numpy as np
 import pytest
 import shapely
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from shapely.geometry.base import BaseGeometry
+from strategies import examples
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, Point
@@ -30,7 +31,7 @@ Rational: TypeAlias = tuple[Fraction, Fraction]
 RationalEdge: TypeAlias = tuple[Rational, Rational]
 Case: TypeAlias = tuple[NoFlyArea, FloatArray, FloatArray]
 
-fast = settings(deadline=None, max_examples=120)  # the first example compiles
+fast = examples(120)  # the first example compiles
 CELL = shapely.box(0, 0, 1, 1)
 
 
@@ -209,7 +210,7 @@ def test_triangles_match_rational_arithmetic(case: Case) -> None:
     check(case)
 
 
-@settings(deadline=None, max_examples=200)
+@examples(200)
 @given(lattice_polygon_cases())
 def test_lattice_polygons_match_shapely(case: Case) -> None:
     area, starts, ends = case
@@ -218,7 +219,7 @@ def test_lattice_polygons_match_shapely(case: Case) -> None:
     assert (area.crosses(ends, starts) == expected).all()
 
 
-@settings(deadline=None, max_examples=200)
+@examples(200)
 @given(touching_ring_cases())
 def test_touching_rings_match_shapely(case: Case) -> None:
     area, starts, ends = case
@@ -236,7 +237,7 @@ def test_several_holes_that_touch_one_edge() -> None:
     assert (area.crosses(points[:, None], points) == shapely_crosses(points[:, None], points, area)).all()
 
 
-@settings(deadline=None, max_examples=200)
+@examples(200)
 @given(cell_cases())
 def test_unions_of_cells_match_shapely(case: Case) -> None:
     area, starts, ends = case
@@ -358,7 +359,7 @@ def nearly_in_line(draw: st.DrawFn) -> tuple[float, ...]:
     return *a, *b, *c
 
 
-@settings(deadline=None, max_examples=500)
+@examples(500)
 @example((0.5, 0.5, 12.0, 12.0, 24.0, 24.0))
 @example((0.1, 0.1, 0.3, 0.3, 0.7, 0.7))
 @example((1e120, 1e120, -1e120, -1e120, 1e-120, 1e-120))

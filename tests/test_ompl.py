@@ -17,7 +17,7 @@ import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import fields, points, slow
+from strategies import few, fields, points
 
 import cgla_graph as cg
 from cgla_graph.certificate import lower_bound
@@ -63,7 +63,7 @@ def quick(name: str, **settings: Any) -> Any:
 
 @pytest.mark.parametrize("name", QUICK)
 @given(field=fields(max_threats=3), ends=st.tuples(points, points), k=st.floats(0.0, 20.0), seed=st.integers(1, 99))
-@slow
+@few
 def test_paths_are_feasible_and_cost_what_the_planner_says(
     name: str, field: cg.RiskField, ends: Any, k: float, seed: int
 ) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import slow
+from strategies import few
 
 from cgla_graph.comparisons.claims import introduction_claims, planner_claims, planner_experiments
 from cgla_graph.comparisons.claims.cells import CELLS, RADII, adjusted, all_hold
@@ -130,7 +130,7 @@ def test_causes_are_told_apart(ratio: float, effects: dict[str, float], expected
     assert planner_claims.check_c34(Evidence(samples=samples)).verdict is expected
 
 
-@slow
+@few
 @given(st.floats(0.1, 10.0), st.floats(0.1, 10.0), st.floats(0.1, 10.0))
 def test_factorial_finds_the_effects_that_were_put_in(directions: float, objective: float, training: float) -> None:
     records = direction_records(1, directions=directions, objective=objective, training=training)

@@ -9,7 +9,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
-from strategies import plane_problems, points, scaled, slow, usual
+from strategies import few, plane_problems, points, scaled, usual
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
@@ -126,7 +126,7 @@ def test_it_slides_along_the_bounds() -> None:
     assert answer.path[:, 1].min() == 0.0
 
 
-@slow
+@few
 @given(plane_problems(max_threats=3), st.integers(-10, 20))
 def test_the_path_scales_with_the_map(problem: cg.Problem, power: int) -> None:
     """Powers of two scale without rounding, so that nothing may differ at all."""

@@ -13,7 +13,7 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from shapely.geometry.base import BaseGeometry
-from strategies import boxes, fields, points, polygons, seeds, slow
+from strategies import boxes, few, fields, points, polygons, seeds
 
 import cgla_graph as cg
 from cgla_graph._types import Bounds, Point
@@ -67,7 +67,7 @@ def reference(problem: cg.Problem, positions: list[list[float]], free: float, ra
     radius_factor=st.sampled_from([0.5, 1.1, 3.0]),
     n=st.integers(2, 30),
 )
-@slow
+@few
 def test_the_cost_is_the_optimum_of_the_roadmap_that_networkx_finds(
     field: cg.RiskField,
     area: BaseGeometry,
@@ -97,7 +97,7 @@ def test_the_cost_is_the_optimum_of_the_roadmap_that_networkx_finds(
 
 
 @given(sizes=st.lists(st.integers(1, 300), min_size=1, max_size=6).map(sorted), seed=seeds)
-@slow
+@few
 def test_it_does_not_matter_in_which_steps_the_roadmap_grows(sizes: list[int], seed: int) -> None:
     stepwise, at_once = grown(PROBLEM, [*sizes, 300], seed), grown(PROBLEM, [300], seed)
     assert np.array_equal(stepwise.positions[:300], at_once.positions[:300])
@@ -191,7 +191,7 @@ def test_no_path_beats_the_certificate() -> None:
 
 
 @given(bounds=boxes(), ends=st.tuples(points, points), seed=seeds)
-@slow
+@few
 def test_bounds_of_any_size_and_shape(bounds: Bounds, ends: tuple[Point, Point], seed: int) -> None:
     x_min, y_min, x_max, y_max = bounds
     start, goal = ((x_min + u * (x_max - x_min), y_min + v * (y_max - y_min)) for u, v in ends)
@@ -204,7 +204,7 @@ def test_bounds_of_any_size_and_shape(bounds: Bounds, ends: tuple[Point, Point],
 
 
 @given(power=st.integers(-30, 30), seed=seeds)
-@slow
+@few
 def test_scaling_the_map_scales_the_path(power: int, seed: int) -> None:
     factor = 2.0**power
     wall = shapely.transform(WALL, lambda corners: corners * factor)

@@ -12,7 +12,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
-from strategies import slow, usual
+from strategies import few, usual
 
 from cgla_graph import random_map
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
@@ -103,7 +103,7 @@ def test_notes_draw_the_same_map_again() -> None:
 
 
 @given(seed=seeds, areas=st.integers(0, 3))
-@slow
+@few
 def test_a_map_that_is_written_and_read_is_the_same(seed: int, areas: int) -> None:
     scenario = random_scenario(seed, areas=areas)
     problem = scenario.problem
@@ -209,7 +209,7 @@ def is_joined(scenario: Scenario) -> bool:
     resolution=st.integers(20, 23),
     radius=st.sampled_from([(0.05, 0.15), (0.03, 0.08)]),
 )
-@slow
+@few
 def test_no_map_is_without_a_path(seed: int, areas: int, resolution: int, radius: tuple[float, float]) -> None:
     assert is_joined(random_scenario(seed, areas=areas, area_radius=radius, resolution=resolution))
 
@@ -228,7 +228,7 @@ def test_a_map_without_a_path_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @given(seed=seeds, k=st.floats(0.0, 50.0), areas=st.integers(0, 1), resolution=st.integers(4, 9))
-@slow
+@few
 def test_difficulty_is_the_straight_line_over_the_optimum(seed: int, k: float, areas: int, resolution: int) -> None:
     scenario = random_scenario(seed, k=k, areas=areas, resolution=resolution)
     problem = scenario.problem
@@ -241,7 +241,7 @@ def test_difficulty_is_the_straight_line_over_the_optimum(seed: int, k: float, a
 
 
 @given(seed=seeds, resolution=st.integers(3, 6))
-@slow
+@few
 def test_a_finer_lattice_never_lowers_difficulty(seed: int, resolution: int) -> None:
     coarse = random_scenario(seed, resolution=resolution)
     fine = random_scenario(seed, resolution=2 * resolution - 1)
@@ -356,7 +356,7 @@ def test_no_lattice_is_laid_on_maps_that_are_too_easy(monkeypatch: pytest.Monkey
 
 
 @given(seed=seeds, k=st.floats(0.0, 50.0), areas=st.integers(0, 1), resolution=st.integers(2, 9))
-@slow
+@few
 def test_no_map_is_harder_than_what_lets_it_be_skipped(seed: int, k: float, areas: int, resolution: int) -> None:
     scenario = random_scenario(seed, k=k, areas=areas, resolution=resolution)
     assert difficulty(scenario) <= random_map._ceiling(scenario.problem)

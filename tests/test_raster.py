@@ -17,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from oracles import raster
 from scipy.sparse.csgraph import dijkstra
-from strategies import Segment, crowds, fast, fields, lattices, points, seeds, segments, slow, threats, usual
+from strategies import Segment, crowds, fast, few, fields, lattices, points, seeds, segments, threats, usual
 from test_repair import areas, changed, models
 
 import cgla_graph as cg
@@ -150,7 +150,7 @@ def test_a_plan_costs_what_dijkstra_finds(data: st.DataObject) -> None:
         guide = guide.knowing(model)
 
 
-@slow
+@few
 @given(seeds, st.sampled_from([1.0, 10.0, 200.0]), areas())
 def test_plans_on_the_way_cost_what_dijkstra_finds(seed: int, k: float, area: shapely.MultiPolygon) -> None:
     """What the guide learned on the way must not mislead it later."""
@@ -282,7 +282,7 @@ def check_flights(mission: cg.Mission) -> None:
         np.testing.assert_allclose(one.trace, other.trace, rtol=0.0, atol=1e-9)
 
 
-@slow
+@few
 @given(
     seeds,
     st.sampled_from([2.0, 10.0, 200.0]),

@@ -11,9 +11,10 @@ import oracles
 import pytest
 import shapely
 import strategies
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
+from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph import refine_kernels
@@ -57,7 +58,7 @@ def gradient_error(kernel: Gradient, field: cg.RiskField, k: float, points: Floa
 
 
 @given(st.one_of(strategies.fields(), strategies.crowds(30)), st.floats(0.0, 100.0), polylines())
-@settings(max_examples=60)
+@examples(60)
 def test_the_gradient_is_that_of_the_cost(field: cg.RiskField, k: float, points: FloatArray) -> None:
     assert gradient_error(refine_kernels.cost_and_gradient, field, k, points) < 1.0
 
@@ -74,7 +75,7 @@ def test_a_wrong_gradient_is_told_from_the_right_one(fault: str) -> None:
 
 
 @given(strategies.fields(min_threats=1), strategies.seeds)
-@settings(max_examples=30)
+@examples(30)
 def test_the_gradient_equals_its_integrals(field: cg.RiskField, seed: int) -> None:
     """``dR/db = u F(b)`` along the segment and the integral of ``(s / L) dF/dn`` across, by scipy's quadrature."""
     start, end = np.random.default_rng(seed).random((2, 2))
@@ -146,7 +147,7 @@ def walks(draw: st.DrawFn) -> tuple[cg.Problem, FloatArray]:
 
 
 @given(walks())
-@settings(max_examples=80)
+@examples(80)
 def test_refinement_never_harms(case: tuple[cg.Problem, FloatArray]) -> None:
     problem, path = case
     before = problem.evaluate(path)
@@ -167,7 +168,7 @@ def test_refinement_never_harms(case: tuple[cg.Problem, FloatArray]) -> None:
 
 
 @given(walks())
-@settings(max_examples=40)
+@examples(40)
 def test_without_risk_a_path_becomes_a_taut_string(case: tuple[cg.Problem, FloatArray]) -> None:
     """Every waypoint of a shortest path that is not an end is a corner of the area."""
     problem, path = case
@@ -180,7 +181,7 @@ def test_without_risk_a_path_becomes_a_taut_string(case: tuple[cg.Problem, Float
 
 
 @given(strategies.fields(min_threats=1, max_threats=6), polylines(3, 8), st.floats(0.1, 100.0))
-@settings(max_examples=60)
+@examples(60)
 def test_a_refined_path_stays_in_the_box_and_is_settled(field: cg.RiskField, path: FloatArray, k: float) -> None:
     problem = cg.Problem(tuple(path[0]), tuple(path[-1]), field, k)
     refined = refine_path(problem, path, tolerance=1e-5)

@@ -17,12 +17,12 @@ from strategies import (
     coordinates,
     crowds,
     fast,
+    few,
     fields,
     fields_and_segments,
     peaks,
     points,
     segments,
-    slow,
     spreads,
     threats,
     usual,
@@ -207,7 +207,7 @@ def rate(errors: list[float]) -> float:
     return float(-np.polyfit(np.arange(len(errors)), np.log2(errors), 1)[0])
 
 
-@slow
+@few
 @given(st.integers(0, 2**32 - 1), st.integers(1, 12), st.floats(0.02, 0.3))
 def test_central_differences_converge_to_the_gradient_with_order_2(seed: int, n: int, spread: float) -> None:
     rng = np.random.default_rng(seed)
@@ -327,7 +327,7 @@ def test_two_overlapping_threats_of_eq1_as_printed_make_a_negative_risk() -> Non
     assert field.line_integral((0.4, 0.5), (0.6, 0.5)) < 0.0
 
 
-@slow
+@few
 @example(n=2, sigma=0.05, reading="literal", ends=((0.0, 0.5), (1.0, 0.5)))
 @given(
     n=st.integers(1, 12),

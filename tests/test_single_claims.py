@@ -11,7 +11,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import seeds, slow, usual
+from strategies import few, seeds, usual
 
 from cgla_graph.comparisons.claims import paper_values, printed_tables, single_claims, single_experiments, weight_claims
 from cgla_graph.comparisons.claims.cells import CELLS, Contrast, adjusted, all_hold, contrast, rate_contrasts
@@ -332,7 +332,7 @@ def test_nested_lattices_that_cost_more_are_found_out() -> None:
         CLAIMS["C46"].check(Evidence(samples={"resolution": Samples(records)}))
 
 
-@slow
+@few
 @given(st.floats(0.01, 0.2), st.floats(0.05, 1.0), st.integers(1, 6), seeds)
 def test_no_way_out_of_a_threat_beats_half_a_crossing(spread: float, distance: float, bends: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -427,7 +427,7 @@ def test_only_cglas_risks_are_the_authors_own() -> None:
 # --- measurements ---------------------------------------------------------------------------------------------------
 
 
-@slow
+@few
 @given(st.lists(st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)), min_size=2, max_size=6, unique=True))
 def test_positions_lie_on_the_path_a_step_apart(points: list[tuple[float, float]]) -> None:
     path = np.array(points)

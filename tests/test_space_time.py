@@ -11,10 +11,10 @@ import numpy as np
 import oracles
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from shapely.geometry.base import BaseGeometry
-from strategies import fields, polygons, seeds
+from strategies import examples, fields, polygons, seeds
 
 import cgla_graph as cg
 from cgla_graph._types import Point
@@ -127,7 +127,7 @@ def assert_valid(task: Task, plan: SpaceTimePlan) -> None:
 # What a plan promises
 
 
-@settings(max_examples=120)
+@examples(120)
 @given(tasks())
 def test_a_plan_keeps_every_separation_at_every_moment(task: Task) -> None:
     plan = task.plan(max_expansions=2000)
@@ -138,7 +138,7 @@ def test_a_plan_keeps_every_separation_at_every_moment(task: Task) -> None:
         assert min(gaps) < 0.0
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(tasks())
 def test_without_others_the_plan_is_the_optimum_of_the_cost_matrix(task: Task) -> None:
     alone = replace(task, others=[])
@@ -164,7 +164,7 @@ def test_without_others_the_plan_is_the_optimum_of_the_cost_matrix(task: Task) -
     assert hindered.trajectory.points.tolist() == plan.trajectory.points.tolist()
 
 
-@settings(max_examples=30)
+@examples(30)
 @given(tasks(sides=(3, 6)))
 def test_the_same_task_gives_the_same_plan_later_and_with_stored_weights(task: Task) -> None:
     def outcome(plan: SpaceTimePlan, shift: float = 0.0) -> Any:  # noqa: ANN401 - to be compared
@@ -220,7 +220,7 @@ def brute_force(task: Task) -> float:
     return math.inf
 
 
-@settings(max_examples=25)
+@examples(25)
 @given(tasks(sides=(2, 3), step=0.25, latest=6.5))
 def test_a_small_search_finds_what_brute_force_finds(task: Task) -> None:
     exact = task.plan(window=0.0)
@@ -239,7 +239,7 @@ def test_a_small_search_finds_what_brute_force_finds(task: Task) -> None:
     assert usual.status is not SpaceTimeStatus.NO_PLAN or best == math.inf
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(tasks(), st.floats(0.0, 1.0))
 def test_the_rest_of_a_plan_never_costs_less_than_a_new_bound(task: Task, part: float) -> None:
     plan = task.plan(max_expansions=2000)
@@ -259,7 +259,7 @@ def test_the_rest_of_a_plan_never_costs_less_than_a_new_bound(task: Task, part: 
     assert again.lower_bound <= (task.problem.evaluate(rest.points[moving]).cost + waiting) * (1.0 + 1e-9) + 1e-12
 
 
-@settings(max_examples=15)
+@examples(15)
 @given(seeds)
 def test_all_that_plan_one_after_the_other_keep_their_separation(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -422,7 +422,7 @@ def test_a_start_at_exactly_the_separation_may_fly_on() -> None:
     assert_valid(task, plan)
 
 
-@settings(max_examples=200)
+@examples(200)
 @given(seeds)
 def test_what_passes_at_exactly_the_separation_is_never_found_nearer(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -13,10 +13,11 @@ import oracles
 import pytest
 import shapely
 import strategies
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from shapely import affinity
 from shapely.geometry.base import BaseGeometry
+from strategies import examples
 
 from cgla_graph import mesh_kernels, sparse_grid
 from cgla_graph._types import Bounds, FloatArray, IntArray, Point, WholeArray
@@ -202,7 +203,7 @@ def exact_maps(draw: st.DrawFn) -> tuple[NoFlyArea, FloatArray]:
 
 
 @given(exact_maps(), st.sampled_from([(7, 5), (8, 8), (16, 16), (9, 30), (2, 3)]), strategies.seeds)
-@settings(max_examples=30)
+@examples(30)
 @example(
     (NoFlyArea(shapely.box(1, 1, 3, 3)), np.array([[[1.0, 0.0], [1.0, 4.0]], [[0.0, 3.0], [4.0, 3.0]]])), (8, 8), 0
 )
@@ -234,7 +235,7 @@ def tilted(rng: np.random.Generator) -> NoFlyArea:
 
 
 @given(strategies.seeds, st.sampled_from([(7, 9), (16, 16), (40, 25), (128, 3)]), st.sampled_from([1.0, 1e-6, 1e5]))
-@settings(max_examples=30)
+@examples(30)
 def test_splines_are_continuous_past_walls_of_any_width(seed: int, last: Last, scale: float) -> None:
     rng = np.random.default_rng(seed)
     area = tilted(rng)

@@ -21,8 +21,8 @@ import pytest
 from exact import bits
 from hypothesis import given
 from hypothesis import strategies as st
+from strategies import few
 from strategies import seeds as random_seeds
-from strategies import slow
 from studies_small import found, named, runs_of, small_study, write_study
 
 from cgla_graph.certificate import Certificate
@@ -95,7 +95,7 @@ def names_in(folder: Path) -> set[str]:
 # What is written is what is read
 
 
-@slow
+@few
 @given(
     st.lists(st.tuples(st.integers(0, len(RUNS) - 1), solutions()), max_size=3, unique_by=lambda one: one[0]), st.data()
 )
@@ -598,7 +598,7 @@ def intact(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / FILE
 
 
-@slow
+@few
 @given(st.lists(st.tuples(st.integers(0, 2**20), st.integers(0, 255)), min_size=1, max_size=30))
 def test_whatever_bytes_rot_there_is_an_answer_or_one_line(intact: Path, rot: list[tuple[int, int]]) -> None:
     rotten = bytearray(intact.read_bytes())

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import seeds, slow
+from strategies import examples, seeds
 
 from cgla_graph.comparisons.claims import counterexamples, obstacle_checks, sharing_checks, team_experiments
 from cgla_graph.comparisons.claims import team_claims as claims
@@ -213,7 +213,7 @@ def test_the_shipped_fig7_shows_what_the_paper_does(monkeypatch: pytest.MonkeyPa
     assert obstacle_checks._pattern_of_fig7("exact", 0.2) == (True, False, True)
 
 
-@slow
+@examples(20)
 @given(st.integers(3, 9))
 def test_the_quadratic_contrast_sees_no_line(n: int) -> None:
     weights = obstacle_checks.quadratic_contrast(tuple(range(n)))
@@ -222,7 +222,7 @@ def test_the_quadratic_contrast_sees_no_line(n: int) -> None:
     assert weights @ (x - x.mean()) ** 2 > 0.0
 
 
-@slow
+@examples(20)
 @given(seeds, st.booleans(), st.sampled_from([None, 3]), st.floats(0.05, 0.3))
 def test_the_logs_of_any_flight_keep_what_is_claimed(
     seed: int, is_shared: bool, stepnum: int | None, radius: float

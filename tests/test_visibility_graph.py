@@ -9,7 +9,7 @@ import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import fields, points, polygons, slow, usual
+from strategies import few, fields, points, polygons, usual
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, Point
@@ -65,7 +65,7 @@ def shortest(problem: cg.Problem, blocked: shapely.MultiPolygon) -> float:
 halves = st.integers(0, 8).map(lambda i: i / 2)
 
 
-@slow
+@few
 @given(polygons(), st.tuples(halves, halves), st.tuples(halves, halves))
 def test_around_areas_it_is_the_shortest_path(area: shapely.MultiPolygon, start: Point, goal: Point) -> None:
     """So says an independent search; where that finds none, the answer is that there is none."""

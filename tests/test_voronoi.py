@@ -9,7 +9,7 @@ import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import boxes, fields, points, polygons, seeds, slow, usual
+from strategies import boxes, few, fields, points, polygons, seeds, usual
 
 import cgla_graph as cg
 from cgla_graph._types import Bounds, FloatArray, Point
@@ -95,7 +95,7 @@ def test_the_way_between_two_threats_that_bar_it_is_their_bisector() -> None:
     assert crossing == pytest.approx(0.5, abs=1e-3)
 
 
-@slow
+@few
 @given(fields(min_threats=1), polygons(), points, points, st.integers(1, 5))
 def test_it_is_the_cheapest_way_along_the_diagram(
     field: cg.RiskField, area: shapely.MultiPolygon, start: Point, goal: Point, joined: int
@@ -171,7 +171,7 @@ def test_the_forces_are_those_of_the_least_cost(field: cg.RiskField, k: float, s
     assert (stiffness >= 4.0 * 6).all()
 
 
-@slow
+@few
 @given(fields(max_threats=4), polygons(), st.floats(0.0, 50.0), seeds)
 def test_a_relaxed_path_is_feasible_and_never_dearer(
     field: cg.RiskField, area: shapely.MultiPolygon, k: float, seed: int
@@ -213,7 +213,7 @@ def test_a_chain_around_a_wall_comes_near_the_shortest_way() -> None:
 # The solver
 
 
-@slow
+@few
 @given(fields(max_threats=12), points, points, st.floats(0.0, 100.0))
 def test_without_areas_there_is_always_a_path_and_the_chain_helps(
     field: cg.RiskField, start: Point, goal: Point, k: float
