@@ -1,6 +1,7 @@
 """Settings of all tests."""
 
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -8,6 +9,9 @@ from pathlib import Path
 
 import pytest
 import strategies  # noqa: F401 - how examples are drawn is settled before any test is imported
+
+# What a script starts in the background ignores Ctrl-C, and so would the programs that tests start and interrupt.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

@@ -353,6 +353,7 @@ def test_an_end_in_a_crevice_narrower_than_any_cell_is_reached() -> None:
         assert found.lower_bound > 0.9 * short
 
 
+@pytest.mark.slow
 def test_corners_far_from_the_map_do_no_harm() -> None:
     """A half plane whose border crosses the map, and ends close to it."""
     half_plane = shapely.Polygon([(-1e13, -0.7e13), (1e13, -1e13), (1e13, 0.7e13 + 0.1)])

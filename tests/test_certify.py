@@ -127,6 +127,7 @@ def test_certify_as_json(cgla: Call, tmp_path: Path) -> None:
     assert table == grids
 
 
+@pytest.mark.slow
 def test_more_cells_prove_more(cgla: Call) -> None:
     short = cgla("certify", "wall.toml", "--tolerance", "1e-6", "--max-cells", "16384")
     assert short.code == 0

@@ -109,6 +109,7 @@ texts = st.text("abcdefghijklmnopqrstuvwxyz ", min_size=1, max_size=40)
 grids = st.lists(st.lists(st.sampled_from([NARROW, WIDE]), min_size=1, max_size=2), min_size=1, max_size=2)
 
 
+@pytest.mark.slow
 @examples(6)
 @given(sides=grids, words=st.lists(texts, max_size=4), columns=st.integers(1, 2))
 def test_parts_of_a_page_never_overlap(sides: list[list[float]], words: list[str], columns: int) -> None:

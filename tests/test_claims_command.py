@@ -55,6 +55,7 @@ def test_each_counterexample_can_be_read(name: str, tmp_path: Path) -> None:
             assert counterexamples.scenario(name).title
 
 
+@pytest.mark.slow
 def test_a_few_claims_are_shown_with_their_evidence(cgla: Call) -> None:
     answer = cgla("claims", "c16", "13", "--quick", "--workers", 2)
     assert answer.code == 0
@@ -63,6 +64,7 @@ def test_a_few_claims_are_shown_with_their_evidence(cgla: Call) -> None:
     assert answer.out.index("C13") < answer.out.index("C16")
 
 
+@pytest.mark.slow
 def test_json_and_strict(cgla: Call) -> None:
     answer = cgla("claims", "C13-C16", "--quick", "--json", "--strict", "--workers", 0)
     document = answer.document()
@@ -124,6 +126,7 @@ def busy(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
             running.kill()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_a_study_that_is_killed_goes_on_and_finds_the_same(
     busy: subprocess.Popen[str], cgla: Call, tmp_path: Path
@@ -143,6 +146,7 @@ def test_a_study_that_is_killed_goes_on_and_finds_the_same(
     assert len(measured) == len(set(measured))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_ctrl_c_keeps_what_is_measured(busy: subprocess.Popen[str], tmp_path: Path) -> None:
     busy.send_signal(signal.SIGINT)

@@ -149,6 +149,7 @@ def test_solvers(cgla: Call) -> None:
     assert {"domain", "promises", "settings", "available", "summary"} <= set(lines[0])
 
 
+@pytest.mark.slow
 def test_solvers_without_ompl(cgla: Call, small: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "find_spec", lambda name: None if name == "ompl" else object())
     lines = {line["name"]: line["available"] for line in cgla("solvers", "--json").document()["solvers"]}
@@ -195,6 +196,7 @@ def test_compare_without_a_scenario_takes_the_papers_map(cgla: Call) -> None:
     assert row["length"] == pytest.approx(0.8 * math.sqrt(2.0))
 
 
+@pytest.mark.slow
 def test_compare_takes_every_solver(cgla: Call, small: Path) -> None:
     answer = cgla("compare", small, "--seeds", 1, "--budget", "seconds=0.2", "--json")
     document = answer.document()
@@ -298,6 +300,7 @@ def test_real_areas(cgla: Call, tmp_path: Path) -> None:
     assert {"finland_restricted.png", "finland_restricted.svg", "rows.csv"} <= names_in(tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_two_processes_find_the_same_rows(small: Path) -> None:
     solvers = "cgla,dijkstra,eight-direction,rrt-star:iterations=300,prm-star:milestones=100"
     answers = []
@@ -766,6 +769,7 @@ def interrupt_second() -> Callable[[Problem], Solution]:
     return solve
 
 
+@pytest.mark.slow
 def test_an_interrupt_keeps_what_is_done(cgla: Call, small: Path, enter: Callable[..., str], tmp_path: Path) -> None:
     name = enter(interrupt_second())
     answer = cgla("compare", small, small, small, "--solvers", f"cgla,{name}", "--out", "out", "--json")
@@ -812,6 +816,7 @@ def busy(small: Path, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
             running.kill()
 
 
+@pytest.mark.slow
 @pytest.mark.ompl
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_ctrl_c_in_the_middle(busy: subprocess.Popen[str], tmp_path: Path) -> None:
@@ -827,6 +832,7 @@ def test_ctrl_c_in_the_middle(busy: subprocess.Popen[str], tmp_path: Path) -> No
     assert (second["solver"], second["seed"]) == ("rrt-star:iterations=50", 1)
 
 
+@pytest.mark.slow
 @pytest.mark.ompl
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_a_kill_leaves_whole_runs_and_no_worker(busy: subprocess.Popen[str], tmp_path: Path) -> None:
@@ -879,6 +885,7 @@ main()
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits memory as Linux does")
 def test_negative_weights_end_no_process(tmp_path: Path) -> None:
     threats = ", ".join(f"{{ x = 0.5, y = {y}, spread = 0.1, peak = 3.0 }}" for y in (0.5, 0.52))
@@ -903,6 +910,7 @@ def test_areas_that_were_planned_are_read_back(cgla: Call, tmp_path: Path) -> No
     assert line.intersection(area.buffer(-1e-3)).is_empty
 
 
+@pytest.mark.slow
 def test_a_closed_standard_output_is_no_traceback() -> None:
     """As ``cgla scenarios >&-`` in a shell."""
     code = (

@@ -193,6 +193,7 @@ def test_wrong_budgets(cgla: Call, words: list[str], said: str) -> None:
 # The picture
 
 
+@pytest.mark.slow
 def test_the_picture_shows_every_path_twice(tmp_path: Path) -> None:
     scenario = load_scenario("finland")
     front = cg.pareto(scenario.problem, solver="lazy-theta-star", resolution=scenario.lattice, max_points=6)

@@ -30,7 +30,10 @@ from cgla_graph.errors import CglaError, WorkerError
 from cgla_graph.random_map import random_scenario
 
 needs_dask = pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="Dask is not installed")
-pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="looks at processes as Linux has them")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="looks at processes as Linux has them"),
+]
 
 
 @pytest.fixture(scope="module")

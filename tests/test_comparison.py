@@ -29,6 +29,7 @@ def cells(folder: str) -> list[tuple[str, str, int | None]]:
     return [(run.scenario.name, run.solver, run.seed) for run in load(Path(folder)).runs]
 
 
+@pytest.mark.slow
 def test_a_study_from_a_file(cgla: Call) -> None:
     answer = cgla("compare", "study.toml", "--out", "out", "--workers", 2)
     assert answer.code == 0
@@ -116,6 +117,7 @@ def test_the_example_is_a_study_and_the_schema_knows_its_keys(cgla: Call) -> Non
     assert tomllib.loads(text).keys() <= cgla("compare", "--schema").document()["properties"].keys()
 
 
+@pytest.mark.slow
 def test_looking_up(cgla: Call) -> None:
     cgla("compare", "study.toml", "--out", "out")
     text = cgla("results", "out").out
@@ -176,6 +178,7 @@ def test_a_message_cannot_steer_the_terminal(cgla: Call, tmp_path: Path, monkeyp
     assert "\\x1b[2J" in text
 
 
+@pytest.mark.slow
 def test_where_nobody_finds_a_path_nobody_wins(cgla: Call) -> None:
     words = ("compare", "one-threat", "paper", "--solvers", "cgla,dijkstra", "--limits", "seconds=1e-6")
     text = cgla(*words, "--no-certificate", "--workers", 1).out

@@ -147,6 +147,7 @@ def test_two_flights_are_the_same_up_to_rounding() -> None:
     assert not same_trace(free, dataclasses.replace(free, trace=free.trace + 1e-3))
 
 
+@pytest.mark.slow
 def test_nothing_is_random(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(claims, "HASH_SEEDS", (1,))
     assert check("C54").verdict is Verdict.REFUTED

@@ -58,6 +58,7 @@ def same(one: Run, two: Run) -> None:
         assert getattr(one.solution, name) == pytest.approx(getattr(two.solution, name), rel=0.0, nan_ok=True), name
 
 
+@pytest.mark.slow
 def test_whatever_a_solver_does_is_a_row(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -74,6 +75,7 @@ def test_whatever_a_solver_does_is_a_row(
     assert capfd.readouterr().out == ""
 
 
+@pytest.mark.slow
 def test_no_solver_leaves_anything_to_another(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plug_ins.install(tmp_path, monkeypatch)
     labels = ("honest", "dirties", "honest:note=again", "cgla", "dirties:note=again", "talks", "prm-star:milestones=50")
@@ -85,6 +87,7 @@ def test_no_solver_leaves_anything_to_another(tmp_path: Path, monkeypatch: pytes
     assert "the oracle says" in runs["dirties"].message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["disarms", "stops"])
 def test_a_solver_that_disarms_its_limit_is_stopped(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plug_ins.install(tmp_path, monkeypatch)
@@ -111,6 +114,7 @@ def _cell(run: Run) -> tuple[str, str, int | None]:
     return run.scenario.name, run.solver, run.seed
 
 
+@pytest.mark.slow
 def test_workers_work_at_the_same_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plug_ins.install(tmp_path, monkeypatch)
     place = tmp_path / "meeting"
@@ -119,6 +123,7 @@ def test_workers_work_at_the_same_time(tmp_path: Path, monkeypatch: pytest.Monke
     assert {run.solution.status.label for run in run_study(study(*labels), workers=2)} == {"found"}
 
 
+@pytest.mark.slow
 def test_nothing_is_run_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plug_ins.install(tmp_path, monkeypatch)
     tally = tmp_path / "tally"
@@ -138,6 +143,7 @@ def test_nothing_is_run_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert load(tmp_path).is_complete
 
 
+@pytest.mark.slow
 def test_a_proof_that_fails_leaves_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(execution, "PROOF", Limits(1e-3, 4096.0))
     asked = study("straight-line", tolerance=1e-9, limits=Limits(1e-3, 4096.0))
@@ -147,6 +153,7 @@ def test_a_proof_that_fails_leaves_a_reason(monkeypatch: pytest.MonkeyPatch) -> 
     assert "stopped after 0.001 s" in run.certificate.message
 
 
+@pytest.mark.slow
 def test_a_proof_has_time_where_runs_have_none() -> None:
     (run,) = run_study(study("straight-line", tolerance=0.1, limits=Limits(1e-6, 4096.0)), workers=1)
     assert run.solution.status is Status.TIMED_OUT

@@ -150,6 +150,7 @@ def test_one_variant_and_another_solver(cgla: Call) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_names_are_shown_as_they_are(cgla: Call, tmp_path: Path) -> None:
     odd = CROSSING.replace('"a"', '"[red]a[/red] :rocket:"').replace('"alone"', '"a/b: <c> $x$"')
     (tmp_path / "odd $name (1).toml").write_text(odd, encoding="utf-8")
@@ -264,6 +265,7 @@ def disagreements(lines: list[dict[str, Any]], flown: Flown) -> list[str]:
     return found
 
 
+@pytest.mark.slow
 def test_the_files(cgla: Call, flights: list[Flown]) -> None:
     cgla("fly", "small.toml", "--variant", "told", "--out", "out", "--no-value")
     kinds = ("jsonl", "csv", "png", "svg")

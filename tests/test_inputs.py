@@ -299,6 +299,7 @@ def test_files_that_cannot_be_read(tmp_path: Path, ending: str) -> None:
 # The published lengths
 
 
+@pytest.mark.slow
 @needs_grids
 @pytest.mark.parametrize("file", SCENS, ids=lambda file: file.name.partition(".")[0])
 def test_every_published_length(file: Path) -> None:
@@ -324,6 +325,7 @@ def test_every_published_length(file: Path) -> None:
     np.testing.assert_allclose([found[row.index] for row in rows], published, rtol=1e-4, atol=1e-6)
 
 
+@pytest.mark.slow
 @needs_grids
 @pytest.mark.parametrize("file", SCENS, ids=lambda file: file.name.partition(".")[0])
 def test_published_lengths_from_file_to_solver(file: Path) -> None:

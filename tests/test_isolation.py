@@ -126,6 +126,7 @@ def test_calls_that_wait_for_others(seed: int, size: int, workers: int, awkward:
         assert ended == {number: number * number for number in range(size)}
 
 
+@pytest.mark.slow
 def test_outcomes_come_as_they_end_and_calls_begin_in_order(awkward: ModuleType) -> None:
     slow, *rest = [Call("slow", awkward.nap, (1.0,)), *(Call(n, awkward.where) for n in range(6))]
     keys = [call.key for call, _ in isolated(one_by_one([slow, *rest]), workers=2, seconds=60.0)]
@@ -161,6 +162,7 @@ def test_shares_are_equal_and_apart(workers: int) -> None:
         assert max(counts) - min(counts) <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("megabytes", [60.0, 150.0])
 def test_memory_of_the_body_is_measured_and_limited_there_only(megabytes: float, awkward: ModuleType) -> None:
     for outcome in ends((awkward.use, megabytes), (awkward.use, megabytes)):
@@ -178,6 +180,7 @@ def test_a_limit_ends_with_its_body(awkward: ModuleType) -> None:
     assert inside[2][1] == before[2][1]
 
 
+@pytest.mark.slow
 def test_limits_without_a_limit(awkward: ModuleType) -> None:
     assert ends((awkward.hang_limited, math.inf), seconds=1.0)[0].message == "stopped after 1 s"
     # in the user's own process nothing is limited, only measured
@@ -211,6 +214,7 @@ def test_what_a_call_leaves_behind_goes_with_its_worker(tmp_path: Path, awkward:
         assert gone(pid)
 
 
+@pytest.mark.slow
 def test_a_worker_is_replaced_quickly(awkward: ModuleType) -> None:
     calls = [Call(n, awkward.leave if n % 2 else awkward.where, (0,) * (n % 2)) for n in range(11)]
     times = []
@@ -315,6 +319,7 @@ def test_what_a_call_prints_goes_to_standard_error(script: Path) -> None:
     assert "written by a call" in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("to_all", [True, False], ids=["from the keyboard", "to the program only"])
 def test_ctrl_c_ends_all_at_once(to_all: bool, script: Path, tmp_path: Path) -> None:
     folder = tmp_path / "workers"
@@ -333,6 +338,7 @@ def test_ctrl_c_ends_all_at_once(to_all: bool, script: Path, tmp_path: Path) -> 
     assert all(gone(pid) for pid in pids)
 
 
+@pytest.mark.slow
 def test_ctrl_c_while_workers_start(script: Path, tmp_path: Path) -> None:
     """What they are forked from is loading modules then, and must not die of it with a word of its own."""
     loaded = tmp_path / "loaded"
@@ -346,6 +352,7 @@ def test_ctrl_c_while_workers_start(script: Path, tmp_path: Path) -> None:
     assert err.count("KeyboardInterrupt") == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP])
 def test_workers_end_with_a_program_that_was_killed(how: signal.Signals, script: Path, tmp_path: Path) -> None:
     folder = tmp_path / "workers"
@@ -357,6 +364,7 @@ def test_workers_end_with_a_program_that_was_killed(how: signal.Signals, script:
         assert all(gone(pid) for pid in pids)
 
 
+@pytest.mark.slow
 def test_a_worker_that_hears_nothing_ends_at_its_limit(script: Path, tmp_path: Path, awkward: ModuleType) -> None:
     """Its lock held by compiled code, no thread of it can tell that the program is gone; the alarm still goes off."""
     note = tmp_path / "hung"
@@ -404,6 +412,7 @@ def test_workers_that_do_not_start(awkward: ModuleType, monkeypatch: pytest.Monk
         ends((awkward.where,))
 
 
+@pytest.mark.slow
 def test_the_fences_are_what_holds(awkward: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without what tells pebble of it, a worker that leaves with the code 0 is waited for until its time is up."""
     assert ends((awkward.leave, 0), seconds=1.0)[0].failure is Failure.CRASHED

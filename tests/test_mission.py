@@ -524,6 +524,7 @@ def test_price_of_ignorance_and_value_of_sharing_are_ratios_of_flown_costs() -> 
     assert all(math.isnan(value) for value in unshared.value_of_sharing.values())
 
 
+@pytest.mark.slow
 def test_the_same_mission_is_the_same_flight_in_every_process() -> None:
     code = (
         f"import sys, json; sys.path[:0] = {sys.path!r}; import test_mission as t;"

@@ -262,6 +262,7 @@ def test_bad_words(cgla: Call, words: list[str], said: list[str]) -> None:
     assert not Path("out").exists()
 
 
+@pytest.mark.slow
 def test_flights_in_processes_of_their_own_are_the_same(small: MissionFile) -> None:
     of = [Contender.parse("cgla"), Contender.parse("eight-direction")]
     here = {(run.variant, run.solver): run.row() for run in mission_runner.compare([small], of)}
@@ -271,6 +272,7 @@ def test_flights_in_processes_of_their_own_are_the_same(small: MissionFile) -> N
         assert {**row, "planning_seconds": 0} == {**far[key], "planning_seconds": 0}
 
 
+@pytest.mark.slow
 def test_a_flight_that_takes_too_long_is_a_row(small: MissionFile) -> None:
     limits = Limits(seconds=1e-3)
     runs = list(mission_runner.compare([small], [Contender.parse("cgla")], workers=1, limits=limits))

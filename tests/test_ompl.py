@@ -139,6 +139,7 @@ print(json.dumps({name: cg.solve(problem, name, seed=5, **names[name]).path.toli
 """
 
 
+@pytest.mark.slow
 def test_a_seed_gives_the_same_path_here_and_in_another_process() -> None:
     # evaluations stop the planners in mid-step, which must not matter either
     budgets = {name: {**QUICK[name], **({"evaluations": 15_000} if name in ANYTIME else {})} for name in QUICK}

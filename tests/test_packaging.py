@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = {"cgla_graph": "cgla_graph", "solvers": "cgla_graph/solvers", "comparisons": "cgla_graph/comparisons"}
 

@@ -165,6 +165,7 @@ def test_company_claim_fails_with_one_uav() -> None:
     assert [part.verdict for part in finding.parts].count(Verdict.SUPPORTED) == 2
 
 
+@pytest.mark.slow
 def test_worlds_without_effect_show_none() -> None:
     shown = 0
     for seed in range(20):
@@ -289,6 +290,7 @@ def test_each_remark_of_the_introduction_can_fail(change: Callable[[dict[str, An
 # --- real maps ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_planners_are_measured_in_every_cell() -> None:
     records = planner_experiments.planners(7)
     samples = Samples([{"map": 7, **record} for record in records])

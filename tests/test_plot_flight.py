@@ -296,6 +296,7 @@ def test_words_say_how_each_uav_is(told: Flown) -> None:
     assert state_at(late, late.ended) == f"arrived at tick {late.ended}"
 
 
+@pytest.mark.slow
 def test_a_gif_is_short_small_and_the_same_every_time(told: Flown, tmp_path: Path) -> None:
     (path,) = animate(told, [tmp_path / "told.gif"])
     data = path.read_bytes()
@@ -313,6 +314,7 @@ def test_a_gif_is_short_small_and_the_same_every_time(told: Flown, tmp_path: Pat
     assert {one.name for one in tmp_path.iterdir()} == {"told.gif", "again.gif"}
 
 
+@pytest.mark.slow
 def test_the_last_frame_of_a_gif_is_the_last_tick(told: Flown, tmp_path: Path) -> None:
     (path,) = animate(told, [tmp_path / "told.gif"])
     with style():
@@ -353,6 +355,7 @@ def path_of_programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="the program is a script")
 def test_ffmpeg_gets_every_frame(told: Flown, tmp_path: Path, path_of_programs: Path) -> None:
     fake_ffmpeg(
@@ -372,6 +375,7 @@ def test_ffmpeg_gets_every_frame(told: Flown, tmp_path: Path, path_of_programs: 
     assert {one.name for one in tmp_path.iterdir()} == {"bin", "told.mp4"}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="the program is a script")
 def test_an_ffmpeg_that_fails_leaves_nothing(told: Flown, tmp_path: Path, path_of_programs: Path) -> None:
     fake_ffmpeg(path_of_programs, "sys.exit('no such encoder')")

@@ -590,6 +590,7 @@ def pictures() -> list[Figure]:
     return [plots.map_figure(where, runs), trace]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".png", ".svg"])
 def test_the_same_input_gives_the_same_bytes(suffix: str, tmp_path: Path) -> None:
     first = [file_bytes(figure, tmp_path / f"first{suffix}") for figure in pictures()]
@@ -661,6 +662,7 @@ def test_an_unknown_format(name: str, tmp_path: Path) -> None:
     assert names(tmp_path) == []
 
 
+@pytest.mark.slow
 def test_a_figure_that_cannot_be_drawn(tmp_path: Path) -> None:
     figure = Figure()
     figure.add_artist(Text(0.5, 0.5, "$\\nonsense$", parse_math=True))

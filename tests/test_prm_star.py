@@ -137,6 +137,7 @@ def test_a_larger_roadmap_holds_the_smaller_one_and_prm_star_proper() -> None:
     assert proper < edges(large)
 
 
+@pytest.mark.slow
 def test_milestones_are_uniform_outside_of_the_area() -> None:
     roadmap = grown(AROUND, [8000])
     at = roadmap.positions[2:8000]
@@ -162,6 +163,7 @@ def slope(n_milestones: list[int]) -> float:
     return float(np.polyfit(np.log(n_milestones), np.log(gaps(n_milestones)), 1)[0])
 
 
+@pytest.mark.slow
 def test_the_gap_falls_like_the_radius() -> None:
     # sqrt(log(n) / n) falls with a slope of -0.43 here; seven seeds leave some noise
     assert -0.8 < slope([250, 1000, 4000]) < -0.35
@@ -175,6 +177,7 @@ class Stuck(Roadmap):
         self.positions = self.positions[np.r_[:62, np.arange(len(self.positions) - 62) % 60 + 2]]
 
 
+@pytest.mark.slow
 def test_a_sampler_that_gets_stuck_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(prm_star, "Roadmap", Stuck)
     assert slope([250, 1000, 4000]) > -0.2
@@ -310,6 +313,7 @@ print(cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=10.0), "prm-star", mi
 """
 
 
+@pytest.mark.slow
 def test_another_process_without_ompl_finds_the_same_path() -> None:
     done = subprocess.run(
         [sys.executable, "-c", WITHOUT_OMPL],

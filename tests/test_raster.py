@@ -150,6 +150,7 @@ def test_a_plan_costs_what_dijkstra_finds(data: st.DataObject) -> None:
         guide = guide.knowing(model)
 
 
+@pytest.mark.slow
 @few
 @given(seeds, st.sampled_from([1.0, 10.0, 200.0]), areas())
 def test_plans_on_the_way_cost_what_dijkstra_finds(seed: int, k: float, area: shapely.MultiPolygon) -> None:
@@ -282,6 +283,7 @@ def check_flights(mission: cg.Mission) -> None:
         np.testing.assert_allclose(one.trace, other.trace, rtol=0.0, atol=1e-9)
 
 
+@pytest.mark.slow
 @few
 @given(
     seeds,

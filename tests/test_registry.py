@@ -166,6 +166,7 @@ main()
 """
 
 
+@pytest.mark.slow
 def test_a_process_without_ompl_runs_everything_else(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", BLOCKED], capture_output=True, text=True, check=False, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")

@@ -109,6 +109,7 @@ def answer(cost: float) -> Solution:
 # ---- the page
 
 
+@pytest.mark.slow
 def test_the_page_asks_for_nothing_but_itself(page: Page) -> None:
     for tag, attributes in page.elements:
         assert tag not in {"iframe", "object", "embed", "base", "form"} or attributes.get("id") == "filters"

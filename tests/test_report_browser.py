@@ -38,10 +38,13 @@ from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 DRIVER = shutil.which("chromedriver")
-pytestmark = pytest.mark.skipif(
-    not NEEDED and (CHROMIUM is None or DRIVER is None),
-    reason="no Chromium with its driver is installed (chromium, chromedriver)",
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        not NEEDED and (CHROMIUM is None or DRIVER is None),
+        reason="no Chromium with its driver is installed (chromium, chromedriver)",
+    ),
+]
 
 SWITCHES = (
     "--headless=new",

@@ -338,6 +338,7 @@ def solved(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_each_row_again_is_identical(solved: Path, capfd: pytest.CaptureFixture[str]) -> None:
     for run in load(solved).runs:
         assert run.number is not None

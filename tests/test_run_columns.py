@@ -30,6 +30,7 @@ def records(file: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(lines))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "columns"), [("rows.csv", COLUMNS), ("export.csv", RUN_COLUMNS)])
 def test_a_new_column_is_in_files(written: Path, name: str, columns: tuple[str, ...]) -> None:
     found = records(written / name)
@@ -71,6 +72,7 @@ def test_keys_and_heads_are_said_once() -> None:
     assert len(set(heads)) == len(heads)
 
 
+@pytest.mark.slow
 def test_a_seed_may_be_greater_than_any_float() -> None:
     (run,) = stored_of([dataclasses.replace(small_runs()[0], seed=10**400)]).runs
     assert row(run)["seed"] == 10**400
@@ -80,6 +82,7 @@ def test_a_seed_may_be_greater_than_any_float() -> None:
     assert str(10**400) in captured.get()
 
 
+@pytest.mark.slow
 def test_a_narrow_terminal_leaves_out_the_sparest_first() -> None:
     console = Console(width=110)
     with console.capture() as captured:

@@ -124,6 +124,7 @@ def test_settings_of_the_scenario_are_used_and_those_of_the_user_win() -> None:
     assert own.solution.cost == pytest.approx(users.solution.cost, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_same_again() -> None:
     first, second = (runs_of([small()], *registry.names(), seeds=2) for _ in range(2))
     for one, two in zip(first, second, strict=True):
@@ -229,6 +230,7 @@ def test_start_equal_to_goal_on_a_graph() -> None:
         assert (solution.status.is_path, solution.cost, list(solution.nodes)) == (True, 0.0, [4])
 
 
+@pytest.mark.slow
 def test_where_no_path_exists_every_solver_says_so() -> None:
     shut = WALL.replace("0.8", "1.1")
     for run in runs_of([small(more=shut)], *registry.names()):

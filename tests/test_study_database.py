@@ -385,6 +385,7 @@ def write_in_another_process(folder: Path, n_seeds: int) -> "subprocess.Popen[st
     return subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
 def test_a_kill_loses_nothing_and_the_study_goes_on(folder: Path) -> None:
     n_seeds = 1500

@@ -208,6 +208,7 @@ def test_a_counterexample_that_shows_nothing_is_noticed(claim: str, name: str, m
         check(claim, flown({}) if claim == "C41" else shared({}, {}))
 
 
+@pytest.mark.slow
 def test_the_shipped_fig7_shows_what_the_paper_does(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
     assert obstacle_checks._pattern_of_fig7("exact", 0.2) == (True, False, True)
@@ -222,6 +223,7 @@ def test_the_quadratic_contrast_sees_no_line(n: int) -> None:
     assert weights @ (x - x.mean()) ** 2 > 0.0
 
 
+@pytest.mark.slow
 @examples(20)
 @given(seeds, st.booleans(), st.sampled_from([None, 3]), st.floats(0.05, 0.3))
 def test_the_logs_of_any_flight_keep_what_is_claimed(
@@ -274,6 +276,7 @@ def test_properties_are_proved() -> None:
     assert check("C43").verdict is check("C49").verdict is Verdict.PROVED
 
 
+@pytest.mark.slow
 def test_experiments_measure_the_same_again_in_every_case(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(team_experiments, "CELLS", CELLS[1:2])
     monkeypatch.setattr(team_experiments, "RADII", (0.2,))

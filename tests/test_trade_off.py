@@ -357,6 +357,7 @@ def test_no_duality_gap_at_the_corners_of_the_front(problem: cg.Problem, limited
     assert plan.dual_bound == pytest.approx(expected, rel=1e-8, abs=NEAR)
 
 
+@pytest.mark.slow
 @own.slow
 @given(maps(), st.floats(0.0, 1.1), st.sampled_from(["risk", "length"]))
 def test_the_bound_is_below_every_path_that_keeps_the_budget(problem: cg.Problem, share: float, limited: str) -> None:
@@ -405,6 +406,7 @@ def test_in_the_plane_a_path_is_bent_until_the_budget_is_used_up() -> None:
     assert length.solution.risk <= 1.1 * budget
 
 
+@pytest.mark.slow
 def test_in_the_plane_the_gap_between_two_corners_is_searched_too() -> None:
     """No risk weight asks for such a path, yet it is no longer than the lattice's."""
     problem = load_scenario("paper").problem
@@ -463,6 +465,7 @@ def test_an_ample_budget_gives_the_shortest_path() -> None:
 # Two weights
 
 
+@pytest.mark.slow
 @own.fast
 @given(own.weight_matrices(max_nodes=7), st.data())
 def test_constrained_paths_against_all_paths(matrix: FloatArray, data: st.DataObject) -> None:

@@ -370,6 +370,7 @@ def test_state_is_what_is_in_the_database(tmp_path: Path) -> None:
     assert (state.runs, state.cells, state.complete) == (len(stored.runs), stored.n_cells, stored.is_complete)
 
 
+@pytest.mark.slow
 def test_a_page_is_built_once_for_all(folder: Path) -> None:
     built = []
 
@@ -477,6 +478,7 @@ def test_a_port_that_is_none_is_one_line(folder: Path, port: int) -> None:
         view.serve(folder, port=port)
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_it_quietly(folder: Path) -> None:
     imports = "import sys, pathlib; from cgla_graph.comparisons.report.view import serve"
     program = f"{imports}; serve(pathlib.Path(sys.argv[1]))"
