@@ -37,10 +37,10 @@ check: lint
 bench: $(INSTALLED)
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-columns=min,median,rounds -s
 
-# an hour: every claim of the paper in full, then the verdicts that are shipped and the README's table of them
+# an hour: every claim of the paper in full, then the verdicts that are shipped and the manual's table of them
 claims: $(INSTALLED)
 	$(BIN)/cgla claims --out results/claims --overwrite
-	$(BIN)/python -m cgla_graph.comparisons.claims.summary results/claims/claims.json README.md
+	$(BIN)/python -m cgla_graph.comparisons.claims.summary results/claims/claims.json docs/claims.md
 
 $(INSTALLED): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed: make PYTHON=…" if sys.version_info < (3, 11) else 0)'

@@ -1,4 +1,4 @@
-"""The verdicts that are shipped are those of a full study, and the README shows them."""
+"""The verdicts that are shipped are those of a full study, and the manual shows them."""
 
 import json
 from pathlib import Path
@@ -10,7 +10,7 @@ from cgla_graph.comparisons.claims import catalogue, summary
 from cgla_graph.comparisons.claims.claim import Verdict
 from cgla_graph.errors import ClaimError
 
-README = Path(__file__).resolve().parents[1] / "README.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "claims.md"
 
 
 def _document(**changes: object) -> dict[str, Any]:
@@ -29,8 +29,8 @@ def _document(**changes: object) -> dict[str, Any]:
     return {"maps": 200, "seed": 1, "quick": False, "claims": claims, **changes}
 
 
-def test_the_readme_shows_the_verdicts_that_are_shipped() -> None:
-    text = README.read_text(encoding="utf-8")
+def test_the_manual_shows_the_verdicts_that_are_shipped() -> None:
+    text = PAGE.read_text(encoding="utf-8")
     assert summary.with_table(text, summary.shipped_verdicts()) == text
 
 
@@ -54,8 +54,8 @@ def test_a_sample_of_a_study_is_not_shipped() -> None:
 def test_the_table_takes_the_place_of_the_last_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     document = summary.shortened(_document())
     assert "more" not in document["claims"][0]
-    readme = f"above\n{summary.BEGIN}\nold\n{summary.END}\nbelow\n"
-    once = summary.with_table(readme, document)
+    page = f"above\n{summary.BEGIN}\nold\n{summary.END}\nbelow\n"
+    once = summary.with_table(page, document)
     assert summary.with_table(once, document) == once
     assert "old" not in once
     assert "| C54 | a \\| b | proved |" in once
@@ -64,7 +64,7 @@ def test_the_table_takes_the_place_of_the_last_one(tmp_path: Path, monkeypatch: 
         summary.with_table("no marks", document)
     monkeypatch.setattr(summary, "__file__", str(tmp_path / "summary.py"))
     (tmp_path / "claims.json").write_text(json.dumps(_document()))
-    (tmp_path / "README.md").write_text(readme)
-    summary.main(tmp_path / "claims.json", tmp_path / "README.md")
-    assert (tmp_path / "README.md").read_text() == once
+    (tmp_path / "claims.md").write_text(page)
+    summary.main(tmp_path / "claims.json", tmp_path / "claims.md")
+    assert (tmp_path / "claims.md").read_text() == once
     assert json.loads((tmp_path / summary.FILE).read_text()) == document

@@ -1,64 +1,269 @@
-"""The README is true: its Python runs, its commands and solvers exist."""
+"""The README and the manual are true: their blocks run, each by itself, and nothing that there is goes unmentioned."""
 
+import dataclasses
+import json
 import re
 import shlex
+import tomllib
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+import typer.main
+from command_line import caller
+from pages import INDEX, PAGES, README, ROOT, Block, Page, agrees
 
-from cgla_graph.comparisons.study.limits import Limits
-from cgla_graph.comparisons.study.study_file import study_from_toml
-from cgla_graph.mission_file import shipped_missions
-from cgla_graph.scenario import shipped
+import cgla_graph as cg
+from cgla_graph import comparisons
+from cgla_graph.comparisons import certify, flight_files, flight_runs, performance, run_columns, trade_off
+from cgla_graph.comparisons.claims import summary
+from cgla_graph.comparisons.cli import app
+from cgla_graph.comparisons.study.study_file import is_study_file, read_study, study_schema
+from cgla_graph.flight import MissionStatus
+from cgla_graph.mission import Mission
+from cgla_graph.mission_file import is_mission_file, load_mission, mission_schema, shipped_missions
+from cgla_graph.scenario import load_scenario, schema, shipped
+from cgla_graph.sharing import Sharing
 from cgla_graph.solvers import registry
+from cgla_graph.uav import Uav
+from cgla_graph.virtual_obstacle import VirtualObstacle
 
-README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
+ENTRANCE, *MANUAL = EVERY = [Page(path) for path in PAGES]
+BLOCKS = [block for page in EVERY for block in page.blocks]
+#: Every word that is set as code, and all text that is none.
+CODE = set().union(*(page.code for page in EVERY))
+LANGUAGES = {"python", "sh", "toml", "json", "text"}
+#: What a newcomer types besides `cgla`, and what of it there has to be.
+OTHER_PROGRAMS = {"git", "cd", "source", "make", "pip"}
+#: Words that this field says in others.
+RIDDLES = re.compile(r"\b(dearer|dearest|for ever|forever|lock each other)\b", re.IGNORECASE)
 
-
-def blocks(language: str) -> list[str]:
-    """All code blocks of one language, in order."""
-    return re.findall(rf"^```{language}\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
-
-
-def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    """One block after the other, in one namespace, as a reader would type them."""
-    space: dict[str, object] = {}
-    for block in blocks("python"):
-        exec(compile(block, "README.md", "exec"), space)  # noqa: S102 - our own text
-    assert "optimal" in capsys.readouterr().out
-
-
-def test_the_api_fits_in_twenty_lines() -> None:
-    lines = [line for line in blocks("python")[0].splitlines() if line.strip()]
-    assert len(lines) <= 20
+COMMANDS: dict[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 
 
-def test_every_solver_is_in_the_readme() -> None:
+def chosen(language: str) -> list[Any]:
+    """Give the blocks of one language to a test; those that are slow with the marker."""
+    return [
+        pytest.param(block, id=block.place, marks=[pytest.mark.slow] if block.note("slow") else [])
+        for block in BLOCKS
+        if block.language == language and block.note("not run") is None
+    ]
+
+
+def calls(block: Block) -> list[list[str]]:
+    """Split the commands of a block into words."""
+    return [words for line in block.text.splitlines() if (words := shlex.split(line, comments=True))]
+
+
+def cgla_calls(blocks: Iterable[Block]) -> Iterator[tuple[str, list[str]]]:
+    """Return the calls of `cgla`: where each is, and its words, without what the shell does with its output."""
+    for block in blocks:
+        for words in calls(block) if block.language == "sh" else []:
+            if words[0] == "cgla":
+                yield block.place, words[1 : words.index(">") if ">" in words else None]
+
+
+def put_files(page: Path, folder: Path) -> None:
+    """Put the files that a page shows into a folder."""
+    for block in BLOCKS:
+        name = block.note("file")
+        if name is not None and block.page == page:
+            (folder / name).write_text(block.text, encoding="utf-8")
+
+
+@pytest.mark.parametrize("block", chosen("python"))
+def test_python_runs_by_itself_and_prints_what_the_page_says(
+    block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    put_files(block.page, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block.text, block.place, "exec"), {"__name__": "reader"})  # noqa: S102 - our own text
+
+    printed = capsys.readouterr().out
+    assert agrees(block.output or "", printed), printed
+
+
+@pytest.mark.parametrize("block", chosen("sh"))
+def test_commands_run_by_themselves_and_print_what_the_page_says(
+    block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """In a folder that holds the files of the page, and at the width that outputs of the manual have."""
+    put_files(block.page, tmp_path)
+    call = caller(tmp_path, monkeypatch, capfd)
+    monkeypatch.setenv("COLUMNS", "100")
+    printed = ""
+    for words in calls(block):
+        if words[0] != "cgla":
+            continue
+        target = words[words.index(">") + 1] if ">" in words else None
+        answer = call(*words[1 : words.index(">") if ">" in words else None])
+        assert answer.code == 0, answer.err
+        printed += answer.out
+        if target is not None:
+            (tmp_path / target).write_text(answer.out, encoding="utf-8")
+
+    assert block.output is None or agrees(block.output, printed), printed
+
+
+@pytest.mark.parametrize("block", chosen("toml"))
+def test_toml_is_a_file_that_the_toolkit_reads(block: Block, tmp_path: Path) -> None:
+    put_files(block.page, tmp_path)
+    name = block.note("file")
+    if name is None:
+        assert "project" in tomllib.loads(block.text)
+        return
+    path = tmp_path / name
+    if is_study_file(path):
+        read_study(path)
+    elif is_mission_file(path):
+        load_mission(path).missions(registry.get)
+    else:
+        load_scenario(path)
+
+
+def test_what_a_page_states_is_held_against_what_is_printed() -> None:
+    """Times and the widths that follow from them may differ, numbers may not; dots stand for anything."""
+    printed = "cost 1.49\n━━━━━\ntook 12.5 ms\nwritten\n"
+    for stated in ("cost 1.49\n━━\ntook 1 s\nwritten\n", "cost 1.49\n…\n", "…written\n"):
+        assert agrees(stated, printed)
+    for stated in ("cost 1.48\n…\n", "cost 1.49\n", "", "…\nwrote\n"):
+        assert not agrees(stated, printed)
+
+
+def test_blocks_have_a_language_and_notes_that_are_known() -> None:
+    for block in BLOCKS:
+        assert block.language in LANGUAGES, block.place
+        assert {note.split(":")[0] for note in block.notes} <= {"file", "slow", "not run"}, block.place
+        if block.language == "json":
+            json.loads(block.text)
+
+
+@pytest.mark.parametrize(("place", "words"), [pytest.param(*call, id=call[0]) for call in cgla_calls(BLOCKS)])
+def test_commands_are_real(place: str, words: list[str]) -> None:
+    """Every command exists and has the options that a page gives it; scenarios are shipped, or files."""
+    name, *rest = words
+    if name in {"--help", "--version"}:
+        return
+    given = COMMANDS[name].make_context(name, rest, resilient_parsing="--help" in rest).params
+    named = [given.get("scenario"), given.get("mission"), *(given.get("scenarios") or [])]
+    for spec in filter(None, named):
+        assert spec in {*shipped(), *shipped_missions()} or re.search(r"\.(toml|geojson|map|scen)(:[\d-]+)?$", spec), (
+            place
+        )
+
+
+def test_other_programs_find_what_they_are_told() -> None:
+    """Make has the targets, the package the extras that pages name."""
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    for block in BLOCKS:
+        for program, *rest in calls(block) if block.language == "sh" else []:
+            assert program == "cgla" or program in OTHER_PROGRAMS, block.place
+            if program == "make":
+                assert all(re.search(rf"^{target}:", makefile, flags=re.MULTILINE) for target in rest), block.place
+            if program == "pip":
+                assert {extra for word in rest for extra in re.findall(r"\[(\w+)\]", word)} <= extras.keys(), (
+                    block.place
+                )
+    for target in re.findall(r"`make (\w+)`", " ".join(page.prose for page in EVERY)):
+        assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), target
+
+
+def test_the_readme_is_an_entrance() -> None:
+    lines = ENTRANCE.text.splitlines()
+    assert len(lines) <= 200
+    assert any(line.startswith("![") for line in lines[:10])
+    first, last = (block.text for block in ENTRANCE.blocks if block.language == "python")
+    assert len([line for line in first.splitlines() if line.strip()]) <= 10
+    assert len([line for line in last.splitlines() if line.strip()]) <= 15
+    for heading in ("install", "limits", "tests"):
+        assert heading in ENTRANCE.anchors
+    for target in ("make test", "make check", "make fuzz"):
+        assert re.search(rf"`{target}`.*\bmin\b", ENTRANCE.text), f"how long does {target} take?"
+
+
+@pytest.mark.parametrize("page", EVERY, ids=lambda page: str(page.path.relative_to(ROOT)))
+def test_links_and_pictures_are_there(page: Page) -> None:
+    for link in page.links:
+        if link.startswith(("http://", "https://")):
+            continue
+        name, _, anchor = link.partition("#")
+        target = (page.path.parent / name).resolve() if name else page.path
+        assert target.is_file(), f"{page.path.name}: {link}"
+        if anchor:
+            assert anchor in Page(target).anchors, f"{page.path.name}: {link}"
+
+
+def test_every_page_is_linked_from_the_entrance_and_the_index() -> None:
+    for start in (README, INDEX):
+        linked = {(start.parent / link.partition("#")[0]).resolve() for link in Page(start).links}
+        assert {*PAGES} - {start} <= linked
+
+
+def test_every_picture_is_shown() -> None:
+    shown = {(page.path.parent / link).resolve() for page in EVERY for link in page.links}
+    assert {*(ROOT / "comparisons" / "pictures").iterdir()} <= shown
+
+
+@pytest.mark.parametrize("page", EVERY, ids=lambda page: str(page.path.relative_to(ROOT)))
+def test_pages_say_it_in_the_words_of_the_field(page: Page) -> None:
+    prose = re.sub(r"<!-- verdicts.*<!-- end of verdicts -->", "", page.prose, flags=re.DOTALL)
+    assert not RIDDLES.findall(prose)
+
+
+def test_every_command_and_option_is_told() -> None:
+    options = {
+        option for command in COMMANDS.values() for one in command.params for option in (*one.opts, *one.secondary_opts)
+    }
+    text = next(page for page in MANUAL if page.path.name == "command-line.md").text
+    for option in options:
+        assert not option.startswith("--") or re.search(rf"{option}\b", text), option
+    for name in COMMANDS:
+        assert f"`cgla {name}`" in text
+
+
+def test_every_solver_and_its_settings_are_told() -> None:
+    """Settings stand in a row with the solver's name, each with its default."""
+    text = next(page for page in MANUAL if page.path.name == "solvers.md").text
+    rows = [line for line in text.partition("## Settings")[2].splitlines() if line.startswith("| `")]
     for name in registry.names(installed=False):
-        assert f"`{name}`" in README
+        (row,) = (line for line in rows if f"`{name}`" in line.split("|")[1])
+        for setting in dataclasses.fields(registry.solver_class(name)):  # type: ignore[arg-type]
+            assert re.search(rf"`{setting.name}` {re.escape(str(setting.default))}(,| \|)", row), (name, setting.name)
 
 
-def test_the_commands_of_the_readme_name_real_options(capsys: pytest.CaptureFixture[str]) -> None:
-    """Every subcommand exists, has the options that the README gives it, and scenarios are shipped or made by it."""
-    import typer.main  # noqa: PLC0415 - only here
-
-    from cgla_graph.comparisons.cli import app  # noqa: PLC0415 - only here
-
-    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
-    lines = [line for block in blocks("sh") for line in block.splitlines() if line.startswith("cgla ")]
-    assert len(lines) >= 6
-    for line in lines:
-        _, name, *rest = shlex.split(line, comments=True)
-        options = {option for parameter in commands[name].params for option in parameter.opts}
-        assert {word for word in rest if word.startswith("--")} <= options
-        if name in {"compare", "plan", "fly"} and rest and not rest[0].startswith("--"):
-            missions = [] if name == "plan" else shipped_missions()
-            known = missions if name == "fly" else [*shipped(), *missions, "mine.toml", "study.toml"]
-            assert rest[0] in known
+def keys_of(table: dict[str, Any]) -> set[str]:
+    """Return the keys that a JSON schema knows, those of tables in it among them."""
+    found = set(table.get("properties", {}))
+    return found.union(*(keys_of(part) for part in table.get("$defs", {}).values()))
 
 
-def test_the_study_of_the_readme_is_one() -> None:
-    (text,) = (block for block in blocks("toml") if "scenarios" in block)
-    study = study_from_toml(text)
-    assert len(list(study.cells())) > 100
-    assert study.limits == Limits(60.0, 2048.0)
+@pytest.mark.parametrize(
+    "names",
+    [
+        pytest.param([*shipped(), *shipped_missions()], id="what is shipped"),
+        pytest.param([*(one.label for one in cg.Status), *(one.label for one in MissionStatus)], id="statuses"),
+        pytest.param([*cg.__all__, *comparisons.__all__], id="public names"),
+        pytest.param(keys_of(schema()) | keys_of(mission_schema()) | keys_of(study_schema()), id="keys of files"),
+        pytest.param(
+            [one.name for kind in (Mission, Uav, Sharing, VirtualObstacle) for one in dataclasses.fields(kind)],
+            id="settings of missions",
+        ),
+        pytest.param([one.key for one in run_columns.COLUMNS], id="columns of runs"),
+        pytest.param([*flight_runs.COLUMNS, *flight_files.TRACE_COLUMNS], id="columns of flights"),
+        pytest.param([*certify.COLUMNS, *trade_off.COLUMNS], id="columns of proofs and fronts"),
+        pytest.param(
+            [re.sub("_(low|high)$", "", one) for one in performance.PERFORMANCE_COLUMNS], id="columns of summaries"
+        ),
+    ],
+)
+def test_nothing_goes_unmentioned(names: Iterable[str]) -> None:
+    # what a constructor takes as another word, or works out by itself
+    hidden = {"world", "uavs", "solver", "is_on"}
+    missing = {name for name in names if name not in CODE and not any(word.endswith(f".{name}") for word in CODE)}
+    assert missing <= hidden
+
+
+def test_the_entrance_sums_up_the_verdicts_that_are_shipped() -> None:
+    assert summary.counted(summary.shipped_verdicts()) in " ".join(ENTRANCE.text.split())

@@ -1,5 +1,5 @@
 """
-The verdicts of the last full study, as they are shipped, and the table of them in the README.
+The verdicts of the last full study, as they are shipped, and the table of them in the manual.
 
 ``make claims`` makes both: it checks all claims in full, then runs this module.
 """
@@ -21,7 +21,7 @@ FILE = "verdicts.json"
 ENTRIES = ("id", "place", "kind", "sentence", "verdict", "result")
 #: The paper's claims, all told.
 N_CLAIMS = 54
-#: What encloses the table in the README.
+#: What encloses the table on its page.
 BEGIN, END = "<!-- verdicts: written by make claims -->", "<!-- end of verdicts -->"
 
 
@@ -57,9 +57,22 @@ def shortened(document: dict[str, Any]) -> dict[str, Any]:
     return {"maps": document["maps"], "seed": document["seed"], "claims": kept}
 
 
-def readme_table(document: dict[str, Any]) -> str:
+def counted(document: dict[str, Any]) -> str:
     """
-    Write the table of the README from what is shipped.
+    Count the verdicts, the most frequent first.
+
+    Examples
+    --------
+    >>> counted({"claims": [{"verdict": "proved"}, {"verdict": "refuted"}, {"verdict": "proved"}]})
+    '2 proved, 1 refuted'
+    """
+    counts = Counter(claim["verdict"] for claim in document["claims"])
+    return ", ".join(f"{number} {verdict}" for verdict, number in counts.most_common())
+
+
+def verdict_table(document: dict[str, Any]) -> str:
+    """
+    Write the table of the manual from what is shipped.
 
     Parameters
     ----------
@@ -72,10 +85,8 @@ def readme_table(document: dict[str, Any]) -> str:
         Markdown: the lines between the two marks.
     """
     scale = Scale(document["maps"], document["seed"])
-    counts = Counter(claim["verdict"] for claim in document["claims"])
-    total = ", ".join(f"{number} {verdict}" for verdict, number in counts.most_common())
     lines = [
-        f"{len(document['claims'])} claims ({scale_words(scale)}): {total}.",
+        f"{len(document['claims'])} claims ({scale_words(scale)}): {counted(document)}.",
         "",
         "| claim | what the paper says | verdict |",
         "|---|---|---|",
@@ -88,28 +99,28 @@ def _cell(text: str) -> str:
     return " ".join(text.replace("|", "\\|").split())
 
 
-def with_table(readme: str, document: dict[str, Any]) -> str:
+def with_table(page: str, document: dict[str, Any]) -> str:
     """
-    Put the table between the two marks of a README.
+    Put the table between the two marks of a page.
 
     Raises
     ------
     ClaimError
         If it does not have both marks, once each.
     """
-    if readme.count(BEGIN) != 1 or readme.count(END) != 1:
-        msg = f"the README needs the lines {BEGIN} and {END}, once each"
+    if page.count(BEGIN) != 1 or page.count(END) != 1:
+        msg = f"the page needs the lines {BEGIN} and {END}, once each"
         raise ClaimError(msg)
-    before, _, rest = readme.partition(BEGIN)
+    before, _, rest = page.partition(BEGIN)
     _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n{readme_table(document)}\n{END}{after}"
+    return f"{before}{BEGIN}\n{verdict_table(document)}\n{END}{after}"
 
 
-def main(claims: Path, readme: Path) -> None:
-    """Take the verdicts of a study over into what is shipped, and into the README."""
+def main(claims: Path, page: Path) -> None:
+    """Take the verdicts of a study over into what is shipped, and onto its page."""
     document = shortened(json.loads(claims.read_text(encoding="utf-8")))
     write_text(Path(__file__).with_name(FILE), json.dumps(document, ensure_ascii=False, indent=1) + "\n")
-    write_text(readme, with_table(readme.read_text(encoding="utf-8"), document))
+    write_text(page, with_table(page.read_text(encoding="utf-8"), document))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,140 @@
+"""The README and the manual as tests read them: blocks of code, what they print, links."""
+
+import re
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[1]
+README = ROOT / "README.md"
+INDEX = ROOT / "docs" / "README.md"
+#: The entrance first, then the manual.
+PAGES = (README, INDEX, *sorted(path for path in INDEX.parent.glob("*.md") if path != INDEX))
+
+#: A comment that steers a block: ``file: NAME``, ``slow`` or ``not run: WHY``.
+NOTE = re.compile(r"<!-- (.+) -->")
+#: What one run does not share with the next.
+TIME = re.compile(r"[\d.,]+(e-?\d+)? (µs|ms|s|min|h)\b")
+BOX = re.compile(r"[━─]+")
+
+
+class Block(NamedTuple):
+    """
+    A fenced block of code on a page.
+
+    Attributes
+    ----------
+    page
+        Where it is.
+    line
+        The line of its fence, counted from 1.
+    language
+        As its fence says.
+    text
+        What is in it.
+    notes
+        The comments right above it, which readers do not see.
+    output
+        What it prints, if a ``text`` block behind it says so.
+    """
+
+    page: Path
+    line: int
+    language: str
+    text: str
+    notes: tuple[str, ...] = ()
+    output: str | None = None
+
+    @property
+    def place(self) -> str:
+        """Page and line."""
+        return f"{self.page.relative_to(ROOT)}:{self.line}"
+
+    def note(self, name: str) -> str | None:
+        """Return what a note says: of ``file: mine.toml`` the name, of one word that word; None without it."""
+        for note in self.notes:
+            if note.split(":")[0] == name:
+                return note.partition(":")[2].strip() or note
+        return None
+
+
+class Page:
+    """
+    One page.
+
+    Attributes
+    ----------
+    path
+        The file.
+    text
+        Its text.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.text = path.read_text(encoding="utf-8")
+
+    @cached_property
+    def blocks(self) -> list[Block]:
+        """Its blocks; a ``text`` block that is no file belongs to the block before it."""
+        found: list[Block] = []
+        lines = self.text.splitlines()
+        at = 0
+        while at < len(lines):
+            if lines[at].startswith("```"):
+                end = next(n for n in range(at + 1, len(lines)) if lines[n] == "```")
+                text = "".join(f"{line}\n" for line in lines[at + 1 : end])
+                block = Block(self.path, at + 1, lines[at].removeprefix("```"), text, _notes_above(lines, at))
+                if block.language == "text" and not block.notes:
+                    assert found, f"{block.place} is printed by nothing"
+                    assert found[-1].output is None, f"{block.place}: {found[-1].place} prints it twice"
+                    found[-1] = found[-1]._replace(output=text)
+                else:
+                    found.append(block)
+                at = end
+            at += 1
+        return found
+
+    @cached_property
+    def prose(self) -> str:
+        """Its text without blocks."""
+        return re.sub(r"^```.*?^```$", "", self.text, flags=re.MULTILINE | re.DOTALL)
+
+    @cached_property
+    def links(self) -> list[str]:
+        """The targets of its links and pictures."""
+        return re.findall(r"\]\(([^)\s]+)\)", self.prose)
+
+    @cached_property
+    def anchors(self) -> set[str]:
+        """What a link may point at on this page: its headings, as browsers of Markdown name them."""
+        headings = re.findall(r"^#+ (.+)$", self.prose, flags=re.MULTILINE)
+        return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+    @cached_property
+    def code(self) -> set[str]:
+        """The words of everything that is set as code, in blocks and in lines."""
+        spans = re.findall(r"`([^`\n]+)`", self.prose)
+        return set(re.findall(r"[\w.-]*\w", " ".join([*spans, *(block.text for block in self.blocks)])))
+
+
+def _notes_above(lines: list[str], at: int) -> tuple[str, ...]:
+    """Return the comments right above a line."""
+    notes: list[str] = []
+    while at and (match := NOTE.fullmatch(lines[at - 1])):
+        notes.insert(0, match[1])
+        at -= 1
+    return tuple(notes)
+
+
+def agrees(stated: str, printed: str) -> bool:
+    """
+    Tell whether a page states what was printed.
+
+    Times differ from run to run, and with them the widths of columns. ``…`` stands for anything.
+    """
+    return re.fullmatch(re.escape(_plain(stated)).replace("…", ".*"), _plain(printed), flags=re.DOTALL) is not None
+
+
+def _plain(text: str) -> str:
+    return " ".join(BOX.sub("─", TIME.sub("TIME", text)).split())
