@@ -34,6 +34,8 @@ from cgla_graph.spline_mesh import corners
 
 #: Cells of a grid, unless told otherwise: about 450 MB.
 MAX_CELLS = 1_500_000
+#: Cells along the longer side of the finest grid: on finer ones, differences of stored numbers have few digits left.
+MOST_ALONG = 2**17
 #: A bound is good enough for its grid when this part of the tolerance is left to gain.
 FRACTION = 0.05
 #: Where rounding would take away more than this leaves of a bound, there is none.
@@ -131,7 +133,7 @@ def lower_bound(
         Refine the grid until ``upper_bound / lower_bound - 1`` is at most this.
     path
         A feasible path from start to goal, shape ``(m, 2)``, that the bound is held against. None: the optimum of a
-        lattice of 20 x 20 points and the corners of the area, refined; and should the bound settle too far below it,
+        lattice of 20 x 20 points and the corners of the area, refined; and should the bound stay too far below it,
         the steepest descent of the costs-to-go, refined.
     max_cells
         Cells of a grid, at most: about 300 bytes each.
@@ -139,8 +141,9 @@ def lower_bound(
     Returns
     -------
     certificate
-        The bound, proven whether or not the tolerance was reached; its message says why it ended. For fields with peaks
-        above 1 there is no bound: it is NaN.
+        The bound, proven whether or not the tolerance was reached; its message says why it ended: at the tolerance, at
+        `max_cells`, or because a path is known that is so much better than the given one that no bound can come within
+        the tolerance of it. For fields with peaks above 1 there is no bound: it is NaN.
 
     Raises
     ------
@@ -211,8 +214,10 @@ class _Search:
     problem: Problem
     tolerance: float
     max_cells: int
+    #: Cost of the path that the bound is held against, and of the best one known; the same unless the path was given.
     upper: float
     is_own: bool
+    known: float = math.inf
     best: float = 0.0
     cells: int = 0
     grids: list[Grid] = field(default_factory=list)
@@ -220,13 +225,14 @@ class _Search:
     def run(self) -> Certificate:
         """Refine until the tolerance or a limit is reached."""
         problem = self.problem
+        self.known = self.upper
         shrink = 1.0 - _rounding(problem)
         # (of the two ends' distance itself)
         self.best = math.dist(problem.start, problem.goal) * (1.0 - 2.0**-50)
-        if self._is_enough() or shrink < LEAST_SHRINK:
-            too_great = f"k = {problem.k:g} is too great for the arithmetic: only the straight line is a bound"
-            short = "the straight line is no longer than the tolerance allows"
-            return self._end(short if self._is_enough() else too_great)
+        if self._outcome():
+            return self._end("the straight line is no longer than the tolerance allows")
+        if shrink < LEAST_SHRINK:
+            return self._end(f"k = {problem.k:g} is too great for the arithmetic: only the straight line is a bound")
         x_min, y_min, x_max, y_max = problem.bounds
         longer = max(x_max - x_min, y_max - y_min)
         columns, rows = (max(8, round(FIRST_CELLS * side / longer)) for side in (x_max - x_min, y_max - y_min))
@@ -241,57 +247,62 @@ class _Search:
             for to_goal in (True, False):
                 found = level.bound(to_goal=to_goal, aim=FRACTION * self.tolerance)
                 if found is None:
-                    # what finer grids leave out is dearer than a known path
-                    self.best = self.upper
-                    return self._end("there is no path" if math.isinf(self.upper) else "no path is better")
+                    # what finer grids leave out is more expensive than a known path
+                    self.best = self.known
+                    return self._end(self._outcome())
                 fields.append(found)
                 # that of a path that is known to exist is never beaten
-                self.best = max(self.best, min(found.bound * shrink, self.upper))
+                self.best = max(self.best, min(found.bound * shrink, self.known))
                 self.grids[-1] = replace(self.grids[-1], lower_bound=self.best)
-                if self._is_enough():
-                    return self._end("the gap is within the tolerance")
+                if outcome := self._outcome():
+                    return self._end(outcome)
             here = max(one.bound for one in fields)
-            # (while the ends are side by side, the grid does not tell yet what lies between them)
-            is_settled = level.ends_apart and self._is_settled(here, here - before)
             # a grid of some fineness knows better than the lattice on which side of an obstacle to pass
-            is_better = (is_settled or max(last) == SECOND_LOOK) and self._improve(level, fields[0])
+            if self._looks_stuck(here, here - before) or max(last) == SECOND_LOOK:
+                self._improve(level, fields[0])
             self.grids[-1] = replace(self.grids[-1], upper_bound=self.upper)
-            if self._is_enough():
-                return self._end("the gap is within the tolerance")
-            if is_settled and not is_better:
-                return self._end("the bound has settled: the rest of the gap is the path's")
-            before = here
-            kept = level.kept(fields[0], fields[1], self.upper / shrink)
+            kept = level.kept(fields[0], fields[1], self.known / shrink)
             last = 2 * last[0], 2 * last[1]
             runs = sparse_grid.clipped(sparse_grid.halved(kept), last)
-            needed = int((runs[:, 2] - runs[:, 1]).sum())
-            if needed > self.max_cells:
-                return self._end(f"the next grid would need {needed} cells, of {self.max_cells} allowed")
+            before = here
+            if outcome := self._outcome() or self._limit(last, runs):
+                return self._end(outcome)
 
-    def _is_enough(self) -> bool:
-        return self.upper <= self.best * (1.0 + self.tolerance)
+    def _outcome(self) -> str:
+        """Say what has come out, if that is known; else nothing."""
+        if math.isinf(self.best):
+            return "there is no path"
+        if self.upper <= self.best * (1.0 + self.tolerance):
+            return "the gap is within the tolerance" if self.best < self.upper else "no path is better"
+        # no bound exceeds the cost of any path
+        if self.known * (1.0 + self.tolerance) < self.upper and self.known <= self.best * (1.0 + self.tolerance):
+            less = 100.0 * (1.0 - self.known / self.upper)
+            return f"no bound comes within the tolerance: a path is known that costs {less:.2g} % less"
+        return ""
 
-    def _is_settled(self, bound: float, gained: float) -> bool:
+    def _limit(self, last: tuple[int, int], runs: WholeArray) -> str:
+        """Say why there is no finer grid, if there is none; else nothing."""
+        needed = int((runs[:, 2] - runs[:, 1]).sum())
+        if needed > self.max_cells:
+            return f"the next grid would need {needed} cells, of {self.max_cells} allowed"
+        return "a finer grid is too fine for the arithmetic" if max(last) > MOST_ALONG else ""
+
+    def _looks_stuck(self, bound: float, gained: float) -> bool:
         """
-        Say whether finer grids are not going to reach the tolerance.
+        Guess whether finer grids alone are going to reach the tolerance, or a better path has to be looked for.
 
         Each grid about halves what is missing from the bound, or better, so that about as much is missing as it has
-        just gained; thrice that is allowed for. Around areas, a finer grid may see a wall that a coarser one did not.
+        just gained; thrice that is allowed for.
         """
-        is_open = self.problem.model.area.is_empty
-        return is_open and self.upper > (bound + 3.0 * max(gained, 0.0)) * (1.0 + self.tolerance)
+        return self.known > (bound + 3.0 * max(gained, 0.0)) * (1.0 + self.tolerance)
 
-    def _improve(self, level: Level, to_goal: Field) -> bool:
-        """Look for a better path down the costs-to-go, unless the path was given; say whether there is one."""
-        if not self.is_own:
-            return False
+    def _improve(self, level: Level, to_goal: Field) -> None:
+        """Look for a better path down the costs-to-go; it replaces the one that the bound is held against, if own."""
         path = descent(self.problem, level.mesh, to_goal.values, radius=level.reach + 1.0)
-        if not len(path) or not self.problem.evaluate(path).feasible:
-            return False
-        cost = refine_path(self.problem, path).cost
-        is_better = cost < self.upper * (1.0 - FRACTION * self.tolerance)
-        self.upper = min(self.upper, cost)
-        return is_better
+        if len(path) and self.problem.evaluate(path).feasible:
+            self.known = min(self.known, refine_path(self.problem, path).cost)
+        if self.is_own:
+            self.upper = self.known
 
     def _end(self, message: str) -> Certificate:
         spacing = self.grids[-1].spacing if self.grids else 0.0

@@ -171,7 +171,32 @@ def check_bound(
     assert found.lower_bound >= math.dist(problem.start, problem.goal) * (1.0 - ROUNDING)
     assert found.upper_bound >= found.lower_bound
     assert scale * found.lower_bound <= min(costs, default=math.inf) * (1.0 + ROUNDING)
+    check_message(found, held=held is not None)
     return found
+
+
+def check_message(found: Certificate, *, held: bool) -> None:
+    """See that the reason that a proof gives for its end is what the proof knows."""
+    message = found.message
+    if message.startswith(("the gap is within", "the straight line is no longer")):
+        assert found.reached
+    elif message == "no path is better":
+        assert found.lower_bound == found.upper_bound
+    elif message == "there is no path":
+        assert math.isinf(found.lower_bound)
+    elif message.startswith("no bound comes within"):
+        assert held
+        less = float(message.split("costs ")[1].split(" %")[0])
+        known = found.upper_bound * (1.0 - less / 100.0)
+        # of two digits
+        rounding = 0.051 * less / 100.0 * found.upper_bound
+        assert (
+            found.lower_bound <= known + rounding <= (found.lower_bound + rounding) * (1.0 + found.tolerance) + rounding
+        )
+        assert not found.reached
+    else:
+        assert message.startswith(("the next grid would need", "a finer grid is too fine", "k = "))
+        assert not found.reached
 
 
 @given(strategies.seeds)
@@ -445,6 +470,51 @@ def test_the_lattice_comes_down_to_the_bound_as_it_grows() -> None:
     costs = [cg.solve(SMOOTH, "cgla", resolution=n).cost for n in (10, 20, 40)]
     assert costs[0] > costs[1] > costs[2] >= found.lower_bound
     assert costs[2] <= found.lower_bound * 1.01
+
+
+#: Ten threats between which the second grid of a proof gains nothing, and the third a lot: x, y, spread, peak.
+LATE_GAIN = [
+    (0.56328, 0.52635, 0.05372, 0.52162),
+    (0.11166, 0.31493, 0.09026, 0.61329),
+    (0.25076, 0.32474, 0.08566, 0.88723),
+    (0.92952, 0.87095, 0.09690, 0.81158),
+    (0.24191, 0.87997, 0.05902, 0.90105),
+    (0.33635, 0.28850, 0.07776, 0.90566),
+    (0.11171, 0.04624, 0.06279, 0.67570),
+    (0.56556, 0.24449, 0.05541, 0.83639),
+    (0.43034, 0.08835, 0.06998, 0.88743),
+    (0.39098, 0.45585, 0.08537, 0.97997),
+]
+
+
+def test_a_tolerance_that_a_finer_grid_reaches_is_not_missed() -> None:
+    field = cg.RiskField([cg.Threat(*numbers) for numbers in LATE_GAIN])
+    problem = cg.Problem((0.05, 0.1), (0.95, 0.85), field, k=40.0)
+    finer = lower_bound(problem, 0.005)
+    assert finer.reached
+    assert lower_bound(problem, 0.01).reached
+
+
+@pytest.mark.slow
+@examples(25)
+@given(strategies.seeds, st.sampled_from([0.01, 0.003]))
+def test_on_crowded_maps_every_tolerance_is_reached(seed: int, tolerance: float) -> None:
+    rng = np.random.default_rng(seed)
+    rows = zip(rng.random((10, 2)), rng.uniform(0.05, 0.1, 10), rng.uniform(0.5, 1.0, 10), strict=True)
+    field = cg.RiskField([cg.Threat(x, y, spread, peak) for (x, y), spread, peak in rows])
+    assert lower_bound(cg.Problem((0.05, 0.1), (0.95, 0.85), field, k=40.0), tolerance).reached
+
+
+def test_that_a_path_is_beyond_any_proof_is_said_once_a_better_one_is_known() -> None:
+    """And the bound is by then as close to that one as was asked."""
+    path = with_detour(np.array([SMOOTH.start, (0.2, 0.8), SMOOTH.goal]), 0.1)
+    found = lower_bound(SMOOTH, 0.01, path=path)
+    assert found.upper_bound == SMOOTH.evaluate(path).cost
+    assert found.message.startswith("no bound comes within the tolerance: a path is known that costs ")
+    check_message(found, held=True)
+    best = good_cost(SMOOTH)
+    assert found.lower_bound <= best <= found.lower_bound * 1.01
+    assert f"costs {100.0 * (1.0 - best / found.upper_bound):.2g} % less" in found.message
 
 
 def test_a_finer_tolerance_never_lowers_the_bound() -> None:

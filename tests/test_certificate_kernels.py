@@ -176,7 +176,7 @@ def test_the_tip_is_of_third_order() -> None:
 
 
 @given(strategies.fields(), strategies.risk_weights, strategies.seeds)
-@strategies.slow
+@strategies.few
 def test_the_rim_of_a_block_is_bounded(field: cg.RiskField, k: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
     level = plain_level(field, k, (24, 24))

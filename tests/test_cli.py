@@ -23,6 +23,7 @@ import numpy as np
 import pytest
 import shapely
 from command_line import Call, caller
+from map_files import AREAS, name_of
 
 from cgla_graph.comparisons import options
 from cgla_graph.comparisons.rows import COLUMNS
@@ -36,7 +37,6 @@ from cgla_graph.solution import Solution, Status
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.base import Traits
 
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 ENDS = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\n"
 SMALL = f"{ENDS}k = 5.0\nthreats = [{{ x = 0.5, y = 0.5, spread = 0.1 }}]\n[lattice]\nresolution = 4\n"
 WALL = "[no_fly]\npolygons = [[[0.45, -0.1], [0.55, -0.1], [0.55, 0.8], [0.45, 0.8]]]\n"
@@ -290,14 +290,13 @@ def test_rows_of_a_grid_map(cgla: Call, tmp_path: Path) -> None:
     cgla("plan", "m.map.scen").refused("3 rows", "FILE.scen:ROW")
 
 
-@pytest.mark.skipif(not (DATA / "airspace").is_dir(), reason=f"no areas in {DATA / 'airspace'}")
 def test_real_areas(cgla: Call, tmp_path: Path) -> None:
-    maps = [DATA / "airspace" / f"finland_{kind}.geojson" for kind in ("restricted", "controlled")]
     solvers = "cgla,eight-direction,straight-line"
     words = ("--solvers", solvers, "--out", tmp_path / "out", "--pictures", 1, "--json")
-    document = cgla("compare", *maps, *words).document()
-    assert [row["status"] for row in document["rows"] if row["solver"] == "cgla"] == ["optimal", "optimal"]
-    assert {"finland_restricted.png", "finland_restricted.svg", "rows.csv"} <= names_in(tmp_path / "out")
+    document = cgla("compare", *AREAS, *words).document()
+    assert {row["status"] for row in document["rows"] if row["solver"] == "cgla"} == {"optimal"}
+    first = name_of(AREAS[0])
+    assert {f"{first}.png", f"{first}.svg", "rows.csv"} <= names_in(tmp_path / "out")
 
 
 @pytest.mark.slow

@@ -143,7 +143,7 @@ def test_the_queue_is_left_where_what_comes_after_is_clear() -> None:
     assert cpvs_style._kept(Surroundings(risky, 0.02), (0.2, 0.6), queue, 0) == queue[1:]
 
 
-@own.slow
+@own.few
 @given(own.seeds)
 def test_without_anything_in_the_way_it_is_fbcri(seed: int) -> None:
     # no threat of these, nor four of them together, makes a way blocked

@@ -214,7 +214,7 @@ def test_virtual_targets_lead_out_of_a_shallow_pocket_but_not_of_a_deep_one() ->
 
 
 @BOTH
-@own.slow
+@own.few
 @given(problem=problems())
 def test_every_path_stands_up_to_the_oracle(solver: FbcriStyle | CpvsStyle, problem: cg.Problem) -> None:
     # impatient, to be quick

@@ -142,7 +142,7 @@ def literal(
     return composed
 
 
-@own.slow
+@own.few
 @given(st.data(), st.integers(1, 3))
 def test_one_input_is_composed_as_the_literal_rule_says(data: st.DataObject, rules: int) -> None:
     conditions = [[data.draw(wide_triangles())] for _ in range(rules)]

@@ -9,13 +9,19 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
+from map_files import AREAS, name_of
 from numpy.typing import ArrayLike
 
 from cgla_graph.errors import ScenarioError
 from cgla_graph.geojson import line_feature_collection, read_areas
 from cgla_graph.projection import LocalProjection
 
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "airspace"
+#: How many areas files have, and the name of the first.
+CONTENTS = {
+    "danger_areas": (14, "Danger area 1"),
+    "finland_controlled": (28, "Helsinki-Vantaa CTR N"),
+    "finland_restricted": (51, "Loviisa"),
+}
 SQUARE = [[24.0, 60.0], [25.0, 60.0], [25.0, 61.0], [24.0, 61.0], [24.0, 60.0]]
 HOLE = [[24.2, 60.2], [24.4, 60.2], [24.4, 60.4], [24.2, 60.2]]
 AWAY = [[30.0, 60.0], [31.0, 60.0], [31.0, 61.0], [30.0, 60.0]]
@@ -249,16 +255,10 @@ def test_malformed_lines(path: object, properties: dict[str, object], words: str
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.skipif(not DATA.is_dir(), reason=f"no airspace files in {DATA}")
-@pytest.mark.parametrize(
-    ("name", "count", "first"),
-    [
-        ("finland_controlled.geojson", 28, "Helsinki-Vantaa CTR N"),
-        ("finland_restricted.geojson", 51, "Loviisa"),
-    ],
-)
-def test_airspace_reads_cleanly_and_stays_valid_in_metres(name: str, count: int, first: str) -> None:
-    areas = read_areas(DATA / name)
+@pytest.mark.parametrize("file", AREAS, ids=name_of)
+def test_airspace_reads_cleanly_and_stays_valid_in_metres(file: Path) -> None:
+    areas = read_areas(file)
+    count, first = CONTENTS[name_of(file)]
     assert len(areas) == count
     assert areas[0].name == first
     together = shapely.union_all([area.polygon for area in areas])

@@ -10,6 +10,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
+from map_files import AREAS, SCENS, name_of
 from scipy.sparse import csgraph
 
 from cgla_graph.errors import ScenarioError
@@ -20,11 +21,6 @@ from cgla_graph.movingai import map_beside, read_map, read_scenario_rows
 from cgla_graph.scenario import Scenario, shipped
 from cgla_graph.solvers.bridge import solve
 
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
-GRIDS = DATA / "movingai"
-needs_grids = pytest.mark.skipif(not GRIDS.is_dir(), reason=f"no grid maps in {GRIDS}")
-needs_areas = pytest.mark.skipif(not (DATA / "airspace").is_dir(), reason=f"no areas in {DATA / 'airspace'}")
-SCENS = sorted(GRIDS.glob("*.scen"))
 BASE = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 1.0\n"
 OPEN = "type octile\nheight 3\nwidth 4\nmap\n....\n.@@.\n....\n"
 SQUARE = shapely.box(24.0, 60.0, 25.0, 60.5)
@@ -160,10 +156,9 @@ def test_a_ring_that_crosses_itself(tmp_path: Path) -> None:
     assert "24.5 60.5" in message
 
 
-@needs_areas
-@pytest.mark.parametrize("name", ["finland_controlled", "finland_restricted"])
-def test_real_areas_can_be_crossed(name: str) -> None:
-    scenario = only(DATA / "airspace" / f"{name}.geojson")
+@pytest.mark.parametrize("file", AREAS, ids=name_of)
+def test_real_areas_can_be_crossed(file: Path) -> None:
+    scenario = only(file)
     answer = solve(scenario.problem, "cgla", resolution=scenario.lattice)
     assert answer.status.label == "optimal"
     assert scenario.problem.evaluate(answer.path).feasible
@@ -300,8 +295,7 @@ def test_files_that_cannot_be_read(tmp_path: Path, ending: str) -> None:
 
 
 @pytest.mark.slow
-@needs_grids
-@pytest.mark.parametrize("file", SCENS, ids=lambda file: file.name.partition(".")[0])
+@pytest.mark.parametrize("file", SCENS, ids=name_of)
 def test_every_published_length(file: Path) -> None:
     """Eight directions with the corner rule reach the published optimum of every row."""
     rows = read_scenario_rows(file)
@@ -326,8 +320,7 @@ def test_every_published_length(file: Path) -> None:
 
 
 @pytest.mark.slow
-@needs_grids
-@pytest.mark.parametrize("file", SCENS, ids=lambda file: file.name.partition(".")[0])
+@pytest.mark.parametrize("file", SCENS, ids=name_of)
 def test_published_lengths_from_file_to_solver(file: Path) -> None:
     rows = read_scenario_rows(file)
     for index in range(0, len(rows), 50):

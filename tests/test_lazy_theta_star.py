@@ -13,6 +13,7 @@ import shapely
 import strategies as own
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
+from map_files import SCENS, name_of
 
 import cgla_graph as cg
 from cgla_graph._types import BoolArray, Point
@@ -24,7 +25,6 @@ from cgla_graph.solvers.eight_direction import EightDirection
 from cgla_graph.solvers.lazy_theta_star import LazyThetaStar
 from cgla_graph.solvers.theta_kernels import neighbours, squeezes
 
-MAPS = Path(__file__).resolve().parents[2] / "shared" / "data" / "movingai"
 SIDE = 4.0
 BOUNDS = (0.0, 0.0, SIDE, SIDE)
 
@@ -46,7 +46,7 @@ def problems(draw: st.DrawFn) -> cg.Problem:
 resolutions = st.integers(2, 12) | st.tuples(st.integers(2, 9), st.integers(2, 9))
 
 
-@own.slow
+@own.few
 @given(problems(), resolutions)
 @example(cg.Problem((0.0, 0.0), (0.0, 0.0), bounds=BOUNDS), 5)
 def test_between_the_complete_lattice_and_eight_directions(
@@ -119,7 +119,7 @@ def squeezed_corners(a: tuple[int, int], b: tuple[int, int], free: BoolArray) ->
     return found
 
 
-@own.slow
+@own.few
 @given(grids(), st.data())
 def test_both_free_holds_along_every_segment(free: BoolArray, data: st.DataObject) -> None:
     ny, nx_ = free.shape
@@ -159,13 +159,11 @@ def test_a_segment_squeezes_where_the_corners_say_so(free: BoolArray, data: st.D
     assert squeezes(i, j, nx_, free.ravel()) == squeezes(j, i, nx_, free.ravel()) == expected
 
 
-@pytest.mark.parametrize("name", ["arena", "den312d"])
-def test_grid_maps_are_planned_on_their_own_cells(name: str) -> None:
+@pytest.mark.parametrize("scen", [scen for scen in SCENS if "Berlin" not in scen.name], ids=name_of)
+def test_grid_maps_are_planned_on_their_own_cells(scen: Path) -> None:
     """Never longer than the published octile optimum, and by no more than eight directions can lose shorter."""
-    if not MAPS.is_dir():
-        pytest.skip("no grid maps here")
     shorter = 0
-    for scenario in itertools.islice(open_scenarios(str(MAPS / f"{name}.map.scen")), 0, None, 12):
+    for scenario in itertools.islice(open_scenarios(str(scen)), 0, None, 6):
         optimum = float(scenario.title.split()[-1])
         answer = cg.solve(scenario.problem, "lazy-theta-star", **scenario.settings["lazy-theta-star"])
         assert answer.status is cg.Status.FOUND

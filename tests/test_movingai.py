@@ -9,6 +9,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis.extra import numpy as hnp
+from map_files import SCENS, name_of
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
@@ -17,8 +18,13 @@ from cgla_graph.errors import ScenarioError
 from cgla_graph.gridmap import GridMap
 from cgla_graph.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
 
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "movingai"
-needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no grid maps in {DATA}")
+#: Width, height, blocked cells and rows of maps.
+SIZES = {
+    "rooms": (48, 36, 389, 60),
+    "arena": (49, 49, 347, 160),
+    "den312d": (65, 81, 2820, 320),
+    "Berlin_0_256": (256, 256, 17389, 930),
+}
 HEAD = "type octile\nheight 2\nwidth 3\nmap\n"
 ROW = "0\ttiny.map\t3\t2\t0\t0\t1\t1\t1.41421"
 masks = hnp.arrays(np.bool_, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=12))
@@ -254,20 +260,12 @@ def test_rows_that_do_not_fit(members: dict[str, object], words: str) -> None:
     assert words in one_line(caught)
 
 
-@needs_data
-@pytest.mark.parametrize(
-    ("name", "width", "height", "blocked", "rows"),
-    [
-        ("arena", 49, 49, 347, 160),
-        ("den312d", 65, 81, 2820, 320),
-        ("Berlin_0_256", 256, 256, 17389, 930),
-    ],
-)
-def test_benchmark_reads_cleanly(name: str, width: int, height: int, blocked: int, rows: int) -> None:
-    scen = DATA / f"{name}.map.scen"
+@pytest.mark.parametrize("scen", SCENS, ids=name_of)
+def test_benchmark_reads_cleanly(scen: Path) -> None:
+    width, height, blocked, rows = SIZES[name_of(scen)]
     read = read_scenario_rows(scen)
     grid = read_map(map_beside(scen, read[0]))
-    assert grid.name == name
+    assert grid.name == name_of(scen)
     assert grid.bounds == (0.0, 0.0, width, height)
     assert grid.no_fly().area == blocked == grid.blocked.sum()
     assert len(read) == rows
@@ -293,11 +291,10 @@ def octile_lengths(grid: GridMap, start: tuple[int, int]) -> np.ndarray:
     return found.reshape(free.shape)[1:-1, 1:-1]
 
 
-@needs_data
-@pytest.mark.parametrize("name", ["arena", "den312d", "Berlin_0_256"])
-def test_published_lengths_hold_on_the_cells_as_read(name: str) -> None:
+@pytest.mark.parametrize("scen", SCENS, ids=name_of)
+def test_published_lengths_hold_on_the_cells_as_read(scen: Path) -> None:
     # Were columns and rows, or free and blocked, taken for each other, these lengths would differ.
-    grid = read_map(DATA / f"{name}.map")
-    for row in read_scenario_rows(DATA / f"{name}.map.scen")[::40]:
+    grid = read_map(scen.with_suffix(""))
+    for row in read_scenario_rows(scen)[::40]:
         length = octile_lengths(grid, row.start)[row.goal[1], row.goal[0]]
         assert length == pytest.approx(row.optimal_length, rel=1e-5)

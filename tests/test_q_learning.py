@@ -86,7 +86,7 @@ def tails(process: DecisionProcess) -> IntArray:
 # Value iteration
 
 
-@own.slow
+@own.few
 @given(problems(), resolutions, corner_rules)
 def test_without_discount_values_are_the_costs_of_dijkstra(
     problem: cg.Problem, resolution: int | tuple[int, int], rule: CornerRule
@@ -119,7 +119,7 @@ def by_horizon(process: DecisionProcess, gamma: float) -> FloatArray:
     return values
 
 
-@own.slow
+@own.few
 @given(processes(), discounts)
 def test_with_a_discount_values_are_those_of_a_long_horizon(process: DecisionProcess, gamma: float) -> None:
     values = value_iteration(process, gamma=gamma)
@@ -133,7 +133,7 @@ def test_with_a_discount_values_are_those_of_a_long_horizon(process: DecisionPro
         assert values.states[s] == values.moves[process.first[s] : process.first[s + 1]].max()
 
 
-@own.slow
+@own.few
 @given(problems(), resolutions, st.floats(0.05, 0.99))
 def test_with_a_reward_at_the_goal_only_the_fewest_moves_count(
     problem: cg.Problem, resolution: int | tuple[int, int], gamma: float
@@ -205,7 +205,7 @@ def least_by_moves(process: DecisionProcess, gamma: float) -> float:
     return max(0.0, min(float(one[process.source]) for one in by_moves))
 
 
-@own.slow
+@own.few
 @given(problems(), st.integers(2, 6), st.floats(0.3, 0.95), st.sampled_from(["risk_aware", "node"]))
 def test_least_target_reward_by_another_way(problem: cg.Problem, side: int, gamma: float, reward: Reward) -> None:
     on = problem.on_eight_connected(side)
@@ -292,7 +292,7 @@ def learnt(process: DecisionProcess, **settings: Any) -> tuple[FloatArray, tuple
     return values, counts
 
 
-@own.slow
+@own.few
 @given(
     processes(),
     st.sampled_from([1.0, 0.5, 0.1, 0.0]),
@@ -342,7 +342,7 @@ def test_the_loop_is_that_of_plain_python(
     np.testing.assert_allclose(values, expected, rtol=0.0 if alpha else 1e-12, atol=0.0 if alpha else 1e-12)
 
 
-@own.slow
+@own.few
 @given(processes(), st.sampled_from([1.0, 0.3, 0.0]), discounts | st.just(1.0), st.integers(1, 300), own.seeds)
 def test_values_stay_on_the_side_of_the_exact_ones_where_they_began(
     process: DecisionProcess, alpha: float, gamma: float, episodes: int, seed: int
@@ -362,7 +362,7 @@ def test_values_stay_on_the_side_of_the_exact_ones_where_they_began(
     assert (low <= exact + 1e-12 * scale)[with_goal].all()
 
 
-@own.slow
+@own.few
 @given(problems(), resolutions, st.integers(1, 300), own.seeds)
 def test_best_moves_never_circle_among_values_above_the_first(
     problem: cg.Problem, resolution: int | tuple[int, int], episodes: int, seed: int
@@ -382,7 +382,7 @@ def test_best_moves_never_circle_among_values_above_the_first(
         assert process.on.evaluate(rollout.states) <= -worth * (1.0 + 1e-12)
 
 
-@own.slow
+@own.few
 @given(processes(), discounts, own.seeds)
 def test_the_learner_learns_what_value_iteration_knows(process: DecisionProcess, gamma: float, seed: int) -> None:
     """With random moves only, all values are learnt; at rate 1 up to the rounding, at others ever closer."""
@@ -412,7 +412,7 @@ def test_falling_rates_approach_the_exact_values() -> None:
 # The planner
 
 
-@own.slow
+@own.few
 @given(problems(), resolutions, corner_rules, st.integers(0, 100))
 def test_never_cheaper_than_eight_directions_and_no_path_where_they_have_none(
     problem: cg.Problem, resolution: int | tuple[int, int], rule: CornerRule, seed: int
@@ -428,7 +428,7 @@ def test_never_cheaper_than_eight_directions_and_no_path_where_they_have_none(
         np.testing.assert_array_equal(np.asarray(positions)[list(answer.nodes)], answer.path)
 
 
-@own.slow
+@own.few
 @given(problems(), st.integers(2, 9), st.integers(0, 100))
 def test_with_long_training_it_is_eight_direction(problem: cg.Problem, resolution: int, seed: int) -> None:
     thorough = QLearning(resolution=resolution, seed=seed, episodes=20_000, last_epsilon=1.0, tolerance=0)
@@ -456,7 +456,7 @@ def test_shipped_scenarios(name: str) -> None:
     assert answer.evaluations == best.evaluations
 
 
-@own.slow
+@own.few
 @given(problems(), st.integers(-20, 20), st.integers(2, 8), st.sampled_from(["risk_aware", "goal_only"]))
 def test_a_scaled_problem_has_the_scaled_path(
     problem: cg.Problem, exponent: int, resolution: int, reward: Reward

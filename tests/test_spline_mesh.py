@@ -83,7 +83,7 @@ def around(cell: tuple[int, int]) -> list[tuple[int, int]]:
 
 
 @given(lasts)
-@strategies.slow
+@strategies.few
 def test_without_an_area_the_mesh_is_a_grid(last: Last) -> None:
     mesh = full((2.0, -1.0, 4.0, 5.0), last, None, [])
     nodes = [(i, j) for j in range(-1, last[1] + 2) for i in range(-1, last[0] + 2)]

@@ -149,7 +149,7 @@ def test_a_front_of_nine_nodes_is_complete() -> None:
         assert front.at(k).length + k * front.at(k).risk == pytest.approx((length + k * risk).min(), rel=NEAR)
 
 
-@own.slow
+@own.few
 @given(maps(), st.sampled_from(["cgla", "dijkstra"]), st.sampled_from([5, (4, 6)]))
 def test_every_point_is_optimal_under_its_weight(
     problem: cg.Problem, solver: str, resolution: int | tuple[int, int]
@@ -165,7 +165,7 @@ def test_every_point_is_optimal_under_its_weight(
         assert weighted.judge(point.solution).cost == point.cost
 
 
-@own.slow
+@own.few
 @given(maps(), st.sampled_from(["lazy-theta-star", "eight-direction", "straight-line"]))
 def test_fronts_of_other_solvers_have_the_same_shape(problem: cg.Problem, solver: str) -> None:
     front = cg.pareto(problem, solver=solver, resolution=7, max_points=12)
@@ -342,7 +342,7 @@ def test_a_plan_within_a_budget_is_the_best_of_all_paths(
     assert problem.judge(plan.solution).cost == plan.solution.cost
 
 
-@own.slow
+@own.few
 @given(maps(), st.sampled_from(["risk", "length"]), st.data())
 def test_no_duality_gap_at_the_corners_of_the_front(problem: cg.Problem, limited: str, data: st.DataObject) -> None:
     front = cg.pareto(problem, solver="cgla", resolution=6, k_max=100.0)
@@ -358,7 +358,7 @@ def test_no_duality_gap_at_the_corners_of_the_front(problem: cg.Problem, limited
 
 
 @pytest.mark.slow
-@own.slow
+@own.few
 @given(maps(), st.floats(0.0, 1.1), st.sampled_from(["risk", "length"]))
 def test_the_bound_is_below_every_path_that_keeps_the_budget(problem: cg.Problem, share: float, limited: str) -> None:
     """In the plane, of all paths: those of the lattice, of lattices finer than the solver's, and the plan's own."""
