@@ -269,7 +269,7 @@ def warm_up_proof() -> None:
     """Load what proves lower bounds, so that the first certificate says how long its own proof took."""
     # what is wrong with it is told by the certificate of the first scenario
     with suppress(Exception):
-        lower_bound(_small_problem(), 0.5)
+        certify(_small_problem(), 0.5)
 
 
 def _small_problem() -> Problem:
