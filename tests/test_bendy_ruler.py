@@ -50,6 +50,7 @@ def test_margins_are_distances_to_discs_and_areas(
         assert margin == pytest.approx(min([most, *discs, *area]), abs=1e-9)
 
 
+@pytest.mark.slow
 @usual
 @given(plane_problems())
 def test_its_steps_may_be_flown(problem: cg.Problem) -> None:

@@ -245,6 +245,7 @@ def test_a_trace_tells_what_a_smaller_budget_would_have_found(name: str) -> None
         assert plan(name, **unlimited(name), evaluations=spent[0] - 1).status is Status.NOT_FOUND
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ANYTIME)
 def test_more_iterations_go_on_where_fewer_ended(name: str) -> None:
     few, many = (plan(name, **{COUNTED[name]: n}) for n in (512, 1024))

@@ -218,6 +218,7 @@ def near_optimal() -> list[cg.Problem]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("problem", near_optimal())
 def test_a_bound_that_is_too_high_by_a_fiftieth_is_caught(problem: cg.Problem) -> None:
     # (seed 3: the bound is held against a path of its own)
@@ -261,6 +262,7 @@ def segment_costs(problem: cg.Problem, points: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(*np.diff(points, axis=0).T) + problem.k * risks)
 
 
+@pytest.mark.slow
 @given(strategies.seeds, st.sampled_from([16, 24, 40, 64]))
 @examples(40)
 def test_from_everywhere_on_a_path_the_rest_costs_no_less_than_the_bound(seed: int, cells: int) -> None:

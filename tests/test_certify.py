@@ -366,6 +366,7 @@ def test_nothing_overlaps(run: Run, height: float) -> None:
             assert both is None or min(both.width, both.height) < 1.5
 
 
+@pytest.mark.slow
 def test_the_same_run_gives_the_same_picture(run: Run, tmp_path: Path) -> None:
     for kind in ("png", "svg"):
         first, second = (save(certificate_figure(run), tmp_path / f"{i}.{kind}").read_bytes() for i in range(2))

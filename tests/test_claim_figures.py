@@ -67,6 +67,7 @@ def test_every_figure_of_the_paper_is_there_once() -> None:
     assert all(one.name == one.label.lower().replace(". ", "-") for _, one in FIGURES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("module", "exhibit"), FIGURES, ids=[one.name for _, one in FIGURES])
 def test_a_figure_is_tidy_and_its_caption_honest(
     module: ModuleType, exhibit: Exhibit, monkeypatch: pytest.MonkeyPatch
@@ -245,6 +246,7 @@ def swapped(name: str, *, solver: str | None = None) -> list[Flown]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [team_figures.fig_4, team_figures.fig_7, team_figures.fig_9])
 def test_a_team_figure_that_shows_something_else_is_refused(
     make: Callable[[], Picture], monkeypatch: pytest.MonkeyPatch

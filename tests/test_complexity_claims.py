@@ -34,6 +34,7 @@ def test_claims_are_these_six() -> None:
     assert all(claim.sentence and claim.statement for claim in claims.CLAIMS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("claim", "verdict"),
     [

@@ -19,6 +19,7 @@ def excess(problem: cg.Problem, cells: int, order: int, best: float) -> float:
     return cg.solve(problem, "fast-marching", cells=cells, order=order).cost / best - 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", shipped())
 def test_it_comes_within_a_percent_of_the_best_known(name: str) -> None:
     problem = load_scenario(name).problem

@@ -244,6 +244,7 @@ def scaled(problem: cg.Problem, factor: float) -> cg.Problem:
     )
 
 
+@pytest.mark.slow
 @BOTH
 @examples(10)
 @given(problem=problems(), power=st.sampled_from([-3, 1, 10]))
@@ -257,6 +258,7 @@ def test_a_map_of_another_size_has_the_same_path(
     assert np.array_equal(small.path * 2.0**power, large.path)
 
 
+@pytest.mark.slow
 @BOTH
 def test_shipped_maps_and_random_maps_are_flown(solver: FbcriStyle | CpvsStyle) -> None:
     for name in ("paper", "one-threat", "thin-wall", "gap-in-wall"):

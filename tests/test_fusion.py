@@ -427,6 +427,7 @@ def test_points_of_any_kind_make_a_graph(how: Fusion) -> None:
     np.testing.assert_array_equal(graph.weight_matrix(), all_pairs(places, fields, None, {"fusion": how}))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", FUSIONS)
 @pytest.mark.parametrize("integral", INTEGRALS)
 def test_threads_change_nothing(how: Fusion, integral: Integral, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -157,6 +157,7 @@ def test_one_input_is_composed_as_the_literal_rule_says(data: st.DataObject, rul
     assert (slow >= quick - step / 2 - 1e-12).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_two_inputs_are_composed_as_the_literal_rule_says(seed: int) -> None:
     rng = np.random.default_rng(seed)

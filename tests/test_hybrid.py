@@ -59,6 +59,7 @@ def visibility_optimum(problem: cg.Problem) -> float:
 # How good it is
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", shipped())
 def test_on_shipped_scenarios_no_lattice_solver_is_better(name: str) -> None:
     scenario = cg.load_scenario(name)
@@ -71,6 +72,7 @@ def test_on_shipped_scenarios_no_lattice_solver_is_better(name: str) -> None:
     assert best.cost <= refine_path(scenario.problem, lattice.path).cost * 1.001
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_on_random_maps_a_refined_complete_graph_is_hardly_better(seed: int) -> None:
     problem = random_map(seed)

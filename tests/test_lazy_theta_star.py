@@ -176,6 +176,7 @@ def test_grid_maps_are_planned_on_their_own_cells(scen: Path) -> None:
 # One by one
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", shipped())
 def test_shipped_scenarios(name: str) -> None:
     """Within a hundredth of the complete lattice's optimum, the nodes are the path, and few pairs are weighed."""

@@ -200,6 +200,7 @@ def flights_of(name: str) -> dict[str, Flight]:
     return {variant: mission.fly() for variant, mission in load_mission(name).missions(get).items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", shipped_missions())
 def test_shipped_missions_fly_to_their_end(name: str) -> None:
     for variant, flight in flights_of(name).items():

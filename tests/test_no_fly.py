@@ -198,6 +198,7 @@ def check(case: Case) -> None:
 # The predicate
 
 
+@pytest.mark.slow
 @fast
 @given(star_cases())
 def test_stars_match_rational_arithmetic(case: Case) -> None:
@@ -219,6 +220,7 @@ def test_lattice_polygons_match_shapely(case: Case) -> None:
     assert (area.crosses(ends, starts) == expected).all()
 
 
+@pytest.mark.slow
 @examples(200)
 @given(touching_ring_cases())
 def test_touching_rings_match_shapely(case: Case) -> None:
@@ -246,6 +248,7 @@ def test_unions_of_cells_match_shapely(case: Case) -> None:
     assert (area.crosses(ends, starts) == expected).all()
 
 
+@pytest.mark.slow
 @fast
 @given(cell_cases())
 def test_the_two_oracles_agree_on_cells(case: Case) -> None:

@@ -278,6 +278,7 @@ def shown(test: Callable[[dict[str, list[float]], str], list[Paired]], tables: i
     return wrong / tables
 
 
+@pytest.mark.slow
 def test_a_winner_by_chance_is_not_said_to_be_better() -> None:
     assert shown(lambda table, winner: against(table, winner, post_hoc=True)) <= 0.05 + 3 * math.sqrt(0.05 * 0.95 / 150)
     assert shown(against) > 0.1

@@ -276,6 +276,7 @@ def test_introduction_holds_where_it_does() -> None:
     assert {part.verdict for part in finding.parts} == {Verdict.SUPPORTED}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "part"),
     [(_effective, 0), (_flat, 0), (_partial, 1), (_partial_too, 1), (_sudden, 2), (_complex, 3), (_late, 4)],

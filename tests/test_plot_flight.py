@@ -162,6 +162,7 @@ def test_degrees_are_drawn_in_kilometres(north: Flown) -> None:
     assert_tidy(figure)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HOSTILE)
 def test_any_name_can_be_drawn(told: Flown, name: str) -> None:
     names = [name if name.strip() else "?", f"{name} 2"]

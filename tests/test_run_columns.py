@@ -40,6 +40,7 @@ def test_a_new_column_is_in_files(written: Path, name: str, columns: tuple[str, 
     assert found[2]["half_cost"] == ""
 
 
+@pytest.mark.slow
 def test_a_new_column_is_in_json_lines(written: Path) -> None:
     found = [json.loads(line) for line in (written / "export.jsonl").read_text(encoding="utf-8").splitlines()]
     assert [one["half_cost"] for one in found] == [one["cost"] and one["cost"] / 2.0 for one in found]

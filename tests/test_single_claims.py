@@ -471,6 +471,7 @@ def measured(name: str) -> list[Record]:
     return list(experiment.sample(7))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [one.name for one in single_experiments.EXPERIMENTS])
 def test_samples_have_each_case_once(name: str) -> None:
     records = measured(name)

@@ -202,6 +202,7 @@ def exact_maps(draw: st.DrawFn) -> tuple[NoFlyArea, FloatArray]:
     return area, free_only(area, rng.choice(halves, (60, 2, 2)))[:15]
 
 
+@pytest.mark.slow
 @given(exact_maps(), st.sampled_from([(7, 5), (8, 8), (16, 16), (9, 30), (2, 3)]), strategies.seeds)
 @examples(30)
 @example(
@@ -234,6 +235,7 @@ def tilted(rng: np.random.Generator) -> NoFlyArea:
     return NoFlyArea(shapely.union_all(parts))
 
 
+@pytest.mark.slow
 @given(strategies.seeds, st.sampled_from([(7, 9), (16, 16), (40, 25), (128, 3)]), st.sampled_from([1.0, 1e-6, 1e5]))
 @examples(30)
 def test_splines_are_continuous_past_walls_of_any_width(seed: int, last: Last, scale: float) -> None:

@@ -101,6 +101,7 @@ def patterns(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(obstacle_checks, "_pattern_of_fig7", lambda *_: (True, False, True))
 
 
+@pytest.mark.slow
 def test_sharing_that_helps_is_told_from_sharing_that_does_not() -> None:
     helps, nothing = shared(GOOD, GOOD), shared({}, {})
     hurts = shared({"global": 1.3}, {"global": 1.3})
@@ -146,6 +147,7 @@ def test_a_minimum_inside_is_told_from_one_at_an_end() -> None:
         assert part(check("C39", flown(rates)), words) is Verdict.NOT_SUPPORTED
 
 
+@pytest.mark.slow
 def test_obstacles_that_prevent_collisions_are_told_from_those_that_do_not() -> None:
     for rates, verdict in ((U_SHAPE, Verdict.SUPPORTED), ({}, Verdict.NOT_SUPPORTED)):
         assert check("C40", flown(rates)).verdict is verdict

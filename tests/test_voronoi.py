@@ -171,6 +171,7 @@ def test_the_forces_are_those_of_the_least_cost(field: cg.RiskField, k: float, s
     assert (stiffness >= 4.0 * 6).all()
 
 
+@pytest.mark.slow
 @few
 @given(fields(max_threats=4), polygons(), st.floats(0.0, 50.0), seeds)
 def test_a_relaxed_path_is_feasible_and_never_dearer(
@@ -225,6 +226,7 @@ def test_without_areas_there_is_always_a_path_and_the_chain_helps(
     assert math.dist(start, goal) * (1 - 1e-12) <= answer.cost <= unrefined.cost
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", shipped())
 def test_on_the_shipped_maps_it_finds_a_way(name: str) -> None:
     problem = load_scenario(name).problem

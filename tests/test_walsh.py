@@ -194,6 +194,7 @@ def coverage(draw: Callable[[np.random.Generator, int], FloatArray], n: int, run
     return sum(one.low <= 0.0 <= one.high for one in found) / runs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [6, 15, 60])
 @pytest.mark.parametrize("name", DISTRIBUTIONS)
 def test_the_interval_covers_the_centre_of_any_symmetric_distribution(name: str, n: int) -> None:
