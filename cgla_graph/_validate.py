@@ -104,10 +104,16 @@ def point_array(name: str, value: ArrayLike) -> FloatArray:
     return array
 
 
+def four_numbers(name: str, value: object) -> Bounds:
+    """Return `value` as four floats, or raise `ProblemError` unless it is as many finite numbers."""
+    numbers = _numbers(name, value, "(x_min, y_min, x_max, y_max)")
+    x_min, y_min, x_max, y_max = (finite_number("a bound", number) for number in numbers)
+    return x_min, y_min, x_max, y_max
+
+
 def bounds_box(value: object) -> Bounds:
     """Return `value` as ``(x_min, y_min, x_max, y_max)``, or raise `ProblemError` unless it is a box with an inside."""
-    numbers = _numbers("bounds", value, "(x_min, y_min, x_max, y_max)")
-    x_min, y_min, x_max, y_max = (finite_number("a bound", number) for number in numbers)
+    x_min, y_min, x_max, y_max = four_numbers("bounds", value)
     if not (x_min < x_max and y_min < y_max):
         msg = f"bounds {(x_min, y_min, x_max, y_max)} are empty; x_min < x_max and y_min < y_max must hold"
         raise ProblemError(msg)

@@ -7,25 +7,28 @@ from functools import lru_cache
 from pathlib import Path
 from reprlib import repr as short
 
-import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
+from cgla_graph._validate import point
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.geojson import read_areas
 from cgla_graph.gridmap import GridMap
 from cgla_graph.lattice import Lattice
+from cgla_graph.lonlat_box import bounds_of, box_around, box_of, require_inside, widened
 from cgla_graph.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
 from cgla_graph.problem import Problem
-from cgla_graph.projection import LocalProjection, project_area, projected_bounds, wrapped
+from cgla_graph.projection import LocalProjection, project_area, projected_bounds
 from cgla_graph.scenario import Scenario, load_scenario
 
 #: The complete graph of a grid map joins its cells up to this many; a larger map gets a lattice of 50 a side.
 MOST_CELLS = 6000
 
 
-def open_scenarios(spec: str, *, start: Point | None = None, goal: Point | None = None) -> Iterator[Scenario]:
+def open_scenarios(
+    spec: str, *, start: Point | None = None, goal: Point | None = None, bounds: Bounds | None = None
+) -> Iterator[Scenario]:
     """
     Open everything that one argument names, one scenario after the other.
 
@@ -37,17 +40,21 @@ def open_scenarios(spec: str, *, start: Point | None = None, goal: Point | None 
     start, goal
         Instead of the scenario's own, in the coordinates of the file (degrees where it holds longitudes and
         latitudes).
+    bounds
+        Instead of the file's own, in its coordinates: ``(x_min, y_min, x_max, y_max)``, or west, south, east, north. A
+        grid map keeps its own.
 
     Yields
     ------
     scenario
         A GeoJSON file without start and goal is crossed from its south-west to its north-east corner, 5 % outside the
-        areas; a map without a ``.scen`` between two far-apart cells of its largest free region.
+        areas; ends of the user's own widen it by 100 km at most. A map without a ``.scen`` is crossed between two
+        far-apart cells of its largest free region.
 
     Raises
     ------
     ScenarioError
-        If something is missing or malformed.
+        If something is missing or malformed, or start or goal is not on the map.
 
     Examples
     --------
@@ -60,14 +67,17 @@ def open_scenarios(spec: str, *, start: Point | None = None, goal: Point | None 
     if rows is not None and kind != ".scen":
         msg = f"{spec}: only a .scen file has rows to pick; name the file alone"
         raise ScenarioError(msg)
+    if bounds is not None and kind in {".map", ".scen"}:
+        msg = f"{path}: a grid map has the bounds of its cells; leave out others"
+        raise ScenarioError(msg)
     if kind in {".geojson", ".json"}:
-        yield _areas_scenario(path, start, goal)
+        yield _areas_scenario(path, start, goal, bounds)
     elif kind == ".map":
         yield _map_scenario(path, start, goal)
     elif kind == ".scen":
         yield from (_moved(scenario, start, goal) for scenario in _row_scenarios(path, rows))
     else:
-        yield _moved(load_scenario(spec), start, goal)
+        yield load_scenario(spec, start=start, goal=goal, bounds=bounds)
 
 
 def _split_rows(spec: str) -> tuple[str, tuple[int, int] | None]:
@@ -88,45 +98,33 @@ def _split_rows(spec: str) -> tuple[str, tuple[int, int] | None]:
 
 
 def _moved(scenario: Scenario, start: Point | None, goal: Point | None) -> Scenario:
-    """Give a scenario another start or goal, in the coordinates of its file."""
+    """Give a grid map another start or goal."""
     problem = scenario.problem
-    name = "start"
     try:
-        for name, given in (("start", start), ("goal", goal)):
-            if given is not None:
-                problem = dataclasses.replace(problem, **{name: _map_units(given, scenario.projection)})  # type: ignore[arg-type]
+        problem = dataclasses.replace(problem, start=start or problem.start, goal=goal or problem.goal)
     except CglaError as error:
-        text = str(error)
-        msg = f"{scenario.name}: {text if name in text else f'{name}: {text}'}"
+        msg = f"{scenario.name}: {error}"
         raise ScenarioError(msg) from error
     return dataclasses.replace(scenario, problem=problem)
 
 
-def _map_units(point: Point, projection: LocalProjection | None) -> Point:
-    if projection is None:
-        return point
-    x, y = projection.forward(point).tolist()
-    return x, y
-
-
-def _areas_scenario(path: Path, start: Point | None, goal: Point | None) -> Scenario:
+def _areas_scenario(path: Path, start: Point | None, goal: Point | None, given: Bounds | None) -> Scenario:
     """Make no-fly areas of the polygons of a GeoJSON file."""
     areas: list[BaseGeometry] = [area.polygon for area in read_areas(path)]
-    box = _box_around(areas)
-    corners = [(float(wrapped(np.array(x))), y) for x, y in (box[:2], box[2:])]
-    begin, end = start or corners[0], goal or corners[1]
-    west, south, east, north = box
-    # a box across the antimeridian goes on beyond 180 degrees, so no end may widen it the other way round
-    if east <= 180.0:  # noqa: PLR2004 - degrees
-        west, south = min(west, begin[0], end[0]), min(south, begin[1], end[1])
-        east, north = max(east, begin[0], end[0]), max(north, begin[1], end[1])
+    around = box_around(shapely.get_coordinates(areas))
+    west, south, east, north = bounds_of(around)
     try:
-        middle = float(wrapped(np.array(west))), south, float(wrapped(np.array(east))), north
-        projection = LocalProjection.centred_on(middle)
-        bounds = projected_bounds((west, south, east, north), projection)
+        ends = point("start", start or (west, south)), point("goal", goal or (east, north))
+        named = list(zip(("start", "goal"), ends, strict=True))
+        box = widened(around, named) if given is None else box_of(given)
+        for end in named:
+            require_inside(*end, box)
+        projection = LocalProjection.between(*ends)
+        begin, end = projection.forward(ends).tolist()
+        bounds = projected_bounds(box, projection)
         problem = Problem(
-            start=_map_units(begin, projection),
-            goal=_map_units(end, projection),
+            start=begin,
+            goal=end,
             bounds=bounds,
             no_fly=shapely.GeometryCollection([project_area(area, projection) for area in areas]),
         )
@@ -139,24 +137,6 @@ def _areas_scenario(path: Path, start: Point | None, goal: Point | None) -> Scen
         problem=problem,
         lattice=_even_lattice(bounds, 900),
         projection=projection,
-    )
-
-
-def _box_around(areas: list[BaseGeometry]) -> Bounds:
-    """Lay a box of longitudes and latitudes around areas, 5 % wider; east of 180 degrees where that is narrower."""
-    points = shapely.get_coordinates(areas)
-    around = points.copy()
-    around[:, 0] %= 360.0
-    if np.ptp(around[:, 0]) < np.ptp(points[:, 0]):
-        points = around
-    (west, south), (east, north) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-    margin_x, margin_y = 0.05 * (east - west), 0.05 * (north - south)
-    least, most = (0.0, 360.0) if east > 180.0 else (-180.0, 180.0)  # noqa: PLR2004 - degrees
-    return (
-        max(west - margin_x, least),
-        max(south - margin_y, -90.0),
-        min(east + margin_x, most),
-        min(north + margin_y, 90.0),
     )
 
 

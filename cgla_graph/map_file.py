@@ -18,9 +18,13 @@ from cgla_graph._types import Bounds, Point
 from cgla_graph.errors import ScenarioError
 from cgla_graph.geojson import read_areas
 from cgla_graph.lattice import Lattice, LatticeKind
-from cgla_graph.projection import LocalProjection, project_area, projected_bounds
+from cgla_graph.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
+from cgla_graph.projection import LocalProjection, places_around, project_area, projected_bounds
 from cgla_graph.risk import Reading, Threat
 
+#: How many spreads around its centre a threat is seen: a box around threats has room to go around them; and beyond so
+#: many, it is not felt.
+SEEN, FELT = 3.0, 8.0
 #: Draws in a row that fall where they may not before there is no room.
 MOST_MISSES = 10_000
 
@@ -65,6 +69,10 @@ class ThreatTable(Table):
         if self.sigma is not None:
             return Threat.from_eq1(x, y, self.sigma, reading=self.reading)
         return Threat(x, y, spread=self.spread or 0.0, peak=self.peak)
+
+    def spread_of(self) -> float:
+        """Return the spread, map units, however it is written."""
+        return self.build(0.0, 0.0).spread
 
 
 class RandomThreatsTable(Table):
@@ -122,14 +130,23 @@ class MapTable(Table):
     coordinates: Literal["plane", "lonlat"] = Field(
         "plane", description="lonlat: points are degrees, all lengths (spread, clear, …) are metres"
     )
-    bounds: Annotated[list[float], Field(min_length=4, max_length=4)] = Field(
-        [0.0, 0.0, 1.0, 1.0], description="x_min, y_min, x_max, y_max"
+    bounds: Annotated[list[float], Field(min_length=4, max_length=4)] | None = Field(
+        None,
+        description="x_min, y_min, x_max, y_max (default: 0, 0, 1, 1; of lonlat: around no-fly areas and threats)",
     )
     improper: bool = Field(default=False, description="allow peaks above 1, to see what breaks")
     threats: list[ThreatTable] = Field(default_factory=list)
     random_threats: RandomThreatsTable | None = None
     no_fly: NoFlyTable = Field(default_factory=NoFlyTable)
     lattice: LatticeTable = Field(default_factory=LatticeTable)
+
+    def ends(self) -> list[tuple[str, Point]]:
+        """Name all starts and goals that the file writes out, in its own coordinates."""
+        return []
+
+    def journey(self) -> tuple[Point, Point] | None:
+        """Return start and goal where there is but one path to plan, in the file's own coordinates."""
+        return None
 
 
 @dataclass(frozen=True)
@@ -153,16 +170,55 @@ class MapBuilder:
     table: MapTable
     folder: Path
 
+    @property
+    def is_plane(self) -> bool:
+        """Whether the file's coordinates are map units."""
+        return self.table.coordinates == "plane"
+
+    @cached_property
+    def box(self) -> Bounds:
+        """
+        The bounds in the file's own coordinates: the given ones, or what a map in degrees is about.
+
+        That is a box around its no-fly areas and threats, wide enough for starts and goals that are near.
+        """
+        given = self.table.bounds
+        if self.is_plane:
+            west, south, east, north = given or (0.0, 0.0, 1.0, 1.0)
+            return west, south, east, north
+        areas = shapely.get_coordinates(self.no_fly_shapes)
+        if given is not None:
+            box = box_of(given)
+            self._check_threats(box)
+            for name, place in self.table.ends():
+                require_inside(name, place, box)
+            return box
+        if len(areas):
+            self._check_threats(box_around(areas))
+        threats = [places_around((one.x, one.y), SEEN * one.spread_of()) for one in self.table.threats]
+        points = np.concatenate([areas, *threats])
+        if not len(points):
+            msg = "there is nothing to lay bounds around; add bounds = [west, south, east, north], degrees"
+            raise ValueError(msg)
+        return widened(box_around(points), self.table.ends())
+
+    def _check_threats(self, box: Bounds) -> None:
+        for number, one in enumerate(self.table.threats):
+            require_unswapped(f"threats.{number}", (one.x, one.y), box, FELT * one.spread_of())
+
     @cached_property
     def projection(self) -> LocalProjection | None:
-        """The projection of a lon/lat map, centred on its bounds; None for a map in the plane."""
-        if self.table.coordinates == "plane":
+        """
+        The projection of a lon/lat map; None for a map in the plane.
+
+        It is centred between start and goal of the one path, so that it distorts that as little as it can; on the
+        middle of the bounds where there are several.
+        """
+        if self.is_plane:
             return None
-        west, south, east, north = self.table.bounds
-        if west == east or south >= north:
-            msg = f"bounds {(west, south, east, north)} are empty; south < north and west != east must hold"
-            raise ValueError(msg)
-        return LocalProjection.centred_on((west, south, east, north))
+        # that everything is on the map is told first
+        box, journey = self.box, self.table.journey()
+        return LocalProjection.centred_on(bounds_of(box)) if journey is None else LocalProjection.between(*journey)
 
     def point(self, pair: list[float]) -> Point:
         """Return a point in map units."""
@@ -174,44 +230,68 @@ class MapBuilder:
 
     def end(self, name: str, pair: list[float]) -> Point:
         """Return a start or goal in map units, checked in the file's own units."""
-        x, y = pair
-        west, south, east, north = self.table.bounds
-        # bounds may span the antimeridian: then west is greater than east
-        inside = west <= x <= east if west <= east else x >= west or x <= east
-        if self.projection is not None and not (inside and south <= y <= north):
-            msg = f"{name} {(x, y)} is outside the bounds {(west, south, east, north)}; move it, or widen the bounds"
-            raise ValueError(msg)
+        if not self.is_plane:
+            require_inside(name, (pair[0], pair[1]), self.box)
         return self.point(pair)
 
     @cached_property
     def bounds(self) -> Bounds:
         """The bounds in map units: for lon/lat, the least box around them."""
-        west, south, east, north = self.table.bounds
-        if self.projection is None:
-            return west, south, east, north
-        return projected_bounds((west, south, east + 360.0 * (east < west), north), self.projection)
+        return self.box if self.projection is None else projected_bounds(self.box, self.projection)
 
-    def areas(self, key: str, rings: list[list[list[float]]], files: list[str]) -> list[BaseGeometry]:
-        """Return polygons of rings and of GeoJSON files in map units; `key` is where the file names the latter."""
+    def shapes(self, key: str, rings: list[list[list[float]]], files: list[str]) -> list[BaseGeometry]:
+        """Return polygons of rings and of GeoJSON files as they are; `key` is where the file names the latter."""
         areas: list[BaseGeometry] = [shapely.Polygon(ring) for ring in rings]
         for name in files:
-            if self.projection is None:
+            if self.is_plane:
                 msg = f'{key} {name!r} holds longitudes and latitudes; set coordinates = "lonlat"'
                 raise ValueError(msg)
             areas += [area.polygon for area in read_areas(self.folder / name)]
-        return areas if self.projection is None else [project_area(area, self.projection) for area in areas]
+        return areas
+
+    def areas(self, key: str, rings: list[list[list[float]]], files: list[str]) -> list[BaseGeometry]:
+        """Return polygons as `shapes` does, in map units."""
+        return self._projected(self.shapes(key, rings, files))
+
+    def _projected(self, shapes: list[BaseGeometry]) -> list[BaseGeometry]:
+        projection = self.projection
+        return shapes if projection is None else [project_area(shape, projection) for shape in shapes]
+
+    @cached_property
+    def no_fly_shapes(self) -> list[BaseGeometry]:
+        """All no-fly areas in the file's own coordinates."""
+        return self.shapes("no_fly.geojson", self.table.no_fly.polygons, self.table.no_fly.geojson)
 
     def no_fly(self) -> BaseGeometry | None:
         """Return all no-fly areas in map units."""
-        areas = self.areas("no_fly.geojson", self.table.no_fly.polygons, self.table.no_fly.geojson)
+        areas = self._projected(self.no_fly_shapes)
         return shapely.GeometryCollection(areas) if areas else None
 
-    def threats(self, ends: list[Point]) -> list[Threat]:
-        """Return the threats, those written first; those drawn keep clear of `ends` (map units)."""
-        threats = [entry.build(*self.point([entry.x, entry.y])) for entry in self.table.threats]
-        if self.table.random_threats is not None:
-            threats += self.table.random_threats.build(self.bounds, ends)
-        return threats
+    def threats(self) -> list[Threat]:
+        """Return the threats in map units, those written first."""
+        return [entry.build(*self.point([entry.x, entry.y])) for entry in [*self.table.threats, *self.drawn()]]
+
+    def drawn(self) -> list[ThreatTable]:
+        """
+        Draw the random threats, in the file's own coordinates, clear of all starts and goals in it.
+
+        On a map in degrees they are drawn around the middle of the bounds, so that other ends do not move them.
+        """
+        random, bounds = self.table.random_threats, self.box
+        if random is None:
+            return []
+        ends = [place for _, place in self.table.ends()]
+        if self.is_plane:
+            threats = random.build(bounds, ends)
+            places = [(threat.x, threat.y) for threat in threats]
+        else:
+            plane = LocalProjection.centred_on(bounds_of(bounds))
+            threats = random.build(projected_bounds(bounds, plane), [(x, y) for x, y in map(plane.forward, ends)])
+            places = [(x, y) for x, y in plane.inverse([(threat.x, threat.y) for threat in threats]).tolist()]
+        return [
+            ThreatTable.model_validate({"x": x, "y": y, "spread": threat.spread, "peak": threat.peak})
+            for (x, y), threat in zip(places, threats, strict=True)
+        ]
 
     def lattice(self) -> Lattice:
         """Return the lattice."""

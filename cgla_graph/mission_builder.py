@@ -107,13 +107,11 @@ class MissionBuilder:
 
     def world(self) -> World:
         """Return the world."""
-        if self.scenario is None:
-            ends = [uav[end] for uav in self.written_uavs for end in ("start", "goal")]
-        else:
-            # the very threats of the scenario: those drawn keep clear of its own start and goal
-            ends = [self.ground.point(self.scenario.start), self.ground.point(self.scenario.goal)]
+        # a UAV that is not on the map is told first
+        _ = self.written_uavs
+        # those of a scenario are its very threats: the ones drawn keep clear of its own start and goal
         with nullcontext() if self.scenario is None else told(f"scenario {self.table.scenario!r}"):
-            field = RiskField(self.ground.threats(ends), improper=self.ground.table.improper)
+            field = RiskField(self.ground.threats(), improper=self.ground.table.improper)
             bounds, no_fly = self.ground.bounds, self.ground.no_fly()
         timed = [*self.timed_threats(), *self.timed_areas()]
         return World(field, bounds=bounds, no_fly=no_fly, timed=timed)

@@ -211,3 +211,11 @@ class MissionTable(MapTable, UavSettings):
     timed_areas: list[TimedAreaTable] = Field(default_factory=list)
     fly: FlySettings | None = None
     variants: list[VariantTable] = Field(default_factory=list)
+
+    def ends(self) -> list[tuple[str, Point]]:
+        """Name the starts and goals of the UAVs that the file writes out, in its own coordinates."""
+        return [
+            (f"uavs.{number}.{name}", (x, y))
+            for number, uav in enumerate(self.uavs)
+            for name, (x, y) in (("start", uav.start), ("goal", uav.goal))
+        ]

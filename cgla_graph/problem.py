@@ -1,5 +1,6 @@
 """What is to be planned: a problem in the plane, or on a graph, and the oracle that judges every answer."""
 
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -16,11 +17,13 @@ from cgla_graph.edges import CornerRule, Node
 from cgla_graph.errors import NodeNotFoundError, ProblemError
 from cgla_graph.graph import GeometricGraph
 from cgla_graph.lattice import Lattice
-from cgla_graph.risk import RiskField
+from cgla_graph.risk import RiskField, SmallSpreadWarning
 from cgla_graph.solution import Solution, Status
 
 #: A solver's own cost may differ from the oracle's by this much, relative to it, before it counts as wrong.
 COST_TOLERANCE = 1e-6
+#: A spread below this part of the map's longer side is taken for a mistake.
+SMALLEST_SPREAD = 1e-5
 #: A proven bound may exceed the cost of a path by rounding only.
 BOUND_TOLERANCE = 1e-9
 
@@ -108,6 +111,21 @@ class Problem:
             if self.model.area.contains(getattr(self, name)):
                 msg = f"{name} {getattr(self, name)} is inside the no-fly area; move it to the boundary or outside"
                 raise ProblemError(msg)
+        self._warn_of_small_spreads()
+
+    def _warn_of_small_spreads(self) -> None:
+        """Warn of a threat that is too small for the map, as one whose spread is in degrees on a map in metres."""
+        x_min, y_min, x_max, y_max = self.bounds
+        side = max(x_max - x_min, y_max - y_min)
+        number, spread = min(
+            enumerate(threat.spread for threat in self.field.threats), key=lambda pair: pair[1], default=(0, side)
+        )
+        if spread < SMALLEST_SPREAD * side:
+            msg = (
+                f"threat {number} has a spread of {spread:g} on a map {side:g} wide, far below what it can show; "
+                "give spreads in the map's units (metres on a map in longitude and latitude)"
+            )
+            warnings.warn(msg, SmallSpreadWarning, stacklevel=4)
 
     @cached_property
     def model(self) -> CostModel:

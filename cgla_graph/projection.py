@@ -1,5 +1,6 @@
 """Metres around a point of the Earth: planners need a plane, maps give degrees."""
 
+import math
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Self, TypeVar
@@ -9,7 +10,7 @@ import shapely
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._types import Bounds, FloatArray
+from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph._validate import point_array
 from cgla_graph.errors import ProblemError
 
@@ -24,6 +25,10 @@ GeometryT = TypeVar("GeometryT", bound=BaseGeometry)
 
 # Half a meridian of WGS84 (20 003 931.46 m), rounded up: no two points of the Earth are farther apart.
 FARTHEST = 20_003_932.0
+# From the centre of WGS84 to a pole, metres; one over its square is the greatest curvature, that at the equator.
+POLAR_RADIUS = 6_356_752.314245
+# More than lengths of geodesics and the points that they lead to are off by (15 nanometres).
+GEODESIC_ERROR = 1e-6
 
 
 @dataclass(frozen=True)
@@ -33,7 +38,7 @@ class LocalProjection:
 
     Distances and directions from the origin are exact, and so is the scale along every line through it.
     Across such lines the map is stretched: by at most 0.0042 % at 100 km from the origin (4 m in 100 km)
-    and 0.038 % at 300 km, at every latitude (it grows with the square of the distance).
+    and 0.038 % at 300 km, at every latitude (it grows with the square of the distance; see `stretch`).
 
     Parameters
     ----------
@@ -113,6 +118,107 @@ class LocalProjection:
             longitude=middle - 360.0 if middle > 180.0 else middle,  # noqa: PLR2004
             latitude=0.5 * (south + north),
         )
+
+    @classmethod
+    def between(cls, start: Point, goal: Point) -> Self:
+        """
+        Return the projection whose origin is halfway between two points, on the geodesic that joins them.
+
+        That geodesic is straight on the plane, and as long as on the Earth.
+
+        Parameters
+        ----------
+        start, goal
+            Longitude and latitude of each, degrees.
+
+        Raises
+        ------
+        ProblemError
+            If a coordinate is no number, not finite or out of range.
+
+        Examples
+        --------
+        >>> middle = LocalProjection.between((24.0, 60.0), (26.0, 60.0))
+        >>> round(middle.longitude, 6), round(middle.latitude, 4)
+        (25.0, 60.0038)
+        """
+        (west, south), (east, north) = _degrees((start, goal), "the ends").tolist()
+        azimuth, _, distance = _geod().inv(west, south, east, north)
+        longitude, latitude, _ = _geod().fwd(west, south, azimuth, 0.5 * distance)
+        return cls(longitude=longitude, latitude=latitude)
+
+    def stretch(self, distance: float) -> float:
+        """
+        Bound how many times as long as on the Earth a line is on the plane.
+
+        On the Earth, ``distance = r`` from the origin, a step across the line from the origin is ``m(r) / r`` times as
+        long as on the plane, where ``m`` is the reduced length of geodesics: ``m'' = -K m``, ``m(0) = 0``,
+        ``m'(0) = 1``, with the Gaussian curvature ``K`` of the ellipsoid. A step along that line is as long as on the
+        plane. On WGS84, ``0 < K <= 1 / b^2`` with the polar radius ``b`` (equality holds at the equator), so that by
+        Sturm's comparison ``b sin(r / b) <= m(r) <= r`` as long as ``r < pi b``. The scale is thus between 1 and
+        ``(r / b) / sin(r / b)``, which grows with ``r``, at every latitude and in every direction.
+
+        Parameters
+        ----------
+        distance
+            How far from the origin the line goes, metres.
+
+        Returns
+        -------
+        stretch
+            At least 1; infinite where there is no bound, near the point opposite to the origin and beyond it.
+
+        Examples
+        --------
+        >>> projection = LocalProjection(25.0, 60.0)
+        >>> [f"{projection.stretch(metres) - 1.0:.2e}" for metres in (0.0, 1e5, 3e5)]
+        ['0.00e+00', '4.12e-05', '3.71e-04']
+        """
+        angle = distance / POLAR_RADIUS
+        if angle == 0.0:
+            return 1.0
+        return max(1.0, angle / math.sin(angle)) if angle < math.pi else math.inf
+
+    def bound_on_earth(self, bound: float, start: Point, goal: Point, bounds: Bounds) -> float:
+        """
+        Turn a lower bound of the cost of every path on the plane into one of every path on the Earth.
+
+        A line on the Earth, and the integral of a risk along it, are at least ``1 / stretch(r)`` times what they are on
+        the plane, if it stays within ``r`` of the origin. A path that goes farther is no shorter than from the start
+        out to that distance and back to the goal, as distances from the origin are exact. With
+        ``r = (bound + |start| + |goal|) / 2`` that is the bound itself; no path is farther out than the corners of the
+        bounds, though. And no path is shorter than the geodesic that joins its ends.
+
+        Parameters
+        ----------
+        bound
+            Of ``length + k * risk``, metres, with a risk of at least 0; what is not finite stays as it is.
+        start, goal
+            The ends, metres.
+        bounds
+            No path leaves these, metres.
+
+        Returns
+        -------
+        bound
+            Metres on the Earth.
+
+        Examples
+        --------
+        >>> around = LocalProjection.between((24.94, 60.17), (23.76, 61.5))
+        >>> start, goal = around.forward([(24.94, 60.17), (23.76, 61.5)]).tolist()
+        >>> straight = math.dist(start, goal)
+        >>> bounds = (-2e5, -2e5, 2e5, 2e5)
+        >>> [round(around.bound_on_earth(length, start, goal, bounds), 3) for length in (straight, 1.1 * straight)]
+        [161490.12, 177618.066]
+        """
+        if not math.isfinite(bound) or bound <= 0.0:
+            return bound
+        x_min, y_min, x_max, y_max = bounds
+        corner = math.hypot(max(-x_min, x_max), max(-y_min, y_max))
+        reach = 0.5 * (bound + math.hypot(*start) + math.hypot(*goal))
+        geodesic = geodesic_length(*(tuple(end) for end in self.inverse((start, goal)).tolist()))
+        return max(0.0, max(bound / self.stretch(min(reach, corner)), geodesic) - GEODESIC_ERROR)
 
     def forward(self, lonlat: ArrayLike) -> FloatArray:
         """
@@ -244,6 +350,41 @@ def project_area(area: GeometryT, projection: LocalProjection) -> GeometryT:
         return projection.forward(np.column_stack([wrapped(degrees[:, 0]), degrees[:, 1]]))
 
     return shapely.transform(shapely.segmentize(area, EDGE_DEGREES), metres)
+
+
+def places_around(place: Point, distance: float) -> FloatArray:
+    """
+    Return the points so far east, north, west and south of a point, degrees, shape ``(4, 2)``.
+
+    Parameters
+    ----------
+    place
+        Longitude and latitude, degrees.
+    distance
+        Metres; a quarter of the way around the Earth at most.
+
+    Examples
+    --------
+    >>> places_around((25.0, 60.0), 55_800.0).round(2).tolist()
+    [[26.0, 60.0], [25.0, 60.5], [24.0, 60.0], [25.0, 59.5]]
+    """
+    quarter = min(distance, 0.5 * FARTHEST)
+    longitude, latitude, _ = _geod().fwd(
+        np.full(4, place[0]), np.full(4, place[1]), [90.0, 0.0, -90.0, 180.0], np.full(4, quarter)
+    )
+    return np.column_stack([longitude, latitude])
+
+
+def geodesic_length(start: Point, goal: Point) -> float:
+    """
+    Return the length of the shortest line on WGS84 between two points given in degrees, metres.
+
+    Examples
+    --------
+    >>> round(geodesic_length((24.94, 60.17), (23.76, 61.50)), 3)
+    161490.12
+    """
+    return float(_geod().inv(*start, *goal)[2])
 
 
 def wrapped(longitude: FloatArray) -> FloatArray:

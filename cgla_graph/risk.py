@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,8 +25,16 @@ LARGEST = 1e70
 HIGHEST_PEAK = 1e6
 
 
+#: What kernels compute from the threats themselves, whatever a subclass of `RiskField` says.
+OF_KERNELS = ("density", "gradient", "line_integral", "table", "kernel_field", "is_probability")
+
+
 class ImproperFieldWarning(UserWarning):
     """A risk field holds peaks above 1, so that it is no probability and may turn negative."""
+
+
+class SmallSpreadWarning(UserWarning):
+    """A threat is so small that no map of that size shows it: its spread may be in other units than the map."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +143,8 @@ class RiskField:
     Raises
     ------
     ProblemError
-        If something else than threats is given, or a peak exceeds 1 in a field that is not improper.
+        If something else than threats is given, or a peak exceeds 1 in a field that is not improper; or of a subclass,
+        if it computes the risk in another way, which solvers would ignore.
 
     Examples
     --------
@@ -148,6 +157,17 @@ class RiskField:
 
     threats: tuple[Threat, ...] = ()
     improper: bool = field(default=False, kw_only=True)
+
+    def __new__(cls, *_: object, **__: object) -> Self:
+        """Refuse a subclass whose own idea of risk nobody would ask for."""
+        changed = [name for name in OF_KERNELS if getattr(cls, name) is not getattr(RiskField, name)]
+        if changed:
+            msg = (
+                f"{cls.__name__} overrides {', '.join(changed)}, which solvers and the oracle would ignore: they work "
+                "from the threats; give a RiskField of threats that approximate yours"
+            )
+            raise ProblemError(msg)
+        return super().__new__(cls)
 
     def __init__(self, threats: Iterable[Threat] = (), *, improper: bool = False) -> None:
         """Collect the threats and check their peaks."""

@@ -5,9 +5,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import Field
 
 from cgla_graph._files import read_text
+from cgla_graph._types import Bounds, FloatArray, Point
+from cgla_graph._validate import four_numbers, point
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.lattice import Lattice
 from cgla_graph.map_file import MapBuilder, MapTable, Pair, read_table
@@ -38,7 +41,8 @@ class Scenario:
     settings
         Settings of solvers, by the solver's name, that suit this scenario.
     projection
-        How longitude and latitude became metres; None for a map in the plane.
+        How longitude and latitude became metres; None for a map in the plane. Lengths on its plane are a little longer
+        than on the Earth: see `stretch` and `bound_on_earth`.
     y_down
         Whether y grows downwards, as in grid maps; pictures follow.
     notes
@@ -64,6 +68,59 @@ class Scenario:
         """Name and title in one line."""
         return f"{self.name}: {self.title}" if self.title else self.name
 
+    def bound_on_earth(self, bound: float) -> float:
+        """
+        Turn a proven lower bound of the problem's cost into one that holds on the Earth, if the map is of the Earth.
+
+        The plane of a map in longitude and latitude stretches lengths; what is proven of all paths on it (by
+        `cgla_graph.lower_bound`, by a solver) is divided by that, where paths of that cost can go. No path on the Earth
+        costs less: neither where risk is what the plane says at each place, nor where it is what the distance on the
+        Earth from each threat says. No-fly areas are as on the plane, within a metre of their edges in degrees.
+
+        Parameters
+        ----------
+        bound
+            Of ``length + k * risk``, map units.
+
+        Returns
+        -------
+        bound
+            The same for a map in the plane.
+
+        Examples
+        --------
+        >>> finland = load_scenario("finland")
+        >>> f"{1.0 - finland.bound_on_earth(240e3) / 240e3:.4%}"
+        '0.0104%'
+        """
+        if self.projection is None:
+            return bound
+        return self.projection.bound_on_earth(bound, self.problem.start, self.problem.goal, self.problem.bounds)
+
+    def stretch(self, points: FloatArray) -> float:
+        """
+        Bound how many times as long as on the Earth a path on the map is; 1 for a map in the plane.
+
+        Parameters
+        ----------
+        points
+            Of the path, shape ``(m, 2)``, map units.
+
+        Returns
+        -------
+        stretch
+            At least 1.
+
+        Examples
+        --------
+        >>> finland = load_scenario("finland")
+        >>> f"{finland.stretch(np.array([finland.problem.start])) - 1.0:.4%}"
+        '0.0056%'
+        """
+        if self.projection is None:
+            return 1.0
+        return self.projection.stretch(float(np.hypot(*np.reshape(points, (-1, 2)).T).max(initial=0.0)))
+
 
 class ScenarioTable(MapTable):
     """A scenario file."""
@@ -74,6 +131,14 @@ class ScenarioTable(MapTable):
     solvers: dict[str, dict[str, int | float | str | bool]] = Field(
         default_factory=dict, description="settings of solvers that suit this scenario"
     )
+
+    def ends(self) -> list[tuple[str, Point]]:
+        """Name start and goal, in the file's own coordinates."""
+        return list(zip(("start", "goal"), self.journey(), strict=True))
+
+    def journey(self) -> tuple[Point, Point]:
+        """Return start and goal, in the file's own coordinates."""
+        return (self.start[0], self.start[1]), (self.goal[0], self.goal[1])
 
 
 def schema() -> dict[str, Any]:
@@ -128,22 +193,42 @@ def shipped() -> list[str]:
     return sorted(SHELF.names(), key=lambda name: name != "paper")
 
 
-def load_scenario(name: str | Path) -> Scenario:
+def load_scenario(
+    name: str | Path, *, start: Point | None = None, goal: Point | None = None, bounds: Bounds | None = None
+) -> Scenario:
     """
     Load a shipped scenario by name, or a scenario file by path.
+
+    Parameters
+    ----------
+    name
+        The name or the path.
+    start, goal, bounds
+        Instead of the file's own, in its coordinates (degrees where it holds longitudes and latitudes). Threats that
+        the file draws stay where they are.
 
     Raises
     ------
     ScenarioError
-        If there is none (the message offers the nearest names), or the file is malformed.
+        If there is none (the message offers the nearest names), the file is malformed, or start or goal is not on the
+        map.
 
     Examples
     --------
     >>> load_scenario("paper").problem.goal
     (0.9, 0.9)
     """
-    path = Path(name)
-    return _build(open_table(name), path.parent, path.stem, str(path))
+    path, table = Path(name), open_table(name)
+    try:
+        changes: dict[str, list[float]] = {
+            key: list(check(key, given))
+            for key, check, given in (("start", point, start), ("goal", point, goal), ("bounds", four_numbers, bounds))
+            if given is not None
+        }
+    except CglaError as error:
+        msg = f"{path}: {error}"
+        raise ScenarioError(msg) from error
+    return _build(table, path.parent, path.stem, str(path), changes)
 
 
 def open_table(name: str | Path) -> ScenarioTable:
@@ -183,18 +268,22 @@ def shipped_text(name: str) -> str:
     return SHELF.text(name, shipped())
 
 
-def _build(table: ScenarioTable, folder: Path, name: str, place: str) -> Scenario:
-    """Return the scenario of a checked table; error messages call its file `place`."""
-    builder = MapBuilder(table, folder)
+def _build(
+    table: ScenarioTable, folder: Path, name: str, place: str, changes: Mapping[str, list[float]] | None = None
+) -> Scenario:
+    """Return the scenario of a checked table, some of its keys changed; error messages call its file `place`."""
     try:
-        bounds = builder.bounds
-        start, goal = builder.end("start", table.start), builder.end("goal", table.goal)
+        if changes:
+            threats = [*table.threats, *MapBuilder(table, folder).drawn()]
+            table = table.model_copy(update={"threats": threats, "random_threats": None, **changes})
+        builder = MapBuilder(table, folder)
+        start, goal = (builder.end(name, list(place)) for name, place in table.ends())
         problem = Problem(
             start=start,
             goal=goal,
-            field=RiskField(builder.threats([start, goal]), improper=table.improper),
+            field=RiskField(builder.threats(), improper=table.improper),
             k=table.k,
-            bounds=bounds,
+            bounds=builder.bounds,
             no_fly=builder.no_fly(),
         )
         lattice = builder.lattice()

@@ -16,7 +16,7 @@ from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph._validate import positive_number
 from cgla_graph.certificate import MAX_CELLS, Certificate, Grid, lower_bound
 from cgla_graph.certificate_field import FIRST_CELLS
-from cgla_graph.comparisons import files, output, rows, terminal
+from cgla_graph.comparisons import earth, files, output, rows, terminal
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.rows import json_number
 from cgla_graph.comparisons.runner import Run
@@ -56,6 +56,7 @@ def certify(
     -------
     run
         The path, named after its file or solver, with its certificate. Without a path the bound holds all the same.
+        That of a map in longitude and latitude holds on the Earth (see `Scenario.bound_on_earth`).
 
     Raises
     ------
@@ -73,7 +74,9 @@ def certify(
     else:
         solution = _judged(problem, read_path(file, scenario), str(file))
     held = solution.path if solution.status.is_path else None
-    proof = lower_bound(problem, tolerance, path=held, max_cells=max_cells)
+    on_plane = earth.plane_tolerance(scenario, tolerance, solution.cost)
+    found = lower_bound(problem, on_plane, path=held, max_cells=max_cells)
+    proof = earth.certificate_on_earth(scenario, found, tolerance)
     # what a solver says of its own path gives way to the proof that was asked for
     bounded = dataclasses.replace(solution, lower_bound=proof.lower_bound, certificate_seconds=proof.seconds)
     return Run(scenario, SOLVER if file is None else file.name, None, exact=False, solution=bounded, certificate=proof)
@@ -264,6 +267,8 @@ def print_certificate(run: Run) -> None:
         terminal.out_table(certificate_table(run))
     remedy = "; --max-cells N allows more" if "allowed" in proof.message else ""
     _print_line("proven", verdict(run, unit=unit))
+    if note := earth.distortion_note(scenario, [solution.path]):
+        _print_line("flat map", note)
     _print_line("ended", f"{proof.message}{remedy} ({duration(proof.seconds)})")
 
 
@@ -324,6 +329,7 @@ def certificate_document(run: Run) -> dict[str, Any]:
         **rows.row(run),
         "path": run.solution.path.tolist() if run.solution.status.is_path else [],
         "certificate": output.certificate_document(run),
+        "stretch": json_number(run.scenario.stretch(run.solution.path)),
         "grids": grid_rows(proof_of(run)),
     }
 

@@ -13,8 +13,10 @@ import shapely
 
 from cgla_graph import risk_kernels
 from cgla_graph.certificate import Certificate, lower_bound
+from cgla_graph.comparisons import earth
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.errors import CglaError
+from cgla_graph.lattice import Lattice
 from cgla_graph.no_fly_kernels import point_inside, segment_crosses
 from cgla_graph.problem import BOUND_TOLERANCE, GraphProblem, Problem
 from cgla_graph.risk import RiskField, Threat
@@ -45,7 +47,7 @@ class Run:
         Whether the solver promises the optimum of the graph that graph solvers share.
     solution
         What came out; never missing, as failures are answers too. Its lower bound is the certificate's, or the solver's
-        own where that is better.
+        own where that is better; on a map in longitude and latitude it holds on the Earth.
     certificate
         What is proven of every path of the scenario; None where that was not asked for.
     settings
@@ -111,7 +113,7 @@ def compare(
         warm_up_proof()
     ground = None
     for scenario in scenarios:
-        certificate = None if tolerance is None else certify(scenario.problem, tolerance)
+        certificate = None if tolerance is None else certify(scenario, tolerance)
         ground = Ground.lay(scenario, ground)
         for contender in contenders:
             for seed in seeds_of(scenario, contender, range(1, n_seeds + 1)):
@@ -142,13 +144,20 @@ def run_of(
     return Run(*names, solution=answer, certificate=certificate, settings=settings, **how)
 
 
-def certify(problem: Problem, tolerance: float) -> Certificate:
-    """Bound the cost of every path, with a good one in hand; what goes wrong leaves no bound, but a reason."""
+def certify(scenario: Scenario, tolerance: float) -> Certificate:
+    """
+    Bound the cost of every path, with a good one in hand; what goes wrong leaves no bound, but a reason.
+
+    The bound of a map in longitude and latitude is one of paths on the Earth (see `Scenario.bound_on_earth`).
+    """
     began = time.perf_counter()
     try:
-        best = Hybrid(tolerance=None).solve(problem)
+        best = Hybrid(tolerance=None).solve(scenario.problem)
         path = best.path if best.status.is_path else None
-        return dataclasses.replace(lower_bound(problem, tolerance, path=path), seconds=time.perf_counter() - began)
+        on_plane = earth.plane_tolerance(scenario, tolerance, best.cost)
+        proof = lower_bound(scenario.problem, on_plane, path=path)
+        found = earth.certificate_on_earth(scenario, proof, tolerance)
+        return dataclasses.replace(found, seconds=time.perf_counter() - began)
     except Exception as error:  # noqa: BLE001 - a comparison survives any certificate
         return no_certificate(tolerance, reason(error), time.perf_counter() - began)
 
@@ -230,7 +239,8 @@ def run(ground: Ground, contender: Contender, seed: int | None) -> Solution:
     problem, lattice = ground.scenario.problem, ground.scenario.lattice
     try:
         if registry.traits(contender.name).domain == "plane":
-            return _solve(problem, contender, settings, resolution=lattice)
+            solution = _solve(problem, contender, settings, resolution=lattice)
+            return earth.solution_on_earth(ground.scenario, solution)
         solution = _solve(problem, contender, settings, on=ground.graph())
         # what a solver proves of the paths on a graph does not hold for those in the plane
         bound = 0.0 if problem.start == problem.goal else math.nan
@@ -269,7 +279,8 @@ def warm_up_proof() -> None:
     """Load what proves lower bounds, so that the first certificate says how long its own proof took."""
     # what is wrong with it is told by the certificate of the first scenario
     with suppress(Exception):
-        certify(_small_problem(), 0.5)
+        problem = _small_problem()
+        certify(Scenario("small", "", problem, Lattice(2, bounds=problem.bounds)), 0.5)
 
 
 def _small_problem() -> Problem:

@@ -21,6 +21,7 @@ from cgla_graph.movingai import map_beside, read_map, read_scenario_rows
 from cgla_graph.scenario import Scenario, shipped
 from cgla_graph.solvers.bridge import solve
 
+LONLAT = 'coordinates = "lonlat"\nstart = [24.1, 60.1]\ngoal = [24.9, 60.9]\nk = 1.0\n'
 BASE = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 1.0\n"
 OPEN = "type octile\nheight 3\nwidth 4\nmap\n....\n.@@.\n....\n"
 SQUARE = shapely.box(24.0, 60.0, 25.0, 60.5)
@@ -73,7 +74,32 @@ def test_another_start_in_degrees() -> None:
     scenario = only("finland", start=(25.5, 60.1))
     assert scenario.projection is not None
     np.testing.assert_allclose(scenario.projection.inverse(scenario.problem.start), (25.5, 60.1), atol=1e-9)
-    assert scenario.problem.goal == only("finland").problem.goal
+    np.testing.assert_allclose(scenario.projection.inverse(scenario.problem.goal), (26.95, 60.46), atol=1e-9)
+
+
+def test_other_ends_and_bounds_do_not_move_random_threats(tmp_path: Path) -> None:
+    drawn = "[random_threats]\ncount = 5\nseed = 1\nspread = [3000, 9000]\nclear = 20000"
+    file = written(tmp_path, "mine.toml", f"{LONLAT}bounds = [24, 60, 25, 61]\n{drawn}")
+    one, two = only(file), only(file, start=(24.8, 60.2), bounds=(23.5, 59.5, 25.5, 61.5))
+    places = [
+        scenario.projection.inverse([(threat.x, threat.y) for threat in scenario.problem.field.threats])
+        for scenario in (one, two)
+        if scenario.projection is not None
+    ]
+    np.testing.assert_allclose(*places, atol=1e-9)
+    assert [threat.spread for threat in one.problem.field.threats] == [t.spread for t in two.problem.field.threats]
+    assert one.projection != two.projection
+
+
+def test_other_bounds(tmp_path: Path) -> None:
+    assert only("paper", bounds=(-1.0, 0.0, 2.0, 1.5), start=(-0.5, 0.2)).problem.bounds == (-1.0, 0.0, 2.0, 1.5)
+    wide = only("finland", bounds=(20.0, 59.0, 29.0, 62.0), goal=(28.5, 61.5)).problem
+    assert wide.bounds[2] - wide.bounds[0] > 480e3
+    assert "outside the bounds" in message_of("paper", bounds=(0.2, 0.0, 1.0, 1.0))
+    assert "bounds" in message_of("paper", bounds=(0.2, 0.0, 0.1, 1.0))
+    assert "bounds" in message_of("finland", bounds=(0.2, 0.0, 1.0))
+    file = written(tmp_path, "tiny.map", OPEN)
+    assert "leave out others" in message_of(file, bounds=(0.0, 0.0, 4.0, 3.0))
 
 
 @pytest.mark.parametrize("ends", [{"start": (2.0, 0.0)}, {"goal": (math.nan, 0.0)}, {"goal": (0.0, math.inf)}], ids=str)
@@ -110,10 +136,43 @@ def test_areas_are_crossed_from_corner_to_corner(tmp_path: Path) -> None:
 
 def test_areas_with_ends_of_the_users_own(tmp_path: Path) -> None:
     file = written(tmp_path, "areas.json", shapely.to_geojson(SQUARE))
-    scenario = only(file, start=(22.0, 60.2), goal=(26.0, 60.7))
+    scenario = only(file, start=(23.0, 60.2), goal=(26.0, 60.7))
     assert scenario.projection is not None
     back = scenario.projection.inverse([scenario.problem.start, scenario.problem.goal])
-    np.testing.assert_allclose(back, [(22.0, 60.2), (26.0, 60.7)], atol=1e-9)
+    np.testing.assert_allclose(back, [(23.0, 60.2), (26.0, 60.7)], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("ends", "words"),
+    [
+        ({"start": (60.17, 24.4)}, ["start (60.17, 24.4)", "km from the map", "longitude first? (24.4, 60.17) is on"]),
+        ({"goal": (60.4, 24.9)}, ["goal (60.4, 24.9)", "longitude first? (24.9, 60.4) is on the map"]),
+        ({"start": (-24.94, 60.17)}, ["start (-24.94, 60.17)", "2,651 km from the map", "--bounds"]),
+        ({"goal": (22.0, 60.2)}, ["goal (22.0, 60.2)", "108 km from the map", "--bounds"]),
+        ({"start": (math.nan, 60.2)}, ["start", "nan"]),
+        ({"start": (35.7, 139.7)}, ["start (35.7, 139.7) is no place on the Earth", "longitude first"]),
+    ],
+    ids=str,
+)
+def test_ends_far_from_the_areas_are_refused(
+    tmp_path: Path, ends: dict[str, tuple[float, float]], words: list[str]
+) -> None:
+    message = message_of(written(tmp_path, "areas.geojson", shapely.to_geojson(SQUARE)), **ends)
+    assert not [word for word in words if word not in message], message
+
+
+def test_a_wider_map_is_asked_for(tmp_path: Path) -> None:
+    file = written(tmp_path, "areas.geojson", shapely.to_geojson(SQUARE))
+    problem = only(file, start=(20.0, 60.2), goal=(26.0, 60.7), bounds=(19.0, 59.0, 27.0, 61.0)).problem
+    assert problem.bounds[2] - problem.bounds[0] > 440e3
+    assert "outside the bounds" in message_of(file, start=(18.0, 60.2), bounds=(19.0, 59.0, 27.0, 61.0))
+
+
+def test_ends_beyond_the_antimeridian_widen_a_map_across_it(tmp_path: Path) -> None:
+    areas = shapely.MultiPolygon([shapely.box(179.5, -17.0, 180.0, -16.0), shapely.box(-180.0, -17.0, -179.5, -16.0)])
+    file = written(tmp_path, "areas.geojson", shapely.to_geojson(areas))
+    problem = only(file, start=(179.0, -16.5), goal=(-179.0, -16.5)).problem
+    assert problem.bounds[2] - problem.bounds[0] == pytest.approx(2 * 106.7e3, rel=0.01)
 
 
 def test_an_end_inside_an_area(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from cgla_graph.errors import CglaError, NodeNotFoundError, ProblemError
 from cgla_graph.graph import GeometricGraph
 from cgla_graph.lattice import Lattice
 from cgla_graph.problem import COST_TOLERANCE, GraphProblem, Problem
-from cgla_graph.risk import RiskField, Threat
+from cgla_graph.risk import RiskField, SmallSpreadWarning, Threat
 from cgla_graph.solution import Solution, Status
 
 FIELD = RiskField([Threat(0.5, 0.5, spread=0.1), Threat(0.3, 0.6, spread=0.2, peak=0.5)])
@@ -168,6 +168,18 @@ def test_a_malformed_problem_is_refused_by_name(changes: dict[str, object], word
         Problem(**parts)  # type: ignore[arg-type]
     assert isinstance(caught.value, CglaError)
     assert isinstance(caught.value, ValueError)
+
+
+@pytest.mark.parametrize("side", [1.0, 1e5])
+def test_a_spread_far_below_what_the_map_shows_is_warned_of(side: float) -> None:
+    def problem(spread: float) -> Problem:
+        field = RiskField([Threat(0.5 * side, 0.5 * side, spread=s) for s in (side, spread)])
+        return Problem((0.0, 0.0), (side, side), field, k=1.0, bounds=(0.0, 0.0, side, side))
+
+    with pytest.warns(SmallSpreadWarning, match=f"threat 1 has a spread of .* on a map {side:g} wide") as caught:
+        problem(5e-7 * side)
+    assert caught[0].filename == __file__
+    assert problem(2e-5 * side).start == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("resolution", [1, 0, -1, 2.5, "20", None, True, (2, 1)])

@@ -1,6 +1,7 @@
 """Metres around a point of the Earth."""
 
 import copy
+import itertools
 import math
 import pickle
 
@@ -11,6 +12,7 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.projection import LocalProjection
 
@@ -65,6 +67,79 @@ def test_scale_error_is_as_documented(latitude: float, distance: float, most: fl
     error = np.hypot(*moved.T) / 100.0 - 1.0
     assert least < error.max() < most
     assert error.min() > -1e-9
+
+
+@given(latitude=st.floats(-90.0, 90.0), azimuth=azimuths, distance=st.floats(1.0, 1.9e7), share=st.floats(0.0, 1.0))
+def test_stretch_bounds_the_scale_in_every_direction(
+    latitude: float, azimuth: float, distance: float, share: float
+) -> None:
+    projection = LocalProjection(25.0, latitude)
+    longitude, north, _ = GEOD.fwd(25.0, latitude, azimuth, share * distance)
+    assume(abs(north) < 89.999)
+    factors = pyproj.Proj(f"+proj=aeqd +lon_0=25 +lat_0={latitude!r} +datum=WGS84").get_factors(longitude, north)
+    # PROJ differentiates numerically
+    assert factors.tissot_semiminor >= 1.0 - 1e-6
+    assert factors.tissot_semimajor <= projection.stretch(distance) * (1.0 + 1e-6)
+
+
+def test_stretch_is_no_more_than_needed_at_the_equator() -> None:
+    # there the curvature is the one that the bound takes for all places; north and south are across
+    projection = LocalProjection(0.0, 0.0)
+    (one, two) = projection.forward([GEOD.fwd(5.0, 0.0, azimuth, 50.0)[:2] for azimuth in (0.0, 180.0)])
+    distance = GEOD.inv(0.0, 0.0, 5.0, 0.0)[2]
+    assert math.dist(one, two) / 100.0 == pytest.approx(projection.stretch(distance), rel=1e-6)
+
+
+def test_stretch_far_away() -> None:
+    projection = LocalProjection(25.0, 60.0)
+    assert projection.stretch(1.99e7) > 100.0
+    assert projection.stretch(2e7) == math.inf
+
+
+@given(
+    start=st.tuples(longitudes, st.floats(-90.0, 90.0)),
+    azimuth=azimuths,
+    distance=st.floats(0.0, 3e6),
+    middle=st.lists(st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)), max_size=3),
+)
+def test_a_bound_on_the_earth_holds_for_lines_on_the_earth(
+    start: tuple[float, float], azimuth: float, distance: float, middle: list[tuple[float, float]]
+) -> None:
+    """The bound of a path's own length on the plane is none above its length on the Earth."""
+    goal = GEOD.fwd(*start, azimuth, distance)[:2]
+    projection = LocalProjection.between(start, goal)
+    ends = projection.forward([start, goal])
+    path = np.vstack([ends[0], distance * np.reshape(middle, (-1, 2)), ends[1]])
+    length = float(np.hypot(*np.diff(path, axis=0).T).sum())
+    side = float(np.abs(path).max()) + 1.0
+    bound = projection.bound_on_earth(length, tuple(ends[0]), tuple(ends[1]), (-side, -side, side, side))
+    on_earth = GEOD.line_length(*projection.inverse(finely(path)).T)
+    # the vertices between which geodesics are laid cut off bends
+    assert bound <= on_earth * (1.0 + 1e-5)
+    assert on_earth <= length * (1.0 + 1e-9) + 1e-6
+    if not middle:
+        assert bound <= GEOD.inv(*start, *goal)[2]
+        assert bound == pytest.approx(distance, rel=1e-9, abs=2e-6)
+
+
+def finely(path: FloatArray) -> FloatArray:
+    """Lay 200 points on each side of a path."""
+    share = np.linspace(0.0, 1.0, 200)[:, None]
+    return np.vstack([(1.0 - share) * one + share * two for one, two in itertools.pairwise(path)])
+
+
+@pytest.mark.parametrize("bound", [0.0, math.inf, math.nan])
+def test_what_is_no_length_stays_as_it_is(bound: float) -> None:
+    found = LocalProjection(25.0, 60.0).bound_on_earth(bound, (0.0, 0.0), (1e5, 0.0), (-2e5, -2e5, 2e5, 2e5))
+    assert found == pytest.approx(bound, nan_ok=True)
+
+
+@given(start=st.tuples(longitudes, st.floats(-90.0, 90.0)), azimuth=azimuths, distance=st.floats(0.0, 1e7))
+def test_between_is_halfway(start: tuple[float, float], azimuth: float, distance: float) -> None:
+    goal = GEOD.fwd(*start, azimuth, distance)[:2]
+    one, two = LocalProjection.between(start, goal).forward([start, goal])
+    assert math.hypot(*one) == pytest.approx(0.5 * distance, abs=1e-6)
+    np.testing.assert_allclose(one, -two, atol=1e-6 + 1e-9 * distance)
 
 
 def test_axes_are_east_and_north() -> None:

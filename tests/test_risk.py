@@ -310,6 +310,36 @@ def test_the_order_of_the_threats_does_not_matter() -> None:
     np.testing.assert_allclose(forth.density(starts), back.density(starts), atol=1e-14)
 
 
+# Fields of the user's own
+
+
+@pytest.mark.parametrize("name", ["density", "gradient", "line_integral", "table", "kernel_field", "is_probability"])
+def test_a_field_that_computes_the_risk_in_another_way_is_refused(name: str) -> None:
+    own = type("Storm", (RiskField,), {name: lambda *_: np.ones(1)})
+    with pytest.raises(ProblemError, match=f"Storm overrides {name}, which solvers and the oracle would ignore"):
+        own([Threat(0.5, 0.5, 0.1)])
+
+
+def test_a_mixed_in_risk_is_refused_too() -> None:
+    class Constant:
+        def density(self, points: object) -> float:
+            raise NotImplementedError
+
+    own = type("Storm", (Constant, RiskField), {"__init__": lambda *_: None})
+    with pytest.raises(ProblemError, match="Storm overrides density"):
+        own()
+
+
+def test_a_field_with_more_methods_is_fine() -> None:
+    class Named(RiskField):
+        @property
+        def name(self) -> str:
+            return f"{len(self)} threats"
+
+    assert Named([Threat(0.5, 0.5, 0.1)]).name == "1 threats"
+    assert Named([Threat(0.5, 0.5, 0.1)]).density((0.5, 0.5)) == 1.0
+
+
 # Improper fields: the readings of Eq. 1
 
 

@@ -14,9 +14,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgla_graph import scenario as module
-from cgla_graph.errors import ScenarioError
+from cgla_graph.errors import MissionError, ScenarioError
+from cgla_graph.inputs import open_scenarios
+from cgla_graph.mission_file import mission_from_toml
 from cgla_graph.projection import LocalProjection
-from cgla_graph.risk import RiskField, Threat
+from cgla_graph.risk import RiskField, SmallSpreadWarning, Threat
 from cgla_graph.scenario import Scenario, load_scenario, scenario_from_toml, schema, shipped, shipped_text
 from cgla_graph.solvers.bridge import solve
 
@@ -286,14 +288,86 @@ def test_degrees_become_metres() -> None:
     text = f"{LONLAT}threats = [{{ x = 24.5, y = 60.5, spread = 5000 }}]\n"
     scenario = scenario_from_toml(text, "mine")
     assert isinstance(scenario.projection, LocalProjection)
+    start, goal = (np.array(end) for end in (scenario.problem.start, scenario.problem.goal))
+    np.testing.assert_allclose(start, -goal, atol=1e-6, err_msg="the projection is centred between the ends")
     back = scenario.projection.inverse([scenario.problem.start, scenario.problem.goal])
     np.testing.assert_allclose(back, [(24.1, 60.1), (24.9, 60.9)], atol=1e-9)
     (threat,) = scenario.problem.field.threats
-    assert math.hypot(threat.x, threat.y) < 1e-6, "the projection is centred on the bounds"
+    np.testing.assert_allclose(scenario.projection.inverse((threat.x, threat.y)), (24.5, 60.5), atol=1e-9)
     assert threat.spread == 5000.0
     width, height = np.diff(np.reshape(scenario.problem.bounds, (2, 2)), axis=0)[0]
     assert width == pytest.approx(55.8e3, rel=0.01)
     assert height == pytest.approx(111.4e3, rel=0.01)
+
+
+AREA = "[no_fly]\npolygons = [[[24.4, 60.4], [24.6, 60.4], [24.6, 60.6], [24.4, 60.6]]]\n"
+NO_BOUNDS = LONLAT.replace("bounds = [24.0, 60.0, 25.0, 61.0]\n", "")
+
+
+def test_bounds_in_degrees_are_laid_around_areas(tmp_path: Path) -> None:
+    area = shapely.box(24.0, 60.0, 25.0, 61.0)
+    (tmp_path / "areas.geojson").write_text(shapely.to_geojson(area), encoding="utf-8")
+    (tmp_path / "mine.toml").write_text(
+        NO_BOUNDS.replace("[24.1, 60.1]", "[23.9, 59.8]") + '[no_fly]\ngeojson = ["areas.geojson"]\n', encoding="utf-8"
+    )
+    with pytest.raises(ScenarioError, match=r"goal .* is inside the no-fly area"):
+        load_scenario(tmp_path / "mine.toml")
+    ends = {"start": (23.9, 59.8), "goal": (25.5, 60.9)}
+    mine = load_scenario(tmp_path / "mine.toml", **ends)
+    (bare,) = open_scenarios(str(tmp_path / "areas.geojson"), **ends)
+    assert mine.problem.bounds == bare.problem.bounds
+    assert (mine.problem.start, mine.problem.goal, mine.projection) == (
+        bare.problem.start,
+        bare.problem.goal,
+        bare.projection,
+    )
+
+
+def test_bounds_in_degrees_are_laid_around_threats() -> None:
+    text = f"{NO_BOUNDS}threats = [{{ x = 24.5, y = 60.5, spread = 9000 }}]\n"
+    x_min, y_min, x_max, y_max = scenario_from_toml(text, "mine").problem.bounds
+    # from one end to the other along x, and beyond the threat's three spreads nowhere, as the ends are farther away
+    assert x_max - x_min == pytest.approx(2 * 3 * 1.05 * 9000, rel=0.1)
+    assert y_max - y_min == pytest.approx(89.1e3, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (NO_BOUNDS, ["nothing to lay bounds around", "add bounds"]),
+        (NO_BOUNDS.replace("24.1, 60.1", "60.5, 24.5") + AREA, ["start (60.5, 24.5)", "longitude first? (24.5, 60.5)"]),
+        (NO_BOUNDS.replace("24.9, 60.9", "14.9, 60.9") + AREA, ["goal (14.9, 60.9) is 518 km from the map", "bounds"]),
+        (
+            LONLAT.replace("24.1, 60.1", "60.1, 24.1"),
+            ["start (60.1, 24.1)", "outside", "longitude first? (24.1, 60.1)"],
+        ),
+        (
+            f"{LONLAT}threats = [{{ x = 60.5, y = 24.5, spread = 5000 }}]",
+            ["threats.0 (60.5, 24.5)", "longitude first? (24.5, 60.5) is on the map"],
+        ),
+        (
+            f"{NO_BOUNDS}threats = [{{ x = 60.5, y = 24.5, spread = 5000 }}]\n{AREA}",
+            ["threats.0 (60.5, 24.5)", "longitude first? (24.5, 60.5) is on the map"],
+        ),
+    ],
+)
+def test_places_that_are_not_on_the_map_are_told(text: str, words: list[str]) -> None:
+    message = message_of(text)
+    assert not [word for word in words if word not in message], message
+
+
+def test_a_mission_without_bounds_has_them_around_its_areas_too() -> None:
+    uav = "[[uavs]]\nname = 'a'\nstart = [24.1, 60.5]\ngoal = [24.9, 60.5]\n"
+    text = f"detection_radius = 9000\ncoordinates = 'lonlat'\n{AREA}{uav}"
+    x_min, _, x_max, _ = mission_from_toml(text, "mine").world.bounds
+    assert x_max - x_min == pytest.approx(44e3, rel=0.01)
+    with pytest.raises(MissionError, match="longitude first"):
+        mission_from_toml(text.replace("24.1, 60.5", "60.5, 24.5"), "mine")
+
+
+def test_small_spreads_are_warned_of() -> None:
+    with pytest.warns(SmallSpreadWarning, match=r"threat 0 has a spread of 0\.05 on a map .* wide"):
+        scenario_from_toml(f"{LONLAT}threats = [{{ x = 24.5, y = 60.5, spread = 0.05 }}]", "mine")
 
 
 def test_geojson_is_found_beside_the_scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -71,7 +71,7 @@ def prove(parcel: Parcel, tolerance: float, limits: Limits) -> Certificate:
         runner.warm_up_proof()
         _ready.add(None)
     with limited(limits.seconds, limits.megabytes):
-        proof = runner.certify(scenario.problem, tolerance)
+        proof = runner.certify(scenario, tolerance)
     # its grids are for pictures of one proof
     return dataclasses.replace(proof, grids=())
 
