@@ -4,12 +4,11 @@ import csv
 import dataclasses
 import io
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.table import Table
-from rich.text import Text
 
 from cgla_graph._files import read_text
 from cgla_graph._types import FloatArray, WholeArray
@@ -18,9 +17,10 @@ from cgla_graph.certificate import MAX_CELLS, Certificate, Grid, lower_bound
 from cgla_graph.certificate_field import FIRST_CELLS
 from cgla_graph.comparisons import earth, files, output, rows, terminal
 from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.fitted_table import FittedTable
 from cgla_graph.comparisons.rows import json_number
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.tables import duration, figure
+from cgla_graph.comparisons.tables import duration, figure, rounded_down
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
 from cgla_graph.problem import Problem
 from cgla_graph.projection import LocalProjection
@@ -193,23 +193,6 @@ def proof_of(run: Run) -> Certificate:
     return run.certificate
 
 
-def rounded_down(value: float, digits: int) -> str:
-    """
-    Write a bound with some significant digits, never above what is proven.
-
-    Examples
-    --------
-    >>> rounded_down(1.4903821, 5), rounded_down(232275.92, 4), rounded_down(0.0, 3)
-    ('1.4903', '232200', '0.00')
-    """
-    if value == 0.0 or not math.isfinite(value):
-        return figure(value, digits)
-    unit = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - digits)
-    down = figure(math.floor(value / unit) * unit, digits)
-    # dividing and multiplying again may lose the last digit, never gain one that is not proven
-    return down if float(down) <= value else figure((math.floor(value / unit) - 1) * unit, digits)
-
-
 def at_most(ratio: float) -> str:
     """
     Write a ratio as a percentage that is never below it.
@@ -276,24 +259,23 @@ def _print_line(key: str, text: str) -> None:
     terminal.out(f"{key:10} {text}\n")
 
 
-def certificate_table(run: Run) -> Table:
+def certificate_table(run: Run) -> FittedTable:
     """Show how the bracket closed: a line a grid, coarse to fine."""
-    table = Table(caption_justify="left")
     unit = "m" if run.scenario.projection else "map units"
-    for head in ("grid step", f"in {unit}", "cells", "lower bound", "upper bound", "gap"):
-        table.add_column(head, justify="right", no_wrap=True)
-    for grid in proof_of(run).grids:
-        table.add_row(
+    heads = ("grid step", f"in {unit}", "cells", "lower bound", "upper bound", "gap")
+    rows: list[Sequence[str]] = [
+        [
             f"1/{max(grid.last)}",
             figure(grid.spacing, 3),
             f"{n_cells(grid.runs):,}",
             rounded_down(grid.lower_bound, 7),
             figure(grid.upper_bound, 7),
             at_most(_gap(grid)),
-        )
+        ]
+        for grid in proof_of(run).grids
+    ]
     notes = ("grid step: as a part of the map's longer side", "cells: the tube, which no better path leaves")
-    table.caption = Text("\n".join(notes))
-    return table
+    return FittedTable("", (), heads, (heads[1], heads[2]), notes, rows)
 
 
 def _gap(grid: Grid) -> float:

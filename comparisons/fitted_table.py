@@ -8,8 +8,6 @@ from rich.console import Console, ConsoleOptions
 from rich.table import Table
 from rich.text import Text
 
-from cgla_graph.comparisons.tables import table_of
-
 #: Columns of words are folded to this many characters before a column of numbers is left out, ...
 _FOLDED = 20
 #: ... and to this many where all is left out that can be.
@@ -21,7 +19,7 @@ class FittedTable:
     """
     A table that leaves out columns where the terminal is too narrow for all, so that no number is cut in two.
 
-    Long words on the left are folded before that.
+    Long words on the left are folded before that. What is still too wide runs over the edge of the terminal.
 
     Attributes
     ----------
@@ -65,9 +63,13 @@ class FittedTable:
             kept = {head: width for head, width in widths.items() if head not in missing}
             folded = {head: min(kept[head], max(most, cell_len(head))) for head in self.left if head in kept}
             # two spaces a column, and a line on each side of it
-            if sum((kept | folded).values()) + 3 * len(kept) + 1 <= options.max_width:
+            width = sum((kept | folded).values()) + 3 * len(kept) + 1
+            if width <= options.max_width:
                 break
-        yield self._without(missing, folded)
+        table = self._without(missing, folded)
+        # rich would cut numbers
+        table.width = width if width > options.max_width else None
+        yield table
 
     def _ways(self) -> Iterator[tuple[Sequence[str], int]]:
         """List what can be tried, the best first: the columns left out, and the width of words."""
@@ -81,7 +83,7 @@ class FittedTable:
         heads = [*self.left, *self.right]
         kept = [number for number, head in enumerate(heads) if head not in missing]
         left, right = ([head for head in part if head not in missing] for part in (self.left, self.right))
-        table = table_of(self.title, left, right)
+        table = _table_of(self.title, left, right)
         for column, head in zip(table.columns, left, strict=False):
             column.no_wrap, column.overflow, column.width = False, "fold", widths[head]
         for row in self.rows:
@@ -95,3 +97,13 @@ class FittedTable:
 def _widest(cells: Sequence[str]) -> int:
     """Return the width of the widest line of some cells."""
     return max((cell_len(line) for cell in cells for line in cell.splitlines()), default=0)
+
+
+def _table_of(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
+    """Start a table: words in the columns on the left, numbers in those on the right; titles appear as they are."""
+    table = Table(title=Text(title), title_justify="left", title_style="bold", caption_justify="left")
+    for head in left:
+        table.add_column(head, no_wrap=True)
+    for head in right:
+        table.add_column(head, justify="right", no_wrap=True)
+    return table

@@ -7,6 +7,7 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
+from cgla_graph.comparisons.fitted_table import FittedTable
 from cgla_graph.comparisons.performance import TARGET_PERCENTS, Performance
 from cgla_graph.comparisons.rows import Summary, scenario_bound, summaries
 from cgla_graph.comparisons.runner import Run
@@ -15,11 +16,13 @@ from cgla_graph.scenario import Scenario
 
 #: Numbers from here on are written with an exponent.
 MOST_DIGITS = 1e12
+#: What a narrow terminal does without of `comparison_table`, the first first.
+_SPARE = ("evaluations", "clearance", "seed spread", "build", "excess", "risk", "length", "time", "gap")
 
 
-def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[str] = ()) -> Table:
+def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[str] = ()) -> FittedTable:
     """
-    Show one scenario: a line a solver, the least gap first. Names appear as they are: no markup, no emoji codes.
+    Show one scenario: a line a solver, the least gap first.
 
     Parameters
     ----------
@@ -33,20 +36,16 @@ def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[st
     unit = "m" if scenario.projection else "map units"
     title = f"{scenario.full_title} (k = {scenario.problem.k:g}, lengths in {unit})"
     heads = ("cost", "gap", "excess", "length", "risk", "clearance", "time", "build", "evaluations", "seed spread")
-    table = table_of(title, ("solver", "status"), heads)
-    remarks = []
-    for summary in summaries(runs):
-        table.add_row(*(Text(cell) for cell in _cells(summary)))
-        if summary.message and not _is_quiet(summary):
-            remarks.append(f"{summary.solver}: {summary.message}")
+    found = summaries(runs)
+    rows: list[Sequence[str]] = [_cells(summary) for summary in found]
+    remarks = [f"{one.solver}: {one.message}" for one in found if one.message and not _is_quiet(one)]
     explained = [
         f"gap: {bound_note(runs) or 'not known, as no lower bound was asked for'}",
         "excess: over the best exact optimum on the lattice; time: to solve; build: to weigh and hand over the graph",
         "evaluations: pairs of points whose cost was asked for",
         "of several seeds: the median run, and in seed spread how much dearer the dearest is than the cheapest",
     ]
-    table.caption = Text("\n".join([*explained, *notes, *remarks]))
-    return table
+    return FittedTable(title, ("solver", "status"), heads, _SPARE, [*explained, *notes, *remarks], rows)
 
 
 def bound_note(runs: Sequence[Run], unit: str = "") -> str:
@@ -63,7 +62,7 @@ def bound_note(runs: Sequence[Run], unit: str = "") -> str:
     bound = scenario_bound(runs)
     proof = next((run.certificate for run in runs if run.certificate is not None), None)
     if proof is None:
-        known = f"how far above the lower bound {figure(bound, 6)}{unit} that a solver proved"
+        known = f"how far above the lower bound {rounded_down(bound, 6)}{unit} that a solver proved"
         return "" if math.isnan(bound) else known
     if math.isnan(proof.lower_bound):
         return f"not known, as no lower bound could be proven: {proof.message}"
@@ -71,15 +70,18 @@ def bound_note(runs: Sequence[Run], unit: str = "") -> str:
         return f"none, as it is proven that there is no path: {proof.message}"
     grid = f"grid step {proof.spacing:.3g}{unit}, " if proof.spacing > 0.0 else ""
     missed = "" if proof.reached else f"; not as tight as asked for: {proof.message}"
-    return f"how far above the proven lower bound {figure(bound, 6)}{unit} ({grid}{duration(proof.seconds)}){missed}"
+    return f"how far above the proven lower bound {rounded_down(bound, 6)}{unit} ({grid}{duration(proof.seconds)}){missed}"
 
 
-def performance_table(found: Sequence[Performance]) -> Table:
+def performance_table(found: Sequence[Performance]) -> FittedTable:
     """Show how soon the solvers of one scenario get how far: a line a solver, the cheapest first."""
     first = found[0]
-    heads = ["runs", "success", "to first path", *(f"to {share} %" for share in TARGET_PERCENTS)]
-    heads += [f"evaluations to {TARGET_PERCENTS[-1]} %", "median cost"]
-    table = table_of(f"{first.scenario}: how soon, in milliseconds", ("solver",), heads)
+    soon = [f"to {share} %" for share in TARGET_PERCENTS]
+    evaluations = f"evaluations {soon[-1]}"
+    heads = ["runs", "success", "to first path", *soon, evaluations, "median cost"]
+    # how many runs there were stands in success, too
+    spare = (evaluations, "runs", *soon[:-1], "success", "to first path", soon[-1])
+    rows: list[Sequence[str]] = []
     # optima that differ by rounding are equal
     for one in sorted(found, key=lambda one: (float(f"{one.cost.median:.9g}"), one.seconds[0].median)):
         cells = [
@@ -90,10 +92,10 @@ def performance_table(found: Sequence[Performance]) -> Table:
             _estimate(one.evaluations[-1], lambda count: _or_never(count, f"{count:,.0f}")),
             _estimate(one.cost, lambda cost: _or_never(cost, figure(cost, 6))),
         ]
-        table.add_row(*(Text(cell) for cell in cells))
+        rows.append(cells)
     shares = ", ".join(str(share) for share in TARGET_PERCENTS)
     bound = first.lower_bound
-    targets = "unknown without a lower bound" if math.isnan(bound) else f"to a gap over {figure(bound, 6)}"
+    targets = "unknown without a lower bound" if math.isnan(bound) else f"to a gap over {rounded_down(bound, 6)}"
     notes = [
         f"to first path, to {shares} %: time until then, building the graph included ({targets})",
         "medians over the runs; one that never gets there counts as infinite, so a median may be never",
@@ -101,18 +103,8 @@ def performance_table(found: Sequence[Performance]) -> Table:
     ]
     if any(1 < one.n_runs < FEWEST_RUNS for one in found):
         notes.append(f"intervals of medians need at least {FEWEST_RUNS} runs (--seeds {FEWEST_RUNS})")
-    table.caption = Text("\n".join(notes))
-    return table
-
-
-def table_of(title: str, left: Sequence[str], right: Sequence[str]) -> Table:
-    """Start a table: words in the columns on the left, numbers in those on the right; titles appear as they are."""
-    table = Table(title=Text(title), title_justify="left", title_style="bold", caption_justify="left")
-    for head in left:
-        table.add_column(head, no_wrap=True)
-    for head in right:
-        table.add_column(head, justify="right", no_wrap=True)
-    return table
+    title = f"{first.scenario}: how soon, in milliseconds"
+    return FittedTable(title, ("solver",), heads, spare, notes, rows)
 
 
 def _success(one: Performance) -> str:
@@ -171,6 +163,23 @@ def figure(value: float, digits: int) -> str:
     return f"{value:.0f}" if "e+" in text and abs(value) < MOST_DIGITS else text
 
 
+def rounded_down(value: float, digits: int) -> str:
+    """
+    Write a bound with some significant digits, never above what is proven.
+
+    Examples
+    --------
+    >>> rounded_down(1.4903821, 5), rounded_down(232275.92, 4), rounded_down(0.0, 3)
+    ('1.4903', '232200', '0.00')
+    """
+    if value == 0.0 or not math.isfinite(value):
+        return figure(value, digits)
+    unit = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - digits)
+    down = figure(math.floor(value / unit) * unit, digits)
+    # dividing and multiplying again may lose the last digit, never gain one that is not proven
+    return down if float(down) <= value else figure((math.floor(value / unit) - 1) * unit, digits)
+
+
 def percent(value: float) -> str:
     """
     Write a ratio as a percentage; a dash where there is none.
@@ -197,10 +206,10 @@ def duration(seconds: float) -> str:
 
 
 def listing(title: str, heads: Sequence[str], lines: Iterable[Mapping[str, Any]]) -> Table:
-    """Show records as a plain table, one column for each head."""
+    """Show records as a plain table, one column for each head; the first, names to be typed, is not folded."""
     table = Table(title=title, title_justify="left", title_style="bold")
-    for head in heads:
-        table.add_column(head, overflow="fold")
+    for number, head in enumerate(heads):
+        table.add_column(head, overflow="fold", no_wrap=number == 0)
     for line in lines:
         table.add_row(*(Text(str(line[head])) for head in heads))
     return table

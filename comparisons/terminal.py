@@ -1,6 +1,7 @@
 """Standard output and standard error: results go to the one, progress and words to the other."""
 
 import os
+import shutil
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, redirect_stdout, suppress
@@ -8,6 +9,10 @@ from typing import TYPE_CHECKING, cast
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
+
+
+#: Width and height of what is written where there is no terminal.
+PAGE = (160, 50)
 
 
 class ReaderGoneError(Exception):
@@ -38,14 +43,18 @@ def out(text: str) -> None:
 
 
 def out_table(table: "RenderableType") -> None:
-    """Write a table: as wide as the terminal, and wide enough where there is none (errors as `out`)."""
+    """
+    Write a table: as wide as the environment variable COLUMNS says, else as the terminal is, else for a wide page.
+
+    A table that cannot be made that narrow runs over: numbers are not cut (errors as `out`).
+    """
     from rich.console import Console  # noqa: PLC0415 - `cgla --help` answers at once
 
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=160)
+    width, height = shutil.get_terminal_size(PAGE)
+    # with both given, rich believes them of any terminal
+    console = Console(width=width, height=height)
     with console.capture() as capture:
-        console.print(table)
+        console.print(table, crop=False)
     out(capture.get())
 
 

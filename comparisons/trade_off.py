@@ -3,17 +3,16 @@
 import csv
 import io
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.table import Table
-from rich.text import Text
-
-from cgla_graph.comparisons import files, terminal
+from cgla_graph.comparisons import earth, files, terminal
 from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.fitted_table import FittedTable
 from cgla_graph.comparisons.rows import json_number
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.tables import figure, percent
+from cgla_graph.comparisons.tables import figure, percent, rounded_down
 from cgla_graph.errors import CglaError
 from cgla_graph.scenario import Scenario
 from cgla_graph.solution import Solution
@@ -54,7 +53,8 @@ def plan_of(
         raise CglaError(msg)
     solver = registry.get(contender.name, **contender.settings_on(scenario))
     plan, budget = (plan_within_length, max_length) if max_risk is None else (plan_within_risk, max_risk)
-    return plan(scenario.problem, budget or 0.0, solver=solver, resolution=scenario.lattice, tolerance=tolerance)
+    found = plan(scenario.problem, budget or 0.0, solver=solver, resolution=scenario.lattice, tolerance=tolerance)
+    return earth.plan_on_earth(scenario, found)
 
 
 def run_of(scenario: Scenario, contender: Contender, solution: Solution) -> Run:
@@ -76,16 +76,14 @@ def print_front(scenario: Scenario, contender: Contender, front: Front) -> None:
     terminal.out_table(front_table(scenario, contender, front))
 
 
-def front_table(scenario: Scenario, contender: Contender, front: Front) -> Table:
+def front_table(scenario: Scenario, contender: Contender, front: Front) -> FittedTable:
     """Show a front: a line a path, the shortest first; the knee has a star."""
     unit = "m" if scenario.projection else "map units"
     title = f"{scenario.full_title} ({contender.label}, lengths in {unit})"
-    table = Table(title=Text(title), title_justify="left", title_style="bold", caption_justify="left")
-    for head in ("k from", "to", "length", "longer", "risk", "less risk", "knee"):
-        table.add_column(head, justify="right", no_wrap=True)
+    heads = ("k from", "to", "length", "longer", "risk", "less risk", "knee")
     first = front.points[0]
-    for point in front:
-        table.add_row(
+    rows: list[Sequence[str]] = [
+        [
             figure(point.k_low, 4),
             "any" if math.isinf(point.k_high) else figure(point.k_high, 4),
             figure(point.length, 6),
@@ -93,13 +91,17 @@ def front_table(scenario: Scenario, contender: Contender, front: Front) -> Table
             figure(point.risk, 4),
             percent(point.risk / first.risk - 1.0) if first.risk else "-",
             "*" if point is front.knee else "",
-        )
+        ]
+        for point in front
+    ]
     what = "proven on the lattice" if front.status.label == "optimal" else "as far as the solver finds paths"
-    table.caption = Text(
+    note = (
         f"{len(front)} paths by {front.n_solves} solves, k up to {figure(front.k_max, 4)}; between them, no path is "
         f"cheaper by more than {100.0 * front.error:.2g} %: {what}"
     )
-    return table
+    flat = earth.distortion_note(scenario, [point.path for point in front])
+    notes = [note, flat] if flat else [note]
+    return FittedTable(title, (), heads, ("less risk", "longer", "knee"), notes, rows)
 
 
 def front_document(scenario: Scenario, contender: Contender, front: Front) -> dict[str, Any]:
@@ -181,7 +183,7 @@ def print_within(scenario: Scenario, plan: PlanWithin) -> None:
     unit, other_unit = units if on_risk else units[::-1]
     whom = "on the lattice" if plan.scope == "lattice" else "inside the bounds"
     best = "shorter" if on_risk else "of less risk"
-    bound = f"{figure(plan.dual_bound, 9)}{other_unit}: no path {whom} within the budget is {best}"
+    bound = f"{rounded_down(plan.dual_bound, 9)}{other_unit}: no path {whom} within the budget is {best}"
     lines = {
         "budget": f"{plan.limited} at most {plan.budget:g}{unit}",
         "weight": "risk alone" if math.isinf(plan.k) else f"k = {figure(plan.k, 6)} prices the budget",

@@ -13,6 +13,7 @@ from cgla_graph.comparisons.claims.checking import Result
 from cgla_graph.comparisons.claims.claim import Table, Verdict, finding_document
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.texts import counted, is_number, rerun, sampled, scale_words, written
+from cgla_graph.comparisons.fitted_table import FittedTable
 
 #: Up to this many claims, all that is known of them is printed.
 FEW = 3
@@ -67,14 +68,19 @@ def _in_full(result: Result, scale: Scale) -> RenderableType:
     return Group(*lines)
 
 
-def _table(table: Table) -> RichTable:
-    shown = RichTable(title=Text(table.title), title_justify="left", caption=Text(table.note), caption_justify="left")
-    for number, column in enumerate(table.columns):
-        right = all(is_number(row[number]) for row in table.rows)
-        shown.add_column(Text(column), justify="right" if right else "left", overflow="fold")
-    for row in table.rows:
-        shown.add_row(*(Text(written(entry)) for entry in row))
-    return shown
+def _table(table: Table) -> FittedTable:
+    """Show a table: words on the left, then numbers, of which a narrow terminal leaves out the later ones."""
+    order = sorted(range(len(table.columns)), key=lambda column: _is_of_numbers(table, column))
+    heads = [table.columns[column] for column in order]
+    n_words = sum(not _is_of_numbers(table, column) for column in order)
+    rows: list[Sequence[str]] = [[written(row[column]) for column in order] for row in table.rows]
+    spare = heads[:n_words:-1]
+    notes = [table.note] if table.note else []
+    return FittedTable(table.title, heads[:n_words], heads[n_words:], spare, notes, rows)
+
+
+def _is_of_numbers(table: Table, column: int) -> bool:
+    return all(is_number(row[column]) for row in table.rows)
 
 
 def results_document(results: Sequence[Result], scale: Scale) -> dict[str, Any]:
