@@ -4,9 +4,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/installed
-# compiled kernels are kept apart for each state of the kernels' sources, as numba does not follow calls across files
-KERNELS := $(shell cat cgla_graph/*_kernels.py solvers/*_kernels.py | cksum | cut -d ' ' -f 1)
-export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels-$(KERNELS)
+export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels
 
 .PHONY: compare test fuzz lint check bench claims clean
 

@@ -1,12 +1,20 @@
 """The one decorator of compiled kernels."""
 
+import hashlib
+import re
+import sys
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import ParamSpec, TypeVar, cast
 
 import numba
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+#: Modules of kernels whose names a module of kernels takes over.
+_IMPORTS = re.compile(r"^from ([\w.]+_kernels) import", flags=re.MULTILINE)
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
@@ -16,9 +24,10 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     Numba ships no type hints, so this keeps the hints of the function it is given. Floats are IEEE: no
     fast-math, because kernels promise exact predicates and error bounds.
 
-    Numba keeps a kernel for as long as its **own** file stays the same, also when a kernel that it calls from another
-    file changes. An installation writes all files anew; whoever edits kernels in place deletes the kept code, or sets
-    ``NUMBA_CACHE_DIR`` to another folder, as the Makefile does.
+    Numba looks only at a kernel's **own** file to tell whether kept code is stale, while that code contains the kernels
+    that it calls and the constants that it takes from other files. So the code of each module is kept in a folder that
+    is named after the text of the module and of all modules of kernels (``…_kernels``) that it imports, below
+    ``NUMBA_CACHE_DIR``, or else beside the source.
 
     Examples
     --------
@@ -26,4 +35,19 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     >>> erf(0.5)
     0.5204998778
     """
-    return cast("Callable[P, R]", numba.njit(cache=True, nogil=True)(function))
+    file = Path(function.__code__.co_filename)
+    kept = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(Path(kept or file.parent / "__pycache__", f"kernels-{_digest(file)[:16]}"))
+    try:
+        return cast("Callable[P, R]", numba.njit(cache=True, nogil=True)(function))
+    finally:
+        numba.config.CACHE_DIR = kept
+
+
+@cache
+def _digest(file: Path) -> str:
+    """Return a digest of the text of a module and of the modules of kernels that it imports."""
+    text = file.read_text(encoding="utf-8")
+    imported = [sys.modules[name].__file__ for name in sorted(set(_IMPORTS.findall(text))) if name in sys.modules]
+    parts = [text, *(_digest(Path(source)) for source in imported if source is not None)]
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()

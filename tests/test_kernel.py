@@ -1,0 +1,70 @@
+"""Compiled kernels: what is kept of them on disk is never stale."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+
+from cgla_graph._kernel import kernel
+
+INNER = """
+from cgla_graph._kernel import kernel
+
+FACTOR = 2.0
+
+@kernel
+def inner(x: float) -> float:
+    return 3.0 * x
+"""
+OUTER = """
+from cgla_graph._kernel import kernel
+from inner_kernels import FACTOR, inner
+
+@kernel
+def outer(x: float) -> float:
+    return FACTOR * inner(x)
+"""
+CALL = "from outer_kernels import outer; print(outer(1.0), sum(outer.stats.cache_hits.values()))"
+
+
+def answer(folder: Path) -> tuple[float, bool]:
+    """Call the outer kernel in a process of its own: its value, and whether its code was there."""
+    done = subprocess.run([sys.executable, "-c", CALL], cwd=folder, capture_output=True, text=True, check=True)
+    words = done.stdout.split()
+    return float(words[0]), words[-1] == "1"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("chosen", [True, False])
+def test_a_kernel_is_compiled_anew_when_one_that_it_calls_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, chosen: bool
+) -> None:
+    """So it is when a constant does, and where nobody has chosen a folder for compiled code."""
+    if chosen:
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kept"))
+    else:
+        monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    (tmp_path / "inner_kernels.py").write_text(INNER, encoding="utf-8")
+    (tmp_path / "outer_kernels.py").write_text(OUTER, encoding="utf-8")
+    assert answer(tmp_path) == (6.0, False)
+    assert answer(tmp_path) == (6.0, True)
+    for before, after, value in (("3.0 * x", "5.0 * x", 10.0), ("FACTOR = 2.0", "FACTOR = 4.0", 20.0)):
+        text = (tmp_path / "inner_kernels.py").read_text(encoding="utf-8")
+        (tmp_path / "inner_kernels.py").write_text(text.replace(before, after), encoding="utf-8")
+        assert answer(tmp_path) == (value, False)
+    kept = tmp_path / ("kept" if chosen else "__pycache__")
+    # the outer module was one of three texts with what it imports, the inner one as well
+    assert len(list(kept.glob("kernels-*"))) == 6
+
+
+def test_where_other_functions_are_kept_is_left_alone() -> None:
+    before = numba.config.CACHE_DIR
+
+    @kernel
+    def twice(x: float) -> float:
+        return 2.0 * x
+
+    assert "kernels-" in twice.stats.cache_path  # type: ignore[attr-defined]
+    assert before == numba.config.CACHE_DIR
