@@ -103,6 +103,12 @@ def compare(
     strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a run has no path")] = False,
     example: Annotated[bool, typer.Option("--example", help="print a study file as a start for your own")] = False,
     schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of study files")] = False,
+    highlight: Annotated[
+        str | None,
+        typer.Option(
+            "--highlight", metavar="A,B", help="draw these in colour, too (default: the best 5 of more than 8)"
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """
@@ -135,6 +141,7 @@ def compare(
         limits=limits,
         how=how,
         budget=budget,
+        highlight=highlight,
         start=start,
         goal=goal,
         resolution=resolution,

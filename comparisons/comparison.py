@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +40,8 @@ class Request:
         Flights of a solver that draws random numbers.
     pictures
         How many scenarios get pictures of their own; the report has a map of each.
+    highlighted
+        Labels of solvers that stand out in pictures in any case.
     is_file
         Whether it is a study from a file.
     """
@@ -49,6 +51,7 @@ class Request:
     pilots: Sequence[Contender] = ()
     n_seeds: int = 1
     pictures: int = PICTURES
+    highlighted: frozenset[str] = frozenset()
     is_file: bool = False
 
     @property
@@ -123,6 +126,7 @@ def read_request(
     solvers: str | None = None,
     seeds: int | None = None,
     pictures: int | None = None,
+    highlight: str | None = None,
     limits: str | None = None,
     how: How | None = None,
     **more: Any,  # noqa: ANN401 - options, see below
@@ -138,6 +142,8 @@ def read_request(
         As on the command line; None where they were left out.
     pictures
         How many scenarios get pictures of their own; None for the usual number.
+    highlight
+        Solvers that stand out in pictures in any case (see `options.read_highlighted`).
     how
         Where from to go on, if at all.
     more
@@ -159,11 +165,18 @@ def read_request(
     if studies:
         others = [spec for spec in specs if spec != studies[0]]
         _refuse_beside_a_file([studies[0], *others], solvers=solvers, seeds=seeds, limits=limits, **more)
-        return Request(read_study(Path(studies[0])), pictures=pictures or 0, is_file=True)
+        return _of_study(read_study(Path(studies[0])), pictures, highlight)
     if how.resume and how.folder is not None and not specs:
         _refuse_beside_a_file([how.folder / FILE], solvers=solvers, seeds=seeds, limits=limits, **more)
-        return Request(load_study(how.folder), pictures=pictures or 0, is_file=True)
-    return _request(specs, solvers, 3 if seeds is None else seeds, pictures, limits, how.command, **more)
+        return _of_study(load_study(how.folder), pictures, highlight)
+    request = _request(specs, solvers, 3 if seeds is None else seeds, pictures, limits, how.command, **more)
+    return replace(request, highlighted=options.read_highlighted(highlight, request.study.contenders))
+
+
+def _of_study(study: Study, pictures: int | None, highlight: str | None) -> Request:
+    """Ask for a study that is in a file."""
+    highlighted = options.read_highlighted(highlight, study.contenders)
+    return Request(study, pictures=pictures or 0, highlighted=highlighted, is_file=True)
 
 
 def _request(
@@ -266,7 +279,7 @@ def _run_maps(request: Request, how: How, done: Compared) -> None:
         done.runs, done.left = stored.runs, stored.n_cells - len(stored.runs)
         done.written += [how.folder / FILE, *output.write_study(stored)]
         if not done.interrupted:
-            done.written += output.write_all_pictures(how.folder, done.runs, request.pictures)
+            done.written += output.write_all_pictures(how.folder, done.runs, request.pictures, request.highlighted)
 
 
 def _database(study: Study, how: How, workers: int) -> Database | None:

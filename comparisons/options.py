@@ -42,12 +42,7 @@ def read_contenders(text: str | None, *, budget: str | None = None, refine: bool
     >>> [contender.label for contender in read_contenders("cgla,dijkstra,cgla", refine=True)]
     ['cgla+refine', 'dijkstra+refine']
     """
-    if text is None:
-        chosen = every_solver()
-    else:
-        # a comma inside brackets belongs to a setting
-        parts = re.split(r",(?![^(\[]*[)\]])", text)
-        chosen = [Contender.parse(part) for part in parts if part.strip()]
+    chosen = every_solver() if text is None else [Contender.parse(part) for part in _parts(text)]
     if not chosen:
         msg = "--solvers names no solver; cgla solvers lists them"
         raise CglaError(msg)
@@ -57,6 +52,49 @@ def read_contenders(text: str | None, *, budget: str | None = None, refine: bool
     if refine:
         chosen = [contender.refined() for contender in chosen]
     return list({contender.label: contender for contender in chosen}.values())
+
+
+def _parts(text: str) -> list[str]:
+    """Split at commas; one inside brackets belongs to a setting."""
+    parts = (part.strip() for part in re.split(r",(?![^(\[]*[)\]])", text))
+    return [part for part in parts if part]
+
+
+def read_highlighted(text: str | None, contenders: Sequence[Contender]) -> frozenset[str]:
+    """
+    Read ``--highlight``: which contenders stand out in pictures.
+
+    Parameters
+    ----------
+    text
+        Their labels, or names for all of that name, separated by commas; None for none.
+    contenders
+        Those that are compared.
+
+    Returns
+    -------
+    labels
+        Their labels.
+
+    Raises
+    ------
+    CglaError
+        If one of them is not compared.
+
+    Examples
+    --------
+    >>> sorted(read_highlighted("cgla", [Contender.parse("cgla:schedule=sweeps"), Contender.parse("dijkstra")]))
+    ['cgla:schedule=sweeps']
+    """
+    found: set[str] = set()
+    for part in _parts(text or ""):
+        labels = {one.label for one in contenders if part in {one.label, one.name}}
+        if not labels:
+            known = ", ".join(one.label for one in contenders)
+            msg = f"--highlight has {part!r}, which is not compared; give some of {known}"
+            raise CglaError(msg)
+        found |= labels
+    return frozenset(found)
 
 
 def read_contender(text: str, *, refine: bool = False) -> Contender:

@@ -1,7 +1,7 @@
 """What the commands `compare` and `plan` print, and the files that they write."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -57,28 +57,28 @@ def write_study(stored: Stored) -> list[Path]:
     return written
 
 
-def write_all_pictures(folder: Path, runs: Sequence[Run], most: int) -> list[Path]:
-    """Write the pictures of at most so many scenarios (errors as `write_rows`)."""
+def write_all_pictures(folder: Path, runs: Sequence[Run], most: int, named: Collection[str] = ()) -> list[Path]:
+    """Write the pictures of at most so many scenarios; named solvers are in colour (errors as `write_study`)."""
     taken: set[str] = set()
     groups = by_scenario(runs)
     written: list[Path] = []
     for group in groups[:most]:
-        written += _write_pictures(folder / files.file_stem(group[0].scenario.name, taken), group)
+        written += _write_pictures(folder / files.file_stem(group[0].scenario.name, taken), group, named)
     if 0 < most < len(groups):
         terminal.say(f"pictures of the first {most} of {len(groups)} scenarios; --pictures N draws more")
     return written
 
 
-def _write_pictures(stem: Path, runs: Sequence[Run]) -> list[Path]:
+def _write_pictures(stem: Path, runs: Sequence[Run], named: Collection[str]) -> list[Path]:
     from cgla_graph.comparisons import plots  # noqa: PLC0415 - matplotlib only where something is drawn
 
     scenario = runs[0].scenario
-    drawn = plots.map_figure(scenario, runs)
+    drawn = plots.map_figure(scenario, runs, named)
     written = []
     for suffix in (".png", ".svg"):
         written.append(stem.with_name(stem.name + suffix))
         plots.save(drawn, written[-1])
-    trace = plots.trace_figure(scenario, runs)
+    trace = plots.trace_figure(scenario, runs, named)
     if trace is not None:
         written.append(stem.with_name(stem.name + "-cost.png"))
         plots.save(trace, written[-1])

@@ -5,17 +5,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cgla_graph.comparisons.paired import Paired
-from cgla_graph.comparisons.ranking import Ranking
 from cgla_graph.comparisons.standing import Standing
-from cgla_graph.comparisons.statistics import CONFIDENCE
 from cgla_graph.comparisons.tables import percent
-from cgla_graph.comparisons.words import counted, estimate_cell, listed, p_equals
+from cgla_graph.comparisons.told_apart import LEVEL
+from cgla_graph.comparisons.words import counted, estimate_cell, listed, too_few_note
 
 #: Most names in a sentence.
 _MOST_NAMES = 4
-_LEVEL = 1.0 - CONFIDENCE
 #: How strong the evidence of a p-value is, in words: below the bound on the left.
-_STRENGTHS = ((0.001, "very strong evidence"), (0.01, "strong evidence"), (_LEVEL, "evidence"))
+_STRENGTHS = ((0.001, "very strong evidence"), (0.01, "strong evidence"), (LEVEL, "evidence"))
 
 
 @dataclass(frozen=True)
@@ -47,7 +45,7 @@ class Overview:
     caution: str = ""
 
 
-def overview(found: Sequence[Standing], ranks: Ranking, n_scenarios: int) -> Overview:
+def overview(found: Sequence[Standing], n_scenarios: int) -> Overview:
     """
     Answer the four questions.
 
@@ -55,15 +53,12 @@ def overview(found: Sequence[Standing], ranks: Ranking, n_scenarios: int) -> Ove
     ----------
     found
         The standings, best first.
-    ranks
-        The ranking that they come from.
     n_scenarios
         How many scenarios the study has, run or not.
 
     Examples
     --------
-    >>> from cgla_graph.comparisons.ranking import ranking
-    >>> overview([], ranking({}), 3).headline
+    >>> overview([], 3).headline
     'No run is done yet.'
     """
     if not found:
@@ -77,8 +72,8 @@ def overview(found: Sequence[Standing], ranks: Ranking, n_scenarios: int) -> Ove
         return Overview(words, [where])
     if not any(one.n_paths for one in found):
         return Overview(f"None of {len(found)} solvers found a path on {counted(n_instances, 'scenario')}.", [where])
-    answers = [_who(found), *_how_much(found[1:]), *_how_sure(found, ranks), where]
-    return Overview(_headline(found), answers, _caution(ranks, n_scenarios))
+    answers = [_who(found), *_how_much(found[1:]), _how_sure(found), where]
+    return Overview(_headline(found), answers, _caution(n_instances, n_scenarios))
 
 
 def _headline(found: Sequence[Standing]) -> str:
@@ -114,26 +109,25 @@ def _how_much(others: Sequence[Standing]) -> list[Answer]:
     return [] if paired is None else [Answer("By how much?", _ratio_figure(paired), _ratio_words(paired))]
 
 
-def _how_sure(found: Sequence[Standing], ranks: Ranking) -> list[Answer]:
+def _how_sure(found: Sequence[Standing]) -> Answer:
     """
-    Say who is shown to rank behind the first, and what the paired test says of the next one.
+    Say which of the others are shown to differ from the first, by the p-values that the table has of them.
 
-    The critical difference holds for all pairs at once, so also for the first, whoever that turns out to be. It tells
-    many solvers apart on few scenarios, where paired tests adjusted for all pairs cannot.
+    These are adjusted for all pairs, so they also hold for the first, whoever that turns out to be.
     """
     first, others = found[0], found[1:]
-    difference = ranks.critical_difference
-    if difference is None:
-        return []
-    behind = [one.solver for one in others if one.average_rank - first.average_rank >= difference]
-    level = [one.solver for one in others if one.solver not in behind]
-    words = f"average ranks at least {difference:.3g} apart, the critical difference (Nemenyi, 95 %)"
-    if level and behind:
+    if note := too_few_note(first.n_instances, len(found)):
+        return Answer("How sure?", "too few scenarios to say", note)
+    shown = [one for one in others if one.versus_best is not None and one.versus_best.p_holm < LEVEL]
+    dearer = [one for one in shown if one.versus_best is not None and one.versus_best.effect > 0.0]
+    cheaper = [one.solver for one in shown if one not in dearer]
+    level = [one.solver for one in others if one not in shown]
+    words = f"p < {LEVEL:.2g} by Wilcoxon's signed ranks, scenario by scenario, after Holm for all pairs"
+    if level:
         words += f"; not told apart from the first: {listed(level, _MOST_NAMES)}"
-    paired = others[0].versus_best
-    if paired is not None:
-        words += f"; paired with {others[0].solver}: {_strength(paired.p_holm)} (Holm, {p_equals(paired.p_holm)})"
-    return [Answer("How sure?", f"{len(behind)} of {len(others)} rank behind it beyond chance", words)]
+    if cheaper:
+        words += f"; shown to be cheaper than it, though behind in rank: {listed(cheaper, _MOST_NAMES)}"
+    return Answer("How sure?", f"{len(dearer)} of {len(others)} are dearer beyond chance", words)
 
 
 def _ratio_figure(paired: Paired) -> str:
@@ -146,7 +140,7 @@ def _ratio_figure(paired: Paired) -> str:
 def _ratio_words(paired: Paired) -> str:
     tally = f"dearer on {paired.losses} of {paired.n} scenarios, cheaper on {paired.wins}, equal on {paired.ties}"
     interval = estimate_cell(paired.ratio, _excess, least=0.0).interval
-    known = f"95 % interval: {interval}" if interval else "too few scenarios for an interval"
+    known = f"95 % interval, of this pair alone: {interval}" if interval else "too few scenarios for an interval"
     return f"is the cost of {paired.solver}, the next one, against the first ({known}); {tally}"
 
 
@@ -176,15 +170,7 @@ def _failing(found: Sequence[Standing]) -> tuple[str, str]:
     )
 
 
-def _caution(ranks: Ranking, n_scenarios: int) -> str:
-    notes = []
-    if ranks.n_instances < n_scenarios:
-        rest = counted(n_scenarios - ranks.n_instances, "scenario")
-        notes.append(f"{rest} not run by all solvers yet: ranks leave that out.")
-    fewest = ranks.fewest_instances
-    if fewest is not None and ranks.n_instances < fewest:
-        notes.append(
-            f"{counted(ranks.n_instances, 'scenario')} cannot tell the average ranks of {len(ranks.solvers)} solvers "
-            f"apart at 95 %, whatever happens on them; that needs {fewest} or more."
-        )
-    return " ".join(notes)
+def _caution(n_instances: int, n_scenarios: int) -> str:
+    if n_instances >= n_scenarios:
+        return ""
+    return f"{counted(n_scenarios - n_instances, 'scenario')} not run by all solvers yet: ranks leave that out."

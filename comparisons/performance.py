@@ -7,7 +7,7 @@ from typing import Any
 
 from cgla_graph.comparisons.rows import by_solver, json_number, scenario_bound
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.statistics import Estimate, Interval, estimate, success_interval, to_target
+from cgla_graph.comparisons.statistics import Estimate, Interval, estimate, path_cost, success_interval, to_target
 
 #: Targets besides the first path: gaps over the scenario's lower bound, in percent.
 TARGET_PERCENTS = (10, 5, 1)
@@ -108,7 +108,7 @@ def _performance(runs: Sequence[Run], bound: float) -> Performance:
         n_paths=n_paths,
         success=success_interval(n_paths, len(runs)),
         lower_bound=bound,
-        cost=estimate([solution.cost if solution.status.is_path else math.inf for solution in solutions]),
+        cost=estimate([path_cost(solution) for solution in solutions]),
         seconds=tuple(estimate([hit.seconds for hit in group]) for group in hits),
         evaluations=tuple(estimate([hit.evaluations for hit in group]) for group in hits),
     )

@@ -1,13 +1,13 @@
 """The picture of a map: its risk, its no-fly area, and the path of every solver."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib import patheffects
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch, Rectangle
@@ -16,10 +16,11 @@ from matplotlib.ticker import MaxNLocator
 from shapely import MultiPolygon, Polygon
 
 from cgla_graph._types import Bounds
+from cgla_graph.comparisons.plot_lines import lines_of, n_above
 from cgla_graph.comparisons.plot_page import Part, add_legend, arrange, style
 from cgla_graph.comparisons.plot_risk import draw_risk
 from cgla_graph.comparisons.plot_solvers import Entry, entries_of
-from cgla_graph.comparisons.plot_text import cost_label, heading
+from cgla_graph.comparisons.plot_text import cost_label, heading, others_label
 from cgla_graph.comparisons.plot_units import axis_labels, cost_unit, unit_scale
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.scenario import Scenario
@@ -28,9 +29,11 @@ _LONG, _WIDE_LONG, _SHORT = 4.8, 6.5, 0.9  # inches: longer side of the map, of 
 _WIDE = 2.5  # maps wider than this times their height have everything else below them
 _BAR = 0.13  # inches: thickness of the colour bar
 _ROW = 0.2  # inches that a row of the legend takes
+_PEN, _DASHED, _THIN = 1.6, 1.2, 0.8  # points: width of the lines in colour, of infeasible ones, and of all others
+_STEP = 0.9  # points: how much wider a line is for each better one that runs over it
 
 
-def map_figure(scenario: Scenario, runs: Sequence[Run]) -> Figure:
+def map_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str] = ()) -> Figure:
     """
     Draw a map with its risk, its no-fly area and the path of every solver.
 
@@ -39,7 +42,10 @@ def map_figure(scenario: Scenario, runs: Sequence[Run]) -> Figure:
     scenario
         The map.
     runs
-        Its runs. Of a solver's seeds the one with the least cost is drawn; solvers without a path are in the legend.
+        Its runs. Of a solver's seeds the median run is drawn. Of many solvers the best are drawn in colour, the others
+        in grey (see `entries_of`); those within the width of a pen of a better one are in its line.
+    named
+        Labels of solvers that are drawn in colour in any case.
 
     Returns
     -------
@@ -53,18 +59,16 @@ def map_figure(scenario: Scenario, runs: Sequence[Run]) -> Figure:
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['y', 'risk per unit length']
     """
-    entries = entries_of(runs)
+    entries = entries_of(runs, named)
     scale = unit_scale(scenario)
     with style():
         figure = Figure()
         axes = figure.add_subplot()
-        size = _frame_map(axes, scenario, entries)
+        size, inches = _frame_map(axes, scenario, entries)
         wide = size[0] > _WIDE * size[1]
         bar = draw_risk(figure, axes, scenario, wide=wide)
-        handles, labels = _draw_paths(axes, entries, scale)
-        for handle, label in _draw_marks(axes, scenario):
-            handles.append(handle)
-            labels.append(label)
+        drawn = [*_draw_paths(axes, entries, scale, _PEN / 72.0 / inches), *_draw_marks(axes, scenario)]
+        handles, labels = [handle for handle, _ in drawn], [label for _, label in drawn]
         title = f"cost{cost_unit(scenario)}" if entries else ""
         rows = max(8, int(size[1] / _ROW) - 1)
         columns = max(1, int(size[0] / 2.1)) if wide else math.ceil(len(labels) / rows)
@@ -76,8 +80,8 @@ def map_figure(scenario: Scenario, runs: Sequence[Run]) -> Figure:
     return figure
 
 
-def _frame_map(axes: Axes, scenario: Scenario, entries: Sequence[Entry]) -> tuple[float, float]:
-    """Set limits and labels; return the width and height of the map, inches."""
+def _frame_map(axes: Axes, scenario: Scenario, entries: Sequence[Entry]) -> tuple[tuple[float, float], float]:
+    """Set limits and labels; return the width and height of the map, inches, and the inches of one unit."""
     (x_min, y_min, x_max, y_max), inches = _view(scenario, entries)
     axes.set_xlim(x_min, x_max)
     axes.set_ylim(*((y_max, y_min) if scenario.y_down else (y_min, y_max)))
@@ -89,7 +93,7 @@ def _frame_map(axes: Axes, scenario: Scenario, entries: Sequence[Entry]) -> tupl
     x_label, y_label = axis_labels(scenario)
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
-    return size
+    return size, inches
 
 
 def _view(scenario: Scenario, entries: Sequence[Entry]) -> tuple[Bounds, float]:
@@ -112,34 +116,64 @@ def _view(scenario: Scenario, entries: Sequence[Entry]) -> tuple[Bounds, float]:
     return (float(low[0]), float(low[1]), float(high[0]), float(high[1])), float(inches)
 
 
-def _draw_paths(axes: Axes, entries: Sequence[Entry], scale: float) -> tuple[list[Artist], list[str]]:
-    """Draw one path for each solver; return handles and labels of the legend, in the order of the entries."""
-    # exact solvers go below: their paths are wide, so that each shows beside the next
-    order = sorted(entries, key=lambda entry: (entry.infeasible, not entry.best.exact, entry.number))
-    drawn = [entry for entry in order if len(entry.path)]
-    above = [sum(entry.covers(other) for other in drawn[i + 1 :]) for i, entry in enumerate(drawn)]
-    step = min(1.3, 8.0 / max([1, *above]))
-    handles: dict[int, Artist] = {entry.number: Line2D([], [], linestyle="none") for entry in entries}
-    for depth, (entry, below) in enumerate(zip(drawn, above, strict=True)):
-        width = (1.0 if entry.infeasible else 1.4) + step * below
-        on_another = any(other.covers(entry) for other in drawn[:depth])
-        halo = [patheffects.withStroke(linewidth=width + 1.4, foreground="white", alpha=0.85)]
-        (line,) = axes.plot(
-            *(entry.path.T * scale),
-            color=entry.colour,
-            linestyle=entry.dashes,
-            linewidth=width,
-            # a path of one point, or of equal points, has no line to see
-            marker="o" if (entry.path == entry.path[0]).all() else "none",
-            markersize=15.0 + 3.0 * width,
-            clip_on=entry.infeasible,
-            solid_joinstyle="round",
-            dash_capstyle="butt",
-            zorder=3.0 + 0.01 * depth,
-            path_effects=[] if on_another else halo,
-        )
-        handles[entry.number] = line
-    return [handles[entry.number] for entry in entries], [cost_label(entry, scale) for entry in entries]
+def _draw_paths(axes: Axes, entries: Sequence[Entry], scale: float, pen: float) -> Iterator[tuple[Artist, str]]:
+    """Draw the paths, the best on top, those within the width of a pen as one; yield handles and labels."""
+    with_path = [entry for entry in entries if len(entry.path)]
+    lines = lines_of([entry for entry in with_path if entry.stands_out], pen / scale)
+    drawn = _draw_lines(axes, [line[0] for line in lines], scale, pen)
+    for handle, line in zip(drawn, lines, strict=True):
+        yield handle, cost_label(line[0], scale)
+        for entry in line[1:]:
+            yield Line2D([], [], linestyle="none"), f"{cost_label(entry, scale)}, same line"
+    for entry in entries:
+        if entry.stands_out and not len(entry.path):
+            yield Line2D([], [], linestyle="none"), cost_label(entry, scale)
+    others = [entry for entry in with_path if not entry.stands_out]
+    for infeasible in (False, True):
+        alike = [entry for entry in others if entry.infeasible is infeasible]
+        for handle in [_draw_path(axes, entry, scale, _THIN, 3.0) for entry in alike][:1]:
+            yield handle, others_label(len(alike), "infeasible" if infeasible else "")
+    if without := [entry for entry in entries if not entry.stands_out and not len(entry.path)]:
+        yield Line2D([], [], linestyle="none"), others_label(len(without), "without a path")
+
+
+def _draw_lines(axes: Axes, entries: Sequence[Entry], scale: float, pen: float) -> list[Artist]:
+    """Draw those in colour, each as wide as shows it beside the better ones that run over it; return the lines."""
+    # infeasible ones lie on top, with gaps through which those below are seen
+    below = [entry.path for entry in entries if not entry.infeasible]
+    widths = [_PEN + _STEP * count for count in n_above(below, pen / scale)]
+    widths += [_DASHED] * (len(entries) - len(below))
+    halo = LineCollection(
+        [entry.path * scale for entry in entries],
+        linewidths=[width + 1.4 for width in widths],
+        colors="white",
+        alpha=0.85,
+        zorder=3.4,
+    )
+    axes.add_collection(halo, autolim=False)
+    return [
+        _draw_path(axes, entry, scale, width, 4.0 + 0.5 * entry.infeasible - 0.01 * depth)
+        for depth, (entry, width) in enumerate(zip(entries, widths, strict=True))
+    ]
+
+
+def _draw_path(axes: Axes, entry: Entry, scale: float, width: float, zorder: float) -> Artist:
+    """Draw one path; return the line."""
+    path = entry.path
+    (line,) = axes.plot(
+        *(path.T * scale),
+        color=entry.colour,
+        linestyle=entry.dashes,
+        linewidth=width,
+        # a path of one point, or of equal points, has no line to see
+        marker="o" if (path == path[0]).all() else "none",
+        markersize=15.0 + 3.0 * width,
+        clip_on=entry.infeasible,
+        solid_joinstyle="round",
+        dash_capstyle="butt",
+        zorder=zorder,
+    )
+    return line
 
 
 def _draw_marks(axes: Axes, scenario: Scenario) -> Iterator[tuple[Artist, str]]:

@@ -1,6 +1,5 @@
 """Text of pictures: names, costs and headings, each in one line that the font can draw."""
 
-import math
 import unicodedata
 from functools import cache
 from pathlib import Path
@@ -8,7 +7,9 @@ from pathlib import Path
 import matplotlib as mpl
 from matplotlib.font_manager import get_font
 
+from cgla_graph.comparisons.median_run import seeds_note
 from cgla_graph.comparisons.plot_solvers import Entry
+from cgla_graph.comparisons.words import counted
 from cgla_graph.scenario import Scenario
 
 
@@ -35,9 +36,9 @@ def heading(scenario: Scenario) -> tuple[str, str]:
     return f"{plain(scenario.name, 48)},  k = {scenario.problem.k:g}", plain(scenario.title, 160)
 
 
-def cost_label(entry: Entry, scale: float, *, above: float = math.inf) -> str:
+def cost_label(entry: Entry, scale: float) -> str:
     """
-    Say what a solver found, in one line of the legend, and whether it is off the scale.
+    Say what a solver found, in one line of the legend.
 
     Parameters
     ----------
@@ -45,23 +46,34 @@ def cost_label(entry: Entry, scale: float, *, above: float = math.inf) -> str:
         The solver.
     scale
         What costs are multiplied with.
-    above
-        The greatest cost that is shown, after that.
 
     Returns
     -------
     text
-        Its label, its least cost or why there is none, and what became of its seeds.
+        Its label, the cost of the run that is shown or why there is none, and which of its seeds that is.
     """
-    solution = entry.best.solution
+    solution = entry.shown.solution
     found = cost_text(solution.cost * scale) if solution.status.is_path else solution.status.label
-    seeds = ""
-    if entry.n_runs > 1 and entry.n_found:
-        seeds = f" (best of {entry.n_runs})"
-        if entry.n_found < entry.n_runs:
-            seeds = f" ({entry.n_found} of {entry.n_runs} found)"
-    off = ", above" if above < solution.cost * scale < math.inf else ""
-    return f"{plain(entry.label, 36)}: {found}{seeds}{off}"
+    return f"{plain(entry.label, 36)}: {found}{seeds_note(entry.n_runs, entry.n_found)}"
+
+
+def others_label(number: int, what: str = "") -> str:
+    """
+    Count solvers that share a line of the legend.
+
+    Parameters
+    ----------
+    number
+        How many they are.
+    what
+        What they have in common; may be empty.
+
+    Examples
+    --------
+    >>> others_label(24), others_label(1, "without a path")
+    ('24 others', '1 other, without a path')
+    """
+    return f"{counted(number, 'other')}{what and f', {what}'}"
 
 
 def cost_text(value: float) -> str:

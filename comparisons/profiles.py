@@ -14,7 +14,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.cost_table import cost_table, same_cost
 from cgla_graph.comparisons.rows import by_scenario, by_solver, scenario_bound
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.statistics import CONFIDENCE, Interval, success_interval, to_target
+from cgla_graph.comparisons.statistics import CONFIDENCE, Interval, path_cost, success_interval, to_target
 from cgla_graph.solution import Solution
 
 
@@ -294,16 +294,3 @@ def finite_bound(group: Mapping[str, Sequence[Run]]) -> float:
     """
     bound = scenario_bound([run for runs in group.values() for run in runs])
     return bound if 0.0 <= bound < math.inf else math.nan
-
-
-def path_cost(solution: Solution) -> float:
-    """
-    Return what a run's path costs; infinity without one that may be flown.
-
-    Examples
-    --------
-    >>> from cgla_graph.solution import Status
-    >>> path_cost(Solution(Status.INFEASIBLE, cost=1.0))
-    inf
-    """
-    return float(solution.cost) if solution.status.is_path else math.inf

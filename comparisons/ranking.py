@@ -1,16 +1,16 @@
-"""Ranks of several solvers over many instances, Friedman's test, and the critical-difference picture."""
+"""Ranks of several solvers over many instances, Friedman's test, and the picture of ranks and who is told apart."""
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from itertools import combinations
 
 import numpy as np
 from scipy import stats
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.cost_table import cost_table, same_cost
-from cgla_graph.comparisons.statistics import CONFIDENCE
+from cgla_graph.comparisons.told_apart import fewest_instances, told_apart
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,13 @@ class Ranking:
     statistic, p
         Friedman's chi-square, corrected for ties, and the p-value that no solver tends to rank before another.
         None with fewer than two solvers or instances.
-    critical_difference
-        Average ranks that differ by at least this are told apart at 95 % (Nemenyi). None as above.
     fewest_instances
         Below this many instances no two of so many solvers can ever be told apart; None with fewer than two solvers.
     groups
-        The greatest sets of two or more solvers, best first, within which no two are told apart.
+        The greatest sets of two or more solvers next to each other, best first, within which no two are told apart
+        (see `told_apart`). None as above.
+    apart_in_rank
+        The other pairs that are not told apart, as a solver between them differs from one of them.
     """
 
     solvers: tuple[str, ...]
@@ -40,22 +41,21 @@ class Ranking:
     n_instances: int
     statistic: float | None
     p: float | None
-    critical_difference: float | None
     fewest_instances: int | None
     groups: tuple[tuple[str, ...], ...]
+    apart_in_rank: tuple[tuple[str, str], ...]
 
 
 def ranking(costs: Mapping[str, Sequence[float]]) -> Ranking:
-    r"""
-    Rank solvers on every instance, and say which average ranks differ by more than chance.
+    """
+    Rank solvers on every instance, and say which of them are told apart.
 
     Equal costs (up to rounding, failures among themselves) share their mean rank. Friedman's test asks whether the
     ranks could be drawn by lot on every instance; its p-value is that of chi-square with ``k - 1`` degrees of freedom,
-    an approximation that is fair from about ten instances on. Nemenyi's critical difference
-    :math:`q \sqrt{k(k+1)/(6n)}`, with :math:`q` the quantile of the studentized range over :math:`\sqrt2`, keeps the
-    probability that any two of ``k`` equal solvers are told apart at 5 % (Demsar, JMLR 7, 2006, sections 3.2.2 and
-    3.2.4). Both assume that instances are independent of each other; so give one cost an instance, not one a seed.
-    A rank tells who is better but not by how much, and it depends on who else takes part.
+    an approximation that is fair from about ten instances on (Demsar, JMLR 7, 2006, section 3.2.2). Which solvers
+    differ is said by paired tests (see `told_apart`). Both assume that instances are independent of each other; so give
+    one cost an instance, not one a seed. A rank tells who is better but not by how much, and it depends on who else
+    takes part.
 
     Parameters
     ----------
@@ -76,7 +76,9 @@ def ranking(costs: Mapping[str, Sequence[float]]) -> Ranking:
     --------
     >>> found = ranking({"a": [1, 1, 1], "b": [2, 2, 2], "c": [3, 3, math.inf]})
     >>> found.solvers, found.average_ranks, round(found.p, 4), found.groups
-    (('a', 'b', 'c'), (1.0, 2.0, 3.0), 0.0498, (('a', 'b'), ('b', 'c')))
+    (('a', 'b', 'c'), (1.0, 2.0, 3.0), 0.0498, (('a', 'b', 'c'),))
+    >>> found.fewest_instances
+    7
     """
     table = cost_table(costs)
     k, n = len(table), len(next(iter(table.values()), ()))
@@ -85,19 +87,22 @@ def ranking(costs: Mapping[str, Sequence[float]]) -> Ranking:
     order = np.argsort(averages, kind="stable")
     solvers = tuple(np.array(list(table), dtype=object)[order].tolist())
     ordered = tuple(averages[order].tolist())
+    fewest = fewest_instances(k) if k > 1 else None
     if k < 2 or n < 2:  # noqa: PLR2004 - one has nothing to differ from
-        return Ranking(solvers, ordered, n, None, None, None, _fewest(k), ())
+        return Ranking(solvers, ordered, n, None, None, fewest, (), ())
     statistic = _friedman(ranks)
-    difference = _quantile(k) * math.sqrt(k * (k + 1) / (6.0 * n))
+    apart = told_apart(costs)
+    groups = _groups(solvers, apart)
+    joined = {frozenset(pair) for group in groups for pair in combinations(group, 2)}
     return Ranking(
         solvers=solvers,
         average_ranks=ordered,
         n_instances=n,
         statistic=statistic,
         p=float(stats.chi2.sf(statistic, k - 1)),
-        critical_difference=difference,
-        fewest_instances=_fewest(k),
-        groups=_groups(solvers, ordered, difference),
+        fewest_instances=fewest,
+        groups=groups,
+        apart_in_rank=tuple(pair for pair in combinations(solvers, 2) if frozenset(pair) not in apart | joined),
     )
 
 
@@ -142,25 +147,14 @@ def _friedman(ranks: FloatArray) -> float:
     return (k - 1) * n * between / spread if spread > 0.0 else 0.0
 
 
-@lru_cache
-def _quantile(k: int) -> float:
-    """Return the quantile of the studentized range of `k` normal means over the root of 2."""
-    return float(stats.studentized_range.ppf(CONFIDENCE, k, math.inf)) / math.sqrt(2.0)
-
-
-def _fewest(k: int) -> int | None:
-    """Return from how many instances on the greatest possible difference of average ranks, k - 1, is told."""
-    if k < 2:  # noqa: PLR2004 - one has nothing to differ from
-        return None
-    return max(2, math.ceil(_quantile(k) ** 2 * k * (k + 1) / (6.0 * (k - 1) ** 2)))
-
-
-def _groups(solvers: Sequence[str], ranks: Sequence[float], difference: float) -> tuple[tuple[str, ...], ...]:
-    """List the greatest runs of solvers, two or more, whose ranks differ by less than the critical difference."""
+def _groups(solvers: Sequence[str], apart: frozenset[frozenset[str]]) -> tuple[tuple[str, ...], ...]:
+    """List the greatest runs of solvers, two or more, of which no two are told apart."""
     groups = []
     reached = 0
-    for first, best in enumerate(ranks):
-        end = max(place for place, rank in enumerate(ranks) if rank - best < difference) + 1
+    for first in range(len(solvers)):
+        end = first + 1
+        while end < len(solvers) and not any({one, solvers[end]} in apart for one in solvers[first:end]):
+            end += 1
         if end > reached and end - first > 1:
             groups.append(tuple(solvers[first:end]))
         reached = max(reached, end)
@@ -170,7 +164,7 @@ def _groups(solvers: Sequence[str], ranks: Sequence[float], difference: float) -
 @dataclass(frozen=True)
 class Label:
     """
-    Where the critical-difference picture names a solver.
+    Where the picture of ranks names a solver.
 
     Attributes
     ----------
@@ -207,29 +201,26 @@ class Bar:
 
 
 @dataclass(frozen=True)
-class CriticalDifferenceDiagram:
+class RankDiagram:
     """
-    The critical-difference picture in plain numbers, in units of ranks across and of lines down.
+    The picture of ranks in plain numbers, in units of ranks across and of lines down.
 
     Attributes
     ----------
     ticks
         Whole ranks of the axis, 1 to the number of solvers.
-    critical_difference
-        Length of the scale that is drawn beside the axis; None where there is none to draw.
     labels, bars
         What is drawn below the axis.
     """
 
     ticks: tuple[int, ...]
-    critical_difference: float | None
     labels: tuple[Label, ...]
     bars: tuple[Bar, ...]
 
 
-def cd_diagram(found: Ranking) -> CriticalDifferenceDiagram:
+def rank_diagram(found: Ranking) -> RankDiagram:
     """
-    Lay out the critical-difference picture (Demsar, JMLR 7, 2006, figure 1): the best rank on the left.
+    Lay out the picture of ranks, the best on the left; bars join those not told apart (Demsar, JMLR 7, 2006, fig. 1).
 
     Parameters
     ----------
@@ -248,11 +239,11 @@ def cd_diagram(found: Ranking) -> CriticalDifferenceDiagram:
 
     Examples
     --------
-    >>> diagram = cd_diagram(ranking({"a": [1, 1, 1], "b": [2, 2, 2], "c": [3, 3, 3]}))
+    >>> diagram = rank_diagram(ranking({"a": [1, 1, 1], "b": [2, 2, 2], "c": [3, 3, 3]}))
     >>> [(label.solver, label.left, label.row) for label in diagram.labels]
     [('a', True, 0), ('b', True, 1), ('c', False, 0)]
     >>> diagram.bars
-    (Bar(low=1.0, high=2.0, row=0), Bar(low=2.0, high=3.0, row=1))
+    (Bar(low=1.0, high=3.0, row=0),)
     """
     if not found.n_instances:
         msg = "there are no instances, so no ranks to draw; rank at least one"
@@ -272,4 +263,4 @@ def cd_diagram(found: Ranking) -> CriticalDifferenceDiagram:
         row = next((row for row, end in enumerate(ends) if end < low), len(ends))
         ends[row : row + 1] = [high]
         bars.append(Bar(low, high, row))
-    return CriticalDifferenceDiagram(tuple(range(1, k + 1)), found.critical_difference, tuple(labels), tuple(bars))
+    return RankDiagram(tuple(range(1, k + 1)), tuple(labels), tuple(bars))

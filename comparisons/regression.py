@@ -7,9 +7,8 @@ from enum import Enum
 from typing import Any, NamedTuple
 
 from cgla_graph.comparisons.paired import Paired, compare_costs, holm
-from cgla_graph.comparisons.profiles import path_cost
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.statistics import SAME_COST
+from cgla_graph.comparisons.statistics import SAME_COST, path_cost
 from cgla_graph.scenario import Scenario
 
 #: An adjusted p-value below this is a difference.

@@ -1,13 +1,14 @@
 """Rows: what a comparison's runs become in tables and files."""
 
 import math
-import statistics
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from cgla_graph.comparisons.median_run import median_run
 from cgla_graph.comparisons.run_columns import COMPARED, RunColumn, excess_over
 from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.statistics import path_cost
 from cgla_graph.solution import Solution, Status
 
 #: The columns of files, in order.
@@ -114,7 +115,7 @@ def best_exact(runs: Iterable[Run]) -> float:
 @dataclass(frozen=True)
 class Summary:
     """
-    One solver's runs on one scenario, of all its seeds.
+    One solver's runs on one scenario, of all its seeds: the numbers of its median run (see `median_run`).
 
     Attributes
     ----------
@@ -125,13 +126,14 @@ class Summary:
     n_paths
         How many of the runs found a path.
     cost, length, risk, clearance
-        Of the run of median cost (the lower of two middle ones); a run without a path counts as infinitely costly.
+        Of its path. The cost is infinite and the others NaN where the median run has none that may be flown; of a
+        solver that found none in any run, they are those of the path that may not.
     seconds, build_seconds, evaluations
-        Medians over the runs.
+        What the run took.
     gap
-        Of the run of median cost (see `Solution.gap`); NaN without a lower bound or a path.
+        See `Solution.gap`; NaN without a lower bound or a path.
     excess
-        Of the median cost over the lattice optimum; NaN without one.
+        Of the cost over the lattice optimum; NaN without one.
     spread
         Greatest minus least cost over the seeds, relative to the least; NaN for a single run.
     message
@@ -176,45 +178,28 @@ def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
     solutions = [run.solution for run in runs]
     labels = {solution.status.label for solution in solutions}
     n_paths = sum(solution.status.is_path for solution in solutions)
-    costs = [solution.cost if solution.status.is_path else math.inf for solution in solutions]
-    if n_paths == 0:
-        # of a solver that found nothing that may be flown, the table shows what its path would cost
-        costs = [solution.cost for solution in solutions]
-    # the numbers of one run, so that cost = length + k * risk holds in every line
-    cost = statistics.median_low(costs)
-    typical = median_run(runs, costs).solution if math.isfinite(cost) else Solution(Status.NOT_FOUND)
+    median = median_run(runs).solution
+    # of a solver that found nothing that may be flown, the table shows what its path would cost
+    costs = [path_cost(solution) if n_paths else solution.cost for solution in solutions]
+    cost = path_cost(median) if n_paths else median.cost
+    path = median if math.isfinite(cost) else Solution(Status.NOT_FOUND)
     spread = max(costs) / min(costs) - 1.0 if len(costs) > 1 and 0.0 < min(costs) < math.inf else math.nan
     return Summary(
         solver=solver,
         status=labels.pop() if len(labels) == 1 else f"found {n_paths}/{len(solutions)}",
         n_paths=n_paths,
         cost=cost,
-        gap=typical.gap if n_paths else math.nan,
+        gap=path.gap if n_paths else math.nan,
         excess=excess_over(cost, best) if n_paths else math.nan,
-        length=typical.length,
-        risk=typical.risk,
-        clearance=typical.clearance,
-        seconds=statistics.median(solution.seconds for solution in solutions),
-        build_seconds=statistics.median(solution.build_seconds for solution in solutions),
-        evaluations=statistics.median(solution.evaluations for solution in solutions),
+        length=path.length,
+        risk=path.risk,
+        clearance=path.clearance,
+        seconds=median.seconds,
+        build_seconds=median.build_seconds,
+        evaluations=median.evaluations,
         spread=spread,
         message=next((str(solution.message) for solution in solutions if solution.message), ""),
     )
-
-
-def median_run(runs: Sequence[Run], costs: Sequence[float]) -> Run:
-    """
-    Return the run of median cost: of two middle ones the cheaper, of equally costly ones the middle one.
-
-    Parameters
-    ----------
-    runs
-        At least one.
-    costs
-        What each counts as.
-    """
-    order = sorted(range(len(runs)), key=costs.__getitem__)
-    return runs[order[(len(order) - 1) // 2]]
 
 
 def json_number(value: float) -> float | None:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from cgla_graph.comparisons.standing import NEAR_PERCENT, Standing
 from cgla_graph.comparisons.statistics import FEWEST_RUNS
 from cgla_graph.comparisons.tables import duration, figure, percent
-from cgla_graph.comparisons.words import DASH, Cell, estimate_cell, or_never, p_value, rate_cell, ratio
+from cgla_graph.comparisons.words import DASH, Cell, estimate_cell, or_never, p_value, rate_cell, ratio, too_few_note
 
 
 class Column(NamedTuple):
@@ -59,7 +59,11 @@ COLUMNS = (
         "median time to that gap, building the graph included",
         lambda one: estimate_cell(one.seconds_to_near, or_never(duration)),
     ),
-    Column("cost ratio", "to the first solver, scenario by scenario (Hodges-Lehmann)", _cost_ratio),
+    Column(
+        "cost ratio",
+        "to the first solver, scenario by scenario (Hodges-Lehmann); its interval is of that pair alone",
+        _cost_ratio,
+    ),
     Column(
         "p",
         "Wilcoxon's signed ranks against the first solver, after Holm for all pairs",
@@ -90,6 +94,8 @@ def standing_notes(found: Sequence[Standing]) -> list[str]:
     notes = [f"{column.head}: {column.explained}" for column in COLUMNS]
     notes.append("below: 95 % intervals, of medians and ratios free of any distribution")
     n_instances = found[0].n_instances if found else 0
+    if note := too_few_note(n_instances, len(found)):
+        notes.append(f"p: {note}")
     if 0 < n_instances < FEWEST_RUNS:
         notes.append(f"intervals over scenarios need at least {FEWEST_RUNS} of them")
     return notes

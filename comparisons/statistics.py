@@ -255,3 +255,16 @@ def to_target(solution: Solution, cost: float = math.inf) -> Hit:
     if not len(there):
         return Hit(math.inf, math.inf)
     return Hit(float(steps[there[0], 0]), float(steps[there[0], 1]))
+
+
+def path_cost(solution: Solution) -> float:
+    """
+    Return what a run's path costs; infinity without one that may be flown.
+
+    Examples
+    --------
+    >>> from cgla_graph.solution import Status
+    >>> path_cost(Solution(Status.INFEASIBLE, cost=1.0))
+    inf
+    """
+    return float(solution.cost) if solution.status.is_path else math.inf

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from cgla_graph.comparisons.statistics import Estimate, Interval
 from cgla_graph.comparisons.tables import figure
+from cgla_graph.comparisons.told_apart import fewest_instances, least_p
 
 #: What stands for what is not known.
 DASH = "-"
@@ -125,6 +126,30 @@ def p_equals(p: float) -> str:
     ('p = 0.20', 'p < 0.001')
     """
     return f"p {p_value(p)}" if p < _SMALLEST_P else f"p = {p_value(p)}"
+
+
+def too_few_note(n_scenarios: int, n_solvers: int) -> str:
+    """
+    Say how many scenarios it takes to tell solvers apart; empty where there are as many.
+
+    Parameters
+    ----------
+    n_scenarios, n_solvers
+        How many there are.
+
+    Examples
+    --------
+    >>> too_few_note(6, 5)
+    '6 scenarios cannot tell 5 solvers apart: after Holm for 10 pairs no p is below 0.31; it takes 9 scenarios or more'
+    >>> too_few_note(9, 5), too_few_note(1, 1)
+    ('', '')
+    """
+    if n_solvers < 2 or not 0 < n_scenarios < fewest_instances(n_solvers):  # noqa: PLR2004 - one differs from none
+        return ""
+    pairs = counted(math.comb(n_solvers, 2), "pair")
+    least = f"after Holm for {pairs} no p is below {p_value(least_p(n_scenarios, n_solvers))}"
+    here = f"{counted(n_scenarios, 'scenario')} cannot tell {n_solvers} solvers apart"
+    return f"{here}: {least}; it takes {fewest_instances(n_solvers)} scenarios or more"
 
 
 def or_never(write: Callable[[float], str]) -> Callable[[float], str]:

@@ -8,6 +8,8 @@ import plug_ins
 import pytest
 from command_line import Call, caller
 
+from cgla_graph.comparisons import output
+from cgla_graph.comparisons.comparison import read_request
 from cgla_graph.comparisons.study.database import load
 from cgla_graph.comparisons.study.study_file import study_from_toml
 
@@ -186,3 +188,26 @@ def test_where_nobody_finds_a_path_nobody_wins(cgla: Call) -> None:
     assert "Who wins?" not in text
     tie = cgla("compare", "one-threat", "paper", "--solvers", "cgla,dijkstra", "--no-certificate").out
     assert "Who wins? cgla and dijkstra" in tie
+
+
+def test_solvers_are_highlighted_by_label_or_name(cgla: Call) -> None:
+    del cgla
+    labels = ["cgla", "prm-star:milestones=20", "prm-star:milestones=30"]
+    asked = read_request(["one-threat"], solvers=f"straight-line,{','.join(labels)}", highlight="prm-star,cgla")
+    assert asked.highlighted == set(labels)
+    assert read_request(["study.toml"], highlight="few,cgla").highlighted == {"few", "cgla"}
+    assert read_request(["study.toml"]).highlighted == set()
+
+
+def test_highlighted_solvers_stand_out_in_pictures(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = []
+    monkeypatch.setattr(output, "write_study", lambda _: [])
+    monkeypatch.setattr(output, "write_all_pictures", lambda *words: drawn.append(words[2:]) or [])
+    words = ["one-threat", "--solvers", "straight-line", "--no-certificate", "--highlight", "straight-line"]
+    assert cgla("compare", *words, "--out", "out").code == 0
+    assert drawn == [(20, {"straight-line"})]
+
+
+def test_what_is_not_compared_cannot_be_highlighted(cgla: Call) -> None:
+    words = ["compare", "one-threat", "--solvers", "cgla,straight-line", "--highlight", "cgla,dijkstra"]
+    cgla(*words).refused("--highlight has 'dijkstra'", "not compared", "cgla, straight-line")

@@ -12,6 +12,8 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import shapely
+from hypothesis import given
+from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import FillBetweenPolyCollection
 from matplotlib.colors import to_hex
@@ -24,10 +26,15 @@ from numpy.typing import ArrayLike
 
 from cgla_graph.certificate import Certificate
 from cgla_graph.comparisons import plots
+from cgla_graph.comparisons.median_run import median_run
+from cgla_graph.comparisons.plot_lines import one_line
 from cgla_graph.comparisons.plot_risk import risk_colours
-from cgla_graph.comparisons.plot_solvers import COLOURS
+from cgla_graph.comparisons.plot_solvers import COLOURS, GREY, entries_of
 from cgla_graph.comparisons.plot_text import plain
+from cgla_graph.comparisons.report.payload import scenarios_document
+from cgla_graph.comparisons.rows import summaries
 from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.statistics import path_cost
 from cgla_graph.errors import OutputError
 from cgla_graph.lattice import Lattice
 from cgla_graph.problem import Problem
@@ -154,7 +161,8 @@ def test_a_shipped_scenario(suffix: str, tmp_path: Path) -> None:
 def test_solvers_without_a_path_are_in_the_legend() -> None:
     where = scenario()
     statuses = [status for status in Status if not status.is_path and status is not Status.INFEASIBLE]
-    figure = plots.map_figure(where, [run(where, s.label, (), status=s, exact=True) for s in statuses])
+    runs = [run(where, status.label, (), status=status, exact=True) for status in statuses]
+    figure = plots.map_figure(where, runs, [one.solver for one in runs])
     assert paths(figure) == []
     assert labels(figure) == [*(f"{status.label}: {status.label}" for status in statuses), "start", "goal"]
     assert_tidy(figure)
@@ -178,9 +186,9 @@ def test_a_path_of_one_point_shows_around_start_and_goal() -> None:
     figure = plots.map_figure(where, [run(where, "a", [START]), run(where, "b", [START, START])])
     marks = [line for line in figure.axes[0].lines if line not in paths(figure)]
     sizes = [line.get_markersize() for line in paths(figure)]
-    assert len(sizes) == 2
+    assert len(sizes) == 1
     assert min(sizes) > max(mark.get_markersize() for mark in marks)
-    assert labels(figure)[:2] == ["a: 0.0000", "b: 0.0000"]
+    assert labels(figure)[:2] == ["a: 0.0000", "b: 0.0000, same line"]
     assert_tidy(figure)
 
 
@@ -201,60 +209,182 @@ def test_a_path_that_leaves_the_bounds_is_seen_to_do_so() -> None:
     figure = plots.map_figure(where, [leaving])
     assert figure.axes[0].get_xlim() == pytest.approx((0.0, 1.1))
     assert figure.axes[0].get_ylim() == pytest.approx((0.0, 1.0))
-    assert pixel(figure, 1.05, 0.9) == pytest.approx([235] * 3, abs=1)
+    assert pixel(figure, 1.05, 0.3) == pytest.approx([235] * 3, abs=1)
     assert_tidy(figure)
 
 
-def test_many_solvers_differ_in_colour_or_dashes() -> None:
+def fan(where: Scenario, count: int) -> list[Run]:
+    """Return runs of solvers whose paths and costs differ, the cheapest last."""
+    return [run(where, f"solver-{i}", [START, (0.1 + 0.02 * i, 0.9), GOAL], seconds=i) for i in range(count)]
+
+
+def test_many_named_solvers_differ_in_colour_or_dashes() -> None:
     where = scenario(field=THREATS, no_fly=shapely.box(0.9, 0, 1, 0.1))
-    runs = [run(where, f"solver-{i}", [START, (0.1 + 0.02 * i, 0.9), GOAL]) for i in range(40)]
-    figure = plots.map_figure(where, runs)
+    runs = fan(where, 38)
+    figure = plots.map_figure(where, runs, [one.solver for one in runs])
     looks = {(to_hex(line.get_color()), str(line._dash_pattern)) for line in paths(figure)}
-    assert len(looks) == 40
-    assert len(labels(figure)) == 43
+    assert len(looks) == 38
+    assert len(labels(figure)) == 41
     assert_tidy(figure)
 
 
-def test_equal_paths_lie_inside_each_other() -> None:
+def test_of_many_solvers_the_best_five_and_the_named_are_in_colour() -> None:
+    where = scenario(k=1.0)
+    runs = [*fan(where, 28), run(where, "nothing", (), status=Status.STUCK)]
+    runs += [run(where, f"wall-{i}", [START, (0.9, 0.1 * i), GOAL], status=Status.INFEASIBLE) for i in range(2)]
+    for named, n_others in ((set(), 23), ({"solver-3", "solver-27"}, 22)):
+        figure = plots.map_figure(where, runs, named)
+        grey = [line for line in paths(figure) if to_hex(line.get_color()) == to_hex(GREY)]
+        coloured = [line for line in paths(figure) if line not in grey]
+        chosen = [f"solver-{i}" for i in range(27, 22, -1)] + (["solver-3"] if named else [])
+        assert [label.split(":")[0] for label in labels(figure)[: len(chosen)]] == chosen
+        assert len(coloured) == len(chosen) == len({to_hex(line.get_color()) for line in coloured})
+        assert len(grey) == n_others + 2
+        assert max(line.get_zorder() for line in grey) < min(line.get_zorder() for line in coloured)
+        assert labels(figure)[len(chosen) :] == [
+            f"{n_others} others",
+            "2 others, infeasible",
+            "1 other, without a path",
+            "start",
+            "goal",
+        ]
+        assert_tidy(figure)
+
+
+def test_the_named_are_in_the_legend_without_a_path_too() -> None:
     where = scenario()
-    runs = [run(where, f"exact-{i}", exact=True) for i in range(14)] + [run(where, "lucky")]
-    widths = [line.get_linewidth() for line in paths(plots.map_figure(where, runs))]
-    assert (np.diff(widths) < 0).all()
-    assert 8 < widths[0] < 12
-    assert widths[-1] > 1
+    runs = [*fan(where, 9), run(where, "nothing", (), status=Status.STUCK)]
+    assert "nothing: stuck" in labels(plots.map_figure(where, runs, {"nothing"}))
+
+
+def test_up_to_eight_solvers_are_all_in_colour() -> None:
+    where = scenario()
+    figure = plots.map_figure(where, fan(where, 8))
+    assert len({to_hex(line.get_color()) for line in paths(figure)}) == len(paths(figure)) == 8
+    assert not any(is_dashed(line) for line in paths(figure))
+    assert len(labels(figure)) == 10
+
+
+def test_thirty_solvers_have_a_short_legend_over_time_as_well() -> None:
+    where = scenario()
+    runs = [traced(where, [3.0, 1.2 + 0.01 * i], f"anytime-{i}") for i in range(15)]
+    runs += [run(where, f"once-{i}", cost=1.1 + 0.1 * i, seconds=0.1 + i) for i in range(15)]
+    figure = plots.trace_figure(where, runs, {"once-14"})
+    assert figure is not None
+    names = [label.split(":")[0] for label in labels(figure)]
+    assert names == ["once-0", "anytime-0", "once-1", "anytime-1", "anytime-2", "once-14", "24 others"]
+    colours = [to_hex(line.get_color()) for line in figure.axes[0].lines]
+    assert colours.count(to_hex(GREY)) == 24
+    assert len(set(colours)) == 7
+    assert_tidy(figure)
+
+
+def test_solvers_look_the_same_in_both_pictures_of_many() -> None:
+    where = scenario()
+    runs = [traced(where, [3.0, 1.2 + 0.01 * i], f"anytime-{i}") for i in range(20)]
+    over_time, on_map = plots.trace_figure(where, runs), plots.map_figure(where, runs)
+    assert over_time is not None
+    pairs = zip(legend_of(over_time).legend_handles[:5], legend_of(on_map).legend_handles[:5], strict=True)
+    # all have one path: the map has one line, in the colour of the best
+    first, *others = [(line, drawn) for line, drawn in pairs if isinstance(line, Line2D) and isinstance(drawn, Line2D)]
+    assert first[0].get_color() == first[1].get_color()
+    assert all(drawn.get_linestyle() == "None" for _, drawn in others)
+
+
+@given(shift=st.floats(0.0, 0.009), points=st.integers(2, 50))
+def test_paths_within_a_pen_are_one_line_and_no_others(shift: float, points: int) -> None:
+    at = np.linspace(0.0, 1.0, points)
+    path = np.stack([at, 0.3 * np.sin(3.0 * at)], axis=1)
+    near, far = (path + np.array((0.0, aside)) for aside in (shift, 0.03))
+    assert one_line([path, far, near], 0.01) == [[0, 2], [1]]
+    # there and back again is not there
+    assert one_line([path, np.concatenate([path, far[::-1]])], 0.01) == [[0], [1]]
+
+
+def test_paths_within_a_pen_are_drawn_as_one() -> None:
+    where = scenario()
+    runs = [run(where, f"exact-{i}", exact=True) for i in range(4)]
+    # a pen is 1.6 points wide, the map 4.8 inches
+    pen = 1.6 / 72.0 / 4.8
+    runs += [run(where, "near", [START, (0.5, 0.5 + 0.9 * pen), GOAL])]
+    runs += [run(where, "far", [START, (0.5, 0.5 + 3.0 * pen), GOAL])]
+    figure = plots.map_figure(where, runs)
+    assert len(paths(figure)) == 2
+    assert [label.split(", ")[1:] for label in labels(figure)[:6]] == [[], *[["same line"]] * 4, []]
+    assert_tidy(figure)
+
+
+def test_a_path_that_may_not_be_flown_is_never_in_the_line_of_one_that_may() -> None:
+    where = scenario()
+    figure = plots.map_figure(where, [run(where, "a"), run(where, "b", status=Status.INFEASIBLE)])
+    assert len(paths(figure)) == 2
+    assert labels(figure)[:2] == ["a: 1.1314", "b: infeasible"]
+
+
+def test_a_line_below_another_is_wider_so_that_it_shows() -> None:
+    where = scenario()
+    runs = [run(where, "best"), run(where, "half", [START, (0.5, 0.5), (0.5, 0.7), GOAL])]
+    runs += [run(where, "aside", [START, (0.1, 0.9), GOAL])]
+    best, half, aside = sorted(paths(plots.map_figure(where, runs)), key=Line2D.get_zorder, reverse=True)
+    assert half.get_linewidth() > best.get_linewidth() == aside.get_linewidth()
 
 
 def test_a_path_along_the_border_has_its_full_width() -> None:
     where = scenario(start=(0, 0), goal=(0, 1))
-    figure = plots.map_figure(where, [run(where, f"exact-{i}", [(0, 0), (0, 1)], exact=True) for i in range(6)])
-    assert pixel(figure, -0.006, 0.5) != WHITE
+    figure = plots.map_figure(where, [run(where, "a", [(0, 0), (0, 1)])])
+    assert pixel(figure, -0.001, 0.5) != WHITE
 
 
-def test_exact_paths_lie_below_whatever_the_order() -> None:
+def test_the_legend_has_the_order_of_the_table() -> None:
     where = scenario()
-    figure = plots.map_figure(where, [run(where, "other"), run(where, "exact", exact=True)])
-    exact, other = sorted(paths(figure), key=Line2D.get_zorder)
-    assert exact.get_linewidth() > other.get_linewidth()
-    assert labels(figure)[:2] == ["other: 1.1314", "exact: 1.1314"]
-    assert [to_hex(line.get_color()) for line in (other, exact)] == [to_hex(c) for c in COLOURS[:2]]
+    runs = [run(where, "dear", cost=1.5), run(where, "none", (), status=Status.NO_PATH), run(where, "cheap", cost=1.2)]
+    figure = plots.map_figure(where, runs)
+    assert labels(figure)[:3] == ["cheap: 1.2000", "dear: 1.5000, same line", "none: no-path"]
 
 
-def test_of_several_seeds_the_best_is_drawn() -> None:
+def test_of_several_seeds_the_median_run_is_drawn() -> None:
     where = scenario()
     detours = [[START, (0.1, y), GOAL] for y in (0.9, 0.3, 0.6)]
     runs = [run(where, "seeded", path, seed=seed) for seed, path in enumerate(detours)]
-    runs += [run(where, "unlucky", (), status=Status.NOT_FOUND, seed=1), run(where, "unlucky", seed=2)]
+    runs += [run(where, "unlucky", (), status=Status.NOT_FOUND, seed=seed) for seed in (1, 2)]
+    runs += [run(where, "unlucky", seed=3)]
     runs += [run(where, "never", (), status=Status.NOT_FOUND, seed=seed) for seed in (1, 2)]
     figure = plots.map_figure(where, runs)
-    assert paths(figure)[0].get_xydata().tolist() == np.array(detours[1]).tolist()
-    assert labels(figure)[:3] == ["seeded: 1.2000 (best of 3)", "unlucky: 1.1314 (1 of 2 found)", "never: not-found"]
+    assert paths(figure)[0].get_xydata().tolist() == np.array(detours[2]).tolist()
+    expected = ["seeded: 1.3544 (median of 3)", "unlucky: not-found (median of 3, 1 found)", "never: not-found"]
+    assert labels(figure)[:3] == expected
+
+
+@given(seeds=st.lists(st.sampled_from([1.0, 2.0, 3.0, 4.0, None, -1.0]), min_size=1, max_size=6), data=st.data())
+def test_table_pictures_and_report_show_the_same_run(seeds: list[float | None], data: st.DataObject) -> None:
+    where = scenario(bounds=(-10.0, -10.0, 10.0, 10.0))
+    runs = []
+    for seed, cost in enumerate(seeds):
+        # a failure, a path that may not be flown, or a detour; each seed's path is another
+        path = [] if cost is None else [START, (0.5, abs(cost) + 0.01 * seed), GOAL]
+        status = Status.NOT_FOUND if cost is None else Status.INFEASIBLE if cost < 0.0 else Status.FOUND
+        runs.append(dataclasses.replace(run(where, "a", path, status=status, seed=seed), number=seed))
+    shown = median_run(runs)
+    shuffled = data.draw(st.permutations(runs))
+    assert median_run(shuffled) is shown
+    (entry,) = entries_of(shuffled)
+    assert entry.shown is shown
+    (cell,) = scenarios_document([shuffled], ["a"])["scenarios"][0]["cells"]
+    assert cell["number"] == shown.number
+    (line,) = summaries(shuffled)
+    if shown.solution.status.is_path:
+        assert line.cost == shown.solution.cost
+        assert cell["cost"][0] == pytest.approx(line.cost, rel=1e-6)
+    assert (line.length == shown.solution.length) or np.isnan(line.length) or not line.n_paths
+    # no less than half of the runs are at least as good
+    assert 2 * sum(path_cost(one.solution) <= path_cost(shown.solution) for one in runs) >= len(runs)
 
 
 def test_a_cheap_infeasible_seed_does_not_hide_a_path() -> None:
     where = scenario()
     feasible = run(where, "seeded", [START, (0.1, 0.9), GOAL])
     figure = plots.map_figure(where, [run(where, "seeded", status=Status.INFEASIBLE), feasible])
-    assert labels(figure)[0] == "seeded: 1.6000 (1 of 2 found)"
+    assert labels(figure)[0] == "seeded: 1.6000 (median of 2, 1 found)"
 
 
 def test_risk_has_a_colour_bar_and_no_risk_has_none() -> None:
@@ -436,7 +566,7 @@ def test_before_the_first_path_the_band_reaches_the_upper_edge() -> None:
     assert figure is not None
     (line,) = figure.axes[0].lines
     assert np.isnan(np.asarray(line.get_ydata(), dtype=float)).all()
-    assert labels(figure)[0] == "anytime: none (median of 3, 1 found)"
+    assert labels(figure)[0] == "anytime: not-found (median of 3, 1 found)"
     assert_tidy(figure)
 
 
@@ -504,13 +634,15 @@ def test_results_without_a_trace_are_marked_at_their_time() -> None:
     assert figure is not None
     axes = figure.axes[0]
     dashed = [line.get_ydata()[0] for line in axes.lines if is_dashed(line)]
-    assert dashed == [1.2, 1.3]
+    assert dashed == pytest.approx([1.2, 1.3])
     marks = {(line.get_xdata()[0], line.get_ydata()[0]) for line in axes.lines if line.get_linestyle() == "None"}
     low, high = axes.get_ylim()
     assert marks == {(0.5, 1.2), (0.3, 1.2 + 1e-12), (0.1, 1.3), (1e-6, 1.6), (0.1, high)}
     assert 1.0 < low < 1.2
     assert 2.0 < high < 2.2
-    assert labels(figure)[4:] == ["huge: 1000000, above", "anytime: 1.2500", "exact: 1.2000", "exact: 1.3000"]
+    expected = ["exact-2", "exact-1", "anytime", "exact-3", "instant", "huge", "exact", "exact"]
+    assert [label.split(":")[0] for label in labels(figure)] == expected
+    assert labels(figure)[5:] == ["huge: 1000000, above", "exact: 1.2000", "exact: 1.3000"]
     assert_tidy(figure)
 
 
@@ -544,15 +676,16 @@ def test_costs_over_time_are_in_kilometres_where_the_map_is() -> None:
 
 def test_a_solver_has_the_same_colour_in_both_pictures() -> None:
     where = scenario()
-    runs = [run(where, "first"), traced(where, [2.0, 1.0])]
+    runs = [run(where, "first", [START, (0.1, 0.9), GOAL]), traced(where, [2.0, 1.0])]
     trace = plots.trace_figure(where, runs)
     assert trace is not None
-    assert trace.axes[0].lines[0].get_color() == paths(plots.map_figure(where, runs))[1].get_color()
+    assert trace.axes[0].lines[0].get_color() == paths(plots.map_figure(where, runs))[0].get_color() == COLOURS[1]
 
 
 # --- names and files ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HOSTILE, ids=lambda name: ascii(name[:12]))
 def test_hostile_names_are_shown_as_they_are(name: str, tmp_path: Path) -> None:
     where = scenario(name=name, title=name)
@@ -568,7 +701,7 @@ def test_hostile_names_are_shown_as_they_are(name: str, tmp_path: Path) -> None:
         assert all(text.get_visible() and not text.get_parse_math() for text in texts)
         if re.fullmatch(r"[!-~]+( [!-~]+)*", name) and len(name) < 30:
             assert [text.get_text() for text in figure.texts] == [f"{name},  k = 0", name]
-            assert labels(figure)[0].startswith(f"{name}: ")
+            assert any(label.startswith(f"{name}: ") for label in labels(figure))
 
 
 def test_shortened_names_keep_both_ends() -> None:

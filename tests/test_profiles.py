@@ -15,13 +15,12 @@ from cgla_graph.comparisons.profiles import (
     finite_bound,
     instance_costs,
     instance_times,
-    path_cost,
     performance_profile,
     shared_scenarios,
     success_curve,
 )
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.statistics import success_interval
+from cgla_graph.comparisons.statistics import path_cost, success_interval
 from cgla_graph.scenario import Scenario, scenario_from_toml
 from cgla_graph.solution import Solution, Status, TracePoint
 

@@ -1,8 +1,8 @@
-"""Ranks: against scipy, brute force, tables and the worked example of Demsar's paper."""
+"""Ranks and who is told apart: against scipy, brute force, and the worked example of Demsar's paper."""
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import pytest
@@ -11,7 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import costs
 
-from cgla_graph.comparisons.ranking import Ranking, cd_diagram, instance_ranks, ranking
+from cgla_graph.comparisons.paired import all_pairs
+from cgla_graph.comparisons.ranking import Ranking, instance_ranks, rank_diagram, ranking
+from cgla_graph.comparisons.told_apart import fewest_instances, least_p, told_apart
 
 # Area under the curve of four classifiers on 14 data sets: Demsar, JMLR 7, 2006, table 6 (also in scipy's own tests).
 AREAS = {
@@ -41,24 +43,14 @@ def test_the_worked_example() -> None:
     expected = {"C4.5": 3.143, "C4.5+m": 2.000, "C4.5+cf": 2.893, "C4.5+m+cf": 1.964}
     assert ranks == pytest.approx(expected, abs=5e-4)
     assert found.solvers == ("C4.5+m+cf", "C4.5+m", "C4.5+cf", "C4.5")
-    assert found.critical_difference == pytest.approx(1.25, abs=5e-3)
     # the paper has 9.28 without the correction for ties; with it R, Matlab and scipy agree on this
     assert (found.statistic, found.p) == pytest.approx((10.2283464566929, 0.0167215803284414))
     n, k = 14, 4
     uncorrected = 12 * n / (k * (k + 1)) * (sum(rank**2 for rank in ranks.values()) - k * (k + 1) ** 2 / 4)
     assert uncorrected == pytest.approx(9.28, abs=5e-3)
-    # no two differ by 1.25: "the post-hoc test is not powerful enough", as the paper says
+    # "the post-hoc test is not powerful enough" to tell any two apart, as the paper says of Nemenyi's; so is this one
     assert found.groups == (found.solvers,)
-
-
-@pytest.mark.parametrize(
-    ("k", "q"),
-    # Demsar, JMLR 7, 2006, table 5 (a)
-    [(2, 1.960), (3, 2.343), (4, 2.569), (5, 2.728), (6, 2.850), (7, 2.949), (8, 3.031), (9, 3.102), (10, 3.164)],
-)
-def test_critical_differences_of_the_table(k: int, q: float) -> None:
-    found = ranking(separated(k, 20)).critical_difference
-    assert found == pytest.approx(q * math.sqrt(k * (k + 1) / 120), abs=7e-4)
+    assert found.apart_in_rank == ()
 
 
 @given(table=tables(min_solvers=3))
@@ -99,7 +91,9 @@ def test_only_the_order_on_each_instance_counts(table: dict[str, list[float]], d
     powers = data.draw(st.lists(st.sampled_from([0.5, 1.0, 2.0]), min_size=n, max_size=n))
     order = data.draw(st.permutations(range(n)))
     moved = {name: [7.0 * row[i] ** powers[i] for i in order] for name, row in table.items()}
-    assert ranking(moved) == ranking(table)
+    found, again = ranking(table), ranking(moved)
+    assert (again.solvers, again.statistic, again.p) == (found.solvers, found.statistic, found.p)
+    assert again.average_ranks == found.average_ranks
 
 
 @given(table=tables(), data=st.data())
@@ -110,8 +104,7 @@ def test_the_order_of_solvers_does_not_matter(table: dict[str, list[float]], dat
     assert dict(zip(moved.solvers, moved.average_ranks, strict=True)) == pytest.approx(
         dict(zip(found.solvers, found.average_ranks, strict=True))
     )
-    assert (moved.statistic, moved.critical_difference) == pytest.approx((found.statistic, found.critical_difference))
-    assert len(moved.groups) == len(found.groups)
+    assert moved.statistic == pytest.approx(found.statistic)
 
 
 def test_costs_that_differ_by_rounding_share_their_rank() -> None:
@@ -119,44 +112,54 @@ def test_costs_that_differ_by_rounding_share_their_rank() -> None:
     assert ranks.tolist() == [[1.5, 1.5], [1.5, 1.5], [3.0, 3.0]]
 
 
-def greatest_sets(found: Ranking) -> set[frozenset[str]]:
-    """List the greatest sets of two or more that have no two members told apart, by trying all sets."""
-    assert found.critical_difference is not None
-    ranks = dict(zip(found.solvers, found.average_ranks, strict=True))
-    fine = [
-        frozenset(chosen)
-        for size in range(2, len(ranks) + 1)
-        for chosen in itertools.combinations(ranks, size)
-        if max(ranks[name] for name in chosen) - min(ranks[name] for name in chosen) < found.critical_difference
-    ]
-    return {one for one in fine if not any(one < other for other in fine)}
+def pairs_of(names: Sequence[str]) -> set[frozenset[str]]:
+    return {frozenset(pair) for pair in itertools.combinations(names, 2)}
+
+
+def greatest_runs(found: Ranking, apart: Collection[frozenset[str]]) -> set[tuple[str, ...]]:
+    """List the greatest runs of two or more that have no two members told apart, by trying all."""
+    k = len(found.solvers)
+    runs = [found.solvers[first:end] for first in range(k) for end in range(first + 2, k + 1)]
+    fine = [run for run in runs if not pairs_of(run) & set(apart)]
+    return {one for one in fine if not any(set(one) < set(other) for other in fine)}
 
 
 @given(seed=st.integers(0, 2**32 - 1), k=st.integers(2, 7), n=st.integers(2, 60))
-def test_groups_are_the_greatest_sets(seed: int, k: int, n: int) -> None:
+def test_groups_and_other_pairs_are_those_not_told_apart(seed: int, k: int, n: int) -> None:
     rng = np.random.default_rng(seed)
-    table = {f"s{i}": (rng.random(n) + 0.15 * i).tolist() for i in range(k)}
-    found = ranking(table)
-    assert {frozenset(group) for group in found.groups} == greatest_sets(found)
-    assert len(found.groups) == len({frozenset(group) for group in found.groups})
+    table = {f"s{i}": (1.0 + rng.random(n) + 0.15 * i).tolist() for i in range(k)}
+    found, apart = ranking(table), told_apart(table)
+    assert set(found.groups) == greatest_runs(found, apart)
+    assert len(found.groups) == len(set(found.groups))
+    joined = set().union(*map(pairs_of, found.groups))
+    alone = {frozenset(pair) for pair in found.apart_in_rank}
+    assert not joined & alone
+    assert joined | alone == pairs_of(found.solvers) - apart
+    # what is told apart is what the table of all pairs says
+    assert apart == {frozenset((one.solver, one.reference)) for one in all_pairs(table) if one.p_holm < 0.05}
 
 
 @pytest.mark.parametrize("k", [2, 3, 5, 12, 20])
 def test_the_fewest_instances_that_can_tell(k: int) -> None:
     fewest = ranking(separated(k, 1)).fewest_instances
-    assert fewest is not None
+    assert fewest == fewest_instances(k)
     names = tuple(separated(k, 1))
     assert ranking(separated(k, fewest)).groups != (names,)
-    assert fewest == 2 or ranking(separated(k, fewest - 1)).groups == (names,)
+    assert ranking(separated(k, fewest - 1)).groups == (names,)
+    for n in (fewest - 1, fewest):
+        assert min(one.p_holm for one in all_pairs(separated(k, n))) == pytest.approx(least_p(n, k))
+
+
+def test_six_instances_cannot_tell_five_solvers_apart() -> None:
+    assert {one.p_holm for one in all_pairs(separated(5, 6))} == {least_p(6, 5)} == {0.3125}
+    assert fewest_instances(5) == 9
 
 
 def test_equal_solvers_are_rarely_told_apart() -> None:
     rng = np.random.default_rng(7)
-    runs, wrong = 600, 0
-    for _ in range(runs):
-        table = {str(i): rng.random(30).tolist() for i in range(6)}
-        wrong += ranking(table).groups != (ranking(table).solvers,)
-    assert 0.01 < wrong / runs < 0.05 + 3.0 * math.sqrt(0.05 * 0.95 / runs)
+    runs = 100
+    wrong = sum(bool(told_apart({str(i): (1.0 + rng.random(20)).tolist() for i in range(4)})) for _ in range(runs))
+    assert 0 < wrong <= runs * (0.05 + 3.0 * math.sqrt(0.05 * 0.95 / runs))
 
 
 def test_failures_count_as_last() -> None:
@@ -172,7 +175,7 @@ def test_nobody_finds_a_path() -> None:
 @pytest.mark.parametrize("table", [{}, {"a": []}, {"a": [], "b": []}, {"a": [1.0, 2.0]}, {"a": [1.0], "b": [2.0]}])
 def test_too_little_to_say_anything(table: dict[str, Sequence[float]]) -> None:
     found = ranking(table)
-    assert (found.statistic, found.p, found.critical_difference, found.groups) == (None, None, None, ())
+    assert (found.statistic, found.p, found.groups, found.apart_in_rank) == (None, None, (), ())
     assert found.solvers == tuple(table)
     assert all(math.isnan(rank) for rank in found.average_ranks) == (found.n_instances == 0)
 
@@ -181,7 +184,7 @@ def test_too_little_to_say_anything(table: dict[str, Sequence[float]]) -> None:
 def test_the_picture_says_what_the_ranking_says(seed: int, k: int, n: int) -> None:
     rng = np.random.default_rng(seed)
     found = ranking({f"s{i}": (rng.random(n) + 0.2 * i).tolist() for i in range(k)})
-    diagram = cd_diagram(found)
+    diagram = rank_diagram(found)
     assert diagram.ticks == tuple(range(1, k + 1))
     assert [(label.solver, label.rank) for label in diagram.labels] == list(
         zip(found.solvers, found.average_ranks, strict=True)
@@ -195,9 +198,8 @@ def test_the_picture_says_what_the_ranking_says(seed: int, k: int, n: int) -> No
     assert len(diagram.bars) == len(found.groups)
     for one, other in itertools.combinations(diagram.bars, 2):
         assert one.row != other.row or one.high < other.low or other.high < one.low
-    assert diagram.critical_difference == found.critical_difference
 
 
 def test_no_picture_without_instances() -> None:
     with pytest.raises(ValueError, match="no ranks to draw"):
-        cd_diagram(ranking({"a": [], "b": []}))
+        rank_diagram(ranking({"a": [], "b": []}))

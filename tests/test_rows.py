@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 from cgla_graph.certificate import Certificate
 from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.median_run import median_run
 from cgla_graph.comparisons.rows import (
     COLUMNS,
     best_exact,
     by_scenario,
-    median_run,
     row,
     rows_of,
     scenario_bound,
@@ -233,10 +233,27 @@ def test_a_line_shows_the_numbers_of_one_run(costs: list[float]) -> None:
 
 @given(costs=st.lists(st.sampled_from([1.0, 2.0, 3.0, math.inf]), min_size=1, max_size=7))
 def test_the_median_run_is_the_lower_middle_one(costs: list[float]) -> None:
-    runs = [run_of(cost) for cost in costs]
-    found = median_run(runs, costs)
+    runs = [run_of(cost, status=Status.FOUND if cost < math.inf else Status.NOT_FOUND) for cost in costs]
+    found = median_run(runs)
     assert any(found is run for run in runs)
     assert found.solution.cost == statistics.median_low(costs)
+
+
+def test_of_failures_an_infeasible_path_stands_before_none() -> None:
+    statuses = [Status.TIMED_OUT, Status.INFEASIBLE, Status.FOUND]
+    runs = [run_of(5.0 - number, status=status) for number, status in enumerate(statuses)]
+    assert median_run(runs).solution.status is Status.INFEASIBLE
+    assert median_run(runs[:2]).solution.status is Status.INFEASIBLE
+    assert median_run([*runs, runs[0], runs[0]]).solution.status is Status.TIMED_OUT
+    # a path that may not be flown is no path, however cheap
+    assert [(one.status, one.cost) for one in summaries(runs)] == [("found 1/3", math.inf)]
+
+
+@given(seconds=st.lists(st.floats(0.1, 9.0), min_size=1, max_size=5))
+def test_a_line_shows_what_the_median_run_took(seconds: list[float]) -> None:
+    runs = [run_of(1.0 + number, seconds=time, evaluations=number) for number, time in enumerate(seconds)]
+    (found,) = summaries(runs[::-1])
+    assert (found.seconds, found.evaluations) == (seconds[found.evaluations], (len(runs) - 1) // 2)
 
 
 def test_a_single_run_has_no_spread() -> None:

@@ -25,7 +25,7 @@ from cgla_graph.comparisons.report.payload import (
     scenarios_document,
     statuses_document,
 )
-from cgla_graph.comparisons.report.pictures import critical_difference, failure_grid
+from cgla_graph.comparisons.report.pictures import failure_grid, rank_picture
 from cgla_graph.comparisons.report.steps import MOST_POINTS_OVERALL, rounded_all, thinned
 from cgla_graph.comparisons.rows import by_scenario, by_solver
 from cgla_graph.comparisons.runner import Run
@@ -45,7 +45,10 @@ NOTES = (
     ),
     ("never, ∞", "Most runs never get there. They are not left out, as that would flatter what fails often."),
     ("time", "Seconds of the machine that the run took place on. Where building the graph counts, it says so."),
-    ("p (Holm)", "Probability of such a difference by chance, adjusted for how many comparisons are made."),
+    (
+        "p",
+        "Probability of such a difference by chance (Wilcoxon), after Holm for all pairs; few scenarios keep it large.",
+    ),
     ("rank", "On each scenario the cheapest has rank 1; equals share their mean rank. It depends on who takes part."),
 )
 
@@ -79,9 +82,9 @@ def report_html(stored: Stored, *, live: bool = False) -> str:
             n_runs=len(runs),
             n_cells=stored.n_cells,
             progress=_progress(stored),
-            overview=overview(found, ranks, len(stored.scenarios)),
+            overview=overview(found, len(stored.scenarios)),
             ranking=ranking_table(found, ranks),
-            cd=critical_difference(ranks),
+            ranks=rank_picture(ranks),
             failures=failures(runs),
             grid=failure_grid(found, runs),
             success_note="the whole curve lies in them with 95 % confidence (Kolmogorov)",

@@ -8,7 +8,7 @@ from cgla_graph.comparisons.ranking import Ranking
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.standing import Standing
 from cgla_graph.comparisons.standing_columns import COLUMNS
-from cgla_graph.comparisons.words import DASH, Cell, listed, p_equals
+from cgla_graph.comparisons.words import DASH, Cell, listed, p_equals, too_few_note
 from cgla_graph.solution import Status
 
 #: Most groups of failures that are listed, and most scenarios that are named of each.
@@ -35,7 +35,10 @@ def ranking_table(found: Sequence[Standing], ranks: Ranking) -> dict[str, Any]:
         }
         for one in found
     ]
-    test = f"Friedman's test that all are equal: {p_equals(ranks.p)}. " if ranks.p is not None else ""
+    too_few = too_few_note(ranks.n_instances, len(ranks.solvers))
+    test = f"{too_few}. " if too_few else ""
+    if ranks.p is not None and not too_few:
+        test = f"Friedman's test that all rank alike, whichever may differ: {p_equals(ranks.p)}. "
     note = (
         f"{test}A scenario counts once, by the median over its seeds, and only where every solver has run it; "
         "a run without a path counts as infinitely costly and is never left out."

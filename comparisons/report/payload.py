@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from cgla_graph.comparisons.curves import median_curve
-from cgla_graph.comparisons.profiles import path_cost
+from cgla_graph.comparisons.median_run import median_run
 from cgla_graph.comparisons.report.maps import map_document, map_key, path_steps, steps_of
 from cgla_graph.comparisons.report.steps import rounded, rounded_all, thinned
-from cgla_graph.comparisons.rows import by_solver, median_run, row, scenario_bound
+from cgla_graph.comparisons.rows import by_solver, row, scenario_bound
 from cgla_graph.comparisons.run_columns import SHOWN
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.statistics import Estimate, estimate, to_target
+from cgla_graph.comparisons.statistics import Estimate, estimate, path_cost, to_target
 from cgla_graph.scenario import Scenario
 from cgla_graph.solution import Solution, Status
 
@@ -74,7 +74,7 @@ def _cell(scenario: Scenario, place: int, runs: Sequence[Run]) -> dict[str, Any]
     solutions = [run.solution for run in runs]
     costs = [path_cost(solution) for solution in solutions]
     median = estimate(costs)
-    typical = typical_run(runs)
+    typical = median_run(runs)
     solution = typical.solution
     return {
         "solver": place,
@@ -97,20 +97,6 @@ def _cell(scenario: Scenario, place: int, runs: Sequence[Run]) -> dict[str, Any]
 
 def _is_drawn(solution: Solution) -> bool:
     return (solution.status.is_path or solution.status is Status.INFEASIBLE) and len(solution.path) > 0
-
-
-def typical_run(runs: Sequence[Run]) -> Run:
-    """
-    Choose the run that stands for all seeds: the lower of the two middle ones by cost.
-
-    Where most runs found no path that may be flown, it is one of those that did not: an infeasible one, if there is
-    one, else the first.
-    """
-    middle = median_run(runs, [path_cost(run.solution) for run in runs])
-    if middle.solution.status.is_path:
-        return middle
-    failed = [run for run in runs if not run.solution.status.is_path]
-    return next((run for run in failed if run.solution.status is Status.INFEASIBLE), failed[0])
 
 
 def ends_of(found: Estimate) -> list[float | None]:

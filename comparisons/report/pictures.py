@@ -1,12 +1,13 @@
-"""Pictures that need no script: the critical-difference diagram and the grid of failures, as numbers for SVG."""
+"""Pictures that need no script: ranks with who is told apart, and the grid of failures, as numbers for SVG."""
 
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from cgla_graph.comparisons.ranking import Ranking, cd_diagram
+from cgla_graph.comparisons.ranking import Ranking, rank_diagram
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.standing import Standing
+from cgla_graph.comparisons.words import listed, too_few_note
 
 _SIDE, _AXIS = 240, 420  # pixels: room for names on either side, and the axis between
 _LINE, _BAR_LINE = 20, 10  # pixels: between names, and between bars
@@ -16,26 +17,26 @@ _CELL, _NAMES, _LETTER = 18, 190, 5.2  # pixels of the grid: cells, names on the
 MOST_COLUMNS = 80
 
 
-def critical_difference(ranks: Ranking) -> dict[str, Any] | None:
+def rank_picture(ranks: Ranking) -> dict[str, Any] | None:
     """
-    Place the critical-difference diagram, in pixels; None where there are no ranks to compare.
+    Place the picture of ranks, in pixels; None where there are no ranks to compare.
 
     Examples
     --------
     >>> from cgla_graph.comparisons.ranking import ranking
-    >>> picture = critical_difference(ranking({"a": [1, 1, 1], "b": [2, 2, 2], "c": [3, 3, 3]}))
+    >>> picture = rank_picture(ranking({"a": [1, 1, 1], "b": [2, 2, 2], "c": [3, 3, 3]}))
     >>> [(label["solver"], label["x"]) for label in picture["labels"]]
     [('a', 240.0), ('b', 450.0), ('c', 660.0)]
     """
     k = len(ranks.solvers)
     if k < 2 or not ranks.n_instances:  # noqa: PLR2004 - one solver has no difference
         return None
-    diagram = cd_diagram(ranks)
+    diagram = rank_diagram(ranks)
 
     def across(rank: float) -> float:
         return round(_SIDE + (rank - 1.0) / (k - 1) * _AXIS, 1)
 
-    axis_y = 68.0
+    axis_y = 34.0
     n_bars = max((bar.row + 1 for bar in diagram.bars), default=0)
     first_y = axis_y + 14 + n_bars * _BAR_LINE + 16
     labels = []
@@ -52,17 +53,6 @@ def critical_difference(ranks: Ranking) -> dict[str, Any] | None:
             "text_y": y + 4,
             "anchor": "end" if label.left else "start",
         })  # fmt: skip
-    bar = None
-    if diagram.critical_difference is not None:
-        # one that is longer than the axis tells nobody apart: its number says so
-        x2 = min(across(1.0 + diagram.critical_difference), _SIDE + _AXIS)
-        cut = " (longer than the axis)" if diagram.critical_difference > k - 1 else ""
-        bar = {
-            "x1": across(1.0),
-            "x2": x2,
-            "y": 22,
-            "label": f"critical difference {diagram.critical_difference:.2f}{cut}",
-        }
     every = max(1, -(-k // 20))
     return {
         "width": 2 * _SIDE + _AXIS,
@@ -78,7 +68,6 @@ def critical_difference(ranks: Ranking) -> dict[str, Any] | None:
             {"x1": across(bar.low) - 4, "x2": across(bar.high) + 4, "y": axis_y + 12 + bar.row * _BAR_LINE}
             for bar in diagram.bars
         ],
-        "bar": bar,
         "description": _described(ranks),
         "caption": _caption(ranks),
     }
@@ -87,15 +76,23 @@ def critical_difference(ranks: Ranking) -> dict[str, Any] | None:
 def _described(ranks: Ranking) -> str:
     ordered = ", ".join(f"{s} {r:.2f}" for s, r in zip(ranks.solvers, ranks.average_ranks, strict=True))
     groups = "; ".join(f"{', '.join(group)}" for group in ranks.groups)
-    return f"Average ranks, best first: {ordered}. Not told apart: {groups or 'none'}."
+    return f"Average ranks, best first: {ordered}. Not told apart: {groups or 'none'}.{_not_joined(ranks)}"
+
+
+def _not_joined(ranks: Ranking) -> str:
+    """Name the pairs that are not told apart, though no bar can join them without what lies between."""
+    pairs = listed([" and ".join(pair) for pair in ranks.apart_in_rank])
+    return f" Nor are these told apart: {pairs}." if pairs else ""
 
 
 def _caption(ranks: Ranking) -> str:
-    if ranks.critical_difference is None:
+    if ranks.p is None:
         return "Average ranks, best on the left. One scenario is too few to say which of them differ."
+    note = too_few_note(ranks.n_instances, len(ranks.solvers))
     return (
         f"Average ranks over {ranks.n_instances:,} scenarios, best on the left. Solvers that a bar joins are not told "
-        f"apart: their ranks differ by less than {ranks.critical_difference:.2f} (Nemenyi, 95 %; Demšar, 2006)."
+        "apart by the test of the table, Wilcoxon's signed ranks after Holm for all pairs (p below 0.05)."
+        f"{_not_joined(ranks)}{note and f' {note}.'}"
     )
 
 

@@ -10,8 +10,6 @@ from typing import Any
 from cgla_graph.comparisons import terminal
 from cgla_graph.comparisons.failures import failed
 from cgla_graph.comparisons.overview import overview
-from cgla_graph.comparisons.profiles import instance_costs
-from cgla_graph.comparisons.ranking import ranking
 from cgla_graph.comparisons.regression import Regression, regression
 from cgla_graph.comparisons.results import exports
 from cgla_graph.comparisons.results.filters import Filters
@@ -205,7 +203,7 @@ def print_standings(runs: Sequence[Run], ranked: Sequence[Standing]) -> None:
     """Print who wins, by how much, how sure that is, and where each solver fails (errors as `terminal.out`)."""
     terminal.out_table(standings_table("standings", ranked))
     n_scenarios = len({run.scenario.name for run in runs})
-    _print_lines("", overview_lines(overview(ranked, ranking(instance_costs(runs)), n_scenarios)))
+    _print_lines("", overview_lines(overview(ranked, n_scenarios)))
 
 
 def _print_regression(found: Results, changes: Regression) -> None:
