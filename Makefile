@@ -4,6 +4,8 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/installed
+# a file's tests in one process: kernels are compiled once, and what tests share is made once
+PYTEST := $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --quiet
 export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels
 
 .PHONY: compare test fuzz lint check bench claims clean
@@ -12,13 +14,13 @@ compare: $(INSTALLED)
 	$(BIN)/cgla compare --out results --overwrite
 
 test: $(INSTALLED)
-	$(BIN)/python -m pytest --numprocesses 2 --quiet -m "not slow"
+	$(PYTEST) -m "not slow"
 
 # every run draws other examples, twenty times as many; a failure prints the example and the line that brings it back.
 # make fuzz TESTS=tests/test_risk.py: only those
 TESTS ?=
 fuzz: $(INSTALLED)
-	CGLA_FUZZ=1 $(BIN)/python -m pytest --numprocesses 2 --quiet -m hypothesis $(TESTS)
+	CGLA_FUZZ=1 $(PYTEST) -m hypothesis $(TESTS)
 
 lint: $(INSTALLED)
 	$(BIN)/ruff check
@@ -26,9 +28,8 @@ lint: $(INSTALLED)
 	$(BIN)/mypy
 
 check: lint
-	$(BIN)/python -m pytest --numprocesses 2 --quiet
-	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(BIN)/python -m pytest \
-		--numprocesses 2 --quiet tests/test_risk.py tests/test_no_fly.py tests/test_graph.py tests/test_cgla_matrix.py \
+	$(PYTEST)
+	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(PYTEST) tests/test_risk.py tests/test_no_fly.py tests/test_graph.py tests/test_cgla_matrix.py \
 		tests/test_spline_mesh.py tests/test_eikonal_kernels.py tests/test_certificate_kernels.py \
 		tests/test_repair.py tests/test_fusion.py tests/test_trajectory.py tests/test_space_time.py
 
