@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph import isolated
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.cgla_matrix import CostMatrix, cost_matrix
 from cgla_graph.cost_model import CostModel, indexed_area
@@ -197,7 +198,7 @@ class Planner:
         solver = self.mission.solver
         if getattr(solver, "resolution", 0) is None:
             solver = dataclasses.replace(solver, resolution=self.mission.lattice)
-        answer: Solution = solver.solve(problem)
+        answer, _ = isolated.run(solver, problem)
         return answer
 
     def _step(self, problem: Problem) -> Solution:
@@ -247,7 +248,7 @@ class Planner:
         if situation.excluded:
             graph = _without(graph, situation.excluded - {source, target})
         on = GraphProblem(graph, source, target)
-        return self._from(problem, on.judge(self.mission.solver.solve(on)), graph)
+        return self._from(problem, on.judge(isolated.run(self.mission.solver, on)[0]), graph)
 
     def _weighed(self, problem: Problem, situation: Situation) -> tuple[GeometricGraph, Node]:
         """Return the graph with all its weights, brought up to date from the last one, and the node to plan from."""

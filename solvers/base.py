@@ -39,6 +39,11 @@ class Traits:
         how.
     needs
         Packages beyond those that the toolkit always has.
+    isolated
+        Whether it runs compiled code of others that may crash or hang. Then `cgla_graph.solve` and missions run it in a
+        process of its own (see `cgla_graph.isolated`), to which it and its problem are sent: their classes have to be
+        in modules. A run that exceeds its setting ``seconds`` by more than a tenth and 2 s is stopped; one without
+        such a setting, after 600 s.
 
     Examples
     --------
@@ -55,6 +60,7 @@ class Traits:
     no_fly: bool = True
     complete: bool = True
     needs: tuple[str, ...] = ()
+    isolated: bool = False
 
 
 @runtime_checkable

@@ -31,7 +31,7 @@ class BfmtStar(FmtStar):
     """
 
     traits: ClassVar[Traits] = Traits(
-        "bfmt-star", "OMPL's BFMT* over the same cost", domain="plane", seeded=True, needs=("ompl",)
+        "bfmt-star", "OMPL's BFMT* over the same cost", domain="plane", seeded=True, needs=("ompl",), isolated=True
     )
 
     def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints

@@ -1,12 +1,16 @@
 """BIT* of OMPL over the exact segment cost."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 from cgla_graph.problem import Problem
 from cgla_graph.solution import Solution
 from cgla_graph.solvers.base import LARGEST_SEED, Traits, positive_setting, whole_setting
 from cgla_graph.solvers.budget import Budget
+
+#: A batch may ask for so many lower bounds, and so many more for each of its samples, before it has weighed a segment.
+FEWEST_BOUNDS, BOUNDS_A_SAMPLE = 500_000, 100
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,13 @@ class BitStar:
     rewire_factor: float = 1.1
 
     traits: ClassVar[Traits] = Traits(
-        "bit-star", "OMPL's BIT* over the same cost", domain="plane", anytime=True, seeded=True, needs=("ompl",)
+        "bit-star",
+        "OMPL's BIT* over the same cost",
+        domain="plane",
+        anytime=True,
+        seeded=True,
+        needs=("ompl",),
+        isolated=True,
     )
 
     def __post_init__(self) -> None:
@@ -70,9 +80,11 @@ class BitStar:
 
     def solve(self, problem: Problem) -> Solution:
         """Search batch after batch until the budget is used up."""
-        from cgla_graph.solvers import ompl_run  # noqa: PLC0415 - needs the optional package
+        from cgla_graph.solvers import ompl_run, ompl_space  # noqa: PLC0415 - needs the optional package
 
-        return ompl_run.run_anytime(problem, self._planner, self._budget, self.seed)
+        patience = FEWEST_BOUNDS + BOUNDS_A_SAMPLE * self.samples_per_batch
+        cost = partial(ompl_space.PruningCost, patience=patience)
+        return ompl_run.run_anytime(problem, self._planner, self._budget, self.seed, cost)
 
     def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
         from ompl import geometric as og  # noqa: PLC0415 - optional

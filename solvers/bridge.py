@@ -6,6 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from cgla_graph import isolated
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.lattice import Lattice
 from cgla_graph.problem import GraphProblem, Problem
@@ -172,9 +173,8 @@ def _solve_plane(problem: Problem, solver: PlaneSolver) -> Solution:
 
 def _timed(solver: Any, problem: Problem | GraphProblem) -> Solution:  # noqa: ANN401 - of either kind
     """Run a solver against the clock; what it says it spent on building, or on a certificate, is not solving."""
-    began = time.perf_counter()
-    answer: Solution = solver.solve(problem)
-    seconds = time.perf_counter() - began - answer.build_seconds - answer.certificate_seconds
+    answer, seconds = isolated.run(solver, problem)
+    seconds -= answer.build_seconds + answer.certificate_seconds
     return dataclasses.replace(answer, solver=solver.traits.name, seconds=seconds)
 
 

@@ -42,7 +42,7 @@ class FmtStar:
     seed: int = 1
 
     traits: ClassVar[Traits] = Traits(
-        "fmt-star", "OMPL's FMT* over the same cost", domain="plane", seeded=True, needs=("ompl",)
+        "fmt-star", "OMPL's FMT* over the same cost", domain="plane", seeded=True, needs=("ompl",), isolated=True
     )
 
     def __post_init__(self) -> None:

@@ -41,6 +41,7 @@ class InformedRrtStar(RrtStar):
         anytime=True,
         seeded=True,
         needs=("ompl",),
+        isolated=True,
     )
 
     def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints

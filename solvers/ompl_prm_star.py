@@ -51,7 +51,12 @@ class OmplPrmStar:
     seed: int = 1
 
     traits: ClassVar[Traits] = Traits(
-        "ompl-prm-star", "OMPL's PRM* roadmap over the same cost", domain="plane", seeded=True, needs=("ompl",)
+        "ompl-prm-star",
+        "OMPL's PRM* roadmap over the same cost",
+        domain="plane",
+        seeded=True,
+        needs=("ompl",),
+        isolated=True,
     )
 
     def __post_init__(self) -> None:

@@ -44,7 +44,13 @@ class Watch:
         return False
 
 
-def run_anytime(problem: Problem, build: Callable[[Any], Any], budget: Budget, seed: int) -> Solution:
+def run_anytime(
+    problem: Problem,
+    build: Callable[[Any], Any],
+    budget: Budget,
+    seed: int,
+    objective: Callable[[Any, Problem, Meter], Any] = ompl_space.SegmentCost,
+) -> Solution:
     """
     Run an anytime planner until its budget is spent, or it says that it can do no better.
 
@@ -59,6 +65,8 @@ def run_anytime(problem: Problem, build: Callable[[Any], Any], budget: Budget, s
         nearest neighbours, between two questions of cost or validity), and by judging one path.
     seed
         From 1 to 2^32 - 1.
+    objective
+        Makes OMPL's view of the cost from its space information, the problem and the meter.
 
     Returns
     -------
@@ -72,7 +80,7 @@ def run_anytime(problem: Problem, build: Callable[[Any], Any], budget: Budget, s
     reason = ""
     try:
         si = ompl_space.space_information(problem, seed, meter)
-        pdef = ompl_space.definition(problem, si, ompl_space.SegmentCost(si, problem, meter))
+        pdef = ompl_space.definition(problem, si, objective(si, problem, meter))
         planner = _ready(build(si), pdef)
         watch = Watch(meter, lambda: float(planner.bestCost().value()))
         watch.improved = True

@@ -6,6 +6,7 @@ walls), and its path simplifiers ignore the objective; none of them is used. Eve
 the seed is set and must not outlive the function that uses it.
 """
 
+import math
 from itertools import pairwise
 from typing import Any
 
@@ -21,6 +22,10 @@ from cgla_graph.solvers.budget import BudgetSpentError, Meter
 
 #: After so many states in a row inside no-fly areas, there is as good as nowhere to go.
 MAX_REJECTIONS = 100_000
+#: So many lower bounds may be asked for, for every segment weighed, without any doubt that a search goes on.
+BOUNDS_A_SEGMENT = 2000
+#: How far rounding may take sums of costs apart, as a share of the greatest of them.
+ROUNDING = 1e-12
 
 
 class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
@@ -61,6 +66,43 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
     def motionCostHeuristic(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
         """Return the length of the segment, which no cost undercuts."""
         return ob.Cost(((first[0] - second[0]) ** 2 + (first[1] - second[1]) ** 2) ** 0.5)
+
+
+class PruningCost(SegmentCost):
+    """
+    Eq. 5 for BIT*, which prunes whatever its lower bounds say cannot improve the path at hand.
+
+    Where nothing but free space is ahead, the bounds are the costs, up to rounding. BIT* compares them exactly: by one
+    rounding it would prune a vertex of its best path, and crash when asked for that path; or search on for something
+    shorter than a straight line. So the bounds stay below by more than rounding, and a straight line ends the search.
+
+    Of samples, it draws as many as it takes to find some within its bounds. Where those leave as good as nothing, that
+    would never end: so questions of bounds are counted, and heed the time.
+    """
+
+    def __init__(self, si: Any, problem: Problem, meter: Meter, patience: float) -> None:  # noqa: ANN401 - OMPL has no type hints
+        """Say how many more bounds may be asked for than `BOUNDS_A_SEGMENT` for every segment weighed."""
+        super().__init__(si, problem, meter)
+        x_min, y_min, x_max, y_max = problem.bounds
+        # no segment costs more than this times its length
+        self.slack = ROUNDING * (1.0 + problem.k) * math.hypot(x_max - x_min, y_max - y_min)
+        self.patience = patience
+        self.asked = 0
+        self.setCostThreshold(ob.Cost(math.dist(problem.start, problem.goal) * (1.0 + ROUNDING)))
+
+    def motionCost(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
+        """Return Eq. 5 of the segment."""
+        self.asked = max(0, self.asked - BOUNDS_A_SEGMENT)
+        return super().motionCost(first, second)
+
+    def motionCostHeuristic(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
+        """Return a little less than the length of the segment."""
+        self.meter.check_time()
+        self.asked += 1
+        if self.asked > self.patience:
+            msg = f"{self.asked} lower bounds left as good as nothing to weigh"
+            raise BudgetSpentError(msg)
+        return ob.Cost(max(0.0, math.hypot(first[0] - second[0], first[1] - second[1]) - self.slack))
 
 
 class ExactMotion(ob.MotionValidator):  # type: ignore[misc]

@@ -48,7 +48,13 @@ class RrtStar:
     rewire_factor: float = 1.1
 
     traits: ClassVar[Traits] = Traits(
-        "rrt-star", "OMPL's RRT* over the same cost", domain="plane", anytime=True, seeded=True, needs=("ompl",)
+        "rrt-star",
+        "OMPL's RRT* over the same cost",
+        domain="plane",
+        anytime=True,
+        seeded=True,
+        needs=("ompl",),
+        isolated=True,
     )
 
     def __post_init__(self) -> None:

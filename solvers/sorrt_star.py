@@ -34,7 +34,13 @@ class SorrtStar(RrtStar):
     """
 
     traits: ClassVar[Traits] = Traits(
-        "sorrt-star", "OMPL's SORRT* over the same cost", domain="plane", anytime=True, seeded=True, needs=("ompl",)
+        "sorrt-star",
+        "OMPL's SORRT* over the same cost",
+        domain="plane",
+        anytime=True,
+        seeded=True,
+        needs=("ompl",),
+        isolated=True,
     )
 
     def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints

@@ -2,6 +2,7 @@
 
 # ruff: noqa: ANN401 - OMPL has no type hints
 
+import itertools
 import json
 import math
 import os
@@ -10,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,16 +19,17 @@ import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import few, fields, points
+from strategies import few, fields, points, usual
 
 import cgla_graph as cg
+from cgla_graph import isolated
 from cgla_graph.certificate import lower_bound
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.runner import compare
 from cgla_graph.risk import ImproperFieldWarning
 from cgla_graph.scenario import load_scenario
 from cgla_graph.solution import Solution, Status
-from cgla_graph.solvers import registry
+from cgla_graph.solvers import bit_star, registry
 from cgla_graph.solvers.budget import Budget
 
 pytest.importorskip("ompl")
@@ -71,8 +74,11 @@ def test_paths_are_feasible_and_cost_what_the_planner_says(
     area = shapely.box(0.45, 0.1, 0.55, 0.9)
     assume(not any(shapely.contains_xy(area, *end) for end in ends))
     problem = cg.Problem(ends[0], ends[1], field, k=k, no_fly=area)
-    # the solver's own words, not judged yet
-    claimed = quick(name, seed=seed).solve(problem)
+    with pytest.MonkeyPatch.context() as patch:
+        # enough to see that it ends
+        patch.setattr(bit_star, "FEWEST_BOUNDS", 10_000)
+        # the solver's own words, not judged yet
+        claimed = quick(name, seed=seed).solve(problem)
     if claimed.status is Status.NOT_FOUND:
         assert claimed.message
         return
@@ -83,6 +89,7 @@ def test_paths_are_feasible_and_cost_what_the_planner_says(
     assert found.cost >= math.dist(*ends) * (1.0 - 1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_no_path_beats_the_certificate(name: str) -> None:
     bound = lower_bound(PROBLEM, 0.05).lower_bound
@@ -112,6 +119,7 @@ def test_a_goal_that_is_walled_in_is_not_found(name: str) -> None:
 @pytest.mark.parametrize("name", QUICK)
 def test_a_map_without_a_free_place_ends(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ompl_space, "MAX_REJECTIONS", 2000)
+    monkeypatch.setattr(isolated, "_expendable", True)
     problem = cg.Problem((0.0, 0.0), (1.0, 1.0), no_fly=shapely.box(0, 0, 1, 1))
     answer = cg.solve(problem, name, **QUICK[name])
     assert (answer.status, bool(answer.message)) == (Status.NOT_FOUND, True)
@@ -124,6 +132,78 @@ def test_a_field_of_negative_risk_is_refused(name: str) -> None:
         field = cg.RiskField(threats, improper=True)
     answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=10.0), name, **QUICK[name])
     assert answer.status is Status.UNSUPPORTED
+
+
+# what BIT* cannot bear
+
+AREA = shapely.box(0.45, 0.1, 0.55, 0.9)
+#: On its best path, a vertex had the goal straight ahead: by one rounding it was pruned, and the path with it.
+PRUNED = cg.Problem(
+    (0.606770497874356, 0.7903264942297688), (0.03271930130263734, 0.6125200542616873), k=1.847755606931909, no_fly=AREA
+)
+#: The straight line was found, and one rounding longer than its bound: samples were drawn for something shorter.
+CLOSE = cg.Problem(
+    (0.11208030307657335, 0.8305439429285276),
+    (0.11408249375975721, 0.8272064640647685),
+    cg.RiskField([cg.Threat(0.8238325324096715, 0.26420916599488575, 0.15194311428214585, peak=0.8055324363646504)]),
+    k=5.8032776669173565,
+    no_fly=AREA,
+)
+
+
+@pytest.mark.parametrize("iterations", [600, 1000, 2000])
+def test_bit_star_does_not_prune_its_own_path(iterations: int) -> None:
+    answer = cg.solve(PRUNED, "bit-star", seed=17, iterations=iterations)
+    assert answer.status is Status.FOUND
+
+
+@given(field=fields(max_threats=2), path=st.lists(points, min_size=2, max_size=6), at=st.integers(0, 4))
+@usual
+def test_no_way_to_the_goal_costs_less_than_its_bound(field: cg.RiskField, path: list[Any], at: int) -> None:
+    # the rest of the path straight ahead, in pieces
+    start, goal = path[0], path[-1]
+    bend = path[min(at, len(path) - 2)]
+    path = [*path[: path.index(bend) + 1], *np.linspace(bend, goal, 7)[1:].tolist()]
+    problem = cg.Problem(start, goal, field, k=3.7)
+    meter = Budget().start()
+    cost = ompl_space.PruningCost(ompl_space.space_information(problem, 1, meter), problem, meter, math.inf)
+    paid = list(itertools.accumulate((cost.motionCost(*ends).value() for ends in pairwise(path)), initial=0.0))
+    for way, place in zip(paid, path, strict=True):
+        assert way + cost.motionCostHeuristic(place, goal).value() <= paid[-1]
+
+
+def test_bit_star_ends_with_a_straight_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+
+    class Spied(ompl_space.PruningCost):
+        def __init__(self, *args: Any, **settings: Any) -> None:
+            super().__init__(*args, **settings)
+            seen.append(self)
+
+    monkeypatch.setattr(ompl_space, "PruningCost", Spied)
+    # here, too, the line is one rounding longer than its bound
+    problem = cg.Problem((0.3339874217325205, 0.5593492153752884), (0.3162989835870884, 0.5753013618968911))
+    assert quick("bit-star", seed=37).solve(problem).status is Status.FOUND
+    assert seen[0].asked < 100
+
+
+def test_bit_star_ends_where_nothing_better_can_be_sampled() -> None:
+    answer = quick("bit-star", seed=12).solve(CLOSE)
+    assert answer.status is Status.FOUND
+    assert answer.cost == pytest.approx(math.dist(CLOSE.start, CLOSE.goal), rel=1e-3)
+
+
+@pytest.mark.parametrize("budget", [{"seconds": 0.1}, {"iterations": 10**6}])
+def test_bit_star_samples_no_longer_than_its_budget(budget: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    # hardly a sample of this map is near enough, and the path is not straight
+    wall = shapely.box(0.0099, 0.0, 0.0101, 0.01)
+    problem = cg.Problem((0.0, 0.0), (0.02, 0.0), no_fly=wall, bounds=(0, 0, 100, 100))
+    if "seconds" not in budget:
+        monkeypatch.setattr(bit_star, "FEWEST_BOUNDS", 10_000)
+    began = time.perf_counter()
+    answer = registry.get("bit-star", **{"iterations": None, **budget}).solve(problem)
+    assert time.perf_counter() - began < 2.0
+    assert answer.status in {Status.FOUND, Status.NOT_FOUND}
 
 
 # the same path again
@@ -204,12 +284,13 @@ def test_the_trace_holds_the_costs_of_the_oracle(name: str, monkeypatch: pytest.
 
 
 def broken_cost(monkeypatch: pytest.MonkeyPatch, cost: Callable[..., float]) -> None:
-    """Replace the cost of segments that OMPL sees, and nothing that the oracle sees."""
+    """Replace the cost of segments that OMPL sees, and nothing that the oracle sees; in this process."""
 
     class Kernels:
         segment_cost = staticmethod(cost)
 
     monkeypatch.setattr(ompl_space, "risk_kernels", Kernels)
+    monkeypatch.setattr(isolated, "_expendable", True)
 
 
 def raiser(error: BaseException) -> Callable[..., float]:

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 from pebble import ProcessExpired, ProcessPool
 
+from cgla_graph import isolated
 from cgla_graph.comparisons.study.limited import set_expendable
 from cgla_graph.errors import WorkerError
 
@@ -37,7 +38,7 @@ _POSIX = os.name == "posix"
 _LEFT_QUIETLY = 1 << 16
 _HINTS = {
     "SIGABRT": ", as compiled code does that finds no memory",
-    "SIGKILL": ", as the system does when memory runs out",
+    "SIGKILL": ", which may mean that memory ran out",
 }
 #: A call that anybody survives.
 _NOTHING = pickle.dumps((bool, ()))
@@ -338,6 +339,7 @@ def _begin(preload: Iterable[str], cores: Collection[int] | None, deadline: Any)
         # the same where a call has stopped this process: the server, its parent, dies with the one that asks for calls
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL))
     set_expendable(deadline)
+    isolated.run_here()
     for module in preload:
         # what is wrong with it is told by the call that needs it
         with suppress(Exception):

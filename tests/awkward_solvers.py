@@ -1,0 +1,69 @@
+"""A solver that does whatever it is told, in a process of its own: in a module, so that it can be sent there."""
+
+import ctypes
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar, NoReturn
+
+import numpy as np
+
+from cgla_graph.errors import ProblemError
+from cgla_graph.problem import Problem
+from cgla_graph.solution import Solution, Status
+from cgla_graph.solvers.base import Traits
+
+
+class UnsendableError(Exception):
+    """Stays where it is."""
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Refuse to be pickled."""
+        msg = "stays here"
+        raise TypeError(msg)
+
+
+def _print() -> None:
+    print("a word of Python's")
+    os.write(1, b"a word of compiled code's\n")
+
+
+def _raise(error: Exception) -> NoReturn:
+    raise error
+
+
+DEEDS: dict[str, Callable[[], object]] = {
+    "": lambda: None,
+    "crash": lambda: os.kill(os.getpid(), signal.SIGSEGV),
+    "leave": lambda: os._exit(3),
+    # with the lock of the interpreter held
+    "hang": lambda: ctypes.PyDLL(None).sleep(10**6),
+    "sleep": lambda: time.sleep(1000.0),
+    "nap": lambda: time.sleep(0.1),
+    "print": _print,
+    "ask": lambda: sys.stdin.read(1),
+    "raise": lambda: _raise(ProblemError("not this problem")),
+    "raise what cannot be sent": lambda: _raise(UnsendableError("stuck there")),
+    "exit": lambda: sys.exit("away"),
+}
+
+
+@dataclass(frozen=True)
+class Awkward:
+    """Does one thing, and goes straight if it is still alive; its message says in which process."""
+
+    does: str = ""
+    seconds: float | None = None
+    number: int = 0
+    extra: Any = None
+    traits: ClassVar[Traits] = Traits("awkward", "does what it is told", domain="plane", isolated=True)
+
+    def solve(self, problem: Problem) -> Solution:
+        """Do it."""
+        DEEDS[self.does]()
+        path = np.array([problem.start, problem.goal])
+        cost = problem.evaluate(path).cost
+        return Solution(Status.FOUND, path=path, cost=cost, message=f"{os.getpid()} {self.number}")

@@ -1,0 +1,289 @@
+"""Solvers in a process of their own: whatever they do there, the user's process gets an answer, and lives."""
+
+# ruff: noqa: ANN401 - settings of any solver, and programs of any kind
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from awkward_calls import alive, until
+from awkward_solvers import Awkward
+
+import cgla_graph as cg
+from cgla_graph import isolated
+from cgla_graph.errors import ProblemError, SolverSettingError, WorkerError
+from cgla_graph.solution import Solution, Status
+from cgla_graph.solvers import registry
+
+PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), no_fly=shapely.box(0.4, 0.0, 0.6, 0.3))
+
+
+def process_of(answer: Solution) -> int:
+    assert answer.status is Status.FOUND, answer.message
+    return int(answer.message.split()[0])
+
+
+def solve(does: str = "", **settings: Any) -> Solution:
+    return cg.solve(PROBLEM, Awkward(does, **settings))
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(isolated, "LONGEST", 0.2)
+    monkeypatch.setattr(isolated, "GRACE", 0.1)
+
+
+# runs that end well
+
+
+def test_a_process_of_its_own_is_kept() -> None:
+    first = process_of(solve())
+    assert first != os.getpid()
+    assert process_of(solve()) == first
+
+
+def test_only_solvers_with_the_trait_go_there() -> None:
+    class Plain(Awkward):
+        traits = cg.solvers.Traits("plain", "stays here", domain="plane")
+
+    assert process_of(cg.solve(PROBLEM, Plain())) == os.getpid()
+
+
+def test_a_worker_runs_them_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(isolated, "_expendable", False)
+    isolated.run_here()
+    assert process_of(solve()) == os.getpid()
+
+
+OMPL = {
+    "rrt-star": {"iterations": 100},
+    "informed-rrt-star": {"iterations": 100},
+    "sorrt-star": {"iterations": 100},
+    "bit-star": {"iterations": 400},
+    "fmt-star": {"samples": 100},
+    "bfmt-star": {"samples": 100},
+    "ompl-prm-star": {"milestones": 100},
+}
+
+
+@pytest.mark.ompl
+@pytest.mark.parametrize("name", OMPL)
+def test_the_answer_is_the_same_there(name: str) -> None:
+    pytest.importorskip("ompl")
+    assert registry.traits(name).isolated
+    solver = registry.get(name, seed=3, **OMPL[name])
+    there, here = cg.solve(PROBLEM, solver), PROBLEM.judge(solver.solve(PROBLEM))  # type: ignore[arg-type]
+    assert there.status is here.status
+    assert np.array_equal(there.path, here.path)
+    assert (there.cost, there.evaluations, there.message) == (here.cost, here.evaluations, here.message)
+    assert [(at.evaluations, at.cost) for at in there.trace] == [(at.evaluations, at.cost) for at in here.trace]
+
+
+def test_threads_get_their_own_answers() -> None:
+    with ThreadPoolExecutor(8) as pool:
+        answers = list(pool.map(lambda number: solve(number=number), range(40)))
+    assert [answer.message.split()[1] for answer in answers] == [str(number) for number in range(40)]
+    assert len({process_of(answer) for answer in answers}) == 1
+
+
+@pytest.mark.parametrize("does", ["print", "ask"])
+def test_pipes_are_not_the_solvers(does: str) -> None:
+    first = process_of(solve())
+    assert process_of(solve(does)) == first
+
+
+def test_large_problems_and_answers_pass() -> None:
+    extra = np.arange(10**6, dtype=np.float64)
+    assert process_of(solve(extra=extra)) == process_of(solve())
+
+
+# runs that do not
+
+
+@pytest.mark.usefixtures("impatient")
+def test_whatever_happens_there_is_an_answer_here() -> None:
+    crashed = solve("crash")
+    assert (crashed.status, crashed.solver, crashed.path.size) == (Status.CRASHED, "awkward", 0)
+    assert crashed.message == "its process died of SIGSEGV, and this one goes on; try another solver"
+    late = solve("hang", seconds=0.1)
+    assert (late.status, late.message) == (
+        Status.TIMED_OUT,
+        "stopped after 0.21 s, for it did not end after its 0.1 s; try another solver",
+    )
+    assert 0.2 < late.seconds < 2.0
+    began = time.perf_counter()
+    answer = solve("nap", seconds=60.0)
+    # its own time, without that to start another process
+    assert 0.1 <= answer.seconds < 0.5 * (time.perf_counter() - began)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("impatient")
+def test_a_run_without_seconds_is_stopped_too_and_every_end_is_told() -> None:
+    assert "stopped after 0.2 s, the most without a setting `seconds`" in solve("sleep").message
+    assert "left with the exit code 3" in solve("leave").message
+    # one that died between two runs is no run's fault
+    os.kill(process_of(solve(seconds=60.0)), signal.SIGKILL)
+    isolated._helper._process.wait()  # type: ignore[union-attr]
+    assert solve(seconds=60.0).status is Status.FOUND
+
+
+def test_what_it_raises_is_raised_here() -> None:
+    first = process_of(solve())
+    with pytest.raises(ProblemError) as caught:
+        solve("raise")
+    assert str(caught.value) == "not this problem"
+    assert "awkward_solvers.py" in caught.value.__notes__[0]
+    with pytest.raises(RuntimeError, match="UnsendableError: stuck there"):
+        solve("raise what cannot be sent")
+    with pytest.raises(SystemExit, match="away"):
+        solve("exit")
+    assert process_of(solve()) == first
+
+
+def unreadable() -> None:
+    """Be called where a request is read."""
+    msg = "not here"
+    raise ImportError(msg)
+
+
+class Unreadable:
+    """Can be sent, but not read."""
+
+    def __reduce__(self) -> Any:
+        """Be made of a call."""
+        return unreadable, ()
+
+
+def test_what_cannot_be_sent_is_refused() -> None:
+    @dataclass(frozen=True)
+    class Local(Awkward):
+        pass
+
+    with pytest.raises(SolverSettingError, match=r"awkward runs in a process of its own.* define their classes in"):
+        cg.solve(PROBLEM, Local())
+    with pytest.raises(SolverSettingError, match="not here"):
+        solve(extra=Unreadable())
+
+
+@pytest.mark.parametrize("program", ["false", "no such program"])
+def test_a_process_that_does_not_start_is_an_error(program: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(isolated, "_helper", isolated._Helper())
+    monkeypatch.setattr(isolated.spawn, "get_executable", lambda: program)
+    with pytest.raises(WorkerError, match=r"exit code 1|does not start"):
+        solve()
+
+
+@pytest.mark.slow
+def test_an_interrupt_ends_the_run() -> None:
+    first = process_of(solve())
+    timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        solve("hang")
+    timer.join()
+    assert not alive(first)
+    assert process_of(solve()) != first
+
+
+@pytest.mark.usefixtures("impatient")
+def test_a_mission_survives_its_solver() -> None:
+    uav = cg.Uav("a", (0.1, 0.1), (0.9, 0.9), detection_radius=0.2)
+    flight = cg.Mission(cg.World(), [uav], Awkward("crash")).fly()
+    assert "its process died of SIGSEGV" in flight.uavs["a"].message
+
+
+# the process and its parent
+
+
+@pytest.fixture
+def script(tmp_path: Path) -> Iterator[Any]:
+    """Run a program of a few lines, which begins with a solve."""
+    started: list[subprocess.Popen[str]] = []
+
+    def run(lines: str) -> "subprocess.Popen[str]":
+        file = tmp_path / "program.py"
+        file.write_text(
+            "import os, sys, time\nimport cgla_graph as cg\nfrom awkward_solvers import Awkward\n"
+            "problem = cg.Problem((0, 0), (1, 1))\n"
+            "def pid(does=''):\n    return int(cg.solve(problem, Awkward(does)).message.split()[0])\n"
+            f"print(pid(), flush=True)\n{lines}\n",
+            encoding="utf-8",
+        )
+        paths = os.pathsep.join(map(str, (Path(__file__).parent, os.environ.get("PYTHONPATH", ""))))
+        process = subprocess.Popen(
+            [sys.executable, "-W", "error", str(file)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONPATH": paths},
+        )
+        started.append(process)
+        return process
+
+    yield run
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.slow
+def test_nothing_is_printed_where_results_are(script: Any) -> None:
+    # without any `if __name__ == "__main__"`
+    out, errors = script("pid('print')").communicate(timeout=60)
+    assert out.strip().isdecimal()
+    assert errors == "a word of Python's\na word of compiled code's\n"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", ["", "os._exit(0)", "os.kill(os.getpid(), 9)", "pid('sleep')"])
+def test_it_ends_with_its_parent(end: str, script: Any) -> None:
+    process = script(end)
+    other = int(process.stdout.readline())
+    if end == "pid('sleep')":
+        # killed in the middle of a run
+        time.sleep(0.5)
+        assert alive(other)
+        process.kill()
+    assert process.communicate(timeout=60) == ("", "")
+    assert until(lambda: not alive(other))
+
+
+@pytest.mark.slow
+def test_a_copy_of_the_process_gets_another_one(script: Any) -> None:
+    program = """
+if os.fork() == 0:
+    print(pid(), flush=True)
+    sys.exit()
+os.wait()
+print(pid(), flush=True)
+"""
+    out, errors = script(program).communicate(timeout=60)
+    first, of_the_copy, again = map(int, out.split())
+    assert (again, errors) == (first, "")
+    assert of_the_copy != first
+    assert until(lambda: not alive(of_the_copy))
+
+
+@pytest.mark.slow
+def test_daemonic_workers_have_one_each(script: Any) -> None:
+    program = """
+from multiprocessing import get_context
+with get_context("fork").Pool(2) as pool:
+    print(*pool.map(pid, ["nap", "nap"], chunksize=1), flush=True)
+"""
+    out, errors = script(program).communicate(timeout=60)
+    processes = {*map(int, out.split())}
+    assert (len(processes), errors) == (3, "")
+    assert until(lambda: not any(map(alive, processes)))
