@@ -9,6 +9,7 @@ import io
 import json
 import shlex
 import sys
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,6 +18,7 @@ import typer
 
 from cgla_graph.comparisons import terminal
 from cgla_graph.comparisons.cli_options import (
+    BoundsOption,
     DaskOption,
     GoalOption,
     JsonOption,
@@ -92,6 +94,7 @@ def compare(
     dask: DaskOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
+    bounds: BoundsOption = None,
     resolution: ResolutionOption = None,
     refine: RefineOption = False,
     tolerance: ToleranceOption = None,
@@ -100,15 +103,15 @@ def compare(
         int | None,
         typer.Option("--pictures", metavar="N", min=0, help="draw the first N scenarios (default: 20; of a study: 0)"),
     ] = None,
-    strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a run has no path")] = False,
-    example: Annotated[bool, typer.Option("--example", help="print a study file as a start for your own")] = False,
-    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of study files")] = False,
     highlight: Annotated[
         str | None,
         typer.Option(
             "--highlight", metavar="A,B", help="draw these in colour, too (default: the best 5 of more than 8)"
         ),
     ] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a run has no path")] = False,
+    example: Annotated[bool, typer.Option("--example", help="print a study file as a start for your own")] = False,
+    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of study files")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """
@@ -138,12 +141,13 @@ def compare(
         solvers=solvers,
         seeds=seeds,
         pictures=pictures,
+        highlight=highlight,
         limits=limits,
         how=how,
         budget=budget,
-        highlight=highlight,
         start=start,
         goal=goal,
+        bounds=bounds,
         resolution=resolution,
         refine=refine,
         tolerance=tolerance,
@@ -180,6 +184,7 @@ def plan(
     out: OutOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
+    bounds: BoundsOption = None,
     resolution: ResolutionOption = None,
     refine: RefineOption = False,
     tolerance: ToleranceOption = None,
@@ -196,7 +201,7 @@ def plan(
 
     bound = options.read_tolerance(tolerance, certify=not no_certificate)
     contender = options.read_contender(solver, refine=refine)
-    opened = options.open_one("plan", scenario, start, goal, resolution)
+    opened = options.open_one("plan", scenario, start, goal, resolution, bounds)
     folder = files.make_folder(out) if out else None
     limited = max_risk is not None or max_length is not None
     with terminal.output_to_stderr():
@@ -210,6 +215,7 @@ def plan(
         **rows.row(run),
         "path": run.solution.path.tolist(),
         "certificate": output.certificate_document(run),
+        "stretch": rows.json_number(run.scenario.stretch(run.solution.path)),
         "files": [str(path) for path in written],
     }
     if limited:
@@ -236,6 +242,7 @@ def pareto(
     out: OutOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
+    bounds: BoundsOption = None,
     resolution: ResolutionOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -248,7 +255,7 @@ def pareto(
     from cgla_graph.comparisons import files, options, trade_off
 
     contender = options.read_contender(solver)
-    opened = options.open_one("pareto", scenario, start, goal, resolution)
+    opened = options.open_one("pareto", scenario, start, goal, resolution, bounds)
     folder = files.make_folder(out) if out else None
     with terminal.output_to_stderr():
         front = trade_off.front_of(opened, contender)
@@ -277,6 +284,7 @@ def certify(
     out: OutOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
+    bounds: BoundsOption = None,
     resolution: ResolutionOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -289,7 +297,7 @@ def certify(
     from cgla_graph.comparisons import certify as proofs
     from cgla_graph.comparisons import files, options
 
-    opened = options.open_one("certify", scenario, start, goal, resolution)
+    opened = options.open_one("certify", scenario, start, goal, resolution, bounds)
     folder = files.make_folder(out) if out else None
     with terminal.output_to_stderr():
         run = proofs.certify(opened, path, tolerance=tolerance, max_cells=max_cells)
@@ -572,6 +580,11 @@ def _say_files(written: Iterable[Path], folder: Path | None) -> None:
         terminal.out(f"written to {folder}: {', '.join(names)}\n")
 
 
+def _say_warning(message: Warning | str, *_: object, **__: object) -> None:
+    """Show a warning as one line on standard error."""
+    terminal.say(f"cgla: {' '.join(str(message).split())}")
+
+
 def main() -> None:
     """Run the command line: wrong input is one line on standard error and exit code 2, never a traceback."""
     from cgla_graph.errors import CglaError
@@ -581,7 +594,9 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
-        code = app(sys.argv[1:] or ["--help"], standalone_mode=False)
+        with warnings.catch_warnings():
+            warnings.showwarning = _say_warning
+            code = app(sys.argv[1:] or ["--help"], standalone_mode=False)
         # typer turns Ctrl-C into this code
         if code == INTERRUPTED:
             terminal.say("cgla: interrupted")

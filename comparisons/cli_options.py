@@ -34,6 +34,12 @@ StartOption = Annotated[
 GoalOption = Annotated[
     str | None, typer.Option("--goal", metavar="X,Y", help="instead of the scenario's (lon,lat on such maps)")
 ]
+BoundsOption = Annotated[
+    str | None,
+    typer.Option(
+        "--bounds", metavar="W,S,E,N", help="no path leaves these, instead of the map's: least x, y, greatest x, y"
+    ),
+]
 ResolutionOption = Annotated[
     int | None, typer.Option("--resolution", metavar="N", help="points a side of a closed lattice")
 ]

@@ -147,7 +147,7 @@ def read_request(
     how
         Where from to go on, if at all.
     more
-        The other options: budget, start, goal, resolution, refine, tolerance, certify.
+        The other options: budget, start, goal, bounds, resolution, refine, tolerance, certify.
 
     Raises
     ------
@@ -190,6 +190,7 @@ def _request(
     budget: str | None = None,
     start: str | None = None,
     goal: str | None = None,
+    bounds: str | None = None,
     resolution: int | None = None,
     refine: bool = False,
     tolerance: float | None = None,
@@ -198,10 +199,10 @@ def _request(
     """Make a study of options."""
     bound = options.read_tolerance(tolerance, certify=certify)
     contenders = options.read_contenders(solvers, budget=budget, refine=refine)
-    for_maps = {"start": start, "goal": goal, "resolution": resolution, "refine": refine}
+    for_maps = {"start": start, "goal": goal, "bounds": bounds, "resolution": resolution, "refine": refine}
     maps, missions = mission_runner.split(specs or ["paper"], **for_maps)
     study = Study(
-        scenarios=options.number_names(options.open_all(maps, start, goal, resolution)),
+        scenarios=options.number_names(options.open_all(maps, start, goal, resolution, bounds)),
         contenders=contenders,
         seeds=range(1, n_seeds + 1),
         tolerance=bound,

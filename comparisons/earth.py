@@ -7,7 +7,9 @@ from collections.abc import Iterable
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate import Certificate
 from cgla_graph.scenario import Scenario
-from cgla_graph.solution import Solution
+from cgla_graph.solution import Solution, Status
+from cgla_graph.solvers.trade_off import ROUNDING
+from cgla_graph.solvers.within import PlanWithin
 
 
 def plane_tolerance(scenario: Scenario, tolerance: float, cost: float) -> float:
@@ -73,6 +75,42 @@ def solution_on_earth(scenario: Scenario, solution: Solution) -> Solution:
     if scenario.projection is None:
         return solution
     return dataclasses.replace(solution, lower_bound=scenario.bound_on_earth(solution.lower_bound))
+
+
+def plan_on_earth(scenario: Scenario, plan: PlanWithin) -> PlanWithin:
+    """
+    Turn what is proven of all paths in the plane that keep a budget into what holds on the Earth.
+
+    A path there that keeps the budget costs no less, under the weight that prices it, than the bound of that cost on
+    the Earth. What is proven of a lattice is about the lattice, and stays.
+
+    Parameters
+    ----------
+    scenario
+        The map.
+    plan
+        What was found; what its message says is measured on the plane, and it says so.
+    """
+    if scenario.projection is None or plan.scope == "lattice":
+        return plan
+    problem, on_risk = scenario.problem, plan.limited == "risk"
+    room = plan.budget * (1.0 + ROUNDING)
+    straight = math.dist(problem.start, problem.goal)
+    direct = scenario.bound_on_earth(straight)
+    dual = plan.dual_bound
+    if on_risk and dual <= straight:
+        dual = min(dual, direct)
+    elif on_risk and math.isfinite(dual):
+        dual = max(direct, scenario.bound_on_earth(dual + plan.k * room) - plan.k * room)
+    elif math.isfinite(plan.k) and 0.0 < dual < math.inf:
+        dual = max(0.0, (scenario.bound_on_earth(plan.k * dual + room) - room) / plan.k)
+    elif math.isinf(dual) and plan.status is Status.NOT_FOUND and direct <= room:
+        # that even the shortest path on the plane is too long
+        dual = 0.0
+    solution = plan.solution
+    if not plan.status.is_path and solution.message:
+        solution = dataclasses.replace(solution, message=f"{solution.message}; measured on the flat map")
+    return dataclasses.replace(plan, dual_bound=dual, solution=solution)
 
 
 def distortion_note(scenario: Scenario, paths: Iterable[FloatArray]) -> str:

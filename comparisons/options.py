@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TypeVar
 
-from cgla_graph._types import Point
+from cgla_graph._types import Bounds, Point
 from cgla_graph.comparisons.contender import Contender, check_settings, every_solver, parse_budget
 from cgla_graph.comparisons.runner import TOLERANCE
 from cgla_graph.comparisons.study.limits import Limits
@@ -126,10 +126,14 @@ def read_tolerance(tolerance: float | None, *, certify: bool = True) -> float | 
 
 
 def open_all(
-    specs: Sequence[str], start: str | None = None, goal: str | None = None, resolution: int | None = None
+    specs: Sequence[str],
+    start: str | None = None,
+    goal: str | None = None,
+    resolution: int | None = None,
+    bounds: str | None = None,
 ) -> Iterator[Scenario]:
     """
-    Open scenarios, with other ends or another lattice where asked for.
+    Open scenarios, with other ends, another lattice or other bounds where asked for.
 
     Parameters
     ----------
@@ -139,15 +143,17 @@ def open_all(
         ``X,Y`` instead of the scenario's, or None.
     resolution
         Points a side of a closed lattice instead of the scenario's, or None.
+    bounds
+        ``X_MIN,Y_MIN,X_MAX,Y_MAX`` (of degrees ``WEST,SOUTH,EAST,NORTH``) instead of the scenario's, or None.
 
     Raises
     ------
     CglaError
         If anything is wrong with any of them.
     """
-    ends = _point("--start", start), _point("--goal", goal)
+    ends, box = (_point("--start", start), _point("--goal", goal)), _box("--bounds", bounds)
     for spec in specs:
-        for scenario in open_scenarios(spec, start=ends[0], goal=ends[1]):
+        for scenario in open_scenarios(spec, start=ends[0], goal=ends[1], bounds=box):
             check_settings(scenario)
             if resolution is None:
                 yield scenario
@@ -156,7 +162,12 @@ def open_all(
 
 
 def open_one(
-    command: str, spec: str, start: str | None = None, goal: str | None = None, resolution: int | None = None
+    command: str,
+    spec: str,
+    start: str | None = None,
+    goal: str | None = None,
+    resolution: int | None = None,
+    bounds: str | None = None,
 ) -> Scenario:
     """
     Open the one scenario that a command takes.
@@ -166,7 +177,7 @@ def open_one(
     CglaError
         If anything is wrong with it, or there is more than one (arguments as `open_all`).
     """
-    opened = list(open_all([spec], start, goal, resolution))
+    opened = list(open_all([spec], start, goal, resolution, bounds))
     if len(opened) != 1:
         msg = f"{spec} has {len(opened)} rows; {command} takes one, as FILE.scen:ROW"
         raise CglaError(msg)
@@ -230,3 +241,14 @@ def _point(option: str, text: str | None) -> Point | None:
         msg = f"{option} is {text!r}; give two numbers, X,Y"
         raise CglaError(msg) from error
     return x, y
+
+
+def _box(option: str, text: str | None) -> Bounds | None:
+    if text is None:
+        return None
+    try:
+        x_min, y_min, x_max, y_max = (float(part) for part in text.split(","))
+    except ValueError as error:
+        msg = f"{option} is {text!r}; give four numbers, X_MIN,Y_MIN,X_MAX,Y_MAX (degrees: WEST,SOUTH,EAST,NORTH)"
+        raise CglaError(msg) from error
+    return x_min, y_min, x_max, y_max

@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
-from cgla_graph.comparisons import files, terminal
+from cgla_graph.comparisons import earth, files, terminal
 from cgla_graph.comparisons.contender import Contender, budget_note
 from cgla_graph.comparisons.performance import PERFORMANCE_COLUMNS, performances
 from cgla_graph.comparisons.rows import by_scenario, json_number, rows_of, trace_row
@@ -18,6 +18,7 @@ from cgla_graph.comparisons.tables import (
     figure,
     percent,
     performance_table,
+    rounded_down,
 )
 
 
@@ -26,7 +27,8 @@ def print_comparison(runs: Sequence[Run], contenders: Sequence[Contender]) -> No
     note = budget_note(contenders)
     for group in by_scenario(runs):
         scenario = group[0].scenario
-        terminal.out_table(comparison_table(scenario, group, notes=[note] if note else []))
+        flat = earth.distortion_note(scenario, [run.solution.path for run in group])
+        terminal.out_table(comparison_table(scenario, group, notes=[line for line in (flat, note) if line]))
         if any(run.seed is not None or run.solution.trace for run in group):
             terminal.out_table(performance_table(performances(group)))
 
@@ -110,11 +112,12 @@ def print_plan(run: Run) -> None:
         "solver": run.solver,
         "status": f"{solution.status.label}: {solution.status.value}",
         "cost": figure(solution.cost, 9) + unit,
-        "bound": figure(solution.lower_bound, 9) + unit if math.isfinite(solution.lower_bound) else "",
+        "bound": rounded_down(solution.lower_bound, 9) + unit if math.isfinite(solution.lower_bound) else "",
         "gap": f"{gap}: {note}" if note else "",
         "length": figure(solution.length, 9) + unit,
         "risk": figure(solution.risk, 6),
         "clearance": "no no-fly area" if scenario.problem.no_fly is None else figure(solution.clearance, 6) + unit,
+        "flat map": earth.distortion_note(scenario, [solution.path]) if solution.status.is_path else "",
         "waypoints": str(len(solution.path)),
         "time": f"{duration(solution.seconds)}, and {duration(solution.build_seconds)} to weigh the graph",
         "remark": solution.message,

@@ -17,13 +17,14 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph.certificate import Grid
-from cgla_graph.comparisons.certify import at_most, proof_of, rounded_down, verdict
+from cgla_graph.comparisons.certify import at_most, proof_of, verdict
 from cgla_graph.comparisons.plot_map import map_figure
 from cgla_graph.comparisons.plot_page import Part, add_legend, arrange, style
 from cgla_graph.comparisons.plot_solvers import COLOURS
 from cgla_graph.comparisons.plot_text import cost_text, heading
 from cgla_graph.comparisons.plot_units import cost_unit, unit_scale
 from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.tables import rounded_down
 from cgla_graph.problem import Problem
 
 _WIDTH, _LOWEST, _HIGHEST = 3.6, 2.1, 3.4  # inches: width of the plot of the bracket, and within what its height is

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from decimal import ROUND_FLOOR, Decimal
 from typing import Any
 
 from rich.table import Table
@@ -70,7 +71,9 @@ def bound_note(runs: Sequence[Run], unit: str = "") -> str:
         return f"none, as it is proven that there is no path: {proof.message}"
     grid = f"grid step {proof.spacing:.3g}{unit}, " if proof.spacing > 0.0 else ""
     missed = "" if proof.reached else f"; not as tight as asked for: {proof.message}"
-    return f"how far above the proven lower bound {rounded_down(bound, 6)}{unit} ({grid}{duration(proof.seconds)}){missed}"
+    return (
+        f"how far above the proven lower bound {rounded_down(bound, 6)}{unit} ({grid}{duration(proof.seconds)}){missed}"
+    )
 
 
 def performance_table(found: Sequence[Performance]) -> FittedTable:
@@ -174,10 +177,9 @@ def rounded_down(value: float, digits: int) -> str:
     """
     if value == 0.0 or not math.isfinite(value):
         return figure(value, digits)
-    unit = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - digits)
-    down = figure(math.floor(value / unit) * unit, digits)
-    # dividing and multiplying again may lose the last digit, never gain one that is not proven
-    return down if float(down) <= value else figure((math.floor(value / unit) - 1) * unit, digits)
+    exact = Decimal(value)
+    unit = Decimal(1).scaleb(exact.adjusted() + 1 - digits)
+    return figure(float(exact.quantize(unit, rounding=ROUND_FLOOR)), digits)
 
 
 def percent(value: float) -> str:

@@ -1,12 +1,15 @@
 """Bounds of maps in longitude and latitude hold on the Earth."""
 
 import math
+import warnings
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import pyproj
 import pytest
 import shapely
+from command_line import Call, caller
 from hypothesis import given
 from hypothesis import strategies as st
 from map_files import AREAS, name_of
@@ -19,6 +22,7 @@ from cgla_graph.comparisons.contender import Contender
 from cgla_graph.inputs import open_scenarios
 from cgla_graph.scenario import Scenario, load_scenario, scenario_from_toml
 from cgla_graph.solution import Solution, Status
+from cgla_graph.solvers.within import PlanWithin
 
 GEOD = pyproj.Geod(ellps="WGS84")
 HELSINKI, TAMPERE = (24.94, 60.17), (23.76, 61.50)
@@ -155,3 +159,114 @@ def test_risk_on_the_earth_is_bounded_too() -> None:
             safe *= 1.0 - np.exp(-0.5 * (away / spread) ** 2)
         on_earth = float((steps * (1.0 + problem.k * (1.0 - safe))).sum())
         assert scenario.bound_on_earth(problem.evaluate(path).cost) <= on_earth * (1.0 + 1e-6)
+
+
+# The command line
+
+
+@pytest.fixture
+def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
+    return caller(tmp_path, monkeypatch, capfd)
+
+
+@pytest.fixture
+def areas(cgla: Call) -> Path:
+    """Write two areas, 1,200 km apart, into the working folder of the command."""
+    file = Path("areas.geojson")
+    shapes = shapely.MultiPolygon([shapely.box(20.0, 59.5, 20.5, 60.0), shapely.box(31.0, 69.0, 31.5, 69.5)])
+    file.write_text(shapely.to_geojson(shapes), encoding="utf-8")
+    return file
+
+
+def test_a_plan_shows_the_bound_on_the_earth_and_the_distortion(cgla: Call, areas: Path) -> None:
+    words = ("plan", str(areas), "--start", "24.94,60.17", "--goal", "23.76,61.50", "--solver", "straight-line")
+    lines = cgla(*words).out.splitlines()
+    assert "bound      161490.119 m" in lines
+    assert "flat map   lengths exceed those on the Earth by at most 0.0027 %; lower bounds allow for that" in lines
+    document = cgla(*words, "--json").document()
+    assert document["lower_bound"] <= 161_490.1205
+    assert document["certificate"]["lower_bound"] <= 161_490.1205
+    assert document["stretch"] == pytest.approx(1.0 + 2.7e-5, rel=1e-6)
+
+
+@pytest.mark.parametrize("command", ["plan", "certify", "pareto", "compare"])
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [
+        (("--start", "60.17,24.94", "--goal", "61.50,23.76"), "start (60.17, 24.94) is 4,3"),
+        (("--start=-24.94,60.17",), "start (-24.94, 60.17) is 2,4"),
+    ],
+)
+def test_ends_off_the_map_are_one_line_and_exit_2(
+    cgla: Call, areas: Path, command: str, ends: tuple[str, ...], said: str
+) -> None:
+    answer = cgla(command, str(areas), *ends)
+    answer.refused(said)
+    assert ("longitude first? (24.94, 60.17) is on the map" in answer.err) == ("60.17,24.94" in ends)
+
+
+def test_a_wider_map_is_asked_for_with_bounds(cgla: Call, areas: Path) -> None:
+    words = ("plan", str(areas), "--start=-24.94,60.17", "--goal", "24.94,60.17", "--solver", "straight-line")
+    assert cgla(*words, "--bounds=-26,50,33,75", "--no-certificate").code == 0
+    wrong = cgla(*words, "--bounds", "1,2,3")
+    assert (wrong.code, "--bounds is '1,2,3'; give four numbers" in wrong.err) == (2, True)
+    mission = cgla("compare", "fig4", "--bounds", "0,0,1,1")
+    assert (mission.code, "--bounds is for maps" in mission.err) == (2, True)
+
+
+def test_a_table_says_what_the_flat_map_does(cgla: Call) -> None:
+    words = ("compare", "finland", "--solvers", "straight-line", "--no-certificate")
+    assert "lengths exceed those on the Earth by at most 0.0056 %" in cgla(*words).out
+    pareto = cgla("pareto", "finland", "--solver", "cgla", "--resolution", "5").out
+    assert "lengths exceed those on the Earth by at most" in " ".join(pareto.split())
+
+
+def test_a_warning_is_one_line(cgla: Call) -> None:
+    Path("small.toml").write_text(
+        "start = [24.1, 60.1]\ngoal = [24.9, 60.9]\nk = 1\ncoordinates = 'lonlat'\nbounds = [24, 60, 25, 61]\n"
+        "threats = [{ x = 24.5, y = 60.5, spread = 0.05 }]",
+        encoding="utf-8",
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        answer = cgla("plan", "small.toml", "--solver", "straight-line", "--no-certificate")
+    assert answer.code == 0
+    assert "cgla: threat 0 has a spread of 0.05 on a map" in answer.err
+    assert "warnings.warn" not in answer.err
+
+
+# Budgets
+
+
+def within(scenario: Scenario, limited: Literal["risk", "length"], budget: float, **fields: Any) -> PlanWithin:  # noqa: ANN401 - any field
+    """Make a plan within a budget of a path on the Earth."""
+    straight = np.array([scenario.problem.start, scenario.problem.goal])
+    found = Solution(Status.FOUND, path=straight, length=240e3, risk=100.0)
+    plan = {"solution": found, "k": 5.0, "scope": "plane", "n_solves": 1, **fields}
+    return PlanWithin(limited=limited, budget=budget, **plan)
+
+
+def test_what_is_proven_within_a_budget_holds_on_the_earth() -> None:
+    finland = load_scenario("finland")
+    straight = math.dist(finland.problem.start, finland.problem.goal)
+    on_risk = within(finland, "risk", 100.0, dual_bound=239e3)
+    expected = finland.bound_on_earth(239e3 + 5.0 * 100.0) - 5.0 * 100.0
+    assert earth.plan_on_earth(finland, on_risk).dual_bound == pytest.approx(expected, rel=1e-9)
+    direct = earth.plan_on_earth(finland, within(finland, "risk", 100.0, dual_bound=straight)).dual_bound
+    assert straight - 1e-5 <= direct < straight
+    on_length = within(finland, "length", 240e3, dual_bound=90.0)
+    expected = (finland.bound_on_earth(5.0 * 90.0 + 240e3) - 240e3) / 5.0
+    assert earth.plan_on_earth(finland, on_length).dual_bound == pytest.approx(expected, rel=1e-6)
+    assert earth.plan_on_earth(finland, within(finland, "length", 240e3, dual_bound=1e-3)).dual_bound == 0.0
+    lattice = within(finland, "risk", 100.0, dual_bound=239e3, scope="lattice")
+    assert earth.plan_on_earth(finland, lattice) is lattice
+
+
+def test_that_no_path_is_short_enough_is_said_of_the_earth_only_where_it_is_known() -> None:
+    finland = load_scenario("finland")
+    none = Solution(Status.NOT_FOUND, message="none is shorter than 234000 (proven)")
+    for budget, bound in ((200e3, math.inf), (233.99e3, 0.0)):
+        plan = within(finland, "length", budget, dual_bound=math.inf, solution=none, k=0.0)
+        found = earth.plan_on_earth(finland, plan)
+        assert found.dual_bound == bound
+        assert found.message.endswith("; measured on the flat map")
