@@ -15,7 +15,7 @@ _PARTS = 0.25
 #: Corners that stand out less than this part of the pen's width are left out.
 _FINE = 0.125
 #: A line runs over another one where this part of the other one's length lies within its width.
-_SHARED = 0.1
+_SHARED = 0.3
 
 
 def lines_of(entries: Sequence[Entry], pen: float) -> list[list[Entry]]:
