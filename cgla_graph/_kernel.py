@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import ParamSpec, TypeVar, cast
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 
@@ -36,12 +36,14 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     0.5204998778
     """
     file = Path(function.__code__.co_filename)
-    kept = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(Path(kept or file.parent / "__pycache__", f"kernels-{_digest(file)[:16]}"))
+    # (it takes its settings from the environment when it is imported, which no type checker sees)
+    settings = cast("Any", numba.config)
+    kept = settings.CACHE_DIR
+    settings.CACHE_DIR = str(Path(kept or file.parent / "__pycache__", f"kernels-{_digest(file)[:16]}"))
     try:
         return cast("Callable[P, R]", numba.njit(cache=True, nogil=True)(function))
     finally:
-        numba.config.CACHE_DIR = kept
+        settings.CACHE_DIR = kept
 
 
 @cache

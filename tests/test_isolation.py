@@ -56,6 +56,7 @@ def gone(pid: int, seconds: float = 3.0) -> bool:
     return until(lambda: not alive(pid), seconds)
 
 
+@pytest.mark.slow
 def test_whatever_a_call_does_is_an_outcome(awkward: ModuleType) -> None:
     expected = [
         ((awkward.nap, 10**6), Failure.TIMED_OUT, "after 2 s"),
@@ -67,10 +68,11 @@ def test_whatever_a_call_does_is_an_outcome(awkward: ModuleType) -> None:
         ((awkward.leave, 0), Failure.CRASHED, "exit code 0"),
         ((awkward.leave, 3), Failure.CRASHED, "exit code 3"),
         ((awkward.segfault,), Failure.CRASHED, "SIGSEGV"),
-        ((awkward.die_of, signal.SIGKILL), Failure.CRASHED, "SIGKILL, as the system does when memory runs out"),
+        ((awkward.die_of, signal.SIGKILL), Failure.CRASHED, "SIGKILL, which may mean that memory ran out"),
         ((awkward.die_of, signal.SIGTERM), Failure.CRASHED, "SIGTERM"),
         ((awkward.die_of, signal.SIGRTMIN + 3), Failure.CRASHED, f"signal {signal.SIGRTMIN + 3}"),
-        ((awkward.close_all,), Failure.CRASHED, "exit code"),
+        # it ends by itself, or is killed by who no longer hears of it, whichever comes first
+        ((awkward.close_all,), Failure.CRASHED, "its process "),
         ((awkward.raises, ValueError, "bad\nworse"), Failure.RAISED, "ValueError: bad"),
         ((awkward.raises, ValueError), Failure.RAISED, "ValueError"),
         ((awkward.raises, SystemExit, 0), Failure.RAISED, "SystemExit: 0"),
