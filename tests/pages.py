@@ -1,5 +1,6 @@
 """The README and the manual as tests read them: blocks of code, what they print, links."""
 
+import math
 import re
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +17,9 @@ NOTE = re.compile(r"<!-- (.+) -->")
 #: What one run does not share with the next.
 TIME = re.compile(r"[\d.,]+(e-?\d+)? (µs|ms|s|min|h)\b")
 BOX = re.compile(r"[━─]+")
+NUMBER = re.compile(r"[+-]?\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?")
+#: By how much numbers may differ, relative to them: the last digits of an optimum are those of the machine.
+TOLERANCE = 1e-4
 
 
 class Block(NamedTuple):
@@ -131,9 +135,19 @@ def agrees(stated: str, printed: str) -> bool:
     """
     Tell whether a page states what was printed.
 
-    Times differ from run to run, and with them the widths of columns. ``…`` stands for anything.
+    Times differ from run to run, and with them the widths of columns; numbers by their last digits. ``…`` stands for
+    anything.
     """
-    return re.fullmatch(re.escape(_plain(stated)).replace("…", ".*"), _plain(printed), flags=re.DOTALL) is not None
+    plain = _plain(stated)
+    pattern = re.escape(NUMBER.sub("\0", plain)).replace("\0", f"({NUMBER.pattern})").replace("…", ".*?")
+    found = re.fullmatch(pattern, _plain(printed), flags=re.DOTALL)
+    pairs = zip(NUMBER.findall(plain), found.groups() if found else (), strict=False)
+    return found is not None and all(_is_near(*pair) for pair in pairs)
+
+
+def _is_near(stated: str, printed: str) -> bool:
+    one, other = (float(text.replace(",", "")) for text in (stated, printed))
+    return math.isclose(one, other, rel_tol=TOLERANCE)
 
 
 def _plain(text: str) -> str:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import pkgutil
 import re
 import shlex
 import tomllib
@@ -123,11 +124,11 @@ def test_toml_is_a_file_that_the_toolkit_reads(block: Block, tmp_path: Path) -> 
 
 
 def test_what_a_page_states_is_held_against_what_is_printed() -> None:
-    """Times and the widths that follow from them may differ, numbers may not; dots stand for anything."""
-    printed = "cost 1.49\n━━━━━\ntook 12.5 ms\nwritten\n"
-    for stated in ("cost 1.49\n━━\ntook 1 s\nwritten\n", "cost 1.49\n…\n", "…written\n"):
+    """Times, the widths that follow from them and last digits may differ; dots stand for anything."""
+    printed = "cost 1.4900001 of 1,024\n━━━━━\ntook 12.5 ms\nwritten\n"
+    for stated in ("cost 1.49 of 1,024\n━━\ntook 1 s\nwritten\n", "cost 1.49\n…\n", "…written\n", "…of 1,024…"):
         assert agrees(stated, printed)
-    for stated in ("cost 1.48\n…\n", "cost 1.49\n", "", "…\nwrote\n"):
+    for stated in ("cost 1.48\n…\n", "cost 1.49\n", "", "…\nwrote\n", "…of 1,025…", "…of N…"):
         assert not agrees(stated, printed)
 
 
@@ -263,6 +264,15 @@ def test_nothing_goes_unmentioned(names: Iterable[str]) -> None:
     hidden = {"world", "uavs", "solver", "is_on"}
     missing = {name for name in names if name not in CODE and not any(word.endswith(f".{name}") for word in CODE)}
     assert missing <= hidden
+
+
+def test_what_pages_name_can_be_imported() -> None:
+    named = {
+        re.sub(r"^cg\b", "cgla_graph", word) for word in CODE if re.match(r"(cg|cgla_graph|comparisons)\.\w", word)
+    }
+    for name in named:
+        if not name.endswith((".png", ".toml")):
+            pkgutil.resolve_name(re.sub(r"^comparisons\b", "cgla_graph.comparisons", name))
 
 
 def test_the_entrance_sums_up_the_verdicts_that_are_shipped() -> None:

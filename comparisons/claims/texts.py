@@ -1,4 +1,4 @@
-"""Findings in words: the same in the terminal, in the report and in the README."""
+"""Findings in words: the same in the terminal, in the report and in the manual."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
