@@ -16,7 +16,6 @@ from cgla_graph.solvers import registry
 BUDGETS = ("seconds", "iterations", "evaluations")
 #: What some solvers call their iterations.
 _ITERATIONS = ("milestones", "samples")
-_SMALL: Mapping[str, float] = {"iterations": 200, "milestones": 100, "samples": 100, "seconds": 0.5, "resolution": 8}
 
 
 @dataclass(frozen=True)
@@ -138,12 +137,6 @@ class Contender:
         certify: dict[str, Any] = {"tolerance": None} if self._may_be_none("tolerance") else {}
         brought = {} if scenario is None else scenario.settings.get(self.name, {})
         return {**certify, **brought, **self._limits(), **self.settings}
-
-    def small_settings(self) -> dict[str, Any]:
-        """Return settings for a short run that only loads compiled code: the user's own, but with small limits."""
-        known = registry.setting_names(registry.solver_class(self.name))
-        certify: dict[str, Any] = {"tolerance": None} if self._may_be_none("tolerance") else {}
-        return {**certify, **self.settings, **{key: value for key, value in _SMALL.items() if key in known}}
 
     def takes_budget(self) -> bool:
         """Whether some of the budget applies to it."""

@@ -23,6 +23,7 @@ from cgla_graph.mission_file import MissionFile, is_mission_file, load_mission
 from cgla_graph.risk import RiskField, Threat
 from cgla_graph.solution import Status
 from cgla_graph.solvers import registry
+from cgla_graph.solvers.warm_up import shortened
 from cgla_graph.uav import Uav
 from cgla_graph.world import World
 
@@ -242,7 +243,7 @@ def _warm_up(contender: Contender) -> None:
     uavs = [Uav("a", (0.1, 0.4), (0.9, 0.4), 0.3), Uav("b", (0.9, 0.6), (0.1, 0.6), 0.3)]
     # what is wrong with a solver is told by its own flight
     with suppress(Exception):
-        solver = registry.get(contender.name, **contender.small_settings())
+        solver = shortened(registry.get(contender.name, **contender.settings_on(None)))
         Mission(world, uavs, solver, resolution=4, virtual_obstacle=True, max_ticks=8).fly()
 
 

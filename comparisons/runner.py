@@ -9,22 +9,19 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-import shapely
-
-from cgla_graph import risk_kernels
 from cgla_graph.certificate import Certificate, lower_bound
 from cgla_graph.comparisons import earth
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.errors import CglaError
 from cgla_graph.lattice import Lattice
-from cgla_graph.no_fly_kernels import point_inside, segment_crosses
 from cgla_graph.problem import BOUND_TOLERANCE, GraphProblem, Problem
-from cgla_graph.risk import RiskField, Threat
 from cgla_graph.scenario import Scenario
 from cgla_graph.solution import Solution, Status
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.bridge import solve, weighed
 from cgla_graph.solvers.hybrid import Hybrid
+from cgla_graph.solvers.warm_up import small_problem
+from cgla_graph.solvers.warm_up import warm_up as warm_up_solver
 
 #: How close to each other the lower bound of a scenario and its best path shall be, as a ratio, unless told otherwise.
 TOLERANCE = 0.005
@@ -258,32 +255,18 @@ def _solve(problem: Problem, contender: Contender, settings: dict[str, Any], **h
 
 def warm_up(contenders: Iterable[Contender]) -> None:
     """Load the compiled kernels and the solvers' packages, so that no solver's first run is charged for that."""
-    problem = _small_problem()
     for contender in contenders:
-        if not contender.is_available:
-            continue
-        needs = registry.traits(contender.name).needs
-        for package in needs:
-            importlib.import_module(package)
-        if not needs and registry.solver_class(contender.name).__module__.startswith("cgla_graph."):
-            # what is wrong with a solver is told by its own run
-            with suppress(Exception):
-                _solve(problem, contender, contender.small_settings(), resolution=2)
-    model = problem.model
-    risk_kernels.segment_cost(0.0, 0.0, 1.0, 1.0, 1.0, model.field.kernel_field())
-    segment_crosses(0.0, 0.0, 1.0, 1.0, model.area.kernel_arrays)
-    point_inside(0.0, 0.0, model.area.kernel_arrays)
+        # what is wrong with a solver is told by its own run
+        with suppress(Exception):
+            for package in registry.traits(contender.name).needs:
+                importlib.import_module(package)
+            solver = registry.get(contender.name, **contender.settings_on(None))
+            warm_up_solver(solver, refine=contender.refine)
 
 
 def warm_up_proof() -> None:
     """Load what proves lower bounds, so that the first certificate says how long its own proof took."""
     # what is wrong with it is told by the certificate of the first scenario
     with suppress(Exception):
-        problem = _small_problem()
+        problem = small_problem()
         certify(Scenario("small", "", problem, Lattice(2, bounds=problem.bounds)), 0.5)
-
-
-def _small_problem() -> Problem:
-    """Return a problem with a threat and a wall, so that every kernel has something to do."""
-    field = RiskField([Threat(0.5, 0.5, 0.1)])
-    return Problem((0.0, 0.0), (1.0, 1.0), field, k=1.0, no_fly=shapely.box(0.45, 0.2, 0.55, 0.8))

@@ -14,6 +14,7 @@ from cgla_graph.refine import refine_path
 from cgla_graph.solution import Solution, Status, TracePoint
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.base import GraphSolver, PlaneSolver, Solver
+from cgla_graph.solvers.warm_up import warm_up
 
 #: Up to this many nodes, a complete graph is weighed at once (288 MB), so that build and solve time part cleanly.
 DENSE_UP_TO = 6000
@@ -51,8 +52,8 @@ def solve(
     Returns
     -------
     solution
-        Its numbers are the oracle's; the time to weigh the graph is apart from the time to solve. That no path was
-        found is a status.
+        Its numbers are the oracle's; the time to weigh the graph is apart from the time to solve, and kernels are
+        compiled before either is taken. That no path was found is a status.
 
     Raises
     ------
@@ -92,7 +93,9 @@ def solve(
         if refine:
             msg = "a GraphProblem has only its edges, which no path can leave; give a Problem to refine its path"
             raise ProblemError(msg)
+        warm_up(chosen)
         return _solve_graph(problem, _graph_solver(chosen))
+    warm_up(chosen, refine=refine)
     answer = _solve_in_plane(problem, chosen, resolution, on)
     return refined(problem, answer) if refine else answer
 

@@ -180,11 +180,6 @@ def test_no_solver_certifies_what_the_comparison_has_certified(text: str, settin
     assert found.tolerance == tolerance
 
 
-def test_a_run_that_only_loads_code_is_short() -> None:
-    found = Contender.parse("anytime:iterations=100000000:evaluations=5").small_settings()
-    assert found == {"tolerance": None, "iterations": 200, "seconds": 0.5, "evaluations": 5}
-
-
 def test_built_in_solvers_with_limits_let_the_budget_rule() -> None:
     takers = set()
     for contender in every_solver():

@@ -539,16 +539,10 @@ def test_the_refined_optimum_of_the_lattice_is_no_longer_that() -> None:
 
 
 def test_nobody_pays_for_compiled_code(monkeypatch: pytest.MonkeyPatch) -> None:
-    warmed: list[str] = []
-    solve = runner.solve
-
-    def watch(problem: Problem, solver: Any, **how: Any) -> Solution:  # noqa: ANN401 - as `solve`
-        warmed.append(solver.traits.name)
-        return solve(problem, solver, **how)
-
-    monkeypatch.setattr(runner, "solve", watch)
-    next(compare([small()], contenders("cgla", "eight-direction"), tolerance=None))
-    assert warmed == ["cgla", "eight-direction", "cgla"]
+    warmed: list[tuple[str, bool]] = []
+    monkeypatch.setattr(runner, "warm_up_solver", lambda solver, *, refine: warmed.append((solver.traits.name, refine)))
+    next(compare([small()], [Contender.parse("cgla"), Contender.parse("eight-direction").refined()], tolerance=None))
+    assert warmed == [("cgla", False), ("eight-direction", True)]
 
 
 def test_runs_name_their_solver_as_the_user_did() -> None:
