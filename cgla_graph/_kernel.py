@@ -46,6 +46,21 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
         settings.CACHE_DIR = kept
 
 
+def is_kept(compiled: Callable[..., object]) -> bool:
+    """
+    Tell whether machine code of a kernel is on disk, so that it need not be compiled.
+
+    Examples
+    --------
+    >>> from cgla_graph.risk_kernels import erf
+    >>> erf(0.5), is_kept(erf)
+    (0.5204998778, True)
+    """
+    code = cast("Any", compiled).py_func.__code__
+    names = f"{Path(code.co_filename).stem}.{code.co_name}-*.nbi"
+    return any(Path(cast("Any", compiled).stats.cache_path).glob(names))
+
+
 @cache
 def _digest(file: Path) -> str:
     """Return a digest of the text of a module and of the modules of kernels that it imports."""

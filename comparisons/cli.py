@@ -204,7 +204,7 @@ def plan(
     opened = options.open_one("plan", scenario, start, goal, resolution, bounds)
     folder = files.make_folder(out) if out else None
     limited = max_risk is not None or max_length is not None
-    with terminal.output_to_stderr():
+    with terminal.running_solvers():
         if limited:
             within = trade_off.plan_of(opened, contender, max_risk, max_length, bound)
             run = trade_off.run_of(opened, contender, within.solution)
@@ -257,7 +257,7 @@ def pareto(
     contender = options.read_contender(solver)
     opened = options.open_one("pareto", scenario, start, goal, resolution, bounds)
     folder = files.make_folder(out) if out else None
-    with terminal.output_to_stderr():
+    with terminal.running_solvers():
         front = trade_off.front_of(opened, contender)
     written = trade_off.write_front(folder, opened, front) if folder and front.points else []
     if as_json:
@@ -299,7 +299,7 @@ def certify(
 
     opened = options.open_one("certify", scenario, start, goal, resolution, bounds)
     folder = files.make_folder(out) if out else None
-    with terminal.output_to_stderr():
+    with terminal.running_solvers():
         run = proofs.certify(opened, path, tolerance=tolerance, max_cells=max_cells)
     written = proofs.write_certificate(folder, run) if folder else []
     if as_json:
@@ -344,7 +344,7 @@ def fly(
 
     opened, sorties = flights.open_mission(mission, solver=solver, variant=variant, max_ticks=max_ticks)
     folder = files.make_folder(out) if out else None
-    with terminal.output_to_stderr(), terminal.progress(None) as tick:
+    with terminal.running_solvers(), terminal.progress(None) as tick:
         done = flights.fly_all(sorties, folder, value=value, animation=animation, step=tick)
     if as_json:
         _print_json(flights.flights_document(opened, done))
@@ -390,7 +390,7 @@ def results(
     """
     from cgla_graph.comparisons.results import lookup
 
-    with terminal.output_to_stderr():
+    with terminal.running_solvers():
         found = lookup.look_up(
             folder,
             scenario=scenario,

@@ -267,7 +267,7 @@ def _run_maps(request: Request, how: How, done: Compared) -> None:
     with _database(study, how, workers) or nullcontext() as database:
         try:
             left = len(cells.keys() - database.finished()) if database else len(cells)
-            with terminal.output_to_stderr(), terminal.progress(left) as tick:
+            with terminal.running_solvers(), terminal.progress(left) as tick:
                 for run in run_study(study, database=database, workers=workers, scheduler=how.scheduler):
                     done.runs.append(run)
                     tick(f"{run.scenario.name}: {run.solver}")

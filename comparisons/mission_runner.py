@@ -204,7 +204,7 @@ def run_all(
     with nullcontext() if folder is None else files.RowLog(folder, "flights.jsonl") as log:
         try:
             total = count(missions, contenders, n_seeds)
-            with terminal.output_to_stderr(), terminal.progress(total) as tick:
+            with terminal.running_solvers(), terminal.progress(total) as tick:
                 for run in compare(missions, contenders, n_seeds, workers=workers, scheduler=scheduler, limits=limits):
                     done.runs.append(run)
                     if log is not None:

@@ -81,8 +81,17 @@ def progress(total: int | None) -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def output_to_stderr() -> Iterator[None]:
-    """Send what solvers print to standard error, their compiled parts' output as well: standard output is ours."""
+def running_solvers() -> Iterator[None]:
+    """
+    Send what solvers print to standard error, their compiled parts' output as well: standard output is ours.
+
+    That kernels have to be compiled first is said there, too: nothing that is timed waits for it, but the user does.
+    """
+    from cgla_graph import certificate_kernels, risk_kernels  # noqa: PLC0415 - `cgla --help` answers at once
+    from cgla_graph._kernel import is_kept  # noqa: PLC0415 - the same
+
+    if not (is_kept(risk_kernels.segment_cost) and is_kept(certificate_kernels.steepness)):
+        say("compiling kernels: once after an installation, for up to a minute")
     with ExitStack() as stack:
         stack.enter_context(redirect_stdout(sys.stderr))
         with suppress(OSError):

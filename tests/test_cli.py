@@ -290,6 +290,7 @@ def test_rows_of_a_grid_map(cgla: Call, tmp_path: Path) -> None:
     cgla("plan", "m.map.scen").refused("3 rows", "FILE.scen:ROW")
 
 
+@pytest.mark.slow
 def test_real_areas(cgla: Call, tmp_path: Path) -> None:
     solvers = "cgla,eight-direction,straight-line"
     words = ("--solvers", solvers, "--out", tmp_path / "out", "--pictures", 1, "--json")
@@ -516,6 +517,7 @@ def test_negative_coordinates_are_values_and_no_options(cgla: Call, tmp_path: Pa
     assert (document["path"][0], document["path"][-1]) == ([-1.0, -1.0], [-1.0, 1.5])
 
 
+@pytest.mark.slow
 def test_start_equal_to_goal(cgla: Call, small: Path, tmp_path: Path) -> None:
     words = ("--goal", "0.1,0.1", "--seeds", 1, "--out", tmp_path / "out", "--json")
     document = cgla("compare", small, *words).document()
@@ -658,6 +660,7 @@ def test_a_setting_with_a_comma(cgla: Call, small: Path) -> None:
 ODD = ["ünïcode 漢字", "with  blanks", "[bold]x[bold]", "quo\"te'", "line\nbreak", "-dash", ".dot", "%s {x}", "a,b;c"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ODD)
 @pytest.mark.usefixtures("pictures")
 def test_odd_names(cgla: Call, tmp_path: Path, name: str) -> None:

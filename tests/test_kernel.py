@@ -68,3 +68,13 @@ def test_where_other_functions_are_kept_is_left_alone() -> None:
 
     assert "kernels-" in twice.stats.cache_path  # type: ignore[attr-defined]
     assert before == numba.config.CACHE_DIR
+
+
+@pytest.mark.slow
+def test_who_waits_for_compiling_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once: later runs find the code on disk."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    command = [sys.executable, "-m", "cgla_graph.comparisons", "plan", "one-threat", "--solver", "straight-line"]
+    told = [subprocess.run(command, capture_output=True, text=True, check=True) for _ in range(2)]
+    assert [one.stderr.count("compiling kernels") for one in told] == [1, 0]
+    assert all("compiling" not in one.stdout for one in told)

@@ -107,7 +107,7 @@ def check_all(request: Request) -> Checked:
     with Store(request.folder, request.scale, resume=request.resume, overwrite=request.overwrite) as store:
         try:
             total = count_steps(request.claims, store) + len(request.exhibits)
-            with terminal.output_to_stderr(), terminal.progress(total) as tick:
+            with terminal.running_solvers(), terminal.progress(total) as tick:
                 with closing(check_claims(request.claims, store, workers=workers, scheduler=scheduler)) as steps:
                     for step in steps:
                         if step.result is not None:

@@ -98,7 +98,7 @@ def rerun(stored: Stored, number: int) -> Rerun:
     contenders = {contender.label: contender for contender in load_study(stored.folder).contenders}
     seeds = () if before.seed is None else (before.seed,)
     alone = Study([before.scenario], [contenders[before.solver]], seeds, tolerance=None, limits=stored.limits)
-    with terminal.output_to_stderr(), closing(run_study(alone, workers=1)) as runs:
+    with terminal.running_solvers(), closing(run_study(alone, workers=1)) as runs:
         now = next(runs)
     solution = runner.bounded(now.solution, before.certificate)
     return Rerun(before, dataclasses.replace(now, solution=solution, certificate=before.certificate))
