@@ -54,7 +54,7 @@ class MissionStatus(Enum):
     NO_PATH = "found no path to its goal"
     STUCK = "got stuck: its planner knew no further step"
     COLLISION = "came closer to another UAV than the collision distance"
-    LIVELOCK = "flies in circles for ever: the whole state of the mission came back"
+    LIVELOCK = "flies in circles without end: the whole state of the mission came back"
     INTERRUPTED = "was still flying when the mission was interrupted"
 
     @property

@@ -279,7 +279,7 @@ def certify(
     ] = None,
     tolerance: Annotated[float, typer.Option("--tolerance", metavar="R", help="gap that is good enough")] = 0.001,
     max_cells: Annotated[
-        int, typer.Option("--max-cells", metavar="N", help="cells of a grid at most, about 200 bytes each")
+        int, typer.Option("--max-cells", metavar="N", help="cells of a grid at most, about 300 bytes each")
     ] = 1_500_000,
     out: OutOption = None,
     start: StartOption = None,

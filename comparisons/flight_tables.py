@@ -57,7 +57,7 @@ def _livelock_lines(flown: Flown) -> list[str]:
     if livelock is None:
         return []
     names = [uav.name for uav in flown.flight.uavs.values() if uav.status is MissionStatus.LIVELOCK]
-    circle = f"the state of tick {livelock.since} came back; it repeats every {livelock.period} ticks for ever"
+    circle = f"the state of tick {livelock.since} came back; it repeats every {livelock.period} ticks without end"
     return [f"livelock: {circle}: {', '.join(names)}"]
 
 

@@ -131,7 +131,7 @@ def test_a_livelock_is_named_with_its_period(cgla: Call) -> None:
     assert {uav["status"] for uav in flight["uavs"]} == {"livelock"}
     # said once, of all that fly in circles
     assert answer.out.count("came back") == 1
-    assert re.search(r"for ever: a, b\n", answer.out)
+    assert re.search(r"without end: a, b\n", answer.out)
     assert flight["cost"] is None
 
 
