@@ -9,9 +9,6 @@ from cgla_graph.solution import Solution
 from cgla_graph.solvers.base import LARGEST_SEED, Traits, positive_setting, whole_setting
 from cgla_graph.solvers.budget import Budget
 
-#: A batch may ask for so many lower bounds, and so many more for each of its samples, before it has weighed a segment.
-FEWEST_BOUNDS, BOUNDS_A_SAMPLE = 500_000, 100
-
 
 @dataclass(frozen=True)
 class BitStar:
@@ -82,8 +79,7 @@ class BitStar:
         """Search batch after batch until the budget is used up."""
         from cgla_graph.solvers import ompl_run, ompl_space  # noqa: PLC0415 - needs the optional package
 
-        patience = FEWEST_BOUNDS + BOUNDS_A_SAMPLE * self.samples_per_batch
-        cost = partial(ompl_space.PruningCost, patience=patience)
+        cost = partial(ompl_space.PruningCost, samples_per_batch=self.samples_per_batch)
         return ompl_run.run_anytime(problem, self._planner, self._budget, self.seed, cost)
 
     def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints

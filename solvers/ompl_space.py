@@ -22,8 +22,10 @@ from cgla_graph.solvers.budget import BudgetSpentError, Meter
 
 #: After so many states in a row inside no-fly areas, there is as good as nowhere to go.
 MAX_REJECTIONS = 100_000
-#: So many lower bounds may be asked for, for every segment weighed, without any doubt that a search goes on.
-BOUNDS_A_SEGMENT = 2000
+#: A search may ask for so many lower bounds of costs for every segment that it weighs, and for so many more altogether.
+BOUNDS_A_SEGMENT, MORE_BOUNDS = 2000, 500_000
+#: And for so many more for each sample of a batch.
+BOUNDS_A_SAMPLE = 100
 #: How far rounding may take sums of costs apart, as a share of the greatest of them.
 ROUNDING = 1e-12
 
@@ -33,11 +35,16 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
     Eq. 5 as an OMPL objective; every question is charged to the budget, and refused once that is spent.
 
     What it raises passes through OMPL to whoever runs the planner.
+
+    Some planners draw samples until they have some whose lower bound is below the best cost, without asking whether
+    they have to stop. Where those are as good as none, that would never end: so questions of bounds are counted, too.
     """
 
     def __init__(self, si: Any, problem: Problem, meter: Meter) -> None:  # noqa: ANN401 - OMPL has no type hints
         """Keep the kernel's view of the problem."""
         super().__init__(si)
+        self.asked = 0
+        self.most_asked = MORE_BOUNDS
         self.k = problem.k
         self.field = problem.field.kernel_field()
         self.meter = meter
@@ -49,6 +56,7 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
     def motionCost(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
         """Return Eq. 5 of the segment."""
         self.meter.charge()
+        self.asked = max(0, self.asked - BOUNDS_A_SEGMENT)
         cost = risk_kernels.segment_cost(first[0], first[1], second[0], second[1], self.k, self.field)
         # RRT* would take the whole process down with it, BIT* never end
         if not cost >= 0.0:
@@ -65,7 +73,23 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
 
     def motionCostHeuristic(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
         """Return the length of the segment, which no cost undercuts."""
+        self.count()
         return ob.Cost(((first[0] - second[0]) ** 2 + (first[1] - second[1]) ** 2) ** 0.5)
+
+    def count(self) -> None:
+        """
+        Count one question of a bound.
+
+        Raises
+        ------
+        BudgetSpentError
+            If the time is up, or there is no end to such questions.
+        """
+        self.meter.check_time()
+        self.asked += 1
+        if self.asked > self.most_asked:
+            msg = f"{self.asked} lower bounds left as good as nothing to weigh"
+            raise BudgetSpentError(msg)
 
 
 class PruningCost(SegmentCost):
@@ -75,33 +99,20 @@ class PruningCost(SegmentCost):
     Where nothing but free space is ahead, the bounds are the costs, up to rounding. BIT* compares them exactly: by one
     rounding it would prune a vertex of its best path, and crash when asked for that path; or search on for something
     shorter than a straight line. So the bounds stay below by more than rounding, and a straight line ends the search.
-
-    Of samples, it draws as many as it takes to find some within its bounds. Where those leave as good as nothing, that
-    would never end: so questions of bounds are counted, and heed the time.
     """
 
-    def __init__(self, si: Any, problem: Problem, meter: Meter, patience: float) -> None:  # noqa: ANN401 - OMPL has no type hints
-        """Say how many more bounds may be asked for than `BOUNDS_A_SEGMENT` for every segment weighed."""
+    def __init__(self, si: Any, problem: Problem, meter: Meter, samples_per_batch: int) -> None:  # noqa: ANN401 - OMPL has no type hints
+        """Keep how far below the costs the bounds are."""
         super().__init__(si, problem, meter)
+        self.most_asked += BOUNDS_A_SAMPLE * samples_per_batch
         x_min, y_min, x_max, y_max = problem.bounds
-        # no segment costs more than this times its length
+        # no segment costs more than 1 + k times its length
         self.slack = ROUNDING * (1.0 + problem.k) * math.hypot(x_max - x_min, y_max - y_min)
-        self.patience = patience
-        self.asked = 0
         self.setCostThreshold(ob.Cost(math.dist(problem.start, problem.goal) * (1.0 + ROUNDING)))
-
-    def motionCost(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
-        """Return Eq. 5 of the segment."""
-        self.asked = max(0, self.asked - BOUNDS_A_SEGMENT)
-        return super().motionCost(first, second)
 
     def motionCostHeuristic(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
         """Return a little less than the length of the segment."""
-        self.meter.check_time()
-        self.asked += 1
-        if self.asked > self.patience:
-            msg = f"{self.asked} lower bounds left as good as nothing to weigh"
-            raise BudgetSpentError(msg)
+        self.count()
         return ob.Cost(max(0.0, math.hypot(first[0] - second[0], first[1] - second[1]) - self.slack))
 
 

@@ -29,7 +29,7 @@ from cgla_graph.comparisons.runner import compare
 from cgla_graph.risk import ImproperFieldWarning
 from cgla_graph.scenario import load_scenario
 from cgla_graph.solution import Solution, Status
-from cgla_graph.solvers import bit_star, registry
+from cgla_graph.solvers import registry
 from cgla_graph.solvers.budget import Budget
 
 pytest.importorskip("ompl")
@@ -76,7 +76,7 @@ def test_paths_are_feasible_and_cost_what_the_planner_says(
     problem = cg.Problem(ends[0], ends[1], field, k=k, no_fly=area)
     with pytest.MonkeyPatch.context() as patch:
         # enough to see that it ends
-        patch.setattr(bit_star, "FEWEST_BOUNDS", 10_000)
+        patch.setattr(ompl_space, "MORE_BOUNDS", 10_000)
         # the solver's own words, not judged yet
         claimed = quick(name, seed=seed).solve(problem)
     if claimed.status is Status.NOT_FOUND:
@@ -134,7 +134,7 @@ def test_a_field_of_negative_risk_is_refused(name: str) -> None:
     assert answer.status is Status.UNSUPPORTED
 
 
-# what BIT* cannot bear
+# what crashed or hung BIT*, and SORRT*
 
 AREA = shapely.box(0.45, 0.1, 0.55, 0.9)
 #: On its best path, a vertex had the goal straight ahead: by one rounding it was pruned, and the path with it.
@@ -166,7 +166,7 @@ def test_no_way_to_the_goal_costs_less_than_its_bound(field: cg.RiskField, path:
     path = [*path[: path.index(bend) + 1], *np.linspace(bend, goal, 7)[1:].tolist()]
     problem = cg.Problem(start, goal, field, k=3.7)
     meter = Budget().start()
-    cost = ompl_space.PruningCost(ompl_space.space_information(problem, 1, meter), problem, meter, math.inf)
+    cost = ompl_space.PruningCost(ompl_space.space_information(problem, 1, meter), problem, meter, 1)
     paid = list(itertools.accumulate((cost.motionCost(*ends).value() for ends in pairwise(path)), initial=0.0))
     for way, place in zip(paid, path, strict=True):
         assert way + cost.motionCostHeuristic(place, goal).value() <= paid[-1]
@@ -187,21 +187,28 @@ def test_bit_star_ends_with_a_straight_line(monkeypatch: pytest.MonkeyPatch) -> 
     assert seen[0].asked < 100
 
 
-def test_bit_star_ends_where_nothing_better_can_be_sampled() -> None:
-    answer = quick("bit-star", seed=12).solve(CLOSE)
+@pytest.mark.parametrize("name", ["bit-star", "sorrt-star"])
+def test_a_run_ends_where_nothing_better_can_be_sampled(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ompl_space, "MORE_BOUNDS", 100_000)
+    answer = quick(name, seed=12).solve(CLOSE)
     assert answer.status is Status.FOUND
     assert answer.cost == pytest.approx(math.dist(CLOSE.start, CLOSE.goal), rel=1e-3)
 
 
 @pytest.mark.parametrize("budget", [{"seconds": 0.1}, {"iterations": 10**6}])
-def test_bit_star_samples_no_longer_than_its_budget(budget: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("name", ["bit-star", "sorrt-star"])
+def test_samples_are_drawn_no_longer_than_the_budget_lasts(
+    name: str, budget: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
     # hardly a sample of this map is near enough, and the path is not straight
     wall = shapely.box(0.0099, 0.0, 0.0101, 0.01)
     problem = cg.Problem((0.0, 0.0), (0.02, 0.0), no_fly=wall, bounds=(0, 0, 100, 100))
     if "seconds" not in budget:
-        monkeypatch.setattr(bit_star, "FEWEST_BOUNDS", 10_000)
+        monkeypatch.setattr(ompl_space, "MORE_BOUNDS", 10_000)
+    else:
+        monkeypatch.setattr(ompl_space, "MORE_BOUNDS", math.inf)
     began = time.perf_counter()
-    answer = registry.get("bit-star", **{"iterations": None, **budget}).solve(problem)
+    answer = registry.get(name, **{"iterations": None, **budget}).solve(problem)
     assert time.perf_counter() - began < 2.0
     assert answer.status in {Status.FOUND, Status.NOT_FOUND}
 
