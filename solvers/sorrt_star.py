@@ -18,7 +18,7 @@ class SorrtStar(RrtStar):
     Attributes
     ----------
     iterations, seconds, evaluations, seed, rewire_factor
-        As for `RrtStar`.
+        As for `RrtStar`. SORRT* also ends when as good as nothing near enough is left to sample.
 
     Raises
     ------
