@@ -11,70 +11,70 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from cgla_graph import comparisons as comparisons
     from cgla_graph import solvers as solvers
-    from cgla_graph.certificate import Certificate as Certificate
-    from cgla_graph.certificate import lower_bound as lower_bound
-    from cgla_graph.cgla_matrix import CostMatrix as CostMatrix
-    from cgla_graph.cgla_matrix import cost_matrix as cost_matrix
-    from cgla_graph.cost_model import CostModel as CostModel
+    from cgla_graph.certificate.certificate import Certificate as Certificate
+    from cgla_graph.certificate.certificate import lower_bound as lower_bound
+    from cgla_graph.cost_to_go.cost_matrix import CostMatrix as CostMatrix
+    from cgla_graph.cost_to_go.cost_matrix import cost_matrix as cost_matrix
     from cgla_graph.errors import CglaError as CglaError
-    from cgla_graph.flight import Flight as Flight
-    from cgla_graph.flight import MissionStatus as MissionStatus
-    from cgla_graph.graph import GeometricGraph as GeometricGraph
-    from cgla_graph.lattice import Lattice as Lattice
-    from cgla_graph.mission import Mission as Mission
-    from cgla_graph.mission_file import load_mission as load_mission
-    from cgla_graph.no_fly import NoFlyArea as NoFlyArea
-    from cgla_graph.problem import Evaluation as Evaluation
-    from cgla_graph.problem import GraphProblem as GraphProblem
-    from cgla_graph.problem import Problem as Problem
-    from cgla_graph.risk import RiskField as RiskField
-    from cgla_graph.risk import Threat as Threat
-    from cgla_graph.scenario import Scenario as Scenario
-    from cgla_graph.scenario import load_scenario as load_scenario
-    from cgla_graph.sharing import Sharing as Sharing
-    from cgla_graph.solution import Solution as Solution
-    from cgla_graph.solution import Status as Status
+    from cgla_graph.mission.mission import Mission as Mission
+    from cgla_graph.mission.records import Flight as Flight
+    from cgla_graph.mission.records import MissionStatus as MissionStatus
+    from cgla_graph.mission.sharing import Sharing as Sharing
+    from cgla_graph.mission.uav import Uav as Uav
+    from cgla_graph.mission.virtual_obstacle import VirtualObstacle as VirtualObstacle
+    from cgla_graph.mission.world import TimedArea as TimedArea
+    from cgla_graph.mission.world import TimedThreat as TimedThreat
+    from cgla_graph.mission.world import World as World
+    from cgla_graph.model.cost_model import CostModel as CostModel
+    from cgla_graph.model.graph import GeometricGraph as GeometricGraph
+    from cgla_graph.model.lattice import Lattice as Lattice
+    from cgla_graph.model.no_fly import NoFlyArea as NoFlyArea
+    from cgla_graph.model.problem import Evaluation as Evaluation
+    from cgla_graph.model.problem import GraphProblem as GraphProblem
+    from cgla_graph.model.problem import Problem as Problem
+    from cgla_graph.model.risk import RiskField as RiskField
+    from cgla_graph.model.risk import Threat as Threat
+    from cgla_graph.model.solution import Solution as Solution
+    from cgla_graph.model.solution import Status as Status
+    from cgla_graph.scenarios.mission_file import load_mission as load_mission
+    from cgla_graph.scenarios.scenario import Scenario as Scenario
+    from cgla_graph.scenarios.scenario import load_scenario as load_scenario
     from cgla_graph.solvers.bridge import solve as solve
     from cgla_graph.solvers.trade_off import pareto as pareto
     from cgla_graph.solvers.within import plan_within_length as plan_within_length
     from cgla_graph.solvers.within import plan_within_risk as plan_within_risk
-    from cgla_graph.uav import Uav as Uav
-    from cgla_graph.virtual_obstacle import VirtualObstacle as VirtualObstacle
-    from cgla_graph.world import TimedArea as TimedArea
-    from cgla_graph.world import TimedThreat as TimedThreat
-    from cgla_graph.world import World as World
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Certificate": "certificate",
+    "Certificate": "certificate.certificate",
     "CglaError": "errors",
-    "CostMatrix": "cgla_matrix",
-    "CostModel": "cost_model",
-    "Evaluation": "problem",
-    "Flight": "flight",
-    "GeometricGraph": "graph",
-    "GraphProblem": "problem",
-    "Lattice": "lattice",
-    "Mission": "mission",
-    "MissionStatus": "flight",
-    "NoFlyArea": "no_fly",
-    "Problem": "problem",
-    "RiskField": "risk",
-    "Scenario": "scenario",
-    "Sharing": "sharing",
-    "Solution": "solution",
-    "Status": "solution",
-    "Threat": "risk",
-    "TimedArea": "world",
-    "TimedThreat": "world",
-    "Uav": "uav",
-    "VirtualObstacle": "virtual_obstacle",
-    "World": "world",
-    "cost_matrix": "cgla_matrix",
-    "load_mission": "mission_file",
-    "load_scenario": "scenario",
-    "lower_bound": "certificate",
+    "CostMatrix": "cost_to_go.cost_matrix",
+    "CostModel": "model.cost_model",
+    "Evaluation": "model.problem",
+    "Flight": "mission.records",
+    "GeometricGraph": "model.graph",
+    "GraphProblem": "model.problem",
+    "Lattice": "model.lattice",
+    "Mission": "mission.mission",
+    "MissionStatus": "mission.records",
+    "NoFlyArea": "model.no_fly",
+    "Problem": "model.problem",
+    "RiskField": "model.risk",
+    "Scenario": "scenarios.scenario",
+    "Sharing": "mission.sharing",
+    "Solution": "model.solution",
+    "Status": "model.solution",
+    "Threat": "model.risk",
+    "TimedArea": "mission.world",
+    "TimedThreat": "mission.world",
+    "Uav": "mission.uav",
+    "VirtualObstacle": "mission.virtual_obstacle",
+    "World": "mission.world",
+    "cost_matrix": "cost_to_go.cost_matrix",
+    "load_mission": "scenarios.mission_file",
+    "load_scenario": "scenarios.scenario",
+    "lower_bound": "certificate.certificate",
     "pareto": "solvers.trade_off",
     "plan_within_length": "solvers.within",
     "plan_within_risk": "solvers.within",

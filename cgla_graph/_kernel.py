@@ -31,7 +31,7 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
     Examples
     --------
-    >>> from cgla_graph.risk_kernels import erf
+    >>> from cgla_graph.model.risk_kernels import erf
     >>> erf(0.5)
     0.5204998778
     """
@@ -52,7 +52,7 @@ def is_kept(compiled: Callable[..., object]) -> bool:
 
     Examples
     --------
-    >>> from cgla_graph.risk_kernels import erf
+    >>> from cgla_graph.model.risk_kernels import erf
     >>> erf(0.5), is_kept(erf)
     (0.5204998778, True)
     """

@@ -38,8 +38,8 @@ from cgla_graph.comparisons.plot_scene import (
 )
 from cgla_graph.comparisons.plot_text import plain
 from cgla_graph.comparisons.plot_units import unit_scale
-from cgla_graph.flight import MissionStatus, UavFlight
-from cgla_graph.world import TimedArea
+from cgla_graph.mission.records import MissionStatus, UavFlight
+from cgla_graph.mission.world import TimedArea
 
 #: Frames at most.
 MOST_FRAMES = 120

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from cgla_graph._files import read_text
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph._validate import positive_number
-from cgla_graph.certificate import MAX_CELLS, Certificate, Grid, lower_bound
-from cgla_graph.certificate_field import FIRST_CELLS
+from cgla_graph.certificate.certificate import MAX_CELLS, Certificate, Grid, lower_bound
+from cgla_graph.certificate.subsolution import FIRST_CELLS
 from cgla_graph.comparisons import earth, files, output, rows, terminal
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.fitted_table import FittedTable
@@ -22,10 +21,11 @@ from cgla_graph.comparisons.rows import json_number
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.tables import duration, figure, rounded_down
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
-from cgla_graph.problem import Problem
-from cgla_graph.projection import LocalProjection
-from cgla_graph.scenario import Scenario
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.projection import LocalProjection
+from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.scenarios.text_files import read_text
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.bridge import solve
 
@@ -50,7 +50,7 @@ def certify(
     file
         Waypoints, as `read_path` takes them; None: the path of `SOLVER`.
     tolerance, max_cells
-        As `cgla_graph.certificate.lower_bound` takes them.
+        As `cgla_graph.certificate.certificate.lower_bound` takes them.
 
     Returns
     -------
@@ -286,7 +286,7 @@ def _gap(grid: Grid) -> float:
 
 
 def n_cells(runs: WholeArray) -> int:
-    """Count the cells of merged runs, shape ``(n, 3)`` (see `cgla_graph.sparse_grid`)."""
+    """Count the cells of merged runs, shape ``(n, 3)`` (see `cgla_graph.eikonal.cell_runs`)."""
     return int((runs[:, 2] - runs[:, 1]).sum())
 
 

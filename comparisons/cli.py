@@ -510,7 +510,7 @@ def scenarios(
 
     With --show, prints the file of one as a start for your own; with --schema, the JSON schema of such files.
     """
-    from cgla_graph import scenario
+    from cgla_graph.scenarios import scenario
 
     if schema:
         _print_json(scenario.schema())
@@ -535,7 +535,7 @@ def missions(
 
     With --show, prints the file of one as a start for your own; with --schema, the JSON schema of such files.
     """
-    from cgla_graph import mission_file
+    from cgla_graph.scenarios import mission_file
 
     if schema:
         _print_json(mission_file.mission_schema())

@@ -17,9 +17,9 @@ from cgla_graph.comparisons.study.database import FILE, Database, load, load_stu
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.comparisons.study.study_file import is_study_file, read_study
-from cgla_graph.cost_model import n_cores
 from cgla_graph.errors import CglaError
-from cgla_graph.mission_file import MissionFile
+from cgla_graph.model.cost_model import n_cores
+from cgla_graph.scenarios.mission_file import MissionFile
 
 #: Of a study without a file, this many scenarios get pictures of their own, unless told otherwise.
 PICTURES = 20

@@ -9,7 +9,7 @@ from types import NoneType
 from typing import Any, get_args, get_type_hints
 
 from cgla_graph.errors import CglaError, ScenarioError, SolverSettingError
-from cgla_graph.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
 
 #: Settings that end the run of an anytime solver; None is no limit.

@@ -7,7 +7,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.statistics import interval_ranks, progress
-from cgla_graph.solution import Solution
+from cgla_graph.model.solution import Solution
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ def median_curve(solutions: Sequence[Solution]) -> Curve:
 
     Examples
     --------
-    >>> from cgla_graph.solution import Status
+    >>> from cgla_graph.model.solution import Status
     >>> runs = [Solution(Status.FOUND, cost=cost, seconds=cost) for cost in (1.0, 2.0, 3.0)]
     >>> curve = median_curve([*runs, Solution(Status.NOT_FOUND)])
     >>> curve.seconds, curve.median, curve.high

@@ -5,9 +5,9 @@ import math
 from collections.abc import Iterable
 
 from cgla_graph._types import FloatArray
-from cgla_graph.certificate import Certificate
-from cgla_graph.scenario import Scenario
-from cgla_graph.solution import Solution, Status
+from cgla_graph.certificate.certificate import Certificate
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.trade_off import ROUNDING
 from cgla_graph.solvers.within import PlanWithin
 
@@ -27,7 +27,7 @@ def plane_tolerance(scenario: Scenario, tolerance: float, cost: float) -> float:
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> f"{plane_tolerance(load_scenario('finland'), 0.005, 240e3):.5f}"
     '0.00490'
     """
@@ -127,7 +127,7 @@ def distortion_note(scenario: Scenario, paths: Iterable[FloatArray]) -> str:
     Examples
     --------
     >>> import numpy as np
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> finland = load_scenario("finland")
     >>> distortion_note(finland, [np.array([finland.problem.start])])
     'lengths exceed those on the Earth by at most 0.0056 %; lower bounds allow for that'

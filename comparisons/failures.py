@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.solution import Status
+from cgla_graph.model.solution import Status
 
 #: A number in a message, with what stands for each in a pattern.
 _NUMBER, _ANY = re.compile(r"\d[\d.e+-]*"), "#"

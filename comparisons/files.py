@@ -17,9 +17,9 @@ from filelock import FileLock, Timeout
 
 from cgla_graph.comparisons.rows import COLUMNS
 from cgla_graph.errors import OutputError
-from cgla_graph.geojson import line_feature_collection
-from cgla_graph.scenario import Scenario
-from cgla_graph.solution import Solution
+from cgla_graph.model.solution import Solution
+from cgla_graph.scenarios.geojson import line_feature_collection
+from cgla_graph.scenarios.scenario import Scenario
 
 
 def make_folder(folder: Path) -> Path:

@@ -14,10 +14,10 @@ import shapely
 from cgla_graph.comparisons.flown import Flown, Sortie
 from cgla_graph.comparisons.rows import json_number
 from cgla_graph.errors import OutputError
-from cgla_graph.flight import Flight, Separation, UavFlight
-from cgla_graph.geojson import line_feature_collection
-from cgla_graph.mission import Mission
-from cgla_graph.world import TimedArea, TimedThreat, World
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import Flight, Separation, UavFlight
+from cgla_graph.mission.world import TimedArea, TimedThreat, World
+from cgla_graph.scenarios.geojson import line_feature_collection
 
 #: The columns of traces; on lon/lat maps, longitude and latitude follow.
 TRACE_COLUMNS = ("uav", "tick", "x", "y", "risk", "known_threats", "known_areas")

@@ -11,7 +11,7 @@ from cgla_graph.comparisons.fitted_table import FittedTable
 from cgla_graph.comparisons.flight_files import plain_json, team_totals
 from cgla_graph.comparisons.flown import Flown
 from cgla_graph.comparisons.tables import duration, figure
-from cgla_graph.mission_file import MissionFile
+from cgla_graph.scenarios.mission_file import MissionFile
 
 #: The columns of `flights.jsonl` and `flights.csv`, one row a flight.
 COLUMNS = (

@@ -7,8 +7,8 @@ from cgla_graph.comparisons.fitted_table import FittedTable
 from cgla_graph.comparisons.flight_files import team_totals
 from cgla_graph.comparisons.flown import Flown
 from cgla_graph.comparisons.tables import duration, figure
-from cgla_graph.flight import MissionStatus, UavFlight
-from cgla_graph.measures import EXPOSED_ABOVE
+from cgla_graph.mission.metrics import EXPOSED_ABOVE
+from cgla_graph.mission.records import MissionStatus, UavFlight
 
 _HEADS = (
     "ticks",

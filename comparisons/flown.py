@@ -4,11 +4,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from cgla_graph.flight import Flight, MissionStatus, Separation
-from cgla_graph.mission import Mission
-from cgla_graph.problem import Problem
-from cgla_graph.projection import LocalProjection
-from cgla_graph.scenario import Scenario
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import Flight, MissionStatus, Separation
+from cgla_graph.model.problem import Problem
+from cgla_graph.scenarios.projection import LocalProjection
+from cgla_graph.scenarios.scenario import Scenario
 
 
 @dataclass(frozen=True, eq=False)

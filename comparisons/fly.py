@@ -24,8 +24,8 @@ from cgla_graph.comparisons.flight_files import (
 from cgla_graph.comparisons.flight_tables import COLUMN_NOTES, flight_notes, flight_table, heading, variants_table
 from cgla_graph.comparisons.flown import Flown, Sortie
 from cgla_graph.errors import MissionError, OutputError
-from cgla_graph.mission_file import MissionFile, load_mission
-from cgla_graph.simulation import Simulation
+from cgla_graph.mission.simulation import Simulation
+from cgla_graph.scenarios.mission_file import MissionFile, load_mission
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.base import Solver
 

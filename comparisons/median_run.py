@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.statistics import path_cost
-from cgla_graph.solution import Status
+from cgla_graph.model.solution import Status
 
 
 def median_run(runs: Sequence[Run]) -> Run:
@@ -27,8 +27,8 @@ def median_run(runs: Sequence[Run]) -> Run:
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
-    >>> from cgla_graph.solution import Solution
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> from cgla_graph.model.solution import Solution
     >>> answers = [Solution(Status.NOT_FOUND), *(Solution(Status.FOUND, cost=cost) for cost in (3.0, 1.0, 2.0))]
     >>> runs = [Run(load_scenario("paper"), "a", seed, False, answer) for seed, answer in enumerate(answers)]
     >>> median_run(runs).solution.cost

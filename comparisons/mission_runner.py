@@ -18,14 +18,14 @@ from cgla_graph.comparisons.study.execution import limits_where, made
 from cgla_graph.comparisons.study.isolation import Call, limited, use_up
 from cgla_graph.comparisons.study.limits import Limits, lost
 from cgla_graph.errors import CglaError
-from cgla_graph.mission import Mission
-from cgla_graph.mission_file import MissionFile, is_mission_file, load_mission
-from cgla_graph.risk import RiskField, Threat
-from cgla_graph.solution import Status
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.world import World
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.solution import Status
+from cgla_graph.scenarios.mission_file import MissionFile, is_mission_file, load_mission
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.warm_up import shortened
-from cgla_graph.uav import Uav
-from cgla_graph.world import World
 
 #: What `cgla compare` leaves out on missions unless it is asked for: a flight plans dozens of times, and these hand
 #: over a complete graph edge by edge each time, or solve a mixed-integer program.
@@ -133,7 +133,7 @@ def compare(
 
     Examples
     --------
-    >>> from cgla_graph.mission_file import load_mission
+    >>> from cgla_graph.scenarios.mission_file import load_mission
     >>> runs = compare([load_mission("fig4")], [Contender.parse("cgla")])
     >>> {run.status for run in runs}
     {'arrived'}

@@ -11,10 +11,10 @@ from cgla_graph.comparisons.contender import Contender, check_settings, every_so
 from cgla_graph.comparisons.runner import TOLERANCE
 from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.errors import CglaError
-from cgla_graph.inputs import open_scenarios
-from cgla_graph.lattice import Lattice
-from cgla_graph.mission_file import MissionFile
-from cgla_graph.scenario import Scenario
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.scenarios.loading import open_scenarios
+from cgla_graph.scenarios.mission_file import MissionFile
+from cgla_graph.scenarios.scenario import Scenario
 
 NamedT = TypeVar("NamedT", Scenario, MissionFile)
 
@@ -138,7 +138,7 @@ def open_all(
     Parameters
     ----------
     specs
-        Names and files, as in `cgla_graph.inputs.open_scenarios`.
+        Names and files, as in `cgla_graph.scenarios.loading.open_scenarios`.
     start, goal
         ``X,Y`` instead of the scenario's, or None.
     resolution

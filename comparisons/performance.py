@@ -87,7 +87,7 @@ def performances(runs: Sequence[Run]) -> list[Performance]:
     --------
     >>> from cgla_graph.comparisons.contender import Contender
     >>> from cgla_graph.comparisons.runner import compare
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> runs = compare([load_scenario("one-threat")], [Contender.parse("straight-line")], tolerance=None)
     >>> [(one.solver, one.n_paths, round(one.cost.median, 3)) for one in performances(list(runs))]
     [('straight-line', 1, 3.921)]

@@ -16,7 +16,7 @@ from matplotlib.path import Path as Outline
 from matplotlib.ticker import MaxNLocator, NullLocator
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph.certificate import Grid
+from cgla_graph.certificate.certificate import Grid
 from cgla_graph.comparisons.certify import at_most, proof_of, verdict
 from cgla_graph.comparisons.plot_map import map_figure
 from cgla_graph.comparisons.plot_page import Part, add_legend, arrange, style
@@ -25,7 +25,7 @@ from cgla_graph.comparisons.plot_text import cost_text, heading
 from cgla_graph.comparisons.plot_units import cost_unit, unit_scale
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.tables import rounded_down
-from cgla_graph.problem import Problem
+from cgla_graph.model.problem import Problem
 
 _WIDTH, _LOWEST, _HIGHEST = 3.6, 2.1, 3.4  # inches: width of the plot of the bracket, and within what its height is
 _LABELS = 0.5  # inches: what its labels take below it
@@ -53,7 +53,7 @@ def certificate_figure(run: Run) -> Figure:
     Examples
     --------
     >>> from cgla_graph.comparisons.certify import certify
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> figure = certificate_figure(certify(load_scenario("one-threat")))
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['y', 'risk per unit length', 'cost']

@@ -38,8 +38,8 @@ from cgla_graph.comparisons.plot_scene import (
 from cgla_graph.comparisons.plot_text import cost_text, plain
 from cgla_graph.comparisons.plot_units import unit_scale
 from cgla_graph.comparisons.tables import figure as digits
-from cgla_graph.flight import UavFlight
-from cgla_graph.world import TimedArea
+from cgla_graph.mission.records import UavFlight
+from cgla_graph.mission.world import TimedArea
 
 #: Panels side by side at most.
 MOST_PANELS = 4
@@ -66,10 +66,10 @@ def flight_figure(views: Sequence[Flown]) -> Figure:
 
     Examples
     --------
-    >>> from cgla_graph.mission import Mission
-    >>> from cgla_graph.uav import Uav
+    >>> from cgla_graph.mission.mission import Mission
+    >>> from cgla_graph.mission.uav import Uav
     >>> from cgla_graph.solvers import get
-    >>> from cgla_graph.world import World
+    >>> from cgla_graph.mission.world import World
     >>> mission = Mission(World(), [Uav("a", (0.1, 0.1), (0.9, 0.9), detection_radius=0.2)], get("cgla"))
     >>> figure = flight_figure([Flown("alone", "", "one UAV, no threat", "cgla", mission, flight=mission.fly())])
     >>> [text.get_text() for text in figure.legends[0].get_texts()][:1]

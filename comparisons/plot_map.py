@@ -23,7 +23,7 @@ from cgla_graph.comparisons.plot_solvers import Entry, entries_of
 from cgla_graph.comparisons.plot_text import cost_label, heading, others_label
 from cgla_graph.comparisons.plot_units import axis_labels, cost_unit, unit_scale
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario
 
 _LONG, _WIDE_LONG, _SHORT = 4.8, 6.5, 0.9  # inches: longer side of the map, of a wide one, least shorter side
 _WIDE = 2.5  # maps wider than this times their height have everything else below them
@@ -54,7 +54,7 @@ def map_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str] =
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> figure = map_figure(load_scenario("paper"), [])
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['y', 'risk per unit length']

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.plot_text import cost_text
 from cgla_graph.comparisons.plot_units import cost_unit, unit_scale
-from cgla_graph.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario
 
 #: Gaps below this, in percent, are drawn on the lower edge: a logarithmic axis has no 0.
 LEAST_GAP = 0.01

@@ -6,7 +6,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.flown import Flown
-from cgla_graph.flight import UavFlight
+from cgla_graph.mission.records import UavFlight
 
 _MOST_MARKS = 30  # marks on the longest trace, about
 

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.plot_units import unit_scale
-from cgla_graph.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario
 
 _GRID = 300  # samples of the risk field along the longer side
 

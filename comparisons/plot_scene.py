@@ -14,8 +14,8 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
 from cgla_graph.comparisons.plot_solvers import COLOURS, DASHES, Dashes
-from cgla_graph.uav import Uav
-from cgla_graph.world import TimedArea, TimedThreat, World
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.world import TimedArea, TimedThreat, World
 
 #: Settings of something that is drawn, as matplotlib names them.
 Look: TypeAlias = dict[str, Any]
@@ -151,7 +151,7 @@ def life(item: TimedThreat | TimedArea) -> str:
 
     Examples
     --------
-    >>> from cgla_graph.risk import Threat
+    >>> from cgla_graph.model.risk import Threat
     >>> life(TimedThreat(Threat(0, 0, 1), appears=5)), life(TimedThreat(Threat(0, 0, 1), appears=5, vanishes=9))
     ('from tick 5', 'ticks 5 to 8')
     """

@@ -10,7 +10,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.median_run import median_run
 from cgla_graph.comparisons.rows import by_solver, summaries
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.solution import Status
+from cgla_graph.model.solution import Status
 
 #: Where matplotlib begins in a pattern of dashes, and the lengths of dashes and gaps in line widths (None: no gaps).
 Dashes: TypeAlias = tuple[float, tuple[float, ...] | None]
@@ -113,7 +113,7 @@ def entries_of(runs: Sequence[Run], named: Collection[str] = ()) -> list[Entry]:
     --------
     >>> from cgla_graph.comparisons.contender import Contender
     >>> from cgla_graph.comparisons.runner import compare
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> runs = compare([load_scenario("one-threat")], [Contender.parse("straight-line"), Contender.parse("cgla")])
     >>> [(entry.label, entry.colour, entry.n_found) for entry in entries_of(list(runs))]
     [('cgla', '#E69F00', 1), ('straight-line', '#0072B2', 1)]

@@ -10,7 +10,7 @@ from matplotlib.font_manager import get_font
 from cgla_graph.comparisons.median_run import seeds_note
 from cgla_graph.comparisons.plot_solvers import Entry
 from cgla_graph.comparisons.words import counted
-from cgla_graph.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario
 
 
 def heading(scenario: Scenario) -> tuple[str, str]:
@@ -29,7 +29,7 @@ def heading(scenario: Scenario) -> tuple[str, str]:
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> heading(load_scenario("one-threat"))[0]
     'one-threat,  k = 10'
     """

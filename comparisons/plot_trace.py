@@ -20,7 +20,7 @@ from cgla_graph.comparisons.plot_text import cost_label, cost_text, heading, oth
 from cgla_graph.comparisons.rows import by_solver, scenario_bound
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.statistics import path_cost
-from cgla_graph.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario
 
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 _SAME_COST = 1e-6  # costs closer than this, relatively, are one
@@ -54,7 +54,7 @@ def trace_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str]
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> trace_figure(load_scenario("paper"), []) is None
     True
     """

@@ -1,6 +1,6 @@
 """Units of pictures: those of the map, its cells, or kilometres where it has longitudes and latitudes."""
 
-from cgla_graph.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario
 
 
 def unit_scale(scenario: Scenario) -> float:
@@ -19,7 +19,7 @@ def unit_scale(scenario: Scenario) -> float:
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> unit_scale(load_scenario("finland")), unit_scale(load_scenario("paper"))
     (0.001, 1.0)
     """
@@ -42,7 +42,7 @@ def cost_unit(scenario: Scenario) -> str:
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> [f"cost{cost_unit(load_scenario(name))}" for name in ("finland", "paper")]
     ['cost (km)', 'cost']
     """
@@ -65,7 +65,7 @@ def axis_labels(scenario: Scenario) -> tuple[str, str]:
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> axis_labels(load_scenario("paper"))
     ('x', 'y')
     """

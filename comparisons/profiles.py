@@ -15,7 +15,7 @@ from cgla_graph.comparisons.cost_table import cost_table, same_cost
 from cgla_graph.comparisons.rows import by_scenario, by_solver, scenario_bound
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.statistics import CONFIDENCE, Interval, path_cost, success_interval, to_target
-from cgla_graph.solution import Solution
+from cgla_graph.model.solution import Solution
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ def success_curve(solutions: Sequence[Solution]) -> SuccessCurve:
 
     Examples
     --------
-    >>> from cgla_graph.solution import Status
+    >>> from cgla_graph.model.solution import Status
     >>> runs = [Solution(Status.FOUND, cost=1.0, seconds=float(s)) for s in (1, 2, 2)]
     >>> curve = success_curve([*runs, Solution(Status.NOT_FOUND, seconds=9.0)])
     >>> curve.seconds, curve.rate, curve.n_paths
@@ -232,7 +232,7 @@ def instance_costs(runs: Sequence[Run]) -> dict[str, list[float]]:
     --------
     >>> from cgla_graph.comparisons.contender import Contender
     >>> from cgla_graph.comparisons.runner import compare
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> runs = list(compare([load_scenario("one-threat")], [Contender.parse("straight-line")], tolerance=None))
     >>> {solver: [round(cost, 3) for cost in costs] for solver, costs in instance_costs(runs).items()}
     {'straight-line': [3.921]}

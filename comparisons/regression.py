@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from cgla_graph.comparisons.paired import Paired, compare_costs, holm
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.statistics import SAME_COST, path_cost
-from cgla_graph.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario
 
 #: An adjusted p-value below this is a difference.
 SIGNIFICANT = 0.05
@@ -103,7 +103,7 @@ def same_task(scenario: Scenario) -> Hashable:
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> same_task(load_scenario("paper")) == same_task(load_scenario("paper"))
     True
     """
@@ -135,7 +135,7 @@ def regression(old: Iterable[Run], new: Iterable[Run], *, key: Callable[[Scenari
     --------
     >>> from cgla_graph.comparisons.contender import Contender
     >>> from cgla_graph.comparisons.runner import compare
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> old, new = (compare([load_scenario("paper")], [Contender.parse("cgla")], tolerance=None) for _ in range(2))
     >>> [(change.solver, change.n, change.verdict.name) for change in regression(old, new).changes]
     [('cgla', 1, 'IDENTICAL')]

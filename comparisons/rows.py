@@ -9,7 +9,7 @@ from cgla_graph.comparisons.median_run import median_run
 from cgla_graph.comparisons.run_columns import COMPARED, RunColumn, excess_over
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.statistics import path_cost
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.solution import Solution, Status
 
 #: The columns of files, in order.
 COLUMNS = tuple(column.key for column in COMPARED)

@@ -9,14 +9,14 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from cgla_graph.certificate import Certificate, lower_bound
+from cgla_graph.certificate.certificate import Certificate, lower_bound
 from cgla_graph.comparisons import earth
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.errors import CglaError
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import BOUND_TOLERANCE, GraphProblem, Problem
-from cgla_graph.scenario import Scenario
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import BOUND_TOLERANCE, GraphProblem, Problem
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.bridge import solve, weighed
 from cgla_graph.solvers.hybrid import Hybrid
@@ -90,7 +90,7 @@ def compare(
     n_seeds
         At least 1.
     tolerance
-        Of the lower bound (see `cgla_graph.certificate.lower_bound`), above 0; None for no bound.
+        Of the lower bound (see `cgla_graph.certificate.certificate.lower_bound`), above 0; None for no bound.
 
     Yields
     ------
@@ -100,7 +100,7 @@ def compare(
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> runs = compare([load_scenario("one-threat")], [Contender.parse("cgla"), Contender.parse("straight-line")])
     >>> [(run.solver, run.solution.status.label) for run in runs]
     [('cgla', 'optimal'), ('straight-line', 'found')]

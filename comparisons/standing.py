@@ -16,7 +16,7 @@ from cgla_graph.comparisons.rows import by_solver
 from cgla_graph.comparisons.run_columns import excess_over
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.statistics import Estimate, Interval, estimate, success_interval
-from cgla_graph.solution import Status
+from cgla_graph.model.solution import Status
 
 #: A path this close to the lower bound, in percent, counts as near the optimum.
 NEAR_PERCENT = 5
@@ -94,7 +94,7 @@ def standings(runs: Sequence[Run]) -> list[Standing]:
     --------
     >>> from cgla_graph.comparisons.contender import Contender
     >>> from cgla_graph.comparisons.runner import compare
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> runs = list(compare([load_scenario("paper")], [Contender.parse(name) for name in ("straight-line", "cgla")]))
     >>> [(one.solver, one.average_rank, one.wins) for one in standings(runs)]
     [('cgla', 1.0, 1), ('straight-line', 2.0, 0)]

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import special
 
 from cgla_graph._types import FloatArray
-from cgla_graph.solution import Solution
+from cgla_graph.model.solution import Solution
 
 #: Confidence of every interval.
 CONFIDENCE = 0.95
@@ -205,7 +205,7 @@ def progress(solution: Solution) -> FloatArray:
 
     Examples
     --------
-    >>> from cgla_graph.solution import Status, TracePoint
+    >>> from cgla_graph.model.solution import Status, TracePoint
     >>> trace = (TracePoint(0.1, 5, math.inf), TracePoint(0.2, 10, 3.0))
     >>> progress(Solution(Status.FOUND, cost=2.0, seconds=1.0, build_seconds=1.0, evaluations=50, trace=trace))
     array([[ 1.2, 10. ,  3. ],
@@ -242,7 +242,7 @@ def to_target(solution: Solution, cost: float = math.inf) -> Hit:
 
     Examples
     --------
-    >>> from cgla_graph.solution import Status
+    >>> from cgla_graph.model.solution import Status
     >>> to_target(Solution(Status.FOUND, cost=2.0, seconds=1.0, evaluations=7), 2.5)
     Hit(seconds=1.0, evaluations=7.0)
     >>> to_target(Solution(Status.NOT_FOUND, seconds=1.0), 2.5)
@@ -263,7 +263,7 @@ def path_cost(solution: Solution) -> float:
 
     Examples
     --------
-    >>> from cgla_graph.solution import Status
+    >>> from cgla_graph.model.solution import Status
     >>> path_cost(Solution(Status.INFEASIBLE, cost=1.0))
     inf
     """

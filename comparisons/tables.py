@@ -13,7 +13,7 @@ from cgla_graph.comparisons.performance import TARGET_PERCENTS, Performance
 from cgla_graph.comparisons.rows import Summary, scenario_bound, summaries
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.statistics import FEWEST_RUNS, Estimate
-from cgla_graph.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario
 
 #: Numbers from here on are written with an exponent.
 MOST_DIGITS = 1e12

@@ -87,8 +87,9 @@ def running_solvers() -> Iterator[None]:
 
     That kernels have to be compiled first is said there, too: nothing that is timed waits for it, but the user does.
     """
-    from cgla_graph import certificate_kernels, risk_kernels  # noqa: PLC0415 - `cgla --help` answers at once
     from cgla_graph._kernel import is_kept  # noqa: PLC0415 - the same
+    from cgla_graph.certificate import certificate_kernels  # noqa: PLC0415 - `cgla --help` answers at once
+    from cgla_graph.model import risk_kernels  # noqa: PLC0415 - `cgla --help` answers at once
 
     if not (is_kept(risk_kernels.segment_cost) and is_kept(certificate_kernels.steepness)):
         say("compiling kernels: once after an installation, for up to a minute")

@@ -14,8 +14,8 @@ from cgla_graph.comparisons.rows import json_number
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.tables import figure, percent, rounded_down
 from cgla_graph.errors import CglaError
-from cgla_graph.scenario import Scenario
-from cgla_graph.solution import Solution
+from cgla_graph.model.solution import Solution
+from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.trade_off import Front, pareto
 from cgla_graph.solvers.within import PlanWithin, plan_within_length, plan_within_risk

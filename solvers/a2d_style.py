@@ -114,8 +114,8 @@ class A2dStyle(Reactive[Trail]):
 
     Examples
     --------
-    >>> from cgla_graph.problem import Problem
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.problem import Problem
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, spread=0.1)]), k=10.0)
     >>> path = A2dStyle(threshold=0.1).solve(problem).path
     >>> bool(problem.field.density(path).max() <= 0.1)

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal, Protocol, TypeAlias, get_args, runtime_checkable
 
 from cgla_graph._validate import non_negative_number, positive_number, whole_number
-from cgla_graph.edges import CornerRule
 from cgla_graph.errors import ProblemError, SolverSettingError
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import GraphProblem, Problem
-from cgla_graph.solution import Solution
+from cgla_graph.model.adjacency import CornerRule
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.solution import Solution
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class Traits:
         Packages beyond those that the toolkit always has.
     isolated
         Whether it runs compiled code of others that may crash or hang. Then `cgla_graph.solve` and missions run it in a
-        process of its own (see `cgla_graph.isolated`), to which it and its problem are sent: their classes have to be
-        in modules. A run that exceeds its setting ``seconds`` by more than a tenth and 2 s is stopped; one without
-        such a setting, after 600 s.
+        process of its own (see `cgla_graph.model.isolated`), to which it and its problem are sent: their classes have
+        to be in modules. A run that exceeds its setting ``seconds`` by more than a tenth and 2 s is stopped; one
+        without such a setting, after 600 s.
 
     Examples
     --------

@@ -101,8 +101,8 @@ class BcvStyle(Reactive[BcvMemory]):
 
     Examples
     --------
-    >>> from cgla_graph.problem import Problem
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.problem import Problem
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0.1, 0.5), (0.9, 0.5), RiskField([Threat(0.5, 0.5, spread=0.05)]), k=10.0)
     >>> answer = BcvStyle().solve(problem)
     >>> bool(problem.field.density(answer.path).max() < 0.1)

@@ -82,8 +82,8 @@ class BendyRuler(Reactive[BendyMemory]):
 
     Examples
     --------
-    >>> from cgla_graph.problem import Problem
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.problem import Problem
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0.1, 0.5), (0.9, 0.5), RiskField([Threat(0.5, 0.5, spread=0.05)]), k=10.0)
     >>> answer = BendyRuler(threshold=0.1).solve(problem)
     >>> bool(problem.field.density(answer.path).max() < 0.1)

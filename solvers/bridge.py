@@ -6,12 +6,12 @@ from typing import Any, cast
 
 import numpy as np
 
-from cgla_graph import isolated
 from cgla_graph.errors import ProblemError, SolverSettingError
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import GraphProblem, Problem
-from cgla_graph.refine import refine_path
-from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.model import isolated
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.base import GraphSolver, PlaneSolver, Solver
 from cgla_graph.solvers.warm_up import warm_up
@@ -44,7 +44,7 @@ def solve(
     on
         The same problem laid on a graph before (`Problem.on_lattice`), to share its weights between graph solvers.
     refine
-        Whether to refine the solver's path in the plane (`cgla_graph.refine.refine_path`). The time and the
+        Whether to refine the solver's path in the plane (`cgla_graph.refine.refine.refine_path`). The time and the
         evaluations that this takes are added to the solver's.
     settings
         Settings of a solver given by name, or of the default one.
@@ -111,7 +111,7 @@ def refined(problem: Problem, solution: Solution, *, tolerance: float = 1e-6, ma
     solution
         The oracle's word on it. Without a path it comes back as it is.
     tolerance, max_points
-        As `cgla_graph.refine.refine_path` takes them.
+        As `cgla_graph.refine.refine.refine_path` takes them.
 
     Returns
     -------

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._validate import positive_number
 from cgla_graph.errors import ProblemError, SolverSettingError
-from cgla_graph.problem import Problem
-from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.solvers.base import whole_setting
 
 

@@ -4,10 +4,10 @@ import itertools
 from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args
 
-from cgla_graph.cgla_matrix import CostMatrix, cost_matrix
+from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.problem import GraphProblem
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.model.problem import GraphProblem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import Traits
 
 
@@ -31,7 +31,7 @@ class Cgla:
 
     Examples
     --------
-    >>> from cgla_graph.graph import GeometricGraph
+    >>> from cgla_graph.model.graph import GeometricGraph
     >>> chain = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]])
     >>> Cgla().solve(GraphProblem(chain, 0, 2)).nodes
     (0, 1, 2)

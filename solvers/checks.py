@@ -12,12 +12,12 @@ from typing import Any, cast
 import numpy as np
 import shapely
 
-from cgla_graph.cgla_matrix import cost_matrix
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import GraphProblem, Problem
-from cgla_graph.risk import RiskField, Threat
-from cgla_graph.solution import Solution, Status
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.solution import Solution, Status
 from cgla_graph.solvers.base import GraphSolver, PlaneSolver, Solver
 from cgla_graph.solvers.bridge import solve
 

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import BoolArray, FloatArray, Point
-from cgla_graph.risk_kernels import X, Y
+from cgla_graph.model.risk_kernels import X, Y
 from cgla_graph.solvers.base import Traits
 from cgla_graph.solvers.fuzzy_steering import LOG_EDGE, FuzzyMemory, FuzzySteering, edge
 from cgla_graph.solvers.reactive import Surroundings
@@ -98,7 +98,7 @@ class CpvsStyle(FuzzySteering[SubgoalMemory]):
 
     Examples
     --------
-    >>> from cgla_graph.problem import Problem
+    >>> from cgla_graph.model.problem import Problem
     >>> wall = shapely.box(0.49, 0.2, 0.51, 1.0)
     >>> problem = Problem((0.1, 0.7), (0.9, 0.7), no_fly=wall)
     >>> solution = CpvsStyle().solve(problem)

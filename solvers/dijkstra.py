@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.sparse import csgraph
 
-from cgla_graph.problem import GraphProblem
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.model.problem import GraphProblem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import Traits
 
 
@@ -19,7 +19,7 @@ class Dijkstra:
 
     Examples
     --------
-    >>> from cgla_graph.graph import GeometricGraph
+    >>> from cgla_graph.model.graph import GeometricGraph
     >>> chain = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]])
     >>> Dijkstra().solve(GraphProblem(chain, 0, 2)).cost
     2.0

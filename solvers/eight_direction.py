@@ -4,10 +4,10 @@ import time
 from dataclasses import dataclass
 from typing import ClassVar
 
-from cgla_graph.edges import CornerRule
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
-from cgla_graph.solution import Solution
+from cgla_graph.model.adjacency import CornerRule
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution
 from cgla_graph.solvers.base import Traits, check_lattice
 from cgla_graph.solvers.dijkstra import Dijkstra
 

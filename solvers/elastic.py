@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray
 from cgla_graph._validate import point_array
-from cgla_graph.problem import Problem
-from cgla_graph.risk import Threat
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import Threat
 
 #: The chain is at rest once no force on a mass exceeds this, relative to a spring's.
 AT_REST = 1e-4

@@ -9,8 +9,8 @@ import shapely
 
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.problem import Problem
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.b_spline import basis, curvature
 from cgla_graph.solvers.base import LARGEST_SEED, Traits, non_negative_setting, positive_setting, whole_setting
 from cgla_graph.solvers.budget import Budget, Incumbent
@@ -76,7 +76,7 @@ class Evolutionary:
 
     Examples
     --------
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0)
     >>> answer = Evolutionary(seed=3).solve(problem)
     >>> 1.35 < answer.cost < 1.38

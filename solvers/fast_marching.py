@@ -4,13 +4,13 @@ import time
 from dataclasses import dataclass
 from typing import ClassVar
 
-from cgla_graph import sparse_grid
-from cgla_graph.eikonal import costs_to_go, descent, node_costs
+from cgla_graph.eikonal import cell_runs
+from cgla_graph.eikonal.marching import costs_to_go, descent, node_costs
+from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.problem import Problem
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import Traits, whole_setting
-from cgla_graph.spline_mesh import SplineMesh
 
 #: Spacings from the goal within which costs begin as those of straight lines, and the descent ends.
 NEAR = 4.0
@@ -43,7 +43,7 @@ class FastMarching:
 
     Examples
     --------
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0)
     >>> answer = FastMarching(cells=400).solve(problem)
     >>> round(answer.cost, 3)
@@ -71,7 +71,7 @@ class FastMarching:
         longer = max(x_max - x_min, y_max - y_min)
         columns, rows = (max(8, round(self.cells * side / longer)) for side in (x_max - x_min, y_max - y_min))
         last = columns, rows
-        runs = sparse_grid.rectangle(last)
+        runs = cell_runs.rectangle(last)
         mesh = SplineMesh.build(problem.bounds, last, runs, problem.model.area, (problem.start, problem.goal))
         costs = node_costs(problem, mesh)
         build_seconds = time.perf_counter() - began

@@ -54,8 +54,8 @@ class FbcriStyle(FuzzySteering[FuzzyMemory]):
 
     Examples
     --------
-    >>> from cgla_graph.problem import Problem
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.problem import Problem
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, spread=0.1)]), k=10.0)
     >>> risk = problem.evaluate(FbcriStyle().solve(problem).path).risk
     >>> risk < 0.5 * problem.evaluate([problem.start, problem.goal]).risk

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from cgla_graph.problem import Problem
-from cgla_graph.solution import Solution
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution
 from cgla_graph.solvers.base import LARGEST_SEED, Traits, whole_setting
 from cgla_graph.solvers.budget import Budget
 

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.risk_kernels import LOG_PEAK, SPREAD, X, Y
+from cgla_graph.model.risk_kernels import LOG_PEAK, SPREAD, X, Y
 from cgla_graph.solvers.base import positive_setting, whole_setting
 from cgla_graph.solvers.directions import bearing, wrapped
 from cgla_graph.solvers.fuzzy import RuleBase, Triangle, about, centroid
@@ -333,7 +333,7 @@ def edge(table: FloatArray, log_level: float) -> FloatArray:
 
     Examples
     --------
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> edge(RiskField([Threat(0, 0, spread=3), Threat(0, 0, spread=3, peak=0.1)]).table, -2.0).tolist()
     [6.0, 0.0]
     """

@@ -11,11 +11,11 @@ from scipy.sparse import csgraph
 
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import positive_number
-from cgla_graph.certificate import lower_bound
+from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.errors import ProblemError, SolverSettingError
-from cgla_graph.problem import Problem
-from cgla_graph.refine import refine_path
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status, TracePoint
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status, TracePoint
+from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers import hybrid_roadmap
 from cgla_graph.solvers.base import Traits, whole_setting
 
@@ -42,7 +42,8 @@ class Hybrid:
     `cgla_graph.solvers.hybrid_roadmap`). Least-cost trees from the start and from the goal give, for every node, the
     best path through it. Two paths are different candidates if they pass some threat or polygon on different sides:
     that is, if the angles that they sweep around it differ by a full turn (the H-signature of Bhattacharya, Kumar,
-    Likhachev, AAAI 2010). The cheapest candidates are refined (`cgla_graph.refine.refine_path`), and the best one wins.
+    Likhachev, AAAI 2010). The cheapest candidates are refined (`cgla_graph.refine.refine.refine_path`), and the best
+    one wins.
 
     To have a path soon, a quick search over a seventh of the lattice points comes before all that, where the map has
     few corners.
@@ -67,7 +68,7 @@ class Hybrid:
 
     Examples
     --------
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0)
     >>> round(Hybrid(tolerance=None).solve(problem).cost, 4)
     1.3516

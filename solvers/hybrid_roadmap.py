@@ -9,11 +9,11 @@ import shapely
 from scipy import sparse
 from scipy.spatial import Delaunay, KDTree
 
-from cgla_graph import graph_kernels
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.cost_model import THREADED_FROM, n_cores
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
+from cgla_graph.model import graph_kernels
+from cgla_graph.model.cost_model import THREADED_FROM, n_cores
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
 
 #: Up to so many corners, start and goal included, every pair is joined; beyond, each with its nearest.
 ALL_PAIRS_UP_TO = 150

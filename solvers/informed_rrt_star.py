@@ -28,7 +28,7 @@ class InformedRrtStar(RrtStar):
 
     Examples
     --------
-    >>> from cgla_graph.problem import Problem
+    >>> from cgla_graph.model.problem import Problem
     >>> problem = Problem(start=(0.1, 0.1), goal=(0.9, 0.9))
     >>> InformedRrtStar(iterations=200, seed=1).solve(problem).status.label
     'found'

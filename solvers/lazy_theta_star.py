@@ -7,10 +7,10 @@ from typing import ClassVar
 import numpy as np
 
 from cgla_graph._types import IntArray
-from cgla_graph.edges import CornerRule, cell_corners
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.model.adjacency import CornerRule, cell_corners
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers import theta_kernels
 from cgla_graph.solvers.base import Traits, check_lattice
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.cost_model import CostModel
+from cgla_graph.model.cost_model import CostModel
 from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
 from cgla_graph.solvers.directions import around_circle
 from cgla_graph.solvers.milp_map import CornerGraph, corner_graph, obstacles_of
@@ -95,8 +95,8 @@ class Milp(Reactive[MilpMemory]):
 
     Examples
     --------
-    >>> from cgla_graph.risk import RiskField, Threat
-    >>> from cgla_graph.problem import Problem
+    >>> from cgla_graph.model.risk import RiskField, Threat
+    >>> from cgla_graph.model.problem import Problem
     >>> problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0)
     >>> answer = Milp().solve(problem)
     >>> answer.status.label, 1.35 < answer.cost < 1.5

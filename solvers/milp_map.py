@@ -11,8 +11,8 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from cgla_graph._types import Bounds, FloatArray, IntArray, Point
-from cgla_graph.cost_model import CostModel
-from cgla_graph.risk import Threat
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.risk import Threat
 from cgla_graph.solvers.corners import convex_corners
 from cgla_graph.solvers.directions import around_circle
 from cgla_graph.solvers.milp_model import MARGIN, KeepOut

@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 
 import networkx as nx
 
-from cgla_graph.edges import Node
-from cgla_graph.problem import GraphProblem
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.model.adjacency import Node
+from cgla_graph.model.problem import GraphProblem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import Traits
 
 #: A networkx graph takes about a kilobyte an edge; beyond this it is no use.
@@ -24,7 +24,7 @@ class NetworkxDijkstra:
 
     Examples
     --------
-    >>> from cgla_graph.graph import GeometricGraph
+    >>> from cgla_graph.model.graph import GeometricGraph
     >>> chain = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]])
     >>> NetworkxDijkstra().solve(GraphProblem(chain, 0, 2)).nodes
     (0, 1, 2)
@@ -47,7 +47,7 @@ class NetworkxAstar:
 
     Examples
     --------
-    >>> from cgla_graph.graph import GeometricGraph
+    >>> from cgla_graph.model.graph import GeometricGraph
     >>> chain = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]])
     >>> NetworkxAstar().solve(GraphProblem(chain, 0, 2)).nodes
     (0, 1, 2)

@@ -8,9 +8,9 @@ import numpy as np
 from scipy import sparse
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.problem import GraphProblem, Problem
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import LARGEST_SEED, Traits, whole_setting
 from cgla_graph.solvers.budget import Budget, BudgetSpentError
 from cgla_graph.solvers.dijkstra import Dijkstra

@@ -12,8 +12,8 @@ from typing import Any
 
 from ompl import base as ob
 
-from cgla_graph.problem import Problem
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers import ompl_space
 from cgla_graph.solvers.budget import Budget, BudgetSpentError, Incumbent, Meter
 

@@ -14,10 +14,10 @@ import numpy as np
 from ompl import base as ob
 from ompl import util as ou
 
-from cgla_graph import risk_kernels
 from cgla_graph._types import FloatArray
-from cgla_graph.no_fly_kernels import point_inside, segment_crosses
-from cgla_graph.problem import Problem
+from cgla_graph.model import risk_kernels
+from cgla_graph.model.no_fly_kernels import point_inside, segment_crosses
+from cgla_graph.model.problem import Problem
 from cgla_graph.solvers.budget import BudgetSpentError, Meter
 
 #: After so many states in a row inside no-fly areas, there is as good as nowhere to go.

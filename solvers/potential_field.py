@@ -67,8 +67,8 @@ class PotentialField(Reactive[Memory]):
     --------
     It glides past a threat beside its way, and stops in front of one that is right in it.
 
-    >>> from cgla_graph.problem import Problem
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.problem import Problem
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> beside = Problem((0.1, 0.5), (0.9, 0.5), RiskField([Threat(0.5, 0.48, spread=0.05)]), k=10.0)
     >>> PotentialField().solve(beside).status.label
     'found'

@@ -11,8 +11,8 @@ from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.problem import Problem
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import LARGEST_SEED, Traits, positive_setting, whole_setting
 from cgla_graph.solvers.budget import Budget, Incumbent, Meter
 

@@ -9,11 +9,11 @@ from scipy.sparse import csgraph
 
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import finite_number
-from cgla_graph.edges import CornerRule
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.model.adjacency import CornerRule
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers import q_learning_kernels as kernels
 from cgla_graph.solvers.base import LARGEST_SEED, Traits, check_lattice, settings_of, whole_setting
 from cgla_graph.solvers.value_iteration import DecisionProcess, Reward, decision_process, greedy
@@ -100,7 +100,7 @@ class QLearning:
 
     Examples
     --------
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0, 0), (1, 1), RiskField([Threat(1, 1, spread=0.2)]), k=10)
     >>> answer = QLearning().solve(problem)
     >>> round(answer.cost, 3), answer.message

@@ -10,11 +10,11 @@ import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.errors import CglaError
-from cgla_graph.problem import Problem
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import Move
 from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
 from cgla_graph.solvers.directions import bearing, unit_vectors
-from cgla_graph.steps import Move
 
 #: The paper's step: 0.4 units of a lattice of 20 points a side, over the shorter side of the map.
 STEP = 0.02
@@ -191,7 +191,7 @@ class Reactive(ABC, Generic[M]):
         """
 
     def move(self, problem: Problem, memory: Hashable | None, step: float) -> Move:
-        """Decide one step (see `cgla_graph.steps.StepByStep`)."""
+        """Decide one step (see `cgla_graph.model.solver.StepByStep`)."""
         around = Surroundings(problem, step)
         track = memory if isinstance(memory, _Track) else self._first(around)
         # a mission may have moved the UAV by rounding

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from cgla_graph._types import Point
 from cgla_graph._validate import non_negative_number, point_array
 from cgla_graph.errors import ProblemError, SolverSettingError
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
-from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.solvers import bridge, registry
 from cgla_graph.solvers.base import Solver, Traits, whole_setting
 
@@ -20,7 +20,7 @@ from cgla_graph.solvers.base import Solver, Traits, whole_setting
 @dataclass(frozen=True)
 class Refine:
     """
-    Refines what another solver finds, or a path of one's own (`cgla_graph.refine.refine_path`).
+    Refines what another solver finds, or a path of one's own (`cgla_graph.refine.refine.refine_path`).
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Refine:
 
     Examples
     --------
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0)
     >>> answers = Refine("eight-direction"), Refine([problem.start, (0.2, 0.8), problem.goal])
     >>> [round(answer.solve(problem).cost, 4) for answer in answers]

@@ -6,12 +6,12 @@ from typing import Any, cast
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.cost_model import CostModel
 from cgla_graph.errors import ProblemError, SolverSettingError
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import GraphProblem, Problem
-from cgla_graph.solution import Solution
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.solution import Solution
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.base import Solver
 from cgla_graph.solvers.bridge import solve
@@ -50,7 +50,7 @@ class Reweighed:
 
     Examples
     --------
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0, 0.5), (1, 0.5), RiskField([Threat(0.5, 0.5, spread=0.1)]))
     >>> reweighed = Reweighed(problem, "cgla", resolution=5)
     >>> [round(reweighed.at(k).length, 3) for k in (0.0, 100.0)]

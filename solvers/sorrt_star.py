@@ -27,7 +27,7 @@ class SorrtStar(RrtStar):
 
     Examples
     --------
-    >>> from cgla_graph.problem import Problem
+    >>> from cgla_graph.model.problem import Problem
     >>> problem = Problem(start=(0.1, 0.1), goal=(0.9, 0.9))
     >>> SorrtStar(iterations=200, seed=1).solve(problem).status.label
     'found'

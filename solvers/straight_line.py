@@ -5,8 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from cgla_graph.problem import Problem
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution, Status
 from cgla_graph.solvers.base import Traits
 
 

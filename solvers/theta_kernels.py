@@ -16,9 +16,9 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, IntArray
-from cgla_graph.graph_kernels import Model
-from cgla_graph.no_fly_kernels import segment_crosses
-from cgla_graph.risk_kernels import segment_cost
+from cgla_graph.model.graph_kernels import Model
+from cgla_graph.model.no_fly_kernels import segment_crosses
+from cgla_graph.model.risk_kernels import segment_cost
 
 #: Nodes, shape ``(n, 2)``, map units; columns and rows of the lattice that the first of them are; which of these are
 #: free, of length 0 where a segment may touch corners; and what a segment costs.

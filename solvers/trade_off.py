@@ -18,9 +18,9 @@ import numpy as np
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.errors import ProblemError
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import Solver
 from cgla_graph.solvers.reweighing import Reweighed
 
@@ -197,7 +197,7 @@ def pareto(
 
     Examples
     --------
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0, 0.5), (1, 0.5), RiskField([Threat(0.5, 0.5, spread=0.1)]))
     >>> front = pareto(problem, solver="cgla", resolution=5)
     >>> [(round(point.k_low, 2), round(point.length, 3), round(point.risk, 3)) for point in front][:3]

@@ -8,11 +8,11 @@ import numpy as np
 
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import finite_number
-from cgla_graph.edges import CornerRule
 from cgla_graph.errors import ProblemError
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import GraphProblem, Problem
-from cgla_graph.solution import NEGATIVE_WEIGHTS
+from cgla_graph.model.adjacency import CornerRule
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS
 from cgla_graph.solvers import q_learning_kernels as kernels
 
 Reward: TypeAlias = Literal["risk_aware", "node", "goal_only"]
@@ -308,7 +308,7 @@ def least_target_reward(
 
     Examples
     --------
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0, 0), (1, 1), RiskField([Threat(1, 1, spread=0.2)]), k=10)
     >>> [round(least_target_reward(problem, gamma=gamma), 3) for gamma in (0.9, 0.95, 1.0)]
     [2.784, 1.877, 0.0]

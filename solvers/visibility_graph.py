@@ -8,10 +8,10 @@ import numpy as np
 from shapely.geometry import GeometryCollection, Polygon
 
 from cgla_graph._types import BoolArray, FloatArray, Point
-from cgla_graph.no_fly import NoFlyArea
-from cgla_graph.problem import Problem
-from cgla_graph.risk import Threat
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.no_fly import NoFlyArea
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import Threat
+from cgla_graph.model.solution import Solution, Status
 from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
 from cgla_graph.solvers.corners import convex_corners
 from cgla_graph.solvers.directions import around_circle
@@ -63,7 +63,7 @@ class VisibilityGraph:
     --------
     Around one disc of radius r, seen from both sides at a distance d: two tangents and an arc.
 
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0.1, 0.5), (0.9, 0.5), RiskField([Threat(0.5, 0.5, spread=0.1)]))
     >>> r, d = 0.2, 0.4
     >>> tangents_and_arc = 2 * math.sqrt(d**2 - r**2) + r * (math.pi - 2 * math.acos(r / d))

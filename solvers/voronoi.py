@@ -11,8 +11,8 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import Voronoi
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, IntArray
-from cgla_graph.problem import Problem
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
 from cgla_graph.solvers.directions import around_circle
 from cgla_graph.solvers.elastic import relaxed
@@ -68,7 +68,7 @@ class VoronoiRoadmap:
     --------
     Between two threats the way leads along their bisector.
 
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> field = RiskField([Threat(0.5, 0.3, spread=0.1), Threat(0.5, 0.7, spread=0.1)])
     >>> path = VoronoiRoadmap(masses=0).solve(Problem((0.0, 0.2), (1.0, 0.6), field, k=1.0)).path
     >>> path.tolist()

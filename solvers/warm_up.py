@@ -7,9 +7,9 @@ from typing import Any, TypeVar, cast
 
 import shapely
 
-from cgla_graph.problem import Problem
-from cgla_graph.refine import refine_path
-from cgla_graph.risk import RiskField, Threat
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers.base import Solver
 
 SolverT = TypeVar("SolverT", bound=Solver)

@@ -10,11 +10,11 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
-from cgla_graph.certificate import lower_bound
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Evaluation, Problem
-from cgla_graph.refine import refine_path
-from cgla_graph.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.certificate.certificate import lower_bound
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Evaluation, Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers.base import Solver
 from cgla_graph.solvers.constrained_search import constrained_path
 from cgla_graph.solvers.reweighing import Reweighed
@@ -122,8 +122,8 @@ def plan_within_risk(
     resolution
         For solvers that need a lattice, as in `solve`.
     tolerance
-        Ratio above 0 that the lower bound of the cost aims at (see `cgla_graph.certificate.lower_bound`), with a
-        solver that is not exact on a lattice. None: prove only what the straight line does.
+        Ratio above 0 that the lower bound of the cost (`cgla_graph.certificate.certificate.lower_bound`) aims at, with
+        a solver that is not exact on a lattice. None: prove only what the straight line does.
     settings
         Settings of a solver given by name.
 
@@ -141,7 +141,7 @@ def plan_within_risk(
 
     Examples
     --------
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0, 0.5), (1, 0.5), RiskField([Threat(0.5, 0.5, spread=0.1)]))
     >>> plan = plan_within_risk(problem, 0.1, solver="cgla", resolution=9)
     >>> plan.status.label, bool(plan.solution.risk <= 0.1), round(plan.solution.length, 3), round(plan.gap, 3)
@@ -165,7 +165,7 @@ def plan_within_length(
 
     Examples
     --------
-    >>> from cgla_graph.risk import RiskField, Threat
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0, 0.5), (1, 0.5), RiskField([Threat(0.5, 0.5, spread=0.1)]))
     >>> plan = plan_within_length(problem, 1.1, solver="cgla", resolution=9)
     >>> plan.status.label, bool(plan.solution.length <= 1.1), round(plan.solution.risk, 4)

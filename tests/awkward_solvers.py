@@ -12,8 +12,8 @@ from typing import Any, ClassVar, NoReturn
 import numpy as np
 
 from cgla_graph.errors import ProblemError
-from cgla_graph.problem import Problem
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution, Status
 from cgla_graph.solvers.base import Traits
 
 

@@ -43,8 +43,8 @@ def _write(folder: Path) -> None:
     from cgla_graph.comparisons.results.tables import runs_table
     from cgla_graph.comparisons.rows import rows_of
     from cgla_graph.comparisons.runner import compare
-    from cgla_graph.scenario import load_scenario
-    from cgla_graph.solution import Solution, Status
+    from cgla_graph.model.solution import Solution, Status
+    from cgla_graph.scenarios.scenario import load_scenario
 
     contenders = [Contender.parse(name) for name in ("straight-line", "cgla")]
     runs = list(compare([load_scenario("one-threat")], contenders, tolerance=None))

@@ -14,8 +14,8 @@ from scipy.sparse import csgraph, csr_array
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
-from cgla_graph.lattice import LatticeKind
-from cgla_graph.risk import Threat
+from cgla_graph.model.lattice import LatticeKind
+from cgla_graph.model.risk import Threat
 
 # Risk
 

@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.solution import Solution, Status
 from cgla_graph.solvers.base import Traits
 
 

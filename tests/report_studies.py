@@ -13,9 +13,9 @@ from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.runner import Run, compare
 from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.comparisons.study.stored import Session, Stored
-from cgla_graph.lattice import Lattice
-from cgla_graph.scenario import Scenario, load_scenario
-from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.scenarios.scenario import Scenario, load_scenario
 
 SESSION = Session(
     number=1,

@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
-from cgla_graph.risk import RiskField, Threat
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
 
 Segment: TypeAlias = tuple[FloatArray, FloatArray]
 

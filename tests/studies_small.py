@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.runner import Run, run_of
 from cgla_graph.comparisons.study.database import Database, Stored, load
 from cgla_graph.comparisons.study.study import Study
-from cgla_graph.scenario import Scenario, scenario_from_toml
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 
 TEXT = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n[lattice]\nresolution = 3\n"
 BOUND = 1.0

@@ -13,12 +13,12 @@ from strategies import few, fields, points, polygons, usual
 import cgla_graph as cg
 from cgla_graph._types import Point
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.mission import Mission
-from cgla_graph.random_map import random_scenario
-from cgla_graph.scenario import load_scenario
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.world import World
+from cgla_graph.scenarios.random_map import random_scenario
+from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers.a2d_style import A2dStyle
-from cgla_graph.uav import Uav
-from cgla_graph.world import World
 
 U_TRAP = shapely.box(0.3, 0.3, 0.7, 0.7).difference(shapely.box(0.2, 0.35, 0.65, 0.65))
 

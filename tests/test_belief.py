@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import fast, seeds, usual
 
-from cgla_graph.belief import Belief, Report
 from cgla_graph.errors import MissionError
-from cgla_graph.risk import RiskField, Threat
-from cgla_graph.sensing import sightings
-from cgla_graph.sharing import Radio, Sharing
-from cgla_graph.world import TimedArea, TimedThreat, World
+from cgla_graph.mission.belief import Belief, Report
+from cgla_graph.mission.sensing import sightings
+from cgla_graph.mission.sharing import Radio, Sharing
+from cgla_graph.mission.world import TimedArea, TimedThreat, World
+from cgla_graph.model.risk import RiskField, Threat
 
 PLACES = [Threat(0.1 * i, 0.5, 0.05) for i in range(4)]
 reports = st.builds(

@@ -15,7 +15,7 @@ from strategies import fast
 import cgla_graph as cg
 from cgla_graph._types import Point
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.solution import Solution, Status
 from cgla_graph.solvers import budget as budget_module
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.budget import Budget, BudgetSpentError, Incumbent, Meter

@@ -23,17 +23,18 @@ from shapely.geometry.base import BaseGeometry
 from strategies import examples
 
 import cgla_graph as cg
-from cgla_graph import certificate_field, certificate_kernels, sparse_grid
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph.certificate import FIRST_CELLS, Certificate, lower_bound
-from cgla_graph.certificate_field import Block, Level
+from cgla_graph.certificate import certificate_kernels, subsolution
+from cgla_graph.certificate.certificate import FIRST_CELLS, Certificate, lower_bound
+from cgla_graph.certificate.subsolution import Block, Level
+from cgla_graph.eikonal import cell_runs
+from cgla_graph.eikonal.mesh import SplineMesh, corners
 from cgla_graph.errors import CglaError, ProblemError
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.no_fly import NoFlyArea
-from cgla_graph.problem import GraphProblem
-from cgla_graph.refine import refine_path
-from cgla_graph.risk import ImproperFieldWarning
-from cgla_graph.spline_mesh import SplineMesh, corners
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.no_fly import NoFlyArea
+from cgla_graph.model.problem import GraphProblem
+from cgla_graph.model.risk import ImproperFieldWarning
+from cgla_graph.refine.refine import refine_path
 
 ROUNDING = 1e-9
 FEW_CELLS = 20_000
@@ -234,7 +235,7 @@ def check_level(problem: cg.Problem, path: FloatArray, cells: int, *, scale: flo
     """Hold the bounds of one grid, from everywhere on a path to its ends, against the cost of the rest of the path."""
     sides = np.subtract(problem.bounds[2:], problem.bounds[:2])
     columns, rows = (max(8, round(cells * side)) for side in (sides / sides.max()).tolist())
-    runs = sparse_grid.rectangle((columns, rows))
+    runs = cell_runs.rectangle((columns, rows))
     level = Level.lay(problem, (columns, rows), runs)
     share = np.linspace(0.0, 1.0, 8)[:-1, None]
     points = np.vstack([*(a + share * (b - a) for a, b in itertools.pairwise(path)), path[-1:]])
@@ -323,7 +324,7 @@ def test_a_proof_without_one_of_its_steps_is_caught(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     check_levels(cases())
-    monkeypatch.setattr(certificate_field, "certificate_kernels", SimpleNamespace(**{**KERNELS, name: broken}))
+    monkeypatch.setattr(subsolution, "certificate_kernels", SimpleNamespace(**{**KERNELS, name: broken}))
     with pytest.raises(AssertionError):
         check_levels(cases())
 
@@ -452,7 +453,7 @@ def test_the_bound_rises_to_the_best_path_as_grids_refine() -> None:
     best = good_cost(SMOOTH)
     loss = []
     for n in (32, 64, 128, 256):
-        level = Level.lay(SMOOTH, (n, n), sparse_grid.rectangle((n, n)))
+        level = Level.lay(SMOOTH, (n, n), cell_runs.rectangle((n, n)))
         field = level.bound(to_goal=True, aim=1e-5)
         assert field is not None
         loss.append(1.0 - field.bound / best)

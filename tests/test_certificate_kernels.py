@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from strategies import examples
 
 import cgla_graph as cg
-from cgla_graph import certificate_kernels, sparse_grid
 from cgla_graph._types import Bounds, FloatArray
-from cgla_graph.certificate_field import Block, Level, Tip
+from cgla_graph.certificate import certificate_kernels
+from cgla_graph.certificate.subsolution import Block, Level, Tip
+from cgla_graph.eikonal import cell_runs
 
 ROUNDING = 1e-9
 SEVERAL = cg.RiskField([cg.Threat(0.5, 0.4, 0.1, 0.9), cg.Threat(0.3, 0.6, 0.15, 0.7), cg.Threat(0.7, 0.7, 0.2)])
@@ -61,7 +62,7 @@ def test_the_bound_of_the_cost_is_of_second_order() -> None:
 
 def plain_level(field: cg.RiskField, k: float, last: tuple[int, int], bounds: Bounds = (0.0, 0.0, 1.0, 1.0)) -> Level:
     problem = cg.Problem(bounds[:2], bounds[2:], field, k, bounds)
-    return Level.lay(problem, last, sparse_grid.rectangle(last))
+    return Level.lay(problem, last, cell_runs.rectangle(last))
 
 
 def steepnesses(level: Level, values: FloatArray) -> FloatArray:

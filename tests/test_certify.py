@@ -18,14 +18,14 @@ from matplotlib.patches import PathPatch
 from matplotlib.transforms import Bbox
 
 import cgla_graph as cg
-from cgla_graph import sparse_grid
-from cgla_graph.certificate import Grid
+from cgla_graph.certificate.certificate import Grid
 from cgla_graph.comparisons import certify, files
 from cgla_graph.comparisons.plot_certificate import certificate_figure
 from cgla_graph.comparisons.plots import save
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.scenario import Scenario, load_scenario
-from cgla_graph.solution import Solution, Status
+from cgla_graph.eikonal import cell_runs
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import Scenario, load_scenario
 
 SMALL = """
 start = [0.1, 0.2]
@@ -77,7 +77,7 @@ def test_certify_prints_the_bracket(cgla: Call) -> None:
         step, spacing, cells, lower, upper, gap = (cell.strip() for cell in row)
         assert step == f"1/{max(grid.last)}"
         assert float(spacing) == pytest.approx(grid.spacing, rel=5e-3)
-        assert int(cells.replace(",", "")) == len(sparse_grid.cells_of(grid.runs)[0])
+        assert int(cells.replace(",", "")) == len(cell_runs.cells_of(grid.runs)[0])
         assert grid.lower_bound * (1 - 1e-5) < float(lower) <= grid.lower_bound
         assert float(upper) == pytest.approx(grid.upper_bound, rel=1e-6)
         assert 0.0 <= float(gap.split()[0]) - 100 * (grid.upper_bound / grid.lower_bound - 1.0) < 0.01 + 1e-12
@@ -251,7 +251,7 @@ def test_ends_off_by_rounding_are_put_in_place(cgla: Call) -> None:
 # no path, no bound, no grid
 
 
-@pytest.mark.filterwarnings("ignore::cgla_graph.risk.ImproperFieldWarning")
+@pytest.mark.filterwarnings("ignore::cgla_graph.model.risk.ImproperFieldWarning")
 @pytest.mark.parametrize(
     ("name", "code", "proven", "n_grids"),
     [
@@ -325,7 +325,7 @@ def test_tubes_are_the_cells_of_the_grids(run: Run) -> None:
     points = random.uniform((0.0, 0.0), (2.0, 1.0), size=(2000, 2))
     for tube, grid in zip(tubes, grids[1:], strict=True):
         nodes = np.round(points / (2.0, 1.0) * grid.last).astype(np.int64)
-        inside = sparse_grid.are_in(nodes[:, 0], nodes[:, 1], grid.runs)
+        inside = cell_runs.are_in(nodes[:, 0], nodes[:, 1], grid.runs)
         assert 0 < inside.sum() < len(points)
         np.testing.assert_array_equal(tube.get_path().contains_points(points), inside)
         # no better path leaves it: the path itself does not, either

@@ -43,12 +43,12 @@ from strategies import (
 )
 
 from cgla_graph._types import Bounds, FloatArray, IntArray, Point
-from cgla_graph.cgla_matrix import CostMatrix, Schedule, cost_matrix
+from cgla_graph.cost_to_go.cost_matrix import CostMatrix, Schedule, cost_matrix
 from cgla_graph.errors import GraphError, NodeNotFoundError
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
-from cgla_graph.risk import ImproperFieldWarning, RiskField, Threat
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
 
 UNIT: Bounds = (0.0, 0.0, 1.0, 1.0)
 

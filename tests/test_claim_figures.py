@@ -26,9 +26,9 @@ from cgla_graph.comparisons.claims.single_figures import HIGH, LOW, READINGS, SI
 from cgla_graph.comparisons.claims.ways import Way, Ways, arrived, escape, flown, fly, of_weights, paper_field, planned
 from cgla_graph.comparisons.flown import Flown
 from cgla_graph.comparisons.plot_scene import line_key
-from cgla_graph.flight import MissionStatus
-from cgla_graph.mission_file import load_mission
-from cgla_graph.risk import RiskField, Threat
+from cgla_graph.mission.records import MissionStatus
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.solvers import get
 
 MODULES = (single_figures, team_figures)

@@ -15,7 +15,7 @@ from command_line import Call, caller
 from cgla_graph.comparisons.claims import catalogue, counterexamples
 from cgla_graph.comparisons.claims.exhibit import exhibits
 from cgla_graph.comparisons.claims.proving import improper_allowed
-from cgla_graph.mission_file import is_mission_file
+from cgla_graph.scenarios.mission_file import is_mission_file
 
 PROGRAM = [sys.executable, "-m", "cgla_graph.comparisons"]
 #: A claim whose maps take a moment each, and how it is asked for.

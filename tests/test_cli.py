@@ -30,10 +30,10 @@ from cgla_graph.comparisons.rows import COLUMNS
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.study.database import load
 from cgla_graph.errors import CglaError
-from cgla_graph.geojson import read_areas
-from cgla_graph.problem import Problem
-from cgla_graph.scenario import load_scenario, schema, shipped, shipped_text
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.geojson import read_areas
+from cgla_graph.scenarios.scenario import load_scenario, schema, shipped, shipped_text
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.base import Traits
 

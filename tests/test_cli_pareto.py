@@ -12,7 +12,7 @@ import cgla_graph as cg
 from cgla_graph.comparisons import trade_off
 from cgla_graph.comparisons.plot_pareto import pareto_figure
 from cgla_graph.comparisons.plots import save
-from cgla_graph.scenario import load_scenario
+from cgla_graph.scenarios.scenario import load_scenario
 
 SMALL = """
 start = [0.1, 0.1]

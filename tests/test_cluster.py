@@ -27,7 +27,7 @@ from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.isolation import Call, Failure, NextCall, Outcome, isolated
 from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.errors import CglaError, WorkerError
-from cgla_graph.random_map import random_scenario
+from cgla_graph.scenarios.random_map import random_scenario
 
 needs_dask = pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="Dask is not installed")
 pytestmark = [

@@ -9,18 +9,18 @@ import pytest
 from hypothesis import given
 from strategies import few, seeds, usual
 
-from cgla_graph.cgla_matrix import cost_matrix
 from cgla_graph.comparisons.claims import complexity_claims as claims
 from cgla_graph.comparisons.claims import counterexamples, operation_counts, time_checks, update_checks
 from cgla_graph.comparisons.claims.claim import Finding, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
-from cgla_graph.cost_model import CostModel
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
-from cgla_graph.risk import RiskField, Threat
-from cgla_graph.scenario import Scenario
-from cgla_graph.solution import Solution, Status
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import Scenario
 
 BY_ID = {claim.id: claim for claim in claims.CLAIMS}
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from cgla_graph.comparisons.contender import BUDGETS, Contender, budget_note, every_solver, parse_budget
 from cgla_graph.comparisons.options import read_contender, read_contenders, read_tolerance
 from cgla_graph.errors import CglaError, SolverSettingError, UnknownSolverError
-from cgla_graph.problem import Problem
-from cgla_graph.scenario import Scenario, scenario_from_toml
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.base import Traits
 

@@ -14,12 +14,12 @@ from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Claim, Finding, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.team_experiments import EXCLUSIONS, same_trace
-from cgla_graph.flight import Flight
-from cgla_graph.mission import Mission
-from cgla_graph.simulation import Simulation
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import Flight
+from cgla_graph.mission.simulation import Simulation
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.world import World
 from cgla_graph.solvers import get
-from cgla_graph.uav import Uav
-from cgla_graph.world import World
 
 BY_ID = {claim.id: claim for claim in claims.CLAIMS}
 

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 import cgla_graph as cg
 from cgla_graph._types import Point
-from cgla_graph.random_map import random_scenario
-from cgla_graph.risk import RiskField
-from cgla_graph.solution import Status
+from cgla_graph.model.risk import RiskField
+from cgla_graph.model.solution import Status
+from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import cpvs_style
 from cgla_graph.solvers.cpvs_style import BLOCKED, HYSTERESIS, CpvsStyle, SubgoalMemory
 from cgla_graph.solvers.fbcri_style import FbcriStyle

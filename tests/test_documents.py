@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from strategies import fields, lattices, polygons, usual
 
 from cgla_graph._types import Bounds
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.study.codec import MARK, decode, dumps, encode
 from cgla_graph.comparisons.study.documents import (
@@ -30,12 +30,12 @@ from cgla_graph.comparisons.study.documents import (
     scenario_from,
 )
 from cgla_graph.errors import StudyError
-from cgla_graph.inputs import open_scenarios
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
-from cgla_graph.projection import LocalProjection
-from cgla_graph.risk import RiskField, Threat
-from cgla_graph.scenario import Scenario, load_scenario, shipped
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.scenarios.loading import open_scenarios
+from cgla_graph.scenarios.projection import LocalProjection
+from cgla_graph.scenarios.scenario import Scenario, load_scenario, shipped
 
 #: With lone surrogates, as odd file names have them.
 texts = st.text(st.characters(codec=None, exclude_categories=()), max_size=8)

@@ -14,8 +14,8 @@ import strategies
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cgla_graph import eikonal_kernels
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
+from cgla_graph.eikonal import marching_kernels
 
 #: The time from a source to points of shape ``(..., 2)``.
 Times = Callable[[FloatArray], FloatArray]
@@ -35,11 +35,11 @@ def marched(
 ) -> FloatArray:
     """March on from what is finite in `times`; all arrays have shape ``(ny, nx)``."""
     every = np.append(times, math.inf)
-    state = np.where(np.isfinite(every), eikonal_kernels.TRIAL, eikonal_kernels.FAR).astype(np.int8)
+    state = np.where(np.isfinite(every), marching_kernels.TRIAL, marching_kernels.FAR).astype(np.int8)
     if done is not None:
-        state[:-1][done.ravel()] = eikonal_kernels.DONE
+        state[:-1][done.ravel()] = marching_kernels.DONE
     padded = np.append(cost, 1.0)
-    eikonal_kernels.march(every, state, padded, neighbours_of(times.shape), spacing, second)
+    marching_kernels.march(every, state, padded, neighbours_of(times.shape), spacing, second)
     assert every[-1] == math.inf
     return every[:-1].reshape(times.shape)
 

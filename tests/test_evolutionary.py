@@ -13,8 +13,8 @@ from strategies import few, fields, points, scaled, seeds, usual
 
 import cgla_graph as cg
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.random_map import random_scenario
-from cgla_graph.solution import Status
+from cgla_graph.model.solution import Status
+from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.b_spline import basis, curvature
 from cgla_graph.solvers.evolutionary import Evolutionary, _Curves, _is_better
 
@@ -168,7 +168,7 @@ def test_a_seed_decides_the_path() -> None:
     assert not np.array_equal(first, other)
 
 
-@pytest.mark.filterwarnings("ignore::cgla_graph.risk.ImproperFieldWarning")
+@pytest.mark.filterwarnings("ignore::cgla_graph.model.risk.ImproperFieldWarning")
 def test_peaks_above_1_are_refused() -> None:
     field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=3.0)], improper=True)
     assert Evolutionary().solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, 1.0)).status is Status.UNSUPPORTED

@@ -16,8 +16,8 @@ from cgla_graph.comparisons.study.database import Database, load
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.comparisons.study.study import Study
-from cgla_graph.scenario import Scenario, load_scenario, scenario_from_toml
-from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
 
 SMALL = """start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\nthreats = [{ x = 0.5, y = 0.5, spread = 0.1 }]
 [lattice]\nresolution = 6\n"""

@@ -24,7 +24,7 @@ from cgla_graph.comparisons.results.latex import booktabs, latex
 from cgla_graph.comparisons.rows import row
 from cgla_graph.comparisons.study.database import FILE, Database, Stored
 from cgla_graph.errors import CglaError, OutputError
-from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.model.solution import Solution, Status, TracePoint
 
 ODD = ['a"b', "<script>", "ünï 漢字 😀", "x,y;z", "50 % & $1 #2 _x_ ^~\\{}", "[0]", "*"]
 TEX = shutil.which("pdflatex")

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from strategies import few, fields, points
 
 import cgla_graph as cg
-from cgla_graph.scenario import load_scenario, shipped
-from cgla_graph.solution import NEGATIVE_WEIGHTS
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS
+from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers.fast_marching import FastMarching
 
 

@@ -14,19 +14,19 @@ from strategies import examples
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.mission import Mission
-from cgla_graph.mission_file import load_mission
-from cgla_graph.random_map import random_scenario
-from cgla_graph.risk import ImproperFieldWarning, RiskField
-from cgla_graph.solution import Status
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.world import World
+from cgla_graph.model.risk import ImproperFieldWarning, RiskField
+from cgla_graph.model.solution import Status
+from cgla_graph.scenarios.mission_file import load_mission
+from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import fuzzy_steering
 from cgla_graph.solvers.cpvs_style import CpvsStyle
 from cgla_graph.solvers.fbcri_style import FbcriStyle
 from cgla_graph.solvers.fuzzy import about
 from cgla_graph.solvers.fuzzy_steering import BASE, BLUR, MOST_WRITTEN, TABLE, TURN
 from cgla_graph.solvers.reactive import Surroundings
-from cgla_graph.uav import Uav
-from cgla_graph.world import World
 
 SIDE = 4.0
 BOUNDS = (0.0, 0.0, SIDE, SIDE)

@@ -6,8 +6,8 @@ import pytest
 from cgla_graph.comparisons.claims import field_claims
 from cgla_graph.comparisons.claims.claim import Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
-from cgla_graph.cost_model import CostModel
-from cgla_graph.risk import RiskField, Threat
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.risk import RiskField, Threat
 
 QUICK = Evidence(Scale(quick=True))
 CHECKS = {claim.id: claim.check for claim in field_claims.CLAIMS}

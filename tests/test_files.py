@@ -19,9 +19,9 @@ from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.rows import COLUMNS, row
 from cgla_graph.comparisons.runner import Run, compare
 from cgla_graph.errors import OutputError
-from cgla_graph.geojson import read_areas
-from cgla_graph.scenario import Scenario, load_scenario, scenario_from_toml
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.geojson import read_areas
+from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
 from cgla_graph.solvers.bridge import solve
 
 TEXT = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n[lattice]\nresolution = 3\n"

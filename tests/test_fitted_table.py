@@ -17,7 +17,7 @@ from rich.cells import cell_len
 from rich.console import RenderableType
 from strategies import few
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons import output, terminal
 from cgla_graph.comparisons.claims import printing
 from cgla_graph.comparisons.claims.claim import Table
@@ -26,8 +26,8 @@ from cgla_graph.comparisons.fitted_table import FittedTable
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.tables import comparison_table
 from cgla_graph.comparisons.trade_off import front_table
-from cgla_graph.scenario import load_scenario
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers.trade_off import Front, FrontPoint
 
 WIDTHS = [80, 100, 120, 160]

@@ -27,8 +27,8 @@ from cgla_graph.comparisons.flight_files import plain_json, whole_log
 from cgla_graph.comparisons.flight_tables import closest_note, flight_table, variants_table
 from cgla_graph.comparisons.flown import Flown
 from cgla_graph.errors import OutputError
-from cgla_graph.flight import MissionStatus
-from cgla_graph.simulation import Simulation
+from cgla_graph.mission.records import MissionStatus
+from cgla_graph.mission.simulation import Simulation
 
 TICK_OF_CTRL_C = 5
 

@@ -13,14 +13,15 @@ from hypothesis import strategies as st
 from oracles import largest_integral, line_integral, raster, rate
 from strategies import Segment, fast, few, off_lattice_points, seeds, segments, threats, usual
 
-from cgla_graph import cost_model, envelope_kernels
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.cost_model import THREADED_FROM, CostModel
 from cgla_graph.errors import ProblemError
-from cgla_graph.fusion import Fusion, Integral, fused_graph, fused_weights, united_field
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.lattice import Lattice
-from cgla_graph.risk import ImproperFieldWarning, RiskField, Threat
+from cgla_graph.fusion import envelope_kernels
+from cgla_graph.fusion.fusion import Fusion, Integral, fused_graph, fused_weights, united_field
+from cgla_graph.model import cost_model
+from cgla_graph.model.cost_model import THREADED_FROM, CostModel
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
 
 FUSIONS: tuple[Fusion, ...] = get_args(Fusion)
 INTEGRALS: tuple[Integral, ...] = get_args(Integral)

@@ -30,14 +30,14 @@ from strategies import (
 )
 
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph.cost_model import THREADED_FROM, CostModel
-from cgla_graph.edges import CornerRule
 from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.lattice import Lattice
-from cgla_graph.no_fly import NoFlyArea
-from cgla_graph.problem import Problem
-from cgla_graph.risk import RiskField, Threat
+from cgla_graph.model.adjacency import CornerRule
+from cgla_graph.model.cost_model import THREADED_FROM, CostModel
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.no_fly import NoFlyArea
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
 
 UNIT: Bounds = (0.0, 0.0, 1.0, 1.0)
 # Four steps a side of length 1: whole coordinates without rounding, for which shapely is exact.

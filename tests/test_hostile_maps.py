@@ -8,14 +8,14 @@ import shapely
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
-from cgla_graph.mission import Mission
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.world import World
 from cgla_graph.solvers.milp_map import obstacles_of
 from cgla_graph.solvers.milp_model import MOST_CHOICES, Horizon, best_plan
-from cgla_graph.uav import Uav
-from cgla_graph.world import World
 
 # specks are warned of
-pytestmark = pytest.mark.filterwarnings("ignore::cgla_graph.risk.SmallSpreadWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cgla_graph.model.risk.SmallSpreadWarning")
 REACTIVE = ["bcv-style", "a2d-style", "fbcri-style", "cpvs-style", "potential-field", "bendy-ruler", "milp"]
 PLANNERS = [*REACTIVE, "voronoi", "visibility-graph", "evolutionary", "q-learning"]
 THREATS = [cg.Threat(0.5, 0.45, 0.1), cg.Threat(0.3, 0.6, 0.07, 0.5), cg.Threat(0.7, 0.4, 0.05, 0.9)]

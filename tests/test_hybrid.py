@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from strategies import examples
 
 import cgla_graph as cg
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.inputs import open_scenarios
-from cgla_graph.refine import refine_path
-from cgla_graph.risk import ImproperFieldWarning
-from cgla_graph.scenario import shipped
+from cgla_graph.model.risk import ImproperFieldWarning
+from cgla_graph.refine.refine import refine_path
+from cgla_graph.scenarios.loading import open_scenarios
+from cgla_graph.scenarios.scenario import shipped
 from cgla_graph.solvers import hybrid, hybrid_roadmap
 from cgla_graph.solvers.checks import check_solver
 from cgla_graph.solvers.hybrid import Hybrid

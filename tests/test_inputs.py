@@ -14,11 +14,11 @@ from map_files import AREAS, SCENS, name_of
 from scipy.sparse import csgraph
 
 from cgla_graph.errors import ScenarioError
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.inputs import MOST_CELLS, open_scenarios
-from cgla_graph.lattice import Lattice
-from cgla_graph.movingai import map_beside, read_map, read_scenario_rows
-from cgla_graph.scenario import Scenario, shipped
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.scenarios.loading import MOST_CELLS, open_scenarios
+from cgla_graph.scenarios.movingai import map_beside, read_map, read_scenario_rows
+from cgla_graph.scenarios.scenario import Scenario, shipped
 from cgla_graph.solvers.bridge import solve
 
 LONLAT = 'coordinates = "lonlat"\nstart = [24.1, 60.1]\ngoal = [24.9, 60.9]\nk = 1.0\n'

@@ -21,9 +21,9 @@ from awkward_calls import alive, until
 from awkward_solvers import Awkward
 
 import cgla_graph as cg
-from cgla_graph import isolated
 from cgla_graph.errors import ProblemError, SolverSettingError, WorkerError
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model import isolated
+from cgla_graph.model.solution import Solution, Status
 from cgla_graph.solvers import registry
 
 PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), no_fly=shapely.box(0.4, 0.0, 0.6, 0.3))

@@ -13,7 +13,7 @@ from strategies import boxes, coordinates, fast, lattices, usual
 
 from cgla_graph._types import Bounds, Point
 from cgla_graph.errors import ProblemError
-from cgla_graph.lattice import SNAP, Lattice, LatticeKind
+from cgla_graph.model.lattice import SNAP, Lattice, LatticeKind
 
 UNIT = (0.0, 0.0, 1.0, 1.0)
 KINDS = get_args(LatticeKind)

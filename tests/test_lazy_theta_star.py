@@ -17,10 +17,10 @@ from map_files import SCENS, name_of
 
 import cgla_graph as cg
 from cgla_graph._types import BoolArray, Point
-from cgla_graph.inputs import open_scenarios
-from cgla_graph.risk import ImproperFieldWarning
-from cgla_graph.scenario import load_scenario, shipped
-from cgla_graph.solution import NEGATIVE_WEIGHTS
+from cgla_graph.model.risk import ImproperFieldWarning
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS
+from cgla_graph.scenarios.loading import open_scenarios
+from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers.eight_direction import EightDirection
 from cgla_graph.solvers.lazy_theta_star import LazyThetaStar
 from cgla_graph.solvers.theta_kernels import neighbours, squeezes

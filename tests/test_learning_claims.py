@@ -12,9 +12,9 @@ from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims import learning_claims as claims
 from cgla_graph.comparisons.claims.claim import Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
-from cgla_graph.risk import RiskField, Threat
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.solvers.value_iteration import decision_process, greedy, least_target_reward, value_iteration
 
 FEW = Evidence(Scale(maps=2))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cgla_graph._types import Bounds, Point
 from cgla_graph.errors import ProblemError
-from cgla_graph.lonlat_box import (
+from cgla_graph.scenarios.lonlat_box import (
     NEAR,
     bounds_of,
     box_around,

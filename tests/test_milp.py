@@ -13,8 +13,8 @@ from strategies import examples, few, polygons, scaled, seeds
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.random_map import random_scenario
-from cgla_graph.solution import Status
+from cgla_graph.model.solution import Status
+from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.milp import Milp
 from cgla_graph.solvers.milp_map import NEGLIGIBLE, corner_graph, obstacles_of, threat_obstacle
 from cgla_graph.solvers.milp_model import FACETS, SHADOW, Horizon, KeepOut, best_plan

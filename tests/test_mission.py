@@ -18,16 +18,16 @@ import shapely
 
 import cgla_graph as cg
 from cgla_graph.errors import CglaError, MissionError
-from cgla_graph.flight import Flight, MissionStatus
-from cgla_graph.mission import Mission
-from cgla_graph.problem import GraphProblem, Problem
-from cgla_graph.risk import RiskField, Threat
-from cgla_graph.sharing import Sharing
-from cgla_graph.solution import Solution, Status
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import Flight, MissionStatus
+from cgla_graph.mission.sharing import Sharing
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.virtual_obstacle import VirtualObstacle
+from cgla_graph.mission.world import TimedArea, TimedThreat, World
+from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
+from cgla_graph.model.solution import Solution, Status
 from cgla_graph.solvers.base import Traits
-from cgla_graph.uav import Uav
-from cgla_graph.virtual_obstacle import VirtualObstacle
-from cgla_graph.world import TimedArea, TimedThreat, World
 
 CGLA = cg.solvers.get("cgla")
 MIDDLE = RiskField([Threat(0.5, 0.5, 0.08), Threat(0.35, 0.6, 0.05), Threat(0.7, 0.55, 0.06)])
@@ -468,7 +468,7 @@ def test_planning_in_space_and_time_does_not_depend_on_how_finely_time_is_divide
 
 
 def test_an_improper_world_warns_once_and_flies_or_is_refused() -> None:
-    with pytest.warns(cg.risk.ImproperFieldWarning):
+    with pytest.warns(ImproperFieldWarning):
         field = RiskField([Threat(0.5, 0.5, 0.05, peak=2.0)], improper=True)
     flight = mission(world=World(field, timed=[TimedThreat(Threat(0.3, 0.4, 0.05), appears=2)])).fly()
     assert flight.uavs["a"].status in {MissionStatus.ARRIVED, MissionStatus.NO_PATH}
@@ -476,7 +476,7 @@ def test_an_improper_world_warns_once_and_flies_or_is_refused() -> None:
     for settings in ({"avoidance": "prioritized"}, {"fusion": "max_integral"}, {"integral": "raster"}):
         with pytest.raises(MissionError, match="peaks above 1"):
             mission(world=World(field), **settings)
-    with pytest.warns(cg.risk.ImproperFieldWarning):
+    with pytest.warns(ImproperFieldWarning):
         late = World(RiskField([], improper=True), timed=[TimedThreat(Threat(0.5, 0.5, 0.1, peak=3.0))])
     with pytest.raises(MissionError, match="peaks above 1"):
         mission(world=late, avoidance="prioritized")

@@ -17,10 +17,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgla_graph.errors import MissionError, UnknownSolverError
-from cgla_graph.flight import Flight
-from cgla_graph.lattice import Lattice
-from cgla_graph.mission import Mission
-from cgla_graph.mission_file import (
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import Flight
+from cgla_graph.mission.sharing import Sharing
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.virtual_obstacle import VirtualObstacle
+from cgla_graph.mission.world import TimedArea, TimedThreat
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.scenarios.mission_file import (
     MissionFile,
     is_mission_file,
     load_mission,
@@ -29,15 +34,10 @@ from cgla_graph.mission_file import (
     mission_text,
     shipped_missions,
 )
-from cgla_graph.mission_tables import FlySettings, MissionTable, VariantTable
-from cgla_graph.projection import LocalProjection
-from cgla_graph.risk import RiskField, Threat
-from cgla_graph.scenario import ScenarioTable, load_scenario, shipped
-from cgla_graph.sharing import Sharing
+from cgla_graph.scenarios.mission_tables import FlySettings, MissionTable, VariantTable
+from cgla_graph.scenarios.projection import LocalProjection
+from cgla_graph.scenarios.scenario import ScenarioTable, load_scenario, shipped
 from cgla_graph.solvers import get
-from cgla_graph.uav import Uav
-from cgla_graph.virtual_obstacle import VirtualObstacle
-from cgla_graph.world import TimedArea, TimedThreat
 
 UAV = 'uavs = [{ name = "a", start = [0.1, 0.1], goal = [0.9, 0.9] }]\n'
 BASE = f"detection_radius = 0.2\n{UAV}"

@@ -13,19 +13,19 @@ from hypothesis import strategies as st
 from strategies import few, seeds
 
 import cgla_graph as cg
-from cgla_graph import simulation
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.avoidance import plan_around
-from cgla_graph.flight import Flight, MissionStatus, UavFlight
-from cgla_graph.lattice import Lattice
-from cgla_graph.mission import Mission
-from cgla_graph.problem import Problem
-from cgla_graph.risk import RiskField, Threat
-from cgla_graph.sharing import Sharing
-from cgla_graph.space_time import Others, SpaceTimePlan, SpaceTimeStatus
-from cgla_graph.uav import Uav
-from cgla_graph.virtual_obstacle import VirtualObstacle
-from cgla_graph.world import TimedThreat, World
+from cgla_graph.mission import simulation
+from cgla_graph.mission.avoidance import plan_around
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import Flight, MissionStatus, UavFlight
+from cgla_graph.mission.sharing import Sharing
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.virtual_obstacle import VirtualObstacle
+from cgla_graph.mission.world import TimedThreat, World
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.motion.space_time import Others, SpaceTimePlan, SpaceTimeStatus
 
 CGLA = cg.solvers.get("cgla")
 

@@ -15,9 +15,9 @@ from cgla_graph.comparisons import flight_runs, mission_runner, runner
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.errors import CglaError
-from cgla_graph.flight import Flight, MissionStatus
-from cgla_graph.mission import Mission
-from cgla_graph.mission_file import MissionFile, load_mission
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import Flight, MissionStatus
+from cgla_graph.scenarios.mission_file import MissionFile, load_mission
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.bridge import solve
 from cgla_graph.solvers.dijkstra import Dijkstra

@@ -15,8 +15,8 @@ from scipy.sparse import csgraph
 
 from cgla_graph._types import BoolArray
 from cgla_graph.errors import ScenarioError
-from cgla_graph.gridmap import GridMap
-from cgla_graph.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
+from cgla_graph.scenarios.grid_map import GridMap
+from cgla_graph.scenarios.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
 
 #: Width, height, blocked cells and rows of maps.
 SIZES = {

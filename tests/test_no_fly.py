@@ -24,8 +24,8 @@ from strategies import examples
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.errors import ProblemError
-from cgla_graph.no_fly import MAX_ROWS_PER_EDGE, NoFlyArea
-from cgla_graph.no_fly_kernels import AreaArrays, expansion_sign, orientation, segment_crosses
+from cgla_graph.model.no_fly import MAX_ROWS_PER_EDGE, NoFlyArea
+from cgla_graph.model.no_fly_kernels import AreaArrays, expansion_sign, orientation, segment_crosses
 
 Rational: TypeAlias = tuple[Fraction, Fraction]
 RationalEdge: TypeAlias = tuple[Rational, Rational]

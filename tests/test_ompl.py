@@ -22,13 +22,13 @@ from hypothesis import strategies as st
 from strategies import few, fields, points, usual
 
 import cgla_graph as cg
-from cgla_graph import isolated
-from cgla_graph.certificate import lower_bound
+from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.runner import compare
-from cgla_graph.risk import ImproperFieldWarning
-from cgla_graph.scenario import load_scenario
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model import isolated
+from cgla_graph.model.risk import ImproperFieldWarning
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.budget import Budget
 

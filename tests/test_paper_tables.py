@@ -15,7 +15,7 @@ from cgla_graph.comparisons.claims.exhibit import Comparison, TableRow
 from cgla_graph.comparisons.claims.paper_tables import EXHIBITS, Reason, reason, rows
 from cgla_graph.comparisons.claims.paper_values import START, TABLES, PaperValue
 from cgla_graph.comparisons.claims.ways import Way, Ways, fly
-from cgla_graph.mission_file import load_mission
+from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.solvers import get
 
 #: Units a side of the map, of which the paper's lengths are a multiple in the working reading.

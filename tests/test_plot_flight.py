@@ -32,9 +32,9 @@ from cgla_graph.comparisons.plot_page import style
 from cgla_graph.comparisons.plot_scene import NEAR_COLOUR, arrowhead, colour_of, dashes_of, life, outline
 from cgla_graph.comparisons.plot_text import plain
 from cgla_graph.errors import OutputError
-from cgla_graph.flight import MissionStatus
-from cgla_graph.risk import Threat
-from cgla_graph.world import TimedThreat
+from cgla_graph.mission.records import MissionStatus
+from cgla_graph.mission.world import TimedThreat
+from cgla_graph.model.risk import Threat
 
 WHITE = (255, 255, 255)
 

@@ -24,7 +24,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons import plots
 from cgla_graph.comparisons.median_run import median_run
 from cgla_graph.comparisons.plot_lines import one_line
@@ -36,12 +36,12 @@ from cgla_graph.comparisons.rows import summaries
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.statistics import path_cost
 from cgla_graph.errors import OutputError
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
-from cgla_graph.projection import LocalProjection
-from cgla_graph.risk import ImproperFieldWarning, RiskField, Threat
-from cgla_graph.scenario import Scenario, load_scenario
-from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
+from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.scenarios.projection import LocalProjection
+from cgla_graph.scenarios.scenario import Scenario, load_scenario
 
 START, GOAL = (0.1, 0.1), (0.9, 0.9)
 WHITE = pytest.approx([255] * 3, abs=1)

@@ -17,10 +17,10 @@ from strategies import boxes, few, fields, points, polygons, seeds
 
 import cgla_graph as cg
 from cgla_graph._types import Bounds, Point
-from cgla_graph.certificate import lower_bound
+from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.risk import ImproperFieldWarning
-from cgla_graph.solution import Status
+from cgla_graph.model.risk import ImproperFieldWarning
+from cgla_graph.model.solution import Status
 from cgla_graph.solvers import prm_star
 from cgla_graph.solvers.budget import Budget
 from cgla_graph.solvers.prm_star import PrmStar, Roadmap

@@ -17,13 +17,13 @@ from shapely.geometry.base import BaseGeometry
 from strategies import crowds, fast, fields, points, polygons, risk_weights, seeds, usual, weight_matrices
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.cgla_matrix import cost_matrix
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.errors import CglaError, NodeNotFoundError, ProblemError
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import COST_TOLERANCE, GraphProblem, Problem
-from cgla_graph.risk import RiskField, SmallSpreadWarning, Threat
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import COST_TOLERANCE, GraphProblem, Problem
+from cgla_graph.model.risk import RiskField, SmallSpreadWarning, Threat
+from cgla_graph.model.solution import Solution, Status
 
 FIELD = RiskField([Threat(0.5, 0.5, spread=0.1), Threat(0.3, 0.6, spread=0.2, peak=0.5)])
 WALL = shapely.box(0.4, 0.0, 0.6, 0.8)

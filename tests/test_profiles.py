@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import costs
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.profiles import (
     StepFunction,
     finite_bound,
@@ -21,8 +21,8 @@ from cgla_graph.comparisons.profiles import (
 )
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.statistics import path_cost, success_interval
-from cgla_graph.scenario import Scenario, scenario_from_toml
-from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 
 SCENARIOS = [scenario_from_toml("start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n", f"map {i}") for i in range(4)]
 moments = st.integers(1, 9).map(float) | st.just(math.inf)

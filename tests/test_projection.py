@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
-from cgla_graph.projection import LocalProjection
+from cgla_graph.scenarios.projection import LocalProjection
 
 GEOD = pyproj.Geod(ellps="WGS84")
 longitudes = st.floats(-180.0, 180.0)

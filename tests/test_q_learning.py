@@ -19,12 +19,12 @@ from scipy.sparse import csgraph
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.edges import CornerRule
 from cgla_graph.errors import ProblemError, SolverSettingError
-from cgla_graph.random_map import random_scenario
-from cgla_graph.risk import ImproperFieldWarning
-from cgla_graph.scenario import load_scenario, shipped
-from cgla_graph.solution import NEGATIVE_WEIGHTS
+from cgla_graph.model.adjacency import CornerRule
+from cgla_graph.model.risk import ImproperFieldWarning
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS
+from cgla_graph.scenarios.random_map import random_scenario
+from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers import q_learning_kernels as kernels
 from cgla_graph.solvers.eight_direction import EightDirection
 from cgla_graph.solvers.q_learning import QLearning

@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 from scipy import stats
 from strategies import few, usual
 
-from cgla_graph import random_map
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
-from cgla_graph.random_map import difficulty, random_scenario, random_scenarios
-from cgla_graph.risk import ImproperFieldWarning, RiskField, Threat
-from cgla_graph.scenario import Scenario, scenario_from_toml
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
+from cgla_graph.scenarios import random_map
+from cgla_graph.scenarios.random_map import difficulty, random_scenario, random_scenarios
+from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 
 PINNED_THREATS = [
     ("0x1.74de8b59d05b7p-1", "0x1.1839b923bce8fp-1", "0x1.d212a0e62207fp-6", 1.0),
@@ -97,7 +97,7 @@ def test_different_seeds_are_different_maps(one: int, other: int) -> None:
 
 def test_notes_draw_the_same_map_again() -> None:
     scenario = random_scenario(3, threats=4, areas=2, k=7, spread=(0.01, 0.02), peak=(0.3, 0.5), start=(0.2, 0.1))
-    call = scenario.notes.removeprefix("drawn by cgla_graph.random_map.")
+    call = scenario.notes.removeprefix("drawn by cgla_graph.scenarios.random_map.")
     again = eval(call, {"random_scenario": random_scenario})  # noqa: S307 - the notes are a call
     assert (again.problem, again.name, again.notes) == (scenario.problem, scenario.name, scenario.notes)
 

@@ -15,7 +15,7 @@ import pytest
 import shapely
 
 import cgla_graph as cg
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.solution import Solution, Status
 from cgla_graph.solvers import registry
 
 #: How many problems.
@@ -205,7 +205,7 @@ def faults_of_path(problem: cg.Problem, answer: Solution, bound: float) -> Itera
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(NUMBER))
-@pytest.mark.filterwarnings("ignore::cgla_graph.risk.SmallSpreadWarning")
+@pytest.mark.filterwarnings("ignore::cgla_graph.model.risk.SmallSpreadWarning")
 def test_every_status_is_true(number: int) -> None:
     assert list(faults(problem_of(number), dict(answers(number)))) == []
 

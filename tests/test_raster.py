@@ -21,20 +21,20 @@ from strategies import Segment, crowds, fast, few, fields, lattices, points, see
 from test_repair import areas, changed, models
 
 import cgla_graph as cg
-from cgla_graph import raster as raster_module
-from cgla_graph import raster_kernels
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.cgla_matrix import CostMatrix
-from cgla_graph.cost_model import CostModel
+from cgla_graph.cost_to_go.cost_matrix import CostMatrix
+from cgla_graph.cost_to_go.model_change import ModelChange
 from cgla_graph.errors import ProblemError
-from cgla_graph.fusion import fused_graph
-from cgla_graph.lattice import Lattice
-from cgla_graph.model_change import ModelChange
-from cgla_graph.raster import RasterGuide, understated
-from cgla_graph.risk import ImproperFieldWarning, RiskField, Threat
-from cgla_graph.scenario import load_scenario
-from cgla_graph.uav import Uav
-from cgla_graph.world import TimedArea, TimedThreat, World
+from cgla_graph.fusion import raster_kernels
+from cgla_graph.fusion import raster_search as raster_module
+from cgla_graph.fusion.fusion import fused_graph
+from cgla_graph.fusion.raster_search import RasterGuide, understated
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.world import TimedArea, TimedThreat, World
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
+from cgla_graph.scenarios.scenario import load_scenario
 
 UNIT = (0.0, 0.0, 1.0, 1.0)
 EXACT = 1e-12
@@ -322,7 +322,7 @@ def test_flights_do_not_weigh_every_pair(monkeypatch: pytest.MonkeyPatch) -> Non
         msg = "every pair"
         raise ProblemError(msg)
 
-    monkeypatch.setattr("cgla_graph.planner.fused_graph", refuse)
+    monkeypatch.setattr("cgla_graph.mission.replanner.fused_graph", refuse)
     mission = cg.Mission(
         World(PAPER), [Uav("a", (0.1, 0.1), (0.9, 0.9), 0.2)], cg.solvers.get("cgla"), resolution=6, integral="raster"
     )

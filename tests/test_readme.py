@@ -21,14 +21,14 @@ from cgla_graph.comparisons import certify, flight_files, flight_runs, performan
 from cgla_graph.comparisons.claims import summary
 from cgla_graph.comparisons.cli import app
 from cgla_graph.comparisons.study.study_file import is_study_file, read_study, study_schema
-from cgla_graph.flight import MissionStatus
-from cgla_graph.mission import Mission
-from cgla_graph.mission_file import is_mission_file, load_mission, mission_schema, shipped_missions
-from cgla_graph.scenario import load_scenario, schema, shipped
-from cgla_graph.sharing import Sharing
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import MissionStatus
+from cgla_graph.mission.sharing import Sharing
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.virtual_obstacle import VirtualObstacle
+from cgla_graph.scenarios.mission_file import is_mission_file, load_mission, mission_schema, shipped_missions
+from cgla_graph.scenarios.scenario import load_scenario, schema, shipped
 from cgla_graph.solvers import registry
-from cgla_graph.uav import Uav
-from cgla_graph.virtual_obstacle import VirtualObstacle
 
 ENTRANCE, *MANUAL = EVERY = [Page(path) for path in PAGES]
 BLOCKS = [block for page in EVERY for block in page.blocks]

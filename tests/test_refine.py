@@ -17,11 +17,11 @@ from scipy.integrate import quad
 from strategies import examples
 
 import cgla_graph as cg
-from cgla_graph import refine_kernels
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import CglaError, ProblemError, SolverSettingError
-from cgla_graph.refine import refine_path
-from cgla_graph.risk import ImproperFieldWarning
+from cgla_graph.model.risk import ImproperFieldWarning
+from cgla_graph.refine import refine_kernels
+from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers import registry
 
 Gradient = Callable[[FloatArray, float, Any, FloatArray], float]

@@ -14,8 +14,8 @@ from strategies import usual
 from cgla_graph.comparisons.paired import holm, mcnemar
 from cgla_graph.comparisons.regression import Regression, RunKey, Verdict, regression, same_task
 from cgla_graph.comparisons.runner import Run
-from cgla_graph.scenario import Scenario, scenario_from_toml
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 
 TEXT = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n"
 THREAT = "[[threats]]\nx = 0.5\ny = 0.5\nspread = 0.1\npeak = {}\n"

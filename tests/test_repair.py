@@ -17,18 +17,18 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import dijkstra
 from strategies import crowds, examples, fields, fields_and_segments, lattices, points, seeds, threats, usual
 
-from cgla_graph import bound_kernels, repair_kernels
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.cgla_matrix import CostMatrix, cost_matrix
-from cgla_graph.cost_model import CostModel
+from cgla_graph.cost_to_go import bound_kernels, repair_kernels
+from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
+from cgla_graph.cost_to_go.model_change import ModelChange
+from cgla_graph.cost_to_go.repair import lazy_cost_matrix, linked, repair, reweigh, with_node
 from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.lattice import Lattice
-from cgla_graph.model_change import ModelChange
-from cgla_graph.repair import lazy_cost_matrix, linked, repair, reweigh, with_node
-from cgla_graph.risk import ImproperFieldWarning, RiskField, Threat
-from cgla_graph.risk_kernels import reach_class
-from cgla_graph.scenario import load_scenario
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
+from cgla_graph.model.risk_kernels import reach_class
+from cgla_graph.scenarios.scenario import load_scenario
 
 UNIT = (0.0, 0.0, 1.0, 1.0)
 EXACT = 1e-12

@@ -33,9 +33,9 @@ from cgla_graph.comparisons.standing_columns import standing_notes
 from cgla_graph.comparisons.study.stored import Stored
 from cgla_graph.comparisons.told_apart import fewest_instances
 from cgla_graph.errors import OutputError
-from cgla_graph.lattice import Lattice
-from cgla_graph.scenario import Scenario, load_scenario
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import Scenario, load_scenario
 
 UNIT = cg.Problem((0.0, 0.0), (1.0, 1.0))
 FIELD = cg.RiskField([cg.Threat(0.3, 0.7, 0.1)])

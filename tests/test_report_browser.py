@@ -20,7 +20,7 @@ from report_studies import ODD, failing, odd_runs, small_runs, stored_of
 from cgla_graph.comparisons.report.page import report_html, write_report
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.study.stored import Stored
-from cgla_graph.solution import Status
+from cgla_graph.model.solution import Status
 
 #: Whether these tests must not skip: on CI.
 NEEDED = bool(os.environ.get("CGLA_NEEDS_BROWSER"))

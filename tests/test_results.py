@@ -29,8 +29,8 @@ from cgla_graph.comparisons.study.database import FILE, Database, Stored, load
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.errors import CglaError
-from cgla_graph.scenario import load_scenario
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import load_scenario
 
 SCENARIOS = [*(f"random-{number}" for number in range(7)), "maze"]
 SOLVERS = ["prm-fast", "prm-slow:a=[1,2]", "straight-line"]

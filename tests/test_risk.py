@@ -30,7 +30,7 @@ from strategies import (
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.errors import CglaError, ProblemError
-from cgla_graph.risk import ImproperFieldWarning, Reading, RiskField, Threat
+from cgla_graph.model.risk import ImproperFieldWarning, Reading, RiskField, Threat
 
 TOLERANCE = 1e-10
 
@@ -415,7 +415,7 @@ def test_accuracy_is_relative_to_the_size_of_the_map(size: float) -> None:
 
 HANG = """
 import sys
-from cgla_graph.risk import RiskField, Threat
+from cgla_graph.model.risk import RiskField, Threat
 field = lambda spread: RiskField([Threat(0.5, 0.5, spread=spread)] * 8)
 field(0.1).line_integral((0, 0.5), (1, 0.5))
 print("compiled", file=sys.stderr, flush=True)

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.median_run import median_run
 from cgla_graph.comparisons.rows import (
@@ -26,8 +26,8 @@ from cgla_graph.comparisons.rows import (
 )
 from cgla_graph.comparisons.run_columns import excess_over
 from cgla_graph.comparisons.runner import Run, compare
-from cgla_graph.scenario import Scenario, scenario_from_toml
-from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 
 TEXT = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n[lattice]\nresolution = 3\n"
 LINE = np.array([(0.1, 0.1), (0.9, 0.9)])

@@ -13,16 +13,16 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import pytest
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons import runner
 from cgla_graph.comparisons.contender import Contender, every_solver
 from cgla_graph.comparisons.rows import row, rows_of
 from cgla_graph.comparisons.runner import Run, compare
 from cgla_graph.errors import ProblemError
-from cgla_graph.inputs import open_scenarios
-from cgla_graph.problem import GraphProblem, Problem
-from cgla_graph.scenario import Scenario, load_scenario, scenario_from_toml
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.loading import open_scenarios
+from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.base import Traits
 from cgla_graph.solvers.bridge import solve

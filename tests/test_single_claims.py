@@ -22,9 +22,9 @@ from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.paper_flight import fly_alone, measures, positions_at_steps, risk_sum
 from cgla_graph.comparisons.claims.paper_values import TABLE_1, rows_with_length, value
 from cgla_graph.comparisons.claims.single_experiments import OFFLINE_K, ONLINE_K, POPUP_K, farthest_pair
-from cgla_graph.flight import UavFlight
-from cgla_graph.random_map import random_scenario
-from cgla_graph.risk import RiskField, Threat
+from cgla_graph.mission.records import UavFlight
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import get
 
 CLAIMS = {claim.id: claim for claim in single_claims.CLAIMS}

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import cgla_graph as cg
-from cgla_graph.problem import GraphProblem
-from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.model.problem import GraphProblem
+from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.base import Traits
 from cgla_graph.solvers.cgla import Cgla

@@ -18,11 +18,11 @@ from strategies import examples, fields, polygons, seeds
 
 import cgla_graph as cg
 from cgla_graph._types import Point
-from cgla_graph.cgla_matrix import CostMatrix, cost_matrix
+from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph.errors import ProblemError
-from cgla_graph.risk import ImproperFieldWarning
-from cgla_graph.space_time import SpaceTimePlan, SpaceTimeStatus, plan_in_space_time
-from cgla_graph.trajectory import Trajectory, closest_approach
+from cgla_graph.model.risk import ImproperFieldWarning
+from cgla_graph.motion.space_time import SpaceTimePlan, SpaceTimeStatus, plan_in_space_time
+from cgla_graph.motion.trajectory import Trajectory, closest_approach
 
 Others = Sequence[tuple[Trajectory, float]]
 

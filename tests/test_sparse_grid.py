@@ -8,8 +8,8 @@ import strategies
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cgla_graph import sparse_grid
 from cgla_graph._types import WholeArray
+from cgla_graph.eikonal import cell_runs
 
 #: (column, row)
 Cells: TypeAlias = set[tuple[int, int]]
@@ -39,7 +39,7 @@ def are_merged(runs: WholeArray) -> bool:
 @strategies.fast
 def test_merged_runs_are_the_same_cells_in_order(runs: WholeArray) -> None:
     given_runs = runs.copy()
-    found = sparse_grid.merged(runs)
+    found = cell_runs.merged(runs)
     assert cells(found) == cells(runs)
     assert are_merged(found)
     assert (runs == given_runs).all()
@@ -48,7 +48,7 @@ def test_merged_runs_are_the_same_cells_in_order(runs: WholeArray) -> None:
 @given(any_runs(), st.integers(0, 4))
 @strategies.fast
 def test_dilation_is_that_of_sets(runs: WholeArray, reach: int) -> None:
-    found = sparse_grid.dilated(runs, reach)
+    found = cell_runs.dilated(runs, reach)
     around = range(-reach, reach + 1)
     assert cells(found) == {(i + a, j + b) for i, j in cells(runs) for a, b in product(around, around)}
     assert are_merged(found)
@@ -57,7 +57,7 @@ def test_dilation_is_that_of_sets(runs: WholeArray, reach: int) -> None:
 @given(any_runs())
 @strategies.fast
 def test_halved_cells_are_those_that_overlap(runs: WholeArray) -> None:
-    found = sparse_grid.halved(sparse_grid.merged(runs))
+    found = cell_runs.halved(cell_runs.merged(runs))
 
     def overlap(fine: int, coarse: int) -> bool:
         """Compare the fine cell around ``fine / 2`` with the coarse one around ``coarse``, in quarters."""
@@ -73,8 +73,8 @@ def test_halved_cells_are_those_that_overlap(runs: WholeArray) -> None:
 @strategies.fast
 def test_clipped_cells_are_inside(runs: WholeArray, last: tuple[int, int]) -> None:
     given_runs = runs.copy()
-    found = sparse_grid.clipped(runs, last)
-    assert cells(found) == cells(runs) & cells(sparse_grid.rectangle(last))
+    found = cell_runs.clipped(runs, last)
+    assert cells(found) == cells(runs) & cells(cell_runs.rectangle(last))
     assert (found[:, 1] < found[:, 2]).all()
     assert (runs == given_runs).all()
 
@@ -82,7 +82,7 @@ def test_clipped_cells_are_inside(runs: WholeArray, last: tuple[int, int]) -> No
 @given(st.tuples(st.integers(0, 8), st.integers(0, 8)))
 @strategies.fast
 def test_a_rectangle_has_every_cell_once(last: tuple[int, int]) -> None:
-    found = sparse_grid.rectangle(last)
+    found = cell_runs.rectangle(last)
     assert cells(found) == set(product(range(last[0] + 1), range(last[1] + 1)))
     assert are_merged(found)
 
@@ -90,18 +90,18 @@ def test_a_rectangle_has_every_cell_once(last: tuple[int, int]) -> None:
 @given(any_runs())
 @strategies.fast
 def test_cells_are_listed_row_by_row_and_gathered_again(runs: WholeArray) -> None:
-    merged = sparse_grid.merged(runs)
-    columns, rows = sparse_grid.cells_of(merged)
+    merged = cell_runs.merged(runs)
+    columns, rows = cell_runs.cells_of(merged)
     listed = list(zip(rows.tolist(), columns.tolist(), strict=True))
     assert listed == sorted((row, column) for column, row in cells(runs))
-    assert sparse_grid.runs_of(columns, rows).tolist() == merged.tolist()
+    assert cell_runs.runs_of(columns, rows).tolist() == merged.tolist()
 
 
 @given(st.lists(st.tuples(whole, whole), max_size=20))
 @strategies.fast
 def test_cells_in_any_order_and_twice_make_runs(listed: list[tuple[int, int]]) -> None:
     columns, rows = np.array([*listed, *listed[:3]], dtype=np.int64).reshape(-1, 2).T
-    found = sparse_grid.runs_of(columns, rows)
+    found = cell_runs.runs_of(columns, rows)
     assert cells(found) == set(listed)
     assert are_merged(found)
 
@@ -111,14 +111,14 @@ def test_cells_in_any_order_and_twice_make_runs(listed: list[tuple[int, int]]) -
 def test_membership_is_that_of_sets(runs: WholeArray, asked: list[tuple[int, int]]) -> None:
     columns, rows = np.array(asked, dtype=np.int32).reshape(-1, 2).T
     inside = cells(runs)
-    found = sparse_grid.are_in(columns, rows, sparse_grid.merged(runs))
+    found = cell_runs.are_in(columns, rows, cell_runs.merged(runs))
     assert found.tolist() == [cell in inside for cell in asked]
 
 
 def test_keys_of_far_cells_do_not_overflow() -> None:
     far = 2**30
     runs = np.array([[far, far, far + 2], [far + 1, 0, 1]], dtype=np.int64)
-    columns, rows = sparse_grid.cells_of(sparse_grid.merged(runs))
-    assert sparse_grid.are_in(columns, rows, runs).all()
-    assert sparse_grid.runs_of(columns, rows).tolist() == runs.tolist()
-    assert not sparse_grid.are_in(columns + 2, rows, runs).any()
+    columns, rows = cell_runs.cells_of(cell_runs.merged(runs))
+    assert cell_runs.are_in(columns, rows, runs).all()
+    assert cell_runs.runs_of(columns, rows).tolist() == runs.tolist()
+    assert not cell_runs.are_in(columns + 2, rows, runs).any()

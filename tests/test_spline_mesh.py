@@ -19,10 +19,10 @@ from shapely import affinity
 from shapely.geometry.base import BaseGeometry
 from strategies import examples
 
-from cgla_graph import mesh_kernels, sparse_grid
 from cgla_graph._types import Bounds, FloatArray, IntArray, Point, WholeArray
-from cgla_graph.no_fly import NoFlyArea
-from cgla_graph.spline_mesh import HALO, SplineMesh, corners
+from cgla_graph.eikonal import cell_runs, mesh_kernels
+from cgla_graph.eikonal.mesh import HALO, SplineMesh, corners
+from cgla_graph.model.no_fly import NoFlyArea
 
 UNIT: Bounds = (0.0, 0.0, 1.0, 1.0)
 Last = tuple[int, int]
@@ -31,7 +31,7 @@ lasts = st.tuples(st.integers(1, 12), st.integers(1, 12))
 
 
 def full(bounds: Bounds, last: Last, area: BaseGeometry | None, ends: list[Point]) -> SplineMesh:
-    return SplineMesh.build(bounds, last, sparse_grid.rectangle(last), NoFlyArea(area), ends)
+    return SplineMesh.build(bounds, last, cell_runs.rectangle(last), NoFlyArea(area), ends)
 
 
 def places(mesh: SplineMesh) -> list[Point]:
@@ -49,7 +49,7 @@ def some_cells(draw: st.DrawFn) -> tuple[Last, WholeArray]:
     chosen = rng.random((last[1] + 1, last[0] + 1)) < draw(st.sampled_from([0.02, 0.3, 1.0]))
     chosen[rng.integers(last[1] + 1), rng.integers(last[0] + 1)] = True
     rows, columns = np.nonzero(chosen)
-    return last, sparse_grid.runs_of(columns, rows)
+    return last, cell_runs.runs_of(columns, rows)
 
 
 @given(some_cells())
@@ -57,10 +57,10 @@ def some_cells(draw: st.DrawFn) -> tuple[Last, WholeArray]:
 def test_cells_that_touch_share_the_nodes_between_them(cells: tuple[Last, WholeArray]) -> None:
     last, runs = cells
     mesh = SplineMesh.build((2.0, -1.0, 4.0, 5.0), last, runs, NoFlyArea(None), [(2.0, -1.0)])
-    wanted = sparse_grid.cells_of(sparse_grid.clipped(sparse_grid.dilated(runs, HALO), last))
+    wanted = cell_runs.cells_of(cell_runs.clipped(cell_runs.dilated(runs, HALO), last))
     assert mesh.columns.tolist() == wanted[0].tolist()
     assert mesh.rows.tolist() == wanted[1].tolist()
-    assert mesh.matters.tolist() == sparse_grid.are_in(*wanted, runs).tolist()
+    assert mesh.matters.tolist() == cell_runs.are_in(*wanted, runs).tolist()
     at = places(mesh)
     cell_list = list(zip(mesh.columns.tolist(), mesh.rows.tolist(), strict=True))
     controls = {
@@ -166,7 +166,7 @@ def spline(mesh: SplineMesh, pieces: IntArray, points: FloatArray, values: Float
 
 def check_continuous(bounds: Bounds, last: Last, area: NoFlyArea, segments: FloatArray, seed: int) -> int:
     """Walk free segments, shape ``(n, 2, 2)``, and compare the spline on both sides of every step; return the steps."""
-    shape = SplineMesh.build(bounds, last, sparse_grid.rectangle(last), area, [])
+    shape = SplineMesh.build(bounds, last, cell_runs.rectangle(last), area, [])
     steps = []
     for start, end in segments:
         cuts = fractions_of(start, end, shape)
@@ -176,7 +176,7 @@ def check_continuous(bounds: Bounds, last: Last, area: NoFlyArea, segments: Floa
         joints[2::3] = cuts[1:-1].tolist()
         steps.append([start + np.array(part)[:, None] * (end - start) for part in (inner, joints)])
     asked = [(float(x), float(y)) for points, _ in steps for x, y in points]
-    mesh = SplineMesh.build(bounds, last, sparse_grid.rectangle(last), area, asked)
+    mesh = SplineMesh.build(bounds, last, cell_runs.rectangle(last), area, asked)
     values = np.random.default_rng(seed).standard_normal(mesh.n_nodes)
     pieces = np.array(mesh.ends)
     assert (pieces >= 0).all(), "a free point has no piece"
@@ -266,7 +266,7 @@ def cut_everywhere(
 def test_a_mesh_that_is_cut_too_far_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     area, segment = NoFlyArea(shapely.box(0.3, 0.3, 0.7, 0.7)), np.array([[[0.05, 0.35], [0.45, 0.95]]])
     assert check_continuous(UNIT, (16, 16), area, segment, 0) > 10
-    monkeypatch.setattr("cgla_graph.spline_mesh.mesh_kernels", CutEverywhere)
+    monkeypatch.setattr("cgla_graph.eikonal.mesh.mesh_kernels", CutEverywhere)
     with pytest.raises(AssertionError, match="jumps"):
         check_continuous(UNIT, (16, 16), area, segment, 0)
 

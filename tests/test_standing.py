@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import usual
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.paired import against, all_pairs
 from cgla_graph.comparisons.profiles import instance_costs
@@ -17,8 +17,8 @@ from cgla_graph.comparisons.ranking import ranking
 from cgla_graph.comparisons.runner import Run, compare
 from cgla_graph.comparisons.standing import Standing, standings
 from cgla_graph.comparisons.statistics import Estimate, success_interval
-from cgla_graph.scenario import Scenario, scenario_from_toml
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 
 SCENARIOS = [scenario_from_toml("start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n", f"map {i}") for i in range(40)]
 FAILURES = [status for status in Status if not status.is_path]

@@ -13,7 +13,7 @@ import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.curves import median_curve
 from cgla_graph.comparisons.performance import PERFORMANCE_COLUMNS, TARGETS, performances
 from cgla_graph.comparisons.runner import Run
@@ -27,8 +27,8 @@ from cgla_graph.comparisons.statistics import (
     success_interval,
     to_target,
 )
-from cgla_graph.scenario import scenario_from_toml
-from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.scenarios.scenario import scenario_from_toml
 
 SCENARIO = scenario_from_toml("start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n", "one")
 NEVER = (math.inf, math.inf)

@@ -25,7 +25,7 @@ from strategies import few
 from strategies import seeds as random_seeds
 from studies_small import found, named, runs_of, small_study, write_study
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.study import database as database_module
@@ -35,9 +35,9 @@ from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.comparisons.study.provenance import Revision, provenance
 from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.errors import CglaError, OutputError, StudyError
-from cgla_graph.inputs import open_scenarios
-from cgla_graph.scenario import load_scenario
-from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.scenarios.loading import open_scenarios
+from cgla_graph.scenarios.scenario import load_scenario
 
 OMPL = importlib.util.find_spec("ompl")
 #: Strings from everywhere, lone surrogates of odd file names and NUL included.

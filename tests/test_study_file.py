@@ -27,8 +27,8 @@ from cgla_graph.comparisons.study.study_file import (
     study_schema,
 )
 from cgla_graph.errors import CglaError, StudyError
-from cgla_graph.random_map import difficulty, random_scenario
-from cgla_graph.scenario import Scenario, load_scenario, scenario_from_toml, shipped
+from cgla_graph.scenarios.random_map import difficulty, random_scenario
+from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml, shipped
 
 BASE = "scenarios = ['paper']\nsolvers = ['cgla']\n"
 MAP = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 1.0\n"

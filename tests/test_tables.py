@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 from rich.table import Table
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.performance import performances
 from cgla_graph.comparisons.runner import Run, compare
@@ -24,8 +24,8 @@ from cgla_graph.comparisons.tables import (
     percent,
     performance_table,
 )
-from cgla_graph.scenario import load_scenario, scenario_from_toml
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import load_scenario, scenario_from_toml
 
 TEXT = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n[lattice]\nresolution = 3\n"
 SCENARIO = scenario_from_toml(TEXT, "one")

@@ -25,10 +25,10 @@ from cgla_graph.comparisons.claims.team_experiments import (
     sharings,
     team_measures,
 )
-from cgla_graph.flight import Event, Flight
-from cgla_graph.random_map import random_scenario
-from cgla_graph.sharing import Sharing
-from cgla_graph.simulation import Simulation
+from cgla_graph.mission.records import Event, Flight
+from cgla_graph.mission.sharing import Sharing
+from cgla_graph.mission.simulation import Simulation
+from cgla_graph.scenarios.random_map import random_scenario
 
 BY_ID = {claim.id: claim for claim in claims.CLAIMS}
 #: What is multiplied, or how often something happens, by the arm of an experiment.

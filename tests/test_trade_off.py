@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.risk import ImproperFieldWarning
-from cgla_graph.scenario import load_scenario
-from cgla_graph.solution import NEGATIVE_WEIGHTS
+from cgla_graph.model.risk import ImproperFieldWarning
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS
+from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers.constrained_search import constrained_path
 from cgla_graph.solvers.reweighing import Reweighed
 from cgla_graph.solvers.trade_off import Front, lower_hull

@@ -13,7 +13,7 @@ from strategies import fast, seeds
 
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
-from cgla_graph.trajectory import Disc, Trajectory, closest_approach
+from cgla_graph.motion.trajectory import Disc, Trajectory, closest_approach
 
 #: Times and points.
 Motion: TypeAlias = tuple[list[float], list[tuple[float, float]]]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from strategies import fast
 
 from cgla_graph.errors import MissionError
-from cgla_graph.virtual_obstacle import Placement, VirtualObstacle, Zones
+from cgla_graph.mission.virtual_obstacle import Placement, VirtualObstacle, Zones
 
 SIGHT = {"detection_radius": 0.2, "safe_distance": 0.1, "unit": 0.05}
 

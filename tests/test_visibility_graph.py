@@ -14,12 +14,12 @@ from strategies import few, fields, points, polygons, usual
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.mission import Mission
-from cgla_graph.random_map import random_scenario
-from cgla_graph.scenario import load_scenario, shipped
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.world import World
+from cgla_graph.scenarios.random_map import random_scenario
+from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers.visibility_graph import VisibilityGraph
-from cgla_graph.uav import Uav
-from cgla_graph.world import World
 
 RING = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
 

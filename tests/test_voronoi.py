@@ -14,17 +14,17 @@ from strategies import boxes, few, fields, points, polygons, seeds, usual
 import cgla_graph as cg
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.mission import Mission
-from cgla_graph.random_map import random_scenario
-from cgla_graph.refine import refine_path
-from cgla_graph.risk import ImproperFieldWarning
-from cgla_graph.scenario import load_scenario, shipped
-from cgla_graph.solution import NEGATIVE_WEIGHTS
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.world import World
+from cgla_graph.model.risk import ImproperFieldWarning
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS
+from cgla_graph.refine.refine import refine_path
+from cgla_graph.scenarios.random_map import random_scenario
+from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers import elastic
 from cgla_graph.solvers.elastic import relaxed
 from cgla_graph.solvers.voronoi import VoronoiRoadmap, _sites, voronoi_edges
-from cgla_graph.uav import Uav
-from cgla_graph.world import World
 
 # The diagram
 

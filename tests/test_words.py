@@ -11,8 +11,8 @@ from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.standing_columns import SPARE, standing_heads
 from cgla_graph.comparisons.statistics import Estimate
 from cgla_graph.comparisons.words import DASH, estimate_cell, listed, or_never, p_equals, p_value, ratio, span
-from cgla_graph.scenario import load_scenario
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import load_scenario
 
 numbers = st.floats(1e-6, 1e6) | st.just(math.inf)
 

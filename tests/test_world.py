@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from strategies import fast, seeds
 
 from cgla_graph.errors import MissionError, ProblemError
-from cgla_graph.risk import RiskField, Threat
-from cgla_graph.world import TimedArea, TimedThreat, World, distance_to_segment
+from cgla_graph.mission.world import TimedArea, TimedThreat, World, distance_to_segment
+from cgla_graph.model.risk import RiskField, Threat
 
 SPOT = Threat(0.5, 0.5, 0.1)
 BOX = shapely.box(0.2, 0.2, 0.4, 0.4)

@@ -14,7 +14,7 @@ from cgla_graph.comparisons.claims.exhibit import Exhibit, exhibits
 from cgla_graph.comparisons.claims.exhibiting import Shown, make_exhibits
 from cgla_graph.comparisons.claims.report import write_report
 from cgla_graph.comparisons.claims.store import Store
-from cgla_graph.cost_model import n_cores
+from cgla_graph.model.cost_model import n_cores
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ from fractions import Fraction
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.cgla_matrix import cost_matrix
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Claim, Entry, Finding, Kind, Part, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence
@@ -27,10 +26,11 @@ from cgla_graph.comparisons.claims.time_checks import check_c36, check_c47
 from cgla_graph.comparisons.claims.update_checks import check_c23
 from cgla_graph.comparisons.statistics import Estimate
 from cgla_graph.comparisons.walsh import hodges_lehmann
-from cgla_graph.cost_model import CostModel
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.problem import GraphProblem, Problem
-from cgla_graph.random_map import random_scenario
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.scenarios.random_map import random_scenario
 
 SAME = 1e-12
 #: Points a side for which plain formulas are counted (C20), plans (C21) and flights (C22).

@@ -12,7 +12,6 @@ from itertools import pairwise
 import numpy as np
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.cgla_matrix import cost_matrix
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.cells import cell_name, span
 from cgla_graph.comparisons.claims.claim import Claim, Finding, Kind, Part, Table, Verdict
@@ -20,16 +19,17 @@ from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import Proportion, proportion
 from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.comparisons.claims.team_experiments import EXCLUSIONS, STEPNUM, fly_two, same_trace
-from cgla_graph.flight import Flight, Livelock, MissionStatus, UavFlight
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.lattice import Lattice
-from cgla_graph.mission import Exclude, Mission
-from cgla_graph.problem import Problem
-from cgla_graph.random_map import random_scenario
-from cgla_graph.risk import RiskField, Threat
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.mission.mission import Exclude, Mission
+from cgla_graph.mission.records import Flight, Livelock, MissionStatus, UavFlight
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.world import World
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import get
-from cgla_graph.uav import Uav
-from cgla_graph.world import World
 
 LIVELOCK = "c19-livelock.toml"
 EXCLUSION = "c18-exclusion.toml"
@@ -289,7 +289,7 @@ def digest(missions: Iterable[Mission]) -> str:
 
     Examples
     --------
-    >>> from cgla_graph.mission_file import load_mission
+    >>> from cgla_graph.scenarios.mission_file import load_mission
     >>> missions = load_mission("fig4").missions(get).values()
     >>> digest(missions) == digest(missions)
     True

@@ -16,10 +16,10 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ClaimError
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.mission_file import MissionFile, mission_from_toml
-from cgla_graph.problem import GraphProblem
-from cgla_graph.scenario import Scenario, scenario_from_toml
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.problem import GraphProblem
+from cgla_graph.scenarios.mission_file import MissionFile, mission_from_toml
+from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 
 _FOLDER = "counterexamples"
 

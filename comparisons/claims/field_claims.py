@@ -9,12 +9,12 @@ from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Claim, Entry, Finding, Kind, Part, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.proving import improper_allowed, improper_field, require
-from cgla_graph.cost_model import CostModel
-from cgla_graph.fusion import Fusion, fused_weights
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
-from cgla_graph.risk import Reading, RiskField, Threat
-from cgla_graph.scenario import Scenario
+from cgla_graph.fusion.fusion import Fusion, fused_weights
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import Reading, RiskField, Threat
+from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.cgla import Cgla
 from cgla_graph.solvers.eight_direction import EightDirection
 

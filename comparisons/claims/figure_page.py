@@ -21,9 +21,9 @@ from cgla_graph.comparisons.plot_page import Part, add_legend, style
 from cgla_graph.comparisons.plot_risk import draw_risk
 from cgla_graph.comparisons.plot_scene import Look, colour_of, dashes_of, line_key
 from cgla_graph.comparisons.plots import save
-from cgla_graph.problem import Problem
-from cgla_graph.risk import RiskField
-from cgla_graph.scenario import Scenario
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField
+from cgla_graph.scenarios.scenario import Scenario
 
 #: What every figure on the map of Fig. 5 has to say.
 SELECTED = (

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.cgla_matrix import cost_matrix
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Claim, Entry, Finding, Kind, Part, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.inference import proportion
 from cgla_graph.comparisons.claims.paper_flight import paper_lattice
 from cgla_graph.comparisons.claims.proving import require
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import Problem
-from cgla_graph.random_map import random_scenario
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.value_iteration import DecisionProcess, decision_process, least_target_reward, value_iteration
 
 #: Risk weights: none, and the paper's.

@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 
-from cgla_graph.cgla_matrix import cost_matrix
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Check, Claim, Finding, Kind, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence
@@ -13,7 +12,8 @@ from cgla_graph.comparisons.claims.path_checks import check_c14, check_c15, chec
 from cgla_graph.comparisons.claims.pivot_checks import PROOF, check_c11
 from cgla_graph.comparisons.claims.proving import improper_allowed, require
 from cgla_graph.comparisons.claims.random_graphs import SAME, are_close, eq_9, least_costs, random_graph, zero_diagonal
-from cgla_graph.problem import GraphProblem
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.model.problem import GraphProblem
 from cgla_graph.solvers.cgla import Cgla
 from cgla_graph.solvers.dijkstra import Dijkstra
 

@@ -23,9 +23,9 @@ from cgla_graph.comparisons.claims.team_experiments import (
     STEPNUM,
     STEPNUMS,
 )
-from cgla_graph.flight import Flight
-from cgla_graph.mission import Mission
-from cgla_graph.mission_file import load_mission
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import Flight
+from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.solvers import get
 
 COUNTEREXAMPLE = "c41-obstacles-collide.toml"

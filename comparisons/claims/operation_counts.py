@@ -6,16 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.cgla_matrix import CostMatrix
 from cgla_graph.comparisons.claims.paper_flight import ARRIVAL_RADIUS, BOUNDS, GOAL, RADIUS, START, paper_lattice
-from cgla_graph.flight import MissionStatus
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.mission import Mission
-from cgla_graph.repair import lazy_cost_matrix, linked
-from cgla_graph.risk import RiskField
+from cgla_graph.cost_to_go.cost_matrix import CostMatrix
+from cgla_graph.cost_to_go.repair import lazy_cost_matrix, linked
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import MissionStatus
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.world import World
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.risk import RiskField
 from cgla_graph.solvers import get
-from cgla_graph.uav import Uav
-from cgla_graph.world import World
 
 #: A step is so many lattice units (E16).
 UNITS_A_STEP = 0.4

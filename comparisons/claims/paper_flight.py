@@ -6,14 +6,14 @@ from typing import Any, Literal
 import numpy as np
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.flight import MissionStatus, UavFlight
-from cgla_graph.lattice import Lattice
-from cgla_graph.mission import Mission
-from cgla_graph.risk import RiskField
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import MissionStatus, UavFlight
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.world import TimedThreat, World
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.risk import RiskField
 from cgla_graph.solvers import get
 from cgla_graph.solvers.base import Solver
-from cgla_graph.uav import Uav
-from cgla_graph.world import TimedThreat, World
 
 #: The paper's map.
 BOUNDS = (0.0, 0.0, 1.0, 1.0)
@@ -78,7 +78,7 @@ def fly_alone(
 
     Examples
     --------
-    >>> from cgla_graph.risk import Threat
+    >>> from cgla_graph.model.risk import Threat
     >>> fly_alone(RiskField([Threat(0.5, 0.5, 0.05)]), k=10.0).status.label
     'arrived'
     """
@@ -146,7 +146,7 @@ def risk_sum(field: RiskField, path: FloatArray, step: float = STEP) -> float:
 
     Examples
     --------
-    >>> from cgla_graph.risk import Threat
+    >>> from cgla_graph.model.risk import Threat
     >>> risk_sum(RiskField([Threat(0.5, 0.5, 0.05)]), np.array([[0.1, 0.5], [0.9, 0.5]])).__round__(3)
     6.267
     """

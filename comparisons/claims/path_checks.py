@@ -6,17 +6,17 @@ import math
 import numpy as np
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.cgla_matrix import CostMatrix, cost_matrix
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.comparisons.claims.random_graphs import SAME, random_field, random_graph, zero_diagonal
-from cgla_graph.fusion import fused_graph
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.lattice import Lattice
-from cgla_graph.problem import GraphProblem
-from cgla_graph.random_map import random_scenario
+from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
+from cgla_graph.fusion.fusion import fused_graph
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import GraphProblem
+from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.bridge import solve
 from cgla_graph.solvers.cgla import Cgla
 

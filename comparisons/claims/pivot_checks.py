@@ -6,7 +6,6 @@ import numpy as np
 from scipy.sparse import csgraph
 
 from cgla_graph._types import FloatArray
-from cgla_graph.cgla_matrix import cost_matrix
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Entry, Finding, Part, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence
@@ -20,7 +19,8 @@ from cgla_graph.comparisons.claims.random_graphs import (
     random_graph,
     zero_diagonal,
 )
-from cgla_graph.graph import GeometricGraph
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.model.graph import GeometricGraph
 
 #: What is fairly near to a tie; random weights do not come nearer by chance.
 TIED = 1e-9

@@ -21,15 +21,15 @@ from cgla_graph.comparisons.claims.paper_flight import (
     risk_sum,
 )
 from cgla_graph.comparisons.claims.paper_values import STARTS
-from cgla_graph.mission import Mission
-from cgla_graph.problem import Problem
-from cgla_graph.random_map import CLEAR, random_scenario
-from cgla_graph.risk import RiskField, Threat
-from cgla_graph.solution import Solution
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.world import TimedThreat, World
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.solution import Solution
+from cgla_graph.scenarios.random_map import CLEAR, random_scenario
 from cgla_graph.solvers import get, solve
 from cgla_graph.solvers.base import Solver
-from cgla_graph.uav import Uav
-from cgla_graph.world import TimedThreat, World
 
 #: The paper's K in its comparison of planners.
 K = 10.0

@@ -20,7 +20,7 @@ from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import bootstrapped
 from cgla_graph.comparisons.claims.paper_values import TABLE_1, PaperValue, value
 from cgla_graph.comparisons.claims.planner_experiments import OWN, versus_cgla
-from cgla_graph.flight import MissionStatus
+from cgla_graph.mission.records import MissionStatus
 from cgla_graph.solvers import get
 
 #: A map counts for "similar length" if the two lengths differ by at most this, relative to BCV-style's.

@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from cgla_graph.risk import ImproperFieldWarning, RiskField, Threat
+from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
 
 
 def require(holds: object, message: str) -> None:

@@ -7,9 +7,9 @@ import numpy as np
 from scipy.sparse import csgraph
 
 from cgla_graph._types import FloatArray
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.random_map import random_scenario
-from cgla_graph.risk import RiskField
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.risk import RiskField
+from cgla_graph.scenarios.random_map import random_scenario
 
 #: Values of two algorithms that add the same weights in another order differ by no more than this, relative to them.
 SAME = 1e-12

@@ -21,8 +21,8 @@ from cgla_graph.comparisons.claims.obstacle_checks import shipped, supported
 from cgla_graph.comparisons.claims.paper_flight import RADIUS
 from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.comparisons.claims.team_experiments import SHARING_KS, K, fly_two, sharings, team_measures
-from cgla_graph.flight import Flight
-from cgla_graph.random_map import random_scenario
+from cgla_graph.mission.records import Flight
+from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import get
 
 COUNTEREXAMPLE = "c42-sharing-hurts.toml"

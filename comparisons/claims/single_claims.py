@@ -13,9 +13,9 @@ from cgla_graph.comparisons.claims.printed_tables import check_c31, check_c32, c
 from cgla_graph.comparisons.claims.single_experiments import NESTED_SIZES, POPUP, POPUP_K
 from cgla_graph.comparisons.claims.weight_claims import TIE, check_c28, check_c29, check_c30, check_c37
 from cgla_graph.comparisons.paired import holm
-from cgla_graph.flight import MissionStatus
+from cgla_graph.mission.records import MissionStatus
+from cgla_graph.mission.world import TimedThreat
 from cgla_graph.solvers import get
-from cgla_graph.world import TimedThreat
 
 #: A path that never is more than two cells of the coarsest lattice from another is nearly the same.
 SAME_WITHIN = 2.0 / 15.0

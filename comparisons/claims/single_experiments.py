@@ -11,14 +11,14 @@ from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims.cells import CELLS
 from cgla_graph.comparisons.claims.experiment import Experiment, Record
 from cgla_graph.comparisons.claims.paper_flight import GOAL, fly_alone, measures, paper_lattice, risk_sum
-from cgla_graph.flight import UavFlight
-from cgla_graph.problem import Problem
-from cgla_graph.random_map import random_scenario
-from cgla_graph.risk import RiskField, Threat
-from cgla_graph.solution import Solution
+from cgla_graph.mission.records import UavFlight
+from cgla_graph.mission.world import TimedThreat
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.solution import Solution
+from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import solve
 from cgla_graph.solvers.reweighing import Reweighed
-from cgla_graph.world import TimedThreat
 
 #: The risk weights of Fig. 5 and Table 1, and of Fig. 6 and Table 2.
 ONLINE_K = (10.0, 50.0, 200.0)

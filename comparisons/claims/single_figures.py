@@ -40,8 +40,8 @@ from cgla_graph.comparisons.plot_scene import (
     line_key,
     patch_key,
 )
-from cgla_graph.cost_model import CostModel
-from cgla_graph.risk import Reading, RiskField, Threat
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.risk import Reading, RiskField, Threat
 
 #: What Fig. 1 shows: one threat, and several of which two overlap.
 ONE = (Threat(0.5, 0.5, 0.1),)

@@ -15,10 +15,10 @@ from cgla_graph.comparisons.claims.sharing_checks import check_c42, check_c43, c
 from cgla_graph.comparisons.claims.team_experiments import COLLISION_DISTANCE, FEW_THREATS, STEPNUM, fly_two
 from cgla_graph.comparisons.paired import holm
 from cgla_graph.errors import MissionError
-from cgla_graph.flight import Flight
-from cgla_graph.mission import LEAST_GAMMA
-from cgla_graph.random_map import random_scenario
-from cgla_graph.virtual_obstacle import VirtualObstacle
+from cgla_graph.mission.mission import LEAST_GAMMA
+from cgla_graph.mission.records import Flight
+from cgla_graph.mission.virtual_obstacle import VirtualObstacle
+from cgla_graph.scenarios.random_map import random_scenario
 
 #: The share of missions that has to succeed for "it works".
 MOSTLY = 0.95

@@ -19,15 +19,15 @@ from cgla_graph.comparisons.claims.paper_flight import (
     measures,
     paper_lattice,
 )
-from cgla_graph.flight import Flight, UavFlight
-from cgla_graph.mission import Exclude, Mission, Movement
-from cgla_graph.random_map import random_scenario
-from cgla_graph.risk import RiskField
-from cgla_graph.sharing import Sharing
+from cgla_graph.mission.mission import Exclude, Mission, Movement
+from cgla_graph.mission.records import Flight, UavFlight
+from cgla_graph.mission.sharing import Sharing
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.virtual_obstacle import VirtualObstacle
+from cgla_graph.mission.world import World
+from cgla_graph.model.risk import RiskField
+from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import get
-from cgla_graph.uav import Uav
-from cgla_graph.virtual_obstacle import VirtualObstacle
-from cgla_graph.world import World
 
 Integral: TypeAlias = Literal["exact", "raster"]
 

@@ -24,7 +24,7 @@ from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.comparisons.claims.ways import Way, fly
 from cgla_graph.comparisons.flown import Flown
 from cgla_graph.comparisons.plot_scene import SIGHT_DASHES, colour_of, draw_ring, patch_key
-from cgla_graph.flight import UavFlight
+from cgla_graph.mission.records import UavFlight
 
 
 def fig_4() -> Picture:

@@ -7,7 +7,6 @@ import time
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.cgla_matrix import cost_matrix
 from cgla_graph.comparisons.claims import paper_values
 from cgla_graph.comparisons.claims.cells import ALPHA, RULE
 from cgla_graph.comparisons.claims.claim import Entry, Finding, Part, Table, Verdict
@@ -17,10 +16,11 @@ from cgla_graph.comparisons.claims.operation_counts import integral_count, pair_
 from cgla_graph.comparisons.claims.paper_flight import N, paper_lattice
 from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.comparisons.paired import holm
-from cgla_graph.problem import Problem
-from cgla_graph.random_map import random_scenario
-from cgla_graph.scenario import load_scenario
-from cgla_graph.solution import Solution
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution
+from cgla_graph.scenarios.random_map import random_scenario
+from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers.bridge import solve
 
 #: The paper's sizes of C47.

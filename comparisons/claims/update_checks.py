@@ -5,18 +5,18 @@ import math
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.cgla_matrix import cost_matrix
 from cgla_graph.comparisons.claims.claim import Entry, Finding, Part, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.inference import bootstrapped
 from cgla_graph.comparisons.claims.paper_flight import paper_lattice
 from cgla_graph.comparisons.claims.proving import require
-from cgla_graph.cost_model import CostModel
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.lattice import Lattice
-from cgla_graph.random_map import random_scenario
-from cgla_graph.repair import reweigh
-from cgla_graph.risk import RiskField, Threat
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.cost_to_go.repair import reweigh
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.scenarios.random_map import random_scenario
 
 #: Values that differ by less are the same but for rounding, map units.
 SAME = 1e-12

@@ -11,12 +11,12 @@ from cgla_graph.comparisons.claims.paper_flight import BOUNDS, GOAL, START, N, f
 from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.comparisons.flown import Flown, Sortie
 from cgla_graph.comparisons.fly import open_mission
-from cgla_graph.flight import MissionStatus, UavFlight
-from cgla_graph.problem import Problem
-from cgla_graph.risk import RiskField
-from cgla_graph.scenario import load_scenario
+from cgla_graph.mission.records import MissionStatus, UavFlight
+from cgla_graph.mission.world import TimedThreat
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField
+from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers import get, solve
-from cgla_graph.world import TimedThreat
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,8 +26,8 @@ from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import proportion
 from cgla_graph.comparisons.claims.paper_flight import fly_alone
 from cgla_graph.comparisons.claims.single_experiments import OFFLINE_K, ONLINE_K, POPUP_K
-from cgla_graph.flight import MissionStatus, UavFlight
-from cgla_graph.scenario import load_scenario
+from cgla_graph.mission.records import MissionStatus, UavFlight
+from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers import get
 
 #: What optima of the same cost may differ by, relative to them: rounding, where a tie is decided.

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
-from cgla_graph.problem import Problem
-from cgla_graph.scenario import Scenario
+from cgla_graph.model.problem import Problem
+from cgla_graph.scenarios.scenario import Scenario
 
 #: Samples of the risk along the longer side of a map.
 RISK_SAMPLES = 96
@@ -47,7 +47,7 @@ def map_document(scenario: Scenario) -> dict[str, Any]:
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> sorted(map_document(load_scenario("one-threat")))
     ['bounds', 'no_fly', 'risk', 'walls', 'y_down']
     """

@@ -9,7 +9,7 @@ from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.standing import Standing
 from cgla_graph.comparisons.standing_columns import COLUMNS
 from cgla_graph.comparisons.words import DASH, Cell, listed, p_equals, too_few_note
-from cgla_graph.solution import Status
+from cgla_graph.model.solution import Status
 
 #: Most groups of failures that are listed, and most scenarios that are named of each.
 MOST_GROUPS, MOST_NAMES = 100, 4

@@ -16,8 +16,8 @@ from cgla_graph.comparisons.rows import by_solver, row, scenario_bound
 from cgla_graph.comparisons.run_columns import SHOWN
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.statistics import Estimate, estimate, path_cost, to_target
-from cgla_graph.scenario import Scenario
-from cgla_graph.solution import Solution, Status
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import Scenario
 
 _COST_DIGITS = 8
 

@@ -47,7 +47,7 @@ def run_rows(runs: Sequence[Run], every: Sequence[Run]) -> list[dict[str, Any]]:
     --------
     >>> from cgla_graph.comparisons.contender import Contender
     >>> from cgla_graph.comparisons.runner import compare
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> runs = list(compare([load_scenario("one-threat")], [Contender.parse("straight-line")], tolerance=None))
     >>> [(row["solver"], row["status"], row["exact"]) for row in run_rows(runs, runs)]
     [('straight-line', 'found', False)]

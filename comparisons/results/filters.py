@@ -10,7 +10,7 @@ from typing import Self
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.words import listed
 from cgla_graph.errors import CglaError
-from cgla_graph.solution import Status
+from cgla_graph.model.solution import Status
 
 _MOST_NAMED = 12
 

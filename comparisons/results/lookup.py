@@ -29,7 +29,7 @@ from cgla_graph.comparisons.standing import Standing, standings
 from cgla_graph.comparisons.study.stored import Stored, load
 from cgla_graph.comparisons.words import counted
 from cgla_graph.errors import CglaError
-from cgla_graph.solution import Status
+from cgla_graph.model.solution import Status
 
 #: Tables of single solvers are shown up to so many lines, unless solvers are asked for by name.
 MOST_LINES = 120

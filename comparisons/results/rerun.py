@@ -17,7 +17,7 @@ from cgla_graph.comparisons.study.stored import Stored, load_study
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.tables import duration, figure, percent
 from cgla_graph.errors import CglaError
-from cgla_graph.solution import Status
+from cgla_graph.model.solution import Status
 
 #: Runs that something stopped from outside.
 _KILLED = {Status.TIMED_OUT, Status.OUT_OF_MEMORY, Status.CRASHED}

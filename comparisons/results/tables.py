@@ -13,7 +13,7 @@ from cgla_graph.comparisons.standing import Standing
 from cgla_graph.comparisons.standing_columns import SPARE, standing_cells, standing_heads, standing_notes
 from cgla_graph.comparisons.tables import duration, figure, percent
 from cgla_graph.comparisons.words import DASH, counted, listed
-from cgla_graph.solution import Status
+from cgla_graph.model.solution import Status
 
 #: So many messages of a solver are shown for each way to fail.
 _MOST_MESSAGES = 3

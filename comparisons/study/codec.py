@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from cgla_graph.errors import StudyError
-from cgla_graph.lattice import Lattice
+from cgla_graph.model.lattice import Lattice
 
 #: What a key begins with that says of which kind a value is.
 MARK = "!"

@@ -12,7 +12,7 @@ from typing import Self
 
 from filelock import FileLock
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.files import locked, make_folder
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.study import schema
@@ -67,7 +67,7 @@ class Database:
     >>> import tempfile
     >>> from cgla_graph.comparisons.contender import Contender
     >>> from cgla_graph.comparisons.runner import compare
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> study = Study([load_scenario("one-threat")], [Contender.parse("cgla"), Contender.parse("dijkstra")])
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with Database.create(Path(folder), study) as database:

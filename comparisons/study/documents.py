@@ -7,14 +7,14 @@ from typing import Any, TypeAlias, TypeVar, cast
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.study.codec import decode, encode, lattice_document, lattice_from
 from cgla_graph.errors import CglaError, StudyError
-from cgla_graph.problem import Problem
-from cgla_graph.projection import LocalProjection
-from cgla_graph.risk import RiskField, Threat
-from cgla_graph.scenario import Scenario
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.scenarios.projection import LocalProjection
+from cgla_graph.scenarios.scenario import Scenario
 
 #: What `json` reads and writes.
 Document: TypeAlias = dict[str, Any]
@@ -32,7 +32,7 @@ def scenario_document(scenario: Scenario) -> Document:
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> scenario_document(load_scenario("paper"))["problem"]["goal"]
     [0.9, 0.9]
     """
@@ -71,7 +71,7 @@ def scenario_from(document: Document) -> Scenario:
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> paper = load_scenario("paper")
     >>> scenario_from(scenario_document(paper)).problem == paper.problem
     True

@@ -18,7 +18,7 @@ from cgla_graph.comparisons.study.provenance import Provenance
 from cgla_graph.comparisons.study.stored import Content
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.errors import StudyError
-from cgla_graph.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario
 
 
 def enter(connection: sqlite3.Connection, study: Study, origin: Provenance, workers: str, command: str) -> None:

@@ -6,7 +6,7 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from typing import Any
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons import runner
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.runner import Run
@@ -16,8 +16,8 @@ from cgla_graph.comparisons.study.database import Database
 from cgla_graph.comparisons.study.isolation import Call, Failure, NextCall, Outcome, here, isolated
 from cgla_graph.comparisons.study.limits import NO_LIMITS, PREPARATION, Limits, lost
 from cgla_graph.comparisons.study.study import Cell, Study
-from cgla_graph.scenario import Scenario
-from cgla_graph.solution import Solution
+from cgla_graph.model.solution import Solution
+from cgla_graph.scenarios.scenario import Scenario
 
 #: What a proof may take at least.
 PROOF = Limits()
@@ -59,7 +59,7 @@ def run_study(
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> study = Study([load_scenario("one-threat")], [Contender.parse("cgla")], tolerance=None)
     >>> [(run.solver, run.solution.status.label) for run in run_study(study, workers=0)]
     [('cgla', 'optimal')]

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from cgla_graph.comparisons.study.isolation import Failure, Outcome
-from cgla_graph.solution import Status
+from cgla_graph.model.solution import Status
 
 #: How long a worker may take on top of a run's time limit, to compile kernels for the first time and to load them.
 PREPARATION = 600.0

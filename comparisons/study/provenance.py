@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import cgla_graph
-from cgla_graph.cost_model import n_cores
+from cgla_graph.model.cost_model import n_cores
 
 #: Git answers at once, or is stuck (a network drive).
 _PATIENCE = 10.0

@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.statistics import progress
 from cgla_graph.comparisons.study.codec import decode, dumps, encode
 from cgla_graph.comparisons.study.schema import STATUS
-from cgla_graph.scenario import Scenario
-from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.scenarios.scenario import Scenario
 
 #: The columns of ``runs`` behind OMPL's own three.
 RUN_COLUMNS = (
@@ -48,7 +48,7 @@ def run_row(run: Run) -> tuple[float | int | None, ...]:
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> run = Run(load_scenario("paper"), "mine", 7, False, Solution(Status.NOT_FOUND, seconds=1.0, build_seconds=0.5))
     >>> dict(zip(RUN_COLUMNS, run_row(run)))["time"]
     1.5

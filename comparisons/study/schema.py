@@ -19,7 +19,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from cgla_graph.errors import OutputError, StudyError
-from cgla_graph.solution import Status
+from cgla_graph.model.solution import Status
 
 #: Marks the file as ours ("CGLA"): the field of SQLite's header for that.
 APPLICATION_ID = 0x43474C41

@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 
 from pebble import ProcessExpired, ProcessPool
 
-from cgla_graph import isolated
 from cgla_graph.comparisons.study.limited import set_expendable
 from cgla_graph.errors import WorkerError
+from cgla_graph.model import isolated
 
 #: How long a worker may take to start, in seconds, before it is given up.
 START_SECONDS = 120.0

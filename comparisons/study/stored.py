@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.study import schema
@@ -21,7 +21,7 @@ from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.comparisons.study.records import Answer, restored
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.errors import StudyError
-from cgla_graph.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario
 
 #: The database's name in the folder of a study.
 FILE = "study.db"

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.runner import TOLERANCE, seeds_of
 from cgla_graph.comparisons.study.limits import Limits
-from cgla_graph.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario
 
 #: The seeds of a study that names none.
 SEEDS = (1, 2, 3)

@@ -7,17 +7,17 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from cgla_graph._files import read_text
 from cgla_graph.comparisons.contender import Contender, every_solver
 from cgla_graph.comparisons.options import number_names, open_all
 from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.study.study_tables import RandomTable, SolverTable, StudyTable, seed_list
 from cgla_graph.errors import CglaError, StudyError
-from cgla_graph.map_file import read_table
-from cgla_graph.mission_file import is_mission_file
-from cgla_graph.mission_tables import MissionTable
-from cgla_graph.scenario import Scenario, ScenarioTable
+from cgla_graph.scenarios.map_tables import read_table
+from cgla_graph.scenarios.mission_file import is_mission_file
+from cgla_graph.scenarios.mission_tables import MissionTable
+from cgla_graph.scenarios.scenario import Scenario, ScenarioTable
+from cgla_graph.scenarios.text_files import read_text
 from cgla_graph.solvers import registry
 
 #: What shows every key of a study file.

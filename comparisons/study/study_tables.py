@@ -8,15 +8,15 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
 
-from cgla_graph import random_map
 from cgla_graph.comparisons.contender import BUDGETS, Contender
 from cgla_graph.comparisons.runner import TOLERANCE
 from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.comparisons.study.study import SEEDS
 from cgla_graph.errors import StudyError
-from cgla_graph.map_file import Pair, Range, Table
-from cgla_graph.mission_tables import Line
-from cgla_graph.scenario import Scenario
+from cgla_graph.scenarios import random_map
+from cgla_graph.scenarios.map_tables import Pair, Range, Table
+from cgla_graph.scenarios.mission_tables import Line
+from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
 
 #: More seeds than this are a mistake.
@@ -80,7 +80,7 @@ Setting: TypeAlias = Annotated[Any, AfterValidator(_plain)]
 
 
 class RandomTable(Table):
-    """Random maps (see `cgla_graph.random_map`)."""
+    """Random maps (see `cgla_graph.scenarios.random_map`)."""
 
     generate: Literal["random"]
     seeds: Seeds | None = Field(

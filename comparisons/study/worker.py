@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cgla_graph.certificate import Certificate
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons import runner
 from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.study.isolation import limited, use_up
 from cgla_graph.comparisons.study.limits import Limits
-from cgla_graph.scenario import Scenario
-from cgla_graph.solution import Solution, Status, TracePoint
+from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.scenarios.scenario import Scenario
 
 #: What a worker needs, whatever it is asked for: loaded once, before workers part from each other.
 PRELOAD = (__name__, "cgla_graph.comparisons.cli")
@@ -49,7 +49,7 @@ def parcel(scenario: Scenario) -> Parcel:
 
     Examples
     --------
-    >>> from cgla_graph.scenario import load_scenario
+    >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> unwrapped(parcel(load_scenario("paper"))).name
     'paper'
     """

@@ -16,7 +16,7 @@ from scipy.integrate import quad
 from scipy.sparse.csgraph import dijkstra
 
 import cgla_graph as cg
-from cgla_graph.scenario import load_scenario
+from cgla_graph.scenarios.scenario import load_scenario
 
 PAPER = load_scenario("paper").problem.field
 EIGHT = cg.RiskField(PAPER.threats[:8])

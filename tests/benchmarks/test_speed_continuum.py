@@ -14,11 +14,11 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from test_speed import PAPER, UNIT, report
 
 import cgla_graph as cg
-from cgla_graph import sparse_grid
-from cgla_graph.eikonal_kernels import DONE, FAR, TRIAL, march
-from cgla_graph.no_fly import NoFlyArea
-from cgla_graph.scenario import load_scenario
-from cgla_graph.spline_mesh import SplineMesh
+from cgla_graph.eikonal import cell_runs
+from cgla_graph.eikonal.marching_kernels import DONE, FAR, TRIAL, march
+from cgla_graph.eikonal.mesh import SplineMesh
+from cgla_graph.model.no_fly import NoFlyArea
+from cgla_graph.scenarios.scenario import load_scenario
 
 
 def time_to_one_percent(problem: cg.Problem, bound: float, solver: str, **settings: object) -> float:
@@ -59,7 +59,7 @@ def test_marching_against_scikit_fmm(benchmark: BenchmarkFixture, second: bool, 
     """
     skfmm = pytest.importorskip("skfmm", reason="scikit-fmm has no wheels: pip install scikit-fmm, with a compiler")
     n = 1000
-    mesh = SplineMesh.build(UNIT, (n, n), sparse_grid.rectangle((n, n)), NoFlyArea(None), ())
+    mesh = SplineMesh.build(UNIT, (n, n), cell_runs.rectangle((n, n)), NoFlyArea(None), ())
     cost = np.append(1.0 + 10.0 * PAPER.density(mesh.node_points), 1.0)
     source = np.nonzero((mesh.node_columns == n // 2) & (mesh.node_rows == n // 2))[0]
     side = np.linspace(0.0, 1.0, n + 1)

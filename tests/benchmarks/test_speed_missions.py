@@ -12,13 +12,13 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from test_speed import PAPER, UNIT, report
 
 import cgla_graph as cg
-from cgla_graph.cgla_matrix import CostMatrix, cost_matrix
-from cgla_graph.cost_model import CostModel
-from cgla_graph.graph import GeometricGraph
-from cgla_graph.lattice import Lattice
-from cgla_graph.mission_file import load_mission
-from cgla_graph.repair import lazy_cost_matrix, linked, repair, reweigh
-from cgla_graph.risk import RiskField, Threat
+from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
+from cgla_graph.cost_to_go.repair import lazy_cost_matrix, linked, repair, reweigh
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.solvers import get
 
 K = 10.0

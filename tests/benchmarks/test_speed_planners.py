@@ -8,7 +8,7 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from test_speed import report, seconds
 
 import cgla_graph as cg
-from cgla_graph.scenario import load_scenario
+from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers import q_learning_kernels as kernels
 from cgla_graph.solvers.q_learning import QLearning
 from cgla_graph.solvers.value_iteration import decision_process

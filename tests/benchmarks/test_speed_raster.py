@@ -9,7 +9,7 @@ from test_speed import PAPER, UNIT
 from test_speed_missions import planning_seconds
 
 import cgla_graph as cg
-from cgla_graph.lattice import Lattice
+from cgla_graph.model.lattice import Lattice
 from cgla_graph.solvers import get
 
 

@@ -18,7 +18,7 @@ from cgla_graph.comparisons.study.database import Database
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.isolation import Call, isolated
 from cgla_graph.comparisons.study.study import Study
-from cgla_graph.random_map import random_scenario
+from cgla_graph.scenarios.random_map import random_scenario
 
 
 def ends(function: Callable[..., object], args: tuple[object, ...], n_calls: int, workers: int) -> list[float]:

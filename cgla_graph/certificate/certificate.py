@@ -1,0 +1,325 @@
+"""
+A proven lower bound of the cost of every path, and so of how far a path is from the best possible.
+
+How a grid yields a bound, and why it is one, is told in `subsolution`. Here, grids are refined.
+
+**The tube.** With bounds from both ends, a path through ``x`` costs at least the sum of the two bounds at ``x``.
+Cells where that is more than a known path costs are left out of the next, finer grid: no path through them is better.
+
+**No-fly areas** are used: the mesh is cut open along them (`mesh`), so that ``phi`` may jump across walls.
+Their outline is taken for smaller than it is, by up to a few parts of a cell.
+
+**Rounding.** The inequality is checked for the stored numbers; the few operations of each check, and the evaluation
+of ``F``, are accounted for by a factor (`_rounding`).
+"""
+
+import math
+import time
+from dataclasses import dataclass, field, replace
+from functools import cache
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+
+from cgla_graph._types import WholeArray
+from cgla_graph._validate import non_negative_number, point_array, positive_number
+from cgla_graph.certificate.subsolution import FIRST_CELLS, Field, Level
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.eikonal import cell_runs
+from cgla_graph.eikonal.marching import descent
+from cgla_graph.eikonal.mesh import corners
+from cgla_graph.errors import ProblemError
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS
+from cgla_graph.refine.refine import refine_path
+
+#: Cells of a grid, unless told otherwise: about 450 MB.
+MAX_CELLS = 1_500_000
+#: Cells along the longer side of the finest grid: on finer ones, differences of stored numbers have few digits left.
+MOST_ALONG = 2**17
+#: A bound is good enough for its grid when this part of the tolerance is left to gain.
+FRACTION = 0.05
+#: Where rounding would take away more than this leaves of a bound, there is none.
+LEAST_SHRINK = 0.99
+#: Cells along the longer side of the grid on which another path is looked for.
+SECOND_LOOK = 4 * FIRST_CELLS
+#: The lattice of the path that a bound is held against if none is given, and corners of areas that join it.
+OWN_LATTICE, MOST_CORNERS = 20, 400
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """
+    One grid of a proof.
+
+    Attributes
+    ----------
+    spacing
+        The greater of its two steps, map units.
+    last
+        Column and row of its last node, the upper right corner of the bounds; node (0, 0) is the lower left one.
+    runs
+        The cells that were looked at, the tube: ``row, first column, last column + 1`` each, shape ``(n, 3)``. The cell
+        of a node is the rectangle of one step around it.
+    lower_bound, upper_bound
+        The bracket after this grid, map units.
+    """
+
+    spacing: float
+    last: tuple[int, int]
+    runs: WholeArray
+    lower_bound: float
+    upper_bound: float
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """
+    A number that no path inside the bounds can beat, and what it took to prove it.
+
+    Attributes
+    ----------
+    lower_bound
+        Proven: no path costs less, map units. Infinite where it is proven that there is no path; NaN where there is
+        no bound.
+    upper_bound
+        Cost of the best path known, map units; infinite where none is.
+    tolerance
+        What was asked for.
+    spacing
+        Step of the finest grid, map units; 0 where the straight line was proof enough.
+    cells
+        Cells of the finest grid, those of its rim included.
+    message
+        Why it ended, in one line.
+    seconds
+        Time it took, without the compiling or loading of kernels.
+    grids
+        The grids, coarse to fine: how the bracket closed.
+    """
+
+    lower_bound: float
+    upper_bound: float
+    tolerance: float
+    spacing: float
+    cells: int
+    message: str
+    seconds: float
+    grids: tuple[Grid, ...] = ()
+
+    @property
+    def gap(self) -> float:
+        """The proven distance of the best path known from the optimum, ``upper_bound / lower_bound - 1``."""
+        if self.lower_bound == self.upper_bound:
+            return 0.0
+        return self.upper_bound / self.lower_bound - 1.0 if self.lower_bound != 0.0 else math.inf
+
+    @property
+    def reached(self) -> bool:
+        """Whether the gap is within the tolerance."""
+        return self.gap <= self.tolerance
+
+
+def lower_bound(
+    problem: Problem, tolerance: float = 0.01, *, path: ArrayLike | None = None, max_cells: int = MAX_CELLS
+) -> Certificate:
+    """
+    Bound the cost of every path from below.
+
+    Parameters
+    ----------
+    problem
+        The problem; its no-fly area counts.
+    tolerance
+        Refine the grid until ``upper_bound / lower_bound - 1`` is at most this.
+    path
+        A feasible path from start to goal, shape ``(m, 2)``, that the bound is held against. None: the optimum of a
+        lattice of 20 x 20 points and the corners of the area, refined; and should the bound stay too far below it,
+        the steepest descent of the costs-to-go, refined.
+    max_cells
+        Cells of a grid, at most: about 300 bytes each.
+
+    Returns
+    -------
+    certificate
+        The bound, proven whether or not the tolerance was reached; its message says why it ended: at the tolerance, at
+        `max_cells`, or because a path is known that is so much better than the given one that no bound can come within
+        the tolerance of it. For fields with peaks above 1 there is no bound: it is NaN.
+
+    Raises
+    ------
+    ProblemError
+        If the tolerance is not positive, `max_cells` is below 16 384, or the path is not feasible from start to goal.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField, Threat
+    >>> field = RiskField([Threat(x=0.5, y=0.5, spread=0.1, peak=0.9)])
+    >>> problem = Problem(start=(0.1, 0.1), goal=(0.9, 0.9), field=field, k=10.0)
+    >>> certificate = lower_bound(problem, tolerance=0.005)
+    >>> certificate.reached, certificate.lower_bound <= certificate.upper_bound
+    (True, True)
+    """
+    _load_kernels()
+    began = time.perf_counter()
+    tolerance = positive_number("tolerance", tolerance)
+    most = non_negative_number("max_cells", max_cells)
+    if most < FIRST_CELLS**2:
+        msg = f"max_cells is {max_cells!r}; give at least {FIRST_CELLS**2}, the cells of the first grid"
+        raise ProblemError(msg)
+    if not problem.field.is_probability:
+        return Certificate(math.nan, math.inf, tolerance, 0.0, 0, f"no bound: {NEGATIVE_WEIGHTS}", 0.0)
+    upper = _cost_of_given(problem, path) if path is not None else _cost_of_own(problem)
+    found = _Search(problem, tolerance, max_cells, upper, is_own=path is None).run()
+    return replace(found, seconds=time.perf_counter() - began)
+
+
+@cache
+def _load_kernels() -> None:
+    """Have the kernels compiled, or loaded, once in a process: the time of a proof is that of proving."""
+    threat = Threat(0.5, 0.5, 0.1)
+    problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([threat]), k=10.0, no_fly=shapely.box(0.4, 0.6, 0.5, 0.7))
+    last = 16, 16
+    level = Level.lay(problem, last, cell_runs.rectangle(last))
+    fields = [found for to_goal in (True, False) if (found := level.bound(to_goal=to_goal, aim=1.0)) is not None]
+    level.kept(fields[0], fields[-1], math.inf)
+    _Search(problem, 0.1, 0, _cost_of_own(problem), is_own=True).improve(level, fields[0])
+
+
+def _cost_of_given(problem: Problem, path: ArrayLike) -> float:
+    waypoints = point_array("path", path)
+    found = problem.evaluate(waypoints)
+    if found.violations:
+        msg = f"the path to hold the bound against is not feasible: {found.violations[0]}; give a feasible one, or none"
+        raise ProblemError(msg)
+    if tuple(waypoints[0]) != problem.start or tuple(waypoints[-1]) != problem.goal:
+        msg = f"the path joins {waypoints[0].tolist()} and {waypoints[-1].tolist()}; it has to join start and goal"
+        raise ProblemError(msg)
+    return found.cost
+
+
+def _cost_of_own(problem: Problem) -> float:
+    """Return the cost of the lattice optimum, refined; infinite if the lattice has no path."""
+    if problem.start == problem.goal:
+        return 0.0
+    points = corners(problem.model.area, problem.bounds)[:MOST_CORNERS]
+    on = problem.on_lattice(OWN_LATTICE, extra=map(tuple, points.tolist()))
+    # all weights at once, on all cores
+    on.graph.weight_matrix()
+    nodes = cost_matrix(on.graph, on.target).path_from(on.source)
+    positions = np.asarray(on.graph.positions)
+    return refine_path(problem, positions[np.array(nodes, dtype=np.int64)]).cost if nodes else math.inf
+
+
+def _rounding(problem: Problem) -> float:
+    """
+    Bound the relative rounding errors of a bound.
+
+    Each inequality is checked with some ten operations, and ``k F`` is off by a few ulps of ``k`` for each threat,
+    while ``c >= 1``.
+    """
+    return float(2.0**-50 * (16.0 + problem.k * (len(problem.field) + 4.0)))
+
+
+@dataclass
+class _Search:
+    """The refinement of a grid until the bound is good enough."""
+
+    problem: Problem
+    tolerance: float
+    max_cells: int
+    #: Cost of the path that the bound is held against, and of the best one known; the same unless the path was given.
+    upper: float
+    is_own: bool
+    known: float = math.inf
+    best: float = 0.0
+    cells: int = 0
+    grids: list[Grid] = field(default_factory=list)
+
+    def run(self) -> Certificate:
+        """Refine until the tolerance or a limit is reached."""
+        problem = self.problem
+        self.known = self.upper
+        shrink = 1.0 - _rounding(problem)
+        # (of the two ends' distance itself)
+        self.best = math.dist(problem.start, problem.goal) * (1.0 - 2.0**-50)
+        if self._outcome():
+            return self._end("the straight line is no longer than the tolerance allows")
+        if shrink < LEAST_SHRINK:
+            return self._end(f"k = {problem.k:g} is too great for the arithmetic: only the straight line is a bound")
+        x_min, y_min, x_max, y_max = problem.bounds
+        longer = max(x_max - x_min, y_max - y_min)
+        columns, rows = (max(8, round(FIRST_CELLS * side / longer)) for side in (x_max - x_min, y_max - y_min))
+        last = columns, rows
+        runs = cell_runs.rectangle(last)
+        before = -math.inf
+        while True:
+            level = Level.lay(problem, last, runs)
+            self.cells = len(level.mesh.columns)
+            self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.upper))
+            fields: list[Field] = []
+            for to_goal in (True, False):
+                found = level.bound(to_goal=to_goal, aim=FRACTION * self.tolerance)
+                if found is None:
+                    # what finer grids leave out is more expensive than a known path
+                    self.best = self.known
+                    return self._end(self._outcome())
+                fields.append(found)
+                # that of a path that is known to exist is never beaten
+                self.best = max(self.best, min(found.bound * shrink, self.known))
+                self.grids[-1] = replace(self.grids[-1], lower_bound=self.best)
+                if outcome := self._outcome():
+                    return self._end(outcome)
+            here = max(one.bound for one in fields)
+            # a grid of some fineness knows better than the lattice on which side of an obstacle to pass
+            if self._looks_stuck(here, here - before) or max(last) == SECOND_LOOK:
+                self.improve(level, fields[0])
+            self.grids[-1] = replace(self.grids[-1], upper_bound=self.upper)
+            kept = level.kept(fields[0], fields[1], self.known / shrink)
+            last = 2 * last[0], 2 * last[1]
+            runs = cell_runs.clipped(cell_runs.halved(kept), last)
+            before = here
+            if outcome := self._outcome() or self._limit(last, runs):
+                return self._end(outcome)
+
+    def _outcome(self) -> str:
+        """Say what has come out, if that is known; else nothing."""
+        if math.isinf(self.best):
+            return "there is no path"
+        if self.upper <= self.best * (1.0 + self.tolerance):
+            return "the gap is within the tolerance" if self.best < self.upper else "no path is better"
+        # no bound exceeds the cost of any path
+        if self.known * (1.0 + self.tolerance) < self.upper and self.known <= self.best * (1.0 + self.tolerance):
+            less = 100.0 * (1.0 - self.known / self.upper)
+            return f"no bound comes within the tolerance: a path is known that costs {less:.2g} % less"
+        return ""
+
+    def _limit(self, last: tuple[int, int], runs: WholeArray) -> str:
+        """Say why there is no finer grid, if there is none; else nothing."""
+        needed = int((runs[:, 2] - runs[:, 1]).sum())
+        if needed > self.max_cells:
+            return f"the next grid would need {needed} cells, of {self.max_cells} allowed"
+        return "a finer grid is too fine for the arithmetic" if max(last) > MOST_ALONG else ""
+
+    def _looks_stuck(self, bound: float, gained: float) -> bool:
+        """
+        Guess whether finer grids alone are going to reach the tolerance, or a better path has to be looked for.
+
+        Each grid about halves what is missing from the bound, or better, so that about as much is missing as it has
+        just gained; thrice that is allowed for.
+        """
+        return self.known > (bound + 3.0 * max(gained, 0.0)) * (1.0 + self.tolerance)
+
+    def improve(self, level: Level, to_goal: Field) -> None:
+        """Look for a better path down the costs-to-go; it replaces the one that the bound is held against, if own."""
+        path = descent(self.problem, level.mesh, to_goal.values, radius=level.reach + 1.0)
+        if len(path) and self.problem.evaluate(path).feasible:
+            self.known = min(self.known, refine_path(self.problem, path).cost)
+        if self.is_own:
+            self.upper = self.known
+
+    def _end(self, message: str) -> Certificate:
+        spacing = self.grids[-1].spacing if self.grids else 0.0
+        return Certificate(self.best, self.upper, self.tolerance, spacing, self.cells, message, 0.0, tuple(self.grids))

@@ -1,0 +1,393 @@
+"""
+Compiled kernels of the certificate: the least cost on a cell, and how steep a spline of costs-to-go is against it.
+
+The values at the nodes of a mesh are the control values of a biquadratic B-spline ``phi``. On a cell, ``phi`` depends
+on the 3 x 3 values around, and its gradient has a Bézier form with 3 x 3 control vectors ``v_ab``, which are means of
+differences of neighbours. As the length of a vector is convex, ``|grad phi| <= sum B_ab |v_ab|`` with the Bernstein
+polynomials ``B_ab``; and ``c >= sum B_ab c_ab``, where the ``c_ab`` are values of a linear lower bound of the cost on
+the cell. So the greatest ``|v_ab| / c_ab`` bounds ``|grad phi| / c`` on the whole cell, and is too large by second
+order in the spacing only.
+"""
+
+import math
+
+import numpy as np
+
+from cgla_graph._kernel import kernel
+from cgla_graph._types import BoolArray, FloatArray, WholeArray
+from cgla_graph.eikonal.marching_kernels import FAR, SEED, TRIAL
+from cgla_graph.model.no_fly_kernels import AreaArrays, segment_crosses
+from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, REACH2, Field, X, Y, segment_cost
+
+#: Columns of the cost bounds: cost at the node, its slopes, and how far it may fall below its tangent on the cell.
+COST, SLOPE_X, SLOPE_Y, DROP = range(4)
+
+
+@kernel
+def cost_bounds(
+    columns: WholeArray,
+    rows: WholeArray,
+    origin: tuple[float, float],
+    spacing: tuple[float, float],
+    k: float,
+    table: FloatArray,
+    out: FloatArray,
+) -> None:
+    """
+    Bound the cost ``c = 1 + k F`` from below on the cell of each node: ``c(p + d) >= cost + slope . d - drop``.
+
+    With ``F = 1 - prod(1 - f_i)``, no eigenvalue of the Hessian of ``F`` is below ``-sum f_i / s_i^2 - (sum |grad
+    f_i|)^2 + sum |grad f_i|^2``, as all factors are in [0, 1]; on the cell, ``f_i`` exceeds its value at the node at
+    most by the factor ``exp(delta (r + delta) / s_i^2)``, where ``delta`` is half the diagonal and ``r`` the distance
+    of node and threat. A threat beyond its reach is left out, which can only lower the cost.
+    """
+    hx, hy = spacing
+    delta = 0.5 * math.hypot(hx, hy)
+    m = table.shape[0]
+    f = np.empty(m)
+    fx = np.empty(m)
+    fy = np.empty(m)
+    for p in range(columns.shape[0]):
+        x = origin[0] + hx * columns[p]
+        y = origin[1] + hy * rows[p]
+        n = 0
+        bend = 0.0
+        slopes = 0.0
+        squares = 0.0
+        clear = 1.0
+        for i in range(m):
+            dx = x - table[i, X]
+            dy = y - table[i, Y]
+            r2 = dx * dx + dy * dy
+            if r2 < table[i, REACH2]:
+                q = table[i, PRECISION]
+                value = math.exp(table[i, LOG_PEAK] - 0.5 * q * r2)
+                r = math.sqrt(r2) + delta
+                growth = delta * r * q
+                # 1 + g + g^2 >= exp(g) up to g = 1
+                high = value * (1.0 + growth + growth * growth if growth < 1.0 else math.exp(min(growth, 700.0)))
+                if growth >= 1.0:
+                    high = min(high, math.exp(table[i, LOG_PEAK]))
+                slope = high * r * q
+                bend += high * q
+                slopes += slope
+                squares += slope * slope
+                clear *= 1.0 - value
+                f[n] = value
+                fx[n] = -q * dx * value
+                fy[n] = -q * dy * value
+                n += 1
+        gx = 0.0
+        gy = 0.0
+        before = 1.0
+        for i in range(n):
+            others = before
+            for j in range(i + 1, n):
+                others *= 1.0 - f[j]
+            gx += fx[i] * others
+            gy += fy[i] * others
+            before *= 1.0 - f[i]
+        out[p, COST] = 1.0 + k * (1.0 - clear)
+        out[p, SLOPE_X] = k * gx
+        out[p, SLOPE_Y] = k * gy
+        # the stored place of the node is off by some ulps of its coordinates
+        shift = abs(x * gx) + abs(y * gy)
+        out[p, DROP] = k * (0.5 * delta * delta * (bend + slopes * slopes - squares) + 2.0**-50 * shift)
+
+
+@kernel
+def halve(rows: FloatArray, side: int) -> None:
+    """Turn three rows of Bézier control values into those of the upper half of the square (1), or the lower (-1)."""
+    far = 1 + side
+    near = 1 - side
+    for a in range(3):
+        rows[near, a] = 0.25 * (rows[0, a] + 2.0 * rows[1, a] + rows[2, a])
+        rows[1, a] = 0.5 * (rows[1, a] + rows[far, a])
+
+
+@kernel
+def steepness(
+    values: FloatArray,
+    controls: WholeArray,
+    columns: WholeArray,
+    rows: WholeArray,
+    last: tuple[int, int],
+    checked: BoolArray,
+    bounds: FloatArray,
+    spacing: tuple[float, float],
+    out: FloatArray,
+) -> float:
+    """
+    Bound ``|grad phi| / c`` on each checked piece, and return the greatest; 0 where it does not matter.
+
+    A piece that no way leads to, all of whose values are infinite, counts as 0. `bounds` are the `cost_bounds` of the
+    pieces. Of cells on the rim of the map, only the half inside counts: where paths follow the rim, it costs less
+    outside.
+    """
+    u = np.empty((3, 3))
+    vx = np.empty((3, 3))
+    vy = np.empty((3, 3))
+    hx, hy = spacing
+    greatest = 0.0
+    for p in range(controls.shape[0]):
+        out[p] = 0.0
+        if not checked[p]:
+            continue
+        finite = 0
+        for o in range(9):
+            u[o // 3, o % 3] = values[controls[p, o]]
+            if u[o // 3, o % 3] < math.inf:
+                finite += 1
+        if finite < 9:
+            if finite > 0:
+                out[p] = math.inf
+                greatest = math.inf
+            continue
+        for side in range(2):
+            low = (u[0, side + 1] - u[0, side]) / hx
+            middle = (u[1, side + 1] - u[1, side]) / hx
+            high = (u[2, side + 1] - u[2, side]) / hx
+            vx[0, 2 * side] = 0.5 * (low + middle)
+            vx[1, 2 * side] = middle
+            vx[2, 2 * side] = 0.5 * (middle + high)
+            low = (u[side + 1, 0] - u[side, 0]) / hy
+            middle = (u[side + 1, 1] - u[side, 1]) / hy
+            high = (u[side + 1, 2] - u[side, 2]) / hy
+            vy[2 * side, 0] = 0.5 * (low + middle)
+            vy[2 * side, 1] = middle
+            vy[2 * side, 2] = 0.5 * (middle + high)
+        for i in range(3):
+            vx[i, 1] = 0.5 * (vx[i, 0] + vx[i, 2])
+            vy[1, i] = 0.5 * (vy[0, i] + vy[2, i])
+        x_half = 1 if columns[p] == 0 else (-1 if columns[p] == last[0] else 0)
+        y_half = 1 if rows[p] == 0 else (-1 if rows[p] == last[1] else 0)
+        if x_half != 0:
+            halve(vx.T, x_half)
+            halve(vy.T, x_half)
+        if y_half != 0:
+            halve(vx, y_half)
+            halve(vy, y_half)
+        worst = 0.0
+        steepest = 0.0
+        lowest = math.inf
+        for b in range(3):
+            y = 0.5 * (b - 1) if y_half == 0 else 0.25 * (b - 1 + y_half)
+            for a in range(3):
+                x = 0.5 * (a - 1) if x_half == 0 else 0.25 * (a - 1 + x_half)
+                least = bounds[p, COST] - bounds[p, DROP] + x * hx * bounds[p, SLOPE_X] + y * hy * bounds[p, SLOPE_Y]
+                steep = vx[b, a] * vx[b, a] + vy[b, a] * vy[b, a]
+                steepest = max(steepest, steep)
+                lowest = min(lowest, least)
+                worst = max(worst, steep / max(least * abs(least), 1e-100))
+        # a constant bound serves as well, and is at least 1
+        out[p] = math.sqrt(min(worst, steepest / max(lowest * abs(lowest), 1.0)))
+        greatest = max(greatest, out[p])
+    return greatest
+
+
+@kernel
+def soften(steep: FloatArray, controls: WholeArray, factors: FloatArray) -> None:
+    """Lower the cost factors of the nodes around each piece that is too steep, by the worst of its pieces."""
+    worst = np.ones(factors.shape[0])
+    for p in range(controls.shape[0]):
+        if 1.0 < steep[p] < math.inf:
+            for o in range(9):
+                q = controls[p, o]
+                worst[q] = max(worst[q], steep[p])
+    for q in range(factors.shape[0]):
+        factors[q] /= worst[q]
+
+
+@kernel
+def start_disc(
+    middle: WholeArray,
+    node_columns: WholeArray,
+    node_rows: WholeArray,
+    neighbours: WholeArray,
+    origin: tuple[float, float],
+    spacing: tuple[float, float],
+    source: tuple[float, float],
+    radius: float,
+    k: float,
+    field: Field,
+    area: AreaArrays,
+    times: FloatArray,
+    state: WholeArray,
+) -> None:
+    """
+    Give the nodes near the source the cost of the straight line, and make them `SEED`.
+
+    These are the nodes of the source's piece, `middle`, and all that are joined to them within the radius and in sight
+    of the source. Nodes at the same places on the other side of a wall are not.
+    """
+    n = node_columns.shape[0]
+    stack = np.empty(n + 9, dtype=np.int32)
+    size = 0
+    for o in range(9):
+        if state[middle[o]] == FAR:
+            stack[size] = middle[o]
+            size += 1
+            state[middle[o]] = SEED
+    while size > 0:
+        size -= 1
+        p = stack[size]
+        x = origin[0] + spacing[0] * node_columns[p]
+        y = origin[1] + spacing[1] * node_rows[p]
+        times[p] = segment_cost(x, y, source[0], source[1], k, field)
+        for side in range(4):
+            q = neighbours[p, side]
+            if q == n or state[q] != FAR:
+                continue
+            x = origin[0] + spacing[0] * node_columns[q]
+            y = origin[1] + spacing[1] * node_rows[q]
+            near = (x - source[0]) ** 2 + (y - source[1]) ** 2 <= radius * radius
+            if near and not segment_crosses(x, y, source[0], source[1], area):
+                state[q] = SEED
+                stack[size] = q
+                size += 1
+
+
+@kernel
+def mirror(
+    node_columns: WholeArray, node_rows: WholeArray, last: tuple[int, int], neighbours: WholeArray, values: FloatArray
+) -> None:
+    """
+    Mirror values at the bounds, to the nodes just outside: first west and east, then the others.
+
+    So the spline is level across the bounds, where a path that follows them needs it to be: there, costs-to-go rise
+    like a root of the distance, which no straight or higher continuation follows.
+    """
+    for turn in range(2):
+        for p in range(node_columns.shape[0]):
+            column, row = node_columns[p], node_rows[p]
+            side = -1
+            if turn == 0 and 0 <= row <= last[1]:
+                side = 1 if column < 0 else (0 if column > last[0] else -1)
+            elif turn == 1:
+                side = 3 if row < 0 else (2 if row > last[1] else -1)
+            if side >= 0:
+                near = neighbours[p, side]
+                beyond = values[neighbours[near, side]]
+                values[p] = beyond if beyond < math.inf else values[near]
+
+
+@kernel
+def bridge(
+    controls: WholeArray, cost: FloatArray, spacing: tuple[float, float], times: FloatArray, state: WholeArray
+) -> int:
+    """
+    Begin the nodes that no neighbour leads to, though a piece does, and return how many.
+
+    At the end of a thin wall a node has one neighbour to the north, but pieces on either side have nodes of their own
+    there.
+    """
+    found = 0
+    for p in range(controls.shape[0]):
+        for o in range(9):
+            here = controls[p, o]
+            if state[here] != FAR:
+                continue
+            for way in range(4):
+                a = o % 3 + (1 if way == 0 else (-1 if way == 1 else 0))
+                b = o // 3 + (1 if way == 2 else (-1 if way == 3 else 0))
+                if 0 <= a < 3 and 0 <= b < 3:
+                    time = times[controls[p, 3 * b + a]] + cost[here] * (spacing[0] if way < 2 else spacing[1])
+                    if time < times[here]:
+                        times[here] = time
+                        found += 1
+    for p in range(state.shape[0]):
+        if state[p] == FAR and times[p] < math.inf:
+            state[p] = TRIAL
+    return found
+
+
+@kernel
+def cone(dx: float, dy: float, tip: FloatArray) -> tuple[float, float, float]:
+    """
+    Evaluate ``psi = c r + r (g . d) / 2 - beta r^3 / 3`` at ``d``, where ``r = |d|``, and its gradient.
+
+    `tip` holds ``c, g_x, g_y, beta``. Near its tip, psi is the cost to the source to third order, from below
+    (`subsolution.Tip`).
+    """
+    r = math.hypot(dx, dy)
+    along = tip[1] * dx + tip[2] * dy
+    value = tip[0] * r + 0.5 * r * along - tip[3] * r * r * r / 3.0
+    radial = (tip[0] + 0.5 * along) / r - tip[3] * r
+    return value, radial * dx + 0.5 * r * tip[1], radial * dy + 0.5 * r * tip[2]
+
+
+@kernel
+def rim_excess(
+    values: FloatArray,
+    controls: WholeArray,
+    columns: WholeArray,
+    rows: WholeArray,
+    checked: BoolArray,
+    origin: tuple[float, float],
+    spacing: tuple[float, float],
+    source: tuple[float, float],
+    centre: tuple[int, int],
+    reach: int,
+    tip: FloatArray,
+) -> float:
+    """
+    Bound ``phi - psi`` from above over the rim of the block of cells around the source (`cone`).
+
+    The block holds the cells up to `reach` columns and rows from `centre`. On an edge of the rim, psi is above its
+    tangent at the middle, less what its second derivative along the edge, at least ``-3 |g| / 2 - 3 beta r``, can
+    take away; and ``phi`` less a linear function is below the greatest of its Bézier control values.
+    """
+    worst = -math.inf
+    slope = math.hypot(tip[1], tip[2])
+    for p in range(columns.shape[0]):
+        di = columns[p] - centre[0]
+        dj = rows[p] - centre[1]
+        # (a piece that no way leads to has no finite value)
+        if max(abs(di), abs(dj)) != reach or not checked[p] or values[controls[p, 4]] == math.inf:
+            continue
+        for side in range(4):
+            across = side < 2
+            sign = 1 if side % 2 else -1
+            if (di if across else dj) != sign * reach:
+                continue
+            mx = origin[0] + spacing[0] * columns[p] - source[0]
+            my = origin[1] + spacing[1] * rows[p] - source[1]
+            if across:
+                mx += 0.5 * sign * spacing[0]
+            else:
+                my += 0.5 * sign * spacing[1]
+            height, gx, gy = cone(mx, my, tip)
+            half = 0.5 * (spacing[1] if across else spacing[0])
+            bend = 1.5 * slope + 3.0 * tip[3] * (math.hypot(mx, my) + half)
+            for step in range(-1, 2):
+                a = 1 + sign if across else 1 + step
+                b = 1 + step if across else 1 + sign
+                value = 0.25 * (
+                    values[controls[p, 4]]
+                    + values[controls[p, 3 + a]]
+                    + values[controls[p, 3 * b + 1]]
+                    + values[controls[p, 3 * b + a]]
+                )
+                tangent = height + step * half * (gy if across else gx)
+                worst = max(worst, value - tangent + 0.5 * half * half * bend)
+    return worst
+
+
+@kernel
+def within(
+    first: FloatArray, second: FloatArray, controls: WholeArray, checked: BoolArray, limit: float, out: BoolArray
+) -> None:
+    """Mark the checked pieces on which the sum of two splines may be below the limit: by its least control value."""
+    u = np.empty((3, 3))
+    for p in range(controls.shape[0]):
+        out[p] = False
+        if not checked[p]:
+            continue
+        for o in range(9):
+            q = controls[p, o]
+            u[o // 3, o % 3] = first[q] + second[q]
+        for b in range(3):
+            for a in range(3):
+                # (a sum that is undefined is no reason to leave a piece out)
+                if not 0.25 * (u[1, 1] + u[1, a] + u[b, 1] + u[b, a]) >= limit:
+                    out[p] = True

@@ -1,0 +1,242 @@
+"""
+A proven bound of the cost from everywhere to one end of a problem, on one grid.
+
+**What is proved.** Let ``c = 1 + k F`` be the cost of a unit of length, and ``phi`` a function that is continuously
+differentiable wherever a path may go, with ``|grad phi| <= c`` there. Along any path from ``x`` to ``y``, ``phi``
+changes by at most the integral of ``|grad phi|``, so that the path costs at least ``phi(x) - phi(y)``. Here ``phi``
+is a biquadratic spline through an approximate solution of ``|grad T| = c``, divided by the greatest bound of ``|grad
+phi| / c`` over all cells (`certificate_kernels`). How ``phi`` was found does not matter; only that bound does.
+
+**Around the goal** the solution has a tip that no spline follows. There the inequality is not asked for: a path that
+first enters the block of cells around the goal at ``y`` costs at least ``phi(start) - phi(y)`` up to there, and
+``psi(y)`` or more from there (`Tip`), so that ``phi(start) - max (phi - psi)`` over the rim of the block is a bound.
+
+**Where the spline is too steep**, mostly where fronts meet, the cost is lowered by as much and the equation solved
+again, a few times: what is lost is of second order in the spacing where paths are smooth.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
+from cgla_graph.certificate import certificate_kernels
+from cgla_graph.eikonal import cell_runs
+from cgla_graph.eikonal.marching import costs_to_go, node_costs
+from cgla_graph.eikonal.marching_kernels import spline_value
+from cgla_graph.eikonal.mesh import SplineMesh
+from cgla_graph.model.problem import Problem
+
+#: Times that the equation is solved on one grid, at most.
+MOST_ROUNDS = 8
+#: Cells along the longer side of the first grid; every further grid has twice as many.
+FIRST_CELLS = 128
+#: Cells from an end to the rim of its block on the first grid. It grows with the cube root of the refinement, as then
+#: the least is lost to the tip, whose bound is of third order, and to the spline beside it.
+FIRST_REACH = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """
+    A proven bound from every checked cell to one end.
+
+    Attributes
+    ----------
+    bound
+        The bound at the other end.
+    values
+        Control values of the spline, shape ``(n + 1,)``.
+    """
+
+    bound: float
+    values: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """One grid: its mesh, and what the cost is on its cells."""
+
+    problem: Problem
+    mesh: SplineMesh
+    bounds: FloatArray
+    costs: FloatArray
+    reach: int
+
+    @classmethod
+    def lay(cls, problem: Problem, last: tuple[int, int], runs: WholeArray) -> "Level":
+        """Build the mesh of some cells and bound the cost on each."""
+        mesh = SplineMesh.build(problem.bounds, last, runs, problem.model.area, (problem.start, problem.goal))
+        bounds = np.empty((len(mesh.columns), 4))
+        certificate_kernels.cost_bounds(
+            mesh.columns, mesh.rows, mesh.origin, mesh.spacing, problem.k, problem.field.table, bounds
+        )
+        reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
+        return cls(problem, mesh, bounds, node_costs(problem, mesh), reach)
+
+    def bound(self, *, to_goal: bool, aim: float) -> Field | None:
+        """
+        Bound the cost from everywhere to one end: solve, check, lower the cost where it is too steep, and again.
+
+        Returns
+        -------
+        field
+            The best found; None if no way leads from one end to the other, over the cells of this grid.
+        """
+        mesh, problem = self.mesh, self.problem
+        source, other = (problem.goal, problem.start) if to_goal else (problem.start, problem.goal)
+        piece, source_piece = mesh.ends if to_goal else mesh.ends[::-1]
+        block = self.blocks[1 if to_goal else 0]
+        checked = mesh.matters & ~block.holds
+        factors = np.ones(mesh.n_nodes)
+        steep = np.empty(len(mesh.columns))
+        radius = (self.reach + 1.5) * max(mesh.spacing)
+        near = np.hypot(*(mesh.node_points - source).T) <= radius
+        best: Field | None = None
+        for _ in range(MOST_ROUNDS):
+            times = costs_to_go(
+                problem,
+                mesh,
+                source,
+                source_piece,
+                self.costs * factors,
+                radius=radius,
+                start_factor=float(factors[near].min()),
+            )
+            if piece < 0 or np.isinf(times[mesh.controls[piece]]).all():
+                return None
+            steepest = certificate_kernels.steepness(
+                times, mesh.controls, mesh.columns, mesh.rows, mesh.last, checked, self.bounds, mesh.spacing, steep
+            )
+            found = self._field(times / max(steepest, 1.0), source, other, piece, block)
+            gained = found.bound - best.bound if best is not None else math.inf
+            if best is None or gained > 0.0:
+                best = found
+            if steepest < 1.0 + aim or 0.0 <= gained < aim * best.bound:
+                break
+            certificate_kernels.soften(steep, mesh.controls, factors)
+        return best
+
+    def _field(self, values: FloatArray, source: Point, other: Point, piece: int, block: "Block") -> Field:
+        """Shift a spline that is nowhere too steep so that it bounds the cost to the source itself."""
+        mesh = self.mesh
+        excess = certificate_kernels.rim_excess(
+            values,
+            mesh.controls,
+            mesh.columns,
+            mesh.rows,
+            mesh.matters,
+            mesh.origin,
+            mesh.spacing,
+            source,
+            block.centre,
+            self.reach,
+            block.tip.numbers,
+        )
+        shifted = values - excess if math.isfinite(excess) else np.full_like(values, -math.inf)
+        if block.holds[piece]:
+            return Field(block.tip.least_cost * math.dist(source, other), shifted)
+        x, y = ((other[axis] - mesh.origin[axis]) / mesh.spacing[axis] for axis in range(2))
+        at = spline_value(mesh.controls[piece], x - int(mesh.columns[piece]), y - int(mesh.rows[piece]), shifted)
+        return Field(float(at), shifted)
+
+    @cached_property
+    def blocks(self) -> "tuple[Block, Block]":
+        """The blocks around start and goal."""
+        return Block.around(self, self.problem.start), Block.around(self, self.problem.goal)
+
+    @property
+    def ends_apart(self) -> bool:
+        """Whether the start is outside the block around the goal."""
+        return not self.blocks[1].holds[self.mesh.ends[0]]
+
+    def kept(self, to_goal: Field, to_start: Field, limit: float) -> WholeArray:
+        """Return the runs of the cells on which a path may cost less than the limit."""
+        mesh = self.mesh
+        keep = np.empty(len(mesh.columns), dtype=np.bool_)
+        certificate_kernels.within(to_goal.values, to_start.values, mesh.controls, mesh.matters, limit, keep)
+        for block in self.blocks:
+            keep |= mesh.matters & block.holds
+        return cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
+
+
+@dataclass(frozen=True, eq=False)
+class Tip:
+    """
+    What the cost to an end is at least, near it.
+
+    Let ``c >= c_0 + g . d - H r^2 / 2`` at ``d`` from the end, where ``r = |d| <= R``, and let ``L`` be the least of
+    that. Then ``psi = c_0 r + r (g . d) / 2 - beta r^3 / 3`` with ``beta = H / 2 + gamma`` and ``gamma = |g|^2 / (4
+    L)`` has ``|grad psi| <= c`` on the disc if ``|g| R <= 2 L``: the part of its gradient along ``d`` is ``c_0 + g .
+    d - beta r^2``, the other at most ``|g| r / 2``, and ``|g|^2 / 4 + gamma^2 r^2 <= 2 gamma L``. A path that leaves
+    the disc on its way to the end costs at least ``L (R - r)`` up to its rim, and the least of psi there from its
+    last way in; where that is less than psi, or the condition fails, ``psi = L r``, which holds for any path.
+
+    Attributes
+    ----------
+    numbers
+        ``c_0, g_x, g_y, beta``.
+    least_cost
+        ``L``.
+    """
+
+    numbers: FloatArray
+    least_cost: float
+
+    @classmethod
+    def at(cls, problem: Problem, end: Point, rim: float) -> "Tip":
+        """Bound the cost to an end from points up to `rim` away, map units."""
+        for radius in (2.0 * rim, 1.5 * rim):
+            cost, gx, gy, drop = cls._bounds(problem, end, radius)
+            slope = math.hypot(gx, gy)
+            least = cost - slope * radius - drop
+            if least >= 1.0 and slope * radius <= 2.0 * least:
+                beta = drop / radius**2 + slope**2 / (4.0 * least)
+                last_way = cost * radius - 0.5 * slope * radius**2 - beta * radius**3 / 3.0
+                if last_way + least * (radius - rim) >= cost * rim + 0.5 * slope * rim**2:
+                    return cls(np.array([cost, gx, gy, beta]), least)
+        cost, gx, gy, drop = cls._bounds(problem, end, rim)
+        least = max(cost - math.hypot(gx, gy) * rim - drop, 1.0)
+        return cls(np.array([least, 0.0, 0.0, 0.0]), least)
+
+    @staticmethod
+    def _bounds(problem: Problem, end: Point, radius: float) -> FloatArray:
+        """Bound the cost on a disc by a paraboloid: cost, slopes, and how far it drops below its tangent."""
+        bounds, middle = np.empty((1, 4)), np.zeros(1, dtype=np.int32)
+        # half the diagonal of this cell is the radius
+        cell = (math.sqrt(2.0) * radius, math.sqrt(2.0) * radius)
+        certificate_kernels.cost_bounds(middle, middle, end, cell, problem.k, problem.field.table, bounds)
+        found: FloatArray = bounds[0]
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """
+    The block of cells around an end, inside which the spline is not asked to be a bound.
+
+    Attributes
+    ----------
+    centre
+        Column and row of its middle.
+    holds
+        Whether each piece of the mesh is in it, shape ``(m,)``.
+    tip
+        The cost to the end, from its rim.
+    """
+
+    centre: tuple[int, int]
+    holds: BoolArray
+    tip: Tip
+
+    @classmethod
+    def around(cls, level: Level, end: Point) -> "Block":
+        """Find the block around an end."""
+        mesh = level.mesh
+        column, row = (round((end[axis] - mesh.origin[axis]) / mesh.spacing[axis]) for axis in range(2))
+        distance = np.maximum(np.abs(mesh.columns - column), np.abs(mesh.rows - row))
+        # the rim is half a cell further than its cells, and the end up to half a cell off its own
+        tip = Tip.at(level.problem, end, (level.reach + 1) * math.hypot(*mesh.spacing))
+        return cls((column, row), distance <= level.reach, tip)

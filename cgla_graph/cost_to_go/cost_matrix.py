@@ -1,0 +1,278 @@
+"""CGLA's cost matrix: the least cost from every node to a target (Eq. 9), by each of the paper's schedules."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+
+from cgla_graph._types import FloatArray, IntArray
+from cgla_graph.errors import GraphError
+from cgla_graph.model import graph_kernels
+from cgla_graph.model.adjacency import Node
+from cgla_graph.model.graph import GeometricGraph
+
+Schedule: TypeAlias = Literal["label-setting", "synchronous", "given"]
+
+
+@dataclass(frozen=True, eq=False)
+class CostMatrix:
+    """
+    The paper's G: the least cost from each node to the target, and the way there.
+
+    Attributes
+    ----------
+    graph
+        The graph it was computed on.
+    target
+        Index of the target.
+    schedule
+        How ``p_r`` was chosen in Eq. 9.
+    values
+        Shape ``(n,)``, map units: G, infinity where the target was not reached (yet).
+    successors
+        Shape ``(n,)``: index of the next node on the way to the target, -1 where there is none.
+    order
+        The ``p_r`` of each round (label setting: the order of settling; given: as given; synchronous: empty, as
+        every node serves in every round).
+    rounds
+        Rounds run: one node settled each in label setting; one ``p_r`` each in a given order, which is left as soon as
+        it is known that nothing can change any more; in the synchronous schedule, the rounds that changed something.
+    converged
+        True: it is known that no further round can change a value. False: it is not known (`residual` computes it).
+        After an early stop it is False, yet every value of `order` and of the source is final (Theorem 1).
+
+    Examples
+    --------
+    >>> chain = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]])
+    >>> matrix = cost_matrix(chain, target=2)
+    >>> matrix.values.tolist(), matrix.path_from(0)
+    ([2.0, 1.0, 0.0], [0, 1, 2])
+    """
+
+    graph: GeometricGraph
+    target: int
+    schedule: Schedule
+    values: FloatArray
+    successors: IntArray
+    order: IntArray
+    rounds: int
+    converged: bool
+
+    def value(self, node: Node) -> float:
+        """Return G of one node, map units; infinity if the target cannot be reached from it."""
+        return float(self.values[self.graph.index_of(node)])
+
+    def path_from(self, node: Node) -> list[Node]:
+        """
+        Return the nodes from `node` to the target along the successors; empty if there is no way.
+
+        Raises
+        ------
+        NodeNotFoundError
+            If the graph has no such node.
+        GraphError
+            If the successors run in a circle, which only negative weights cause.
+        """
+        index = self.graph.index_of(node)
+        if not np.isfinite(self.values[index]):
+            return []
+        path = [index]
+        while path[-1] != self.target:
+            path.append(int(self.successors[path[-1]]))
+            if len(path) > self.graph.n_nodes:
+                msg = f"the way from node {node!r} runs in a circle: the graph has negative weights"
+                raise GraphError(msg)
+        return [self.graph.labels[i] for i in path]
+
+    @cached_property
+    def delta_sets(self) -> list[IntArray]:
+        """
+        The sets Delta_k of Eqs 10-12 that label setting chose from: per round, the unsettled nodes of least value.
+
+        Computed by running the rounds again.
+
+        Raises
+        ------
+        GraphError
+            For another schedule, which has no such sets.
+
+        Examples
+        --------
+        >>> star = GeometricGraph.from_matrix([[0, 1, 1], [1, 0, 9], [1, 9, 0]])
+        >>> [delta.tolist() for delta in cost_matrix(star, target=0).delta_sets]
+        [[0], [1, 2], [2]]
+        """
+        if self.schedule != "label-setting":
+            msg = f"the {self.schedule} schedule has no Delta sets; use schedule='label-setting'"
+            raise GraphError(msg)
+        values, successors = _start(self.graph.n_nodes, self.target)
+        settled = np.zeros(len(values), dtype=np.bool_)
+        sets = []
+        for node in self.order.tolist():
+            open_values = np.where(settled, np.inf, values)
+            sets.append(np.nonzero(open_values == open_values.min())[0])
+            graph_kernels.settle(self.graph.weights_to(node), node, values, successors, settled)
+        return sets
+
+    def residual(self) -> float:
+        """
+        Return how far the values are from a fixed point of Eq. 9, map units; 0 when none can change.
+
+        Unreached nodes count where an edge leads from them to a reached one: then the residual is infinite.
+        """
+        improved = self.values.copy()
+        for node in np.nonzero(np.isfinite(self.values))[0].tolist():
+            np.minimum(improved, self.graph.weights_to(node) + self.values[node], out=improved)
+        finite = np.isfinite(improved)
+        change = self.values[finite] - improved[finite]
+        return float(change.max(initial=0.0))
+
+
+def cost_matrix(
+    graph: GeometricGraph,
+    target: Node,
+    *,
+    source: Node | None = None,
+    schedule: Schedule = "label-setting",
+    order: Iterable[Node] | None = None,
+) -> CostMatrix:
+    """
+    Compute CGLA's cost matrix by Eq. 9: ``G(p_i) <- min(G(p_i), A(p_i, p_r) + G(p_r))``.
+
+    Parameters
+    ----------
+    graph
+        Weights ``A``. Positive ones converge as Theorem 1 says; zero weights do as well.
+    target
+        The node ``p_t`` with ``G = 0``.
+    source
+        The node ``p_s``: stop as soon as it is in Delta_k (Step 2). Label setting only.
+    schedule
+        How ``p_r`` is chosen. ``label-setting``: each round an element of Delta_k, the unsettled nodes of least
+        value (Eqs 10-12; the lowest index of several): Dijkstra's algorithm without a heap. ``synchronous``: each
+        round all r at once, from the values of the round before: Bellman-Ford. ``given``: the nodes of `order`.
+    order
+        The ``p_r`` for the given schedule, one a round; nodes may repeat.
+
+    Returns
+    -------
+    matrix
+        Values, successors and how they came about.
+
+    Raises
+    ------
+    NodeNotFoundError
+        If target, source or a node of the order is not in the graph.
+    GraphError
+        If the schedule is unknown, or source or order do not fit it.
+
+    Examples
+    --------
+    Label setting, synchronous rounds and any order that is long enough agree.
+
+    >>> chain = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]])
+    >>> [cost_matrix(chain, 2, schedule=how).rounds for how in ("label-setting", "synchronous")]
+    [3, 2]
+    >>> cost_matrix(chain, 2, schedule="given", order=[2, 1]).values.tolist()
+    [2.0, 1.0, 0.0]
+    """
+    if not isinstance(graph, GeometricGraph):
+        msg = f"graph is a {type(graph).__name__}; give a GeometricGraph, such as GeometricGraph.from_matrix(weights)"
+        raise GraphError(msg)
+    if schedule not in get_args(Schedule):
+        msg = f"unknown schedule {schedule!r}; choose one of {', '.join(get_args(Schedule))}"
+        raise GraphError(msg)
+    if (order is not None) != (schedule == "given"):
+        msg = f"schedule {schedule!r} with order={'…' if order is not None else None}; an order goes with 'given'"
+        raise GraphError(msg)
+    if source is not None and schedule != "label-setting":
+        msg = f"schedule {schedule!r} cannot stop early at source {source!r}; only label-setting has Delta sets"
+        raise GraphError(msg)
+    at = graph.index_of(target)
+    start = -1 if source is None else graph.index_of(source)
+    if schedule == "label-setting":
+        return _label_setting(graph, at, start)
+    if schedule == "synchronous":
+        return _synchronous(graph, at)
+    return _given(
+        graph, at, np.array([graph.index_of(node) for node in (() if order is None else order)], dtype=np.int64)
+    )
+
+
+def _start(n_nodes: int, target: int) -> tuple[FloatArray, IntArray]:
+    values = np.full(n_nodes, np.inf)
+    values[target] = 0.0
+    return values, np.full(n_nodes, -1, dtype=np.int64)
+
+
+def _label_setting(graph: GeometricGraph, target: int, source: int) -> CostMatrix:
+    values, successors = _start(graph.n_nodes, target)
+    order = np.empty(graph.n_nodes, dtype=np.int64)
+    if graph.is_sparse or graph.is_implicit:
+        settled = np.zeros(graph.n_nodes, dtype=np.bool_)
+        node, rounds = target, 0
+        while node >= 0 and not (source >= 0 and values[node] == values[source]):
+            order[rounds] = node
+            rounds += 1
+            node = graph_kernels.settle(graph.weights_to(node), node, values, successors, settled)
+    else:
+        weights = graph.weight_matrix_to()
+        rounds = graph_kernels.label_setting(weights, target, source, values, successors, order)
+    # An early stop leaves nodes unsettled that have a value; weights below 0 could improve settled ones.
+    settled_all = rounds == int(np.isfinite(values).sum()) and not graph.has_negative_weights
+    return _result(graph, target, "label-setting", values, successors, order[:rounds], rounds, converged=settled_all)
+
+
+def _synchronous(graph: GeometricGraph, target: int) -> CostMatrix:
+    values, successors = _start(graph.n_nodes, target)
+    active = np.zeros(graph.n_nodes, dtype=np.bool_)
+    active[target] = True
+    rounds = 0
+    # With weights of at least 0, n - 1 rounds are enough; negative ones might go on for ever.
+    while active.any() and rounds < graph.n_nodes:
+        before = values.copy()
+        changed = np.zeros_like(active)
+        # a p_r that did not change since it last served cannot change anything
+        for node in np.nonzero(active)[0].tolist():
+            graph_kernels.relax(graph.weights_to(node), node, before[node], values, successors, changed)
+        rounds += bool(changed.any())
+        active = changed
+    empty = np.empty(0, dtype=np.int64)
+    done = not active.any()
+    return _result(graph, target, "synchronous", values, successors, empty, rounds, converged=done)
+
+
+def _given(graph: GeometricGraph, target: int, order: Iterable[int]) -> CostMatrix:
+    values, successors = _start(graph.n_nodes, target)
+    pending = np.zeros(graph.n_nodes, dtype=np.bool_)
+    pending[target] = True
+    served: list[int] = []
+    # the order may be long: it is read only as long as a p_r may change something
+    for node in order:
+        served.append(node)
+        # only a p_r that changed since it last served can
+        if pending[node]:
+            pending[node] = False
+            graph_kernels.relax(graph.weights_to(node), node, values[node], values, successors, pending)
+            if not pending.any():
+                break
+    used = np.array(served, dtype=np.int64)
+    return _result(graph, target, "given", values, successors, used, len(used), converged=not pending.any())
+
+
+def _result(
+    graph: GeometricGraph,
+    target: int,
+    schedule: Schedule,
+    values: FloatArray,
+    successors: IntArray,
+    order: IntArray,
+    rounds: int,
+    *,
+    converged: bool,
+) -> CostMatrix:
+    for array in (values, successors, order):
+        array.flags.writeable = False
+    return CostMatrix(graph, target, schedule, values, successors, order, rounds, converged)

@@ -1,0 +1,107 @@
+"""What differs between two cost models: which weights a change can have touched, and which way."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import FloatArray
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.risk import Threat
+from cgla_graph.model.risk_kernels import reach_class
+
+#: No boxes.
+NOWHERE = np.empty((0, 4))
+
+
+@dataclass(frozen=True, eq=False)
+class ModelChange:
+    """
+    What differs between an old and a new cost model.
+
+    Attributes
+    ----------
+    everything
+        Whether every weight may differ: `k` does, or all threats reach further or less far, because their number does
+        (see `risk_kernels.reach_class`).
+    reach_shrank
+        Whether the threats that stayed reach less far.
+    weights_only_grow
+        Whether no weight fell: nothing went away, and `k` did not fall.
+    came, gone
+        Rows of `RiskField.table` of the threats that only the new or only the old model has, each as often as it has it
+        more, shapes ``(m, 7)``. A threat that moved did both.
+    opened
+        Boxes ``x_min, y_min, x_max, y_max`` of the no-fly polygons that are gone and that no new one covers, shape
+        ``(b, 4)``, map units.
+    redrawn
+        Boxes of all no-fly polygons that came or went, likewise.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField, Threat
+    >>> one, two = Threat(0.2, 0.2, spread=0.1), Threat(0.7, 0.6, spread=0.1)
+    >>> change = ModelChange.between(CostModel(RiskField([one]), k=1.0), CostModel(RiskField([two, one]), k=1.0))
+    >>> len(change.came), len(change.gone), change.weights_only_grow, change.everything
+    (1, 0, True, False)
+    """
+
+    everything: bool
+    reach_shrank: bool
+    weights_only_grow: bool
+    came: FloatArray
+    gone: FloatArray
+    opened: FloatArray
+    redrawn: FloatArray
+
+    @classmethod
+    def between(cls, old: CostModel, new: CostModel) -> "ModelChange":
+        """Compare two models."""
+        reach, reach_now = reach_class(len(old.field)), reach_class(len(new.field))
+        before, after = Counter(old.field.threats), Counter(new.field.threats)
+        gone = _rows(old, before - after)
+        opened, redrawn = _redrawn(old, new)
+        return cls(
+            everything=old.k != new.k or reach != reach_now,
+            reach_shrank=reach_now < reach,
+            weights_only_grow=new.k >= old.k and reach_now >= reach and not len(gone) and not len(opened),
+            came=_rows(new, after - before),
+            gone=gone,
+            opened=opened,
+            redrawn=redrawn,
+        )
+
+    @property
+    def threats(self) -> FloatArray:
+        """Rows of all threats that came or went, shape ``(m, 7)``."""
+        return np.vstack([self.came, self.gone])
+
+
+def _rows(model: CostModel, surplus: Counter[Threat]) -> FloatArray:
+    """Return the rows of the surplus threats in the model's table, each as often as it counts; empties the surplus."""
+    chosen: list[int] = []
+    for index, threat in enumerate(model.field.threats):
+        if surplus[threat] > 0:
+            surplus[threat] -= 1
+            chosen.append(index)
+    return model.field.table[chosen]
+
+
+def _redrawn(old: CostModel, new: CostModel) -> tuple[FloatArray, FloatArray]:
+    """Return the boxes of the no-fly polygons that opened up, and of all that came or went."""
+    if old.area is new.area or (old.area.is_empty and new.area.is_empty):
+        return NOWHERE, NOWHERE
+    before, after = (
+        {shapely.to_wkb(part.normalize()): part for part in shapely.get_parts(model.area.geometry)}
+        for model in (old, new)
+    )
+    went = [part for key, part in before.items() if key not in after]
+    came = [part for key, part in after.items() if key not in before]
+    opened = [part for part in went if not shapely.covers(new.area.geometry, part)]
+    return _boxes(opened), _boxes(went + came)
+
+
+def _boxes(parts: list[BaseGeometry]) -> FloatArray:
+    return np.ascontiguousarray(shapely.bounds(parts)) if parts else NOWHERE

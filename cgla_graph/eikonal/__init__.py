@@ -1,0 +1,1 @@
+"""Continuous costs-to-go, marched over the cells of a mesh."""

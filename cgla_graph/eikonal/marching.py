@@ -1,0 +1,147 @@
+"""Costs-to-go over a mesh: the eikonal equation ``|grad T| = 1 + k F`` by fast marching, and its steepest descent."""
+
+import numpy as np
+
+from cgla_graph._types import FloatArray, Point
+from cgla_graph.certificate import certificate_kernels
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.eikonal import marching_kernels
+from cgla_graph.eikonal.mesh import SplineMesh, corners
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.problem import Problem
+
+#: Steps of a descent, at most, and how many of its points are kept where it has to be led around corners.
+MOST_STEPS, MOST_WAYPOINTS = 200_000, 250
+
+
+def node_costs(problem: Problem, mesh: SplineMesh) -> FloatArray:
+    """Return the cost of a unit of length ``1 + k F`` at each node, shape ``(n,)``."""
+    return 1.0 + problem.k * problem.field.density(mesh.node_points)
+
+
+def costs_to_go(
+    problem: Problem,
+    mesh: SplineMesh,
+    source: Point,
+    piece: int,
+    cost: FloatArray,
+    *,
+    radius: float,
+    second: bool = True,
+    start_factor: float = 1.0,
+) -> FloatArray:
+    """
+    Solve the eikonal equation from a source by fast marching.
+
+    Parameters
+    ----------
+    problem
+        Its field and area give the costs of straight lines near the source.
+    mesh
+        Where to; nodes just outside the bounds mirror those inside.
+    source, piece
+        ``T = 0`` there, and its piece of the mesh; without one (-1), no way leads anywhere.
+    cost
+        Cost of a unit of length at each node, shape ``(n,)``.
+    radius
+        Nodes up to here from the source, in its sight, begin with the exact cost of the straight line, map units.
+    second
+        Whether to use differences of second order where they can be had.
+    start_factor
+        What those first costs are multiplied with.
+
+    Returns
+    -------
+    times
+        The least cost from each node to the source, shape ``(n + 1,)``: infinite where no way leads, and at the end.
+    """
+    n = mesh.n_nodes
+    if piece < 0:
+        return np.full(n + 1, np.inf)
+    times, state = np.full(n + 1, np.inf), np.zeros(n + 1, dtype=np.int8)
+    # what counts as done, at infinite cost, is left alone
+    state[:n][mesh.outside] = marching_kernels.DONE
+    padded = np.append(cost, 1.0)
+    area = problem.model.area
+    certificate_kernels.start_disc(
+        mesh.controls[piece],
+        mesh.node_columns,
+        mesh.node_rows,
+        mesh.neighbours,
+        mesh.origin,
+        mesh.spacing,
+        source,
+        radius,
+        problem.k,
+        problem.field.kernel_field(),
+        area.kernel_arrays,
+        times,
+        state,
+    )
+    times *= start_factor
+    marching_kernels.march(times, state, padded, mesh.neighbours, mesh.spacing, second)
+    while not area.is_empty and certificate_kernels.bridge(mesh.controls, padded, mesh.spacing, times, state):
+        marching_kernels.march(times, state, padded, mesh.neighbours, mesh.spacing, second)
+    certificate_kernels.mirror(mesh.node_columns, mesh.node_rows, mesh.last, mesh.neighbours, times)
+    return times
+
+
+def descent(problem: Problem, mesh: SplineMesh, times: FloatArray, *, radius: float) -> FloatArray:
+    """
+    Follow costs-to-go down from the start of a problem to its goal.
+
+    Parameters
+    ----------
+    problem
+        Whose bounds and area the mesh covers.
+    mesh
+        Its first end is the start.
+    times
+        Costs to the goal, up to a constant, shape ``(n + 1,)`` (`costs_to_go`).
+    radius
+        Within it, in spacings, the last step leads straight to the goal.
+
+    Returns
+    -------
+    path
+        Waypoints a spacing apart, shape ``(m, 2)``, map units. Where they cut corners of the area: the best polyline
+        through them and the corners beside. Empty if there is no way down.
+    """
+    piece = mesh.ends[0]
+    if piece < 0 or not np.isfinite(times[mesh.controls[piece]]).all():
+        return np.empty((0, 2))
+    piece_of = np.full(mesh.n_nodes, -1, dtype=np.int32)
+    piece_of[mesh.controls[:, 4]] = np.arange(len(mesh.controls), dtype=np.int32)
+    # no way down is longer than one through every cell
+    path = np.empty((min(2 * len(mesh.controls), MOST_STEPS), 2))
+    origin, spacing = np.array(mesh.origin), np.array(mesh.spacing)
+    first, end = ((np.array(point) - origin) / spacing for point in (problem.start, problem.goal))
+    pieces = (mesh.controls, mesh.columns, mesh.rows, piece_of)
+    count = marching_kernels.descend(
+        (first[0], first[1]), piece, (end[0], end[1]), radius, mesh.last, times, pieces, mesh.neighbours, path
+    )
+    if count < 0:
+        return np.empty((0, 2))
+    # rounding may put a point on the rim of the map just outside
+    inside = np.clip(origin + spacing * path[1:count], origin, problem.bounds[2:])
+    found = np.vstack([problem.start, inside, problem.goal])
+    if problem.model.area.crosses(found[:-1], found[1:]).any():
+        return _around_corners(problem, found, 4.0 * max(mesh.spacing))
+    return found
+
+
+def _around_corners(problem: Problem, path: FloatArray, reach: float) -> FloatArray:
+    """Find the best polyline through points of a path and the corners within `reach` of it, or else all corners."""
+    area = problem.model.area
+    step = max(1, len(path) // MOST_WAYPOINTS)
+    some = path[1:-1][::step]
+    every = corners(area, problem.bounds)
+    near = np.array([(np.hypot(*(path - corner).T) <= reach).any() for corner in every], dtype=np.bool_)
+    # a wall too thin for the mesh is far from its corners
+    for beside in (every[near], every[:MOST_WAYPOINTS]):
+        points = np.vstack([path[:1], some[~area.contains(some)], beside, path[-1:]])
+        graph = GeometricGraph.from_matrix(problem.model.matrix(points))
+        nodes = cost_matrix(graph, len(points) - 1).path_from(0)
+        if nodes:
+            return points[np.array(nodes, dtype=np.int64)]
+    return np.empty((0, 2))

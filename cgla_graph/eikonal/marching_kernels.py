@@ -1,0 +1,346 @@
+"""
+Compiled kernels of the eikonal equation ``|grad T| = c`` on a mesh: fast marching with a heap, and steepest descent.
+
+The nodes of a mesh (`cgla_graph.eikonal.mesh`) know their four neighbours: row ``p`` of ``neighbours``, shape
+``(n + 1, 4)``, holds the numbers of the nodes to the west, east, south and north of node ``p``. Number ``n`` stands
+for "no node there" and is its own neighbour; its value is infinite. So no kernel asks whether a neighbour exists.
+"""
+
+import math
+from typing import TypeAlias
+
+import numpy as np
+
+from cgla_graph._kernel import kernel
+from cgla_graph._types import FloatArray, WholeArray
+
+#: Controls, columns and rows of the pieces of a mesh, and the piece in whose middle each node is.
+Pieces: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, WholeArray]
+#: States of a node: see `march`.
+FAR, TRIAL, DONE, SEED = range(4)
+
+
+@kernel
+def push(keys: FloatArray, items: WholeArray, size: int, key: float, item: int) -> int:
+    """Add an item to a heap of `size` items, four children a parent; return the new size. Unused keys are infinite."""
+    i = size
+    while i > 0:
+        parent = (i - 1) >> 2
+        if keys[parent] <= key:
+            break
+        keys[i] = keys[parent]
+        items[i] = items[parent]
+        i = parent
+    keys[i] = key
+    items[i] = item
+    return size + 1
+
+
+@kernel
+def drop_first(keys: FloatArray, items: WholeArray, size: int) -> int:
+    """
+    Take the item of least key, at place 0, out of a heap of `size` items; return the new size.
+
+    The hole sinks to a leaf along the least children, which needs no branch that is hard to predict; the last item
+    rises from there.
+    """
+    size -= 1
+    key = keys[size]
+    item = items[size]
+    keys[size] = math.inf
+    i = 0
+    while True:
+        first = 4 * i + 1
+        if first >= size:
+            break
+        low = first + int(keys[first + 1] < keys[first])
+        high = first + 2 + int(keys[first + 3] < keys[first + 2])
+        child = low if keys[low] <= keys[high] else high
+        keys[i] = keys[child]
+        items[i] = items[child]
+        i = child
+    return push(keys, items, i, key, item) - i - 1 + size
+
+
+@kernel
+def with_room(keys: FloatArray, items: WholeArray, room: int) -> tuple[FloatArray, WholeArray]:
+    """Return the arrays of a heap, twice as long if there would not be so much room."""
+    if room <= keys.shape[0]:
+        return keys, items
+    more = np.full(2 * keys.shape[0], math.inf)
+    others = np.empty(2 * keys.shape[0], dtype=np.uint32)
+    more[: keys.shape[0]] = keys
+    others[: keys.shape[0]] = items
+    return more, others
+
+
+@kernel
+def upwind(
+    q: int, back: int, forth: int, second: bool, work: FloatArray, neighbours: WholeArray
+) -> tuple[float, float, float, bool]:
+    """
+    Return upwind value, offset and cost of the difference along one axis at `q`; and whether it is of second order.
+
+    It is where two finished nodes in a row fall towards the front (Sethian 1999). The final time in `work` is infinite
+    where a node is not finished, and so is the value where no neighbour is.
+    """
+    near = neighbours[q, back]
+    side = back
+    value = work[near, 0]
+    other = neighbours[q, forth]
+    if work[other, 0] < value:
+        near = other
+        side = forth
+        value = work[other, 0]
+    if second and value < math.inf:
+        beyond = work[neighbours[near, side], 0]
+        if beyond <= value:
+            return value, (4.0 * value - beyond) * (1.0 / 3.0), work[near, 2], True
+    return value, value, work[near, 2], False
+
+
+@kernel
+def march(
+    times: FloatArray,
+    state: WholeArray,
+    cost: FloatArray,
+    neighbours: WholeArray,
+    spacing: tuple[float, float],
+    second: bool,
+) -> None:
+    """
+    Complete the times of arrival by fast marching (Tsitsiklis 1995; Sethian 1996).
+
+    The time at a node solves the upwind equation of Godunov's scheme. A difference of first order is centred half a
+    step upwind, and the cost is taken where the differences are centred, so that those of first order do less harm.
+
+    Parameters
+    ----------
+    times
+        Shape ``(n + 1,)``: given unless `state` is `FAR`, else infinite. Overwritten.
+    state
+        Shape ``(n + 1,)``. The front starts from nodes that are `TRIAL`, whose times may still fall, or `SEED`, whose
+        times are final; `DONE` ones are left alone. The last is `FAR`. Overwritten.
+    cost
+        Cost of a unit of length at each node, above 0, shape ``(n + 1,)``.
+    neighbours
+        Shape ``(n + 1, 4)``.
+    spacing
+        Steps of the grid along x and y.
+    second
+        Whether to use differences of second order where they can be had.
+    """
+    hx, hy = spacing
+    n = times.shape[0] - 1
+    # indices without a sign need no look at whether they count from the end
+    near = neighbours.astype(np.uint32)
+    # by order of the differences along x and y: weights of the two axes, and one over their sum
+    weights = np.empty((4, 3))
+    for kind in range(4):
+        weights[kind, 0] = (1.0 if kind < 2 else 2.25) / (hx * hx)
+        weights[kind, 1] = (1.0 if kind % 2 == 0 else 2.25) / (hy * hy)
+        weights[kind, 2] = 1.0 / (weights[kind, 0] + weights[kind, 1])
+    keys = np.full(4096, math.inf)
+    items: WholeArray = np.empty(4096, dtype=np.uint32)
+    # what is asked of a node lies together: its final time, its time so far, its cost, and whether it is open (0), done
+    # (1), or a seed that is not done (2)
+    work = np.empty((n + 1, 4))
+    size = 0
+    for p in range(n + 1):
+        work[p, 0] = times[p] if state[p] == DONE else math.inf
+        work[p, 1] = times[p]
+        work[p, 2] = cost[p]
+        work[p, 3] = 1.0 if state[p] == DONE or p == n else (2.0 if state[p] == SEED else 0.0)
+        if state[p] == TRIAL or state[p] == SEED:
+            keys, items = with_room(keys, items, size + 8)
+            size = push(keys, items, size, times[p], p)
+    while size > 0:
+        keys, items = with_room(keys, items, size + 8)
+        p = items[0]
+        size = drop_first(keys, items, size)
+        if work[p, 3] == 1.0:
+            continue
+        work[p, 3] = 1.0
+        work[p, 0] = work[p, 1]
+        for side in range(4):
+            q = near[p, side]
+            if work[q, 3] != 0.0:
+                continue
+            x_value, tx, x_cost, x_second = upwind(q, 0, 1, second, work, near)
+            y_value, ty, y_cost, y_second = upwind(q, 2, 3, second, work, near)
+            here = work[q, 2]
+            x_shift = 0.0 if x_second else 0.5 * (x_cost - here)
+            y_shift = 0.0 if y_second else 0.5 * (y_cost - here)
+            time = math.inf
+            if x_value < math.inf and y_value < math.inf:
+                kind = (2 if x_second else 0) + (1 if y_second else 0)
+                a = weights[kind, 0]
+                b = weights[kind, 1]
+                inverse = weights[kind, 2]
+                centred = max(here + x_shift + y_shift, min(here + 2.0 * x_shift, here + 2.0 * y_shift, here))
+                difference = (tx - ty) * inverse
+                rest = centred * centred * inverse - a * b * difference * difference
+                if rest >= 0.0:
+                    time = (a * tx + b * ty) * inverse + math.sqrt(rest)
+                    if not (time >= x_value and time >= y_value):
+                        time = math.inf
+            if time == math.inf:
+                if x_value < math.inf:
+                    time = max(tx + (here + x_shift) * (hx * 2.0 / 3.0 if x_second else hx), x_value)
+                if y_value < math.inf:
+                    time = min(time, max(ty + (here + y_shift) * (hy * 2.0 / 3.0 if y_second else hy), y_value))
+            if time < work[q, 1]:
+                work[q, 1] = time
+                size = push(keys, items, size, time, q)
+    for p in range(n):
+        times[p] = work[p, 1]
+        if work[p, 0] < math.inf:
+            state[p] = DONE
+
+
+@kernel
+def spline_value(controls: WholeArray, u: float, v: float, values: FloatArray) -> float:
+    """Evaluate a spline on a piece at ``(u, v)``, in spacings from the middle of its cell, each within 1/2."""
+    total = 0.0
+    for o in range(9):
+        a = o % 3
+        b = o // 3
+        wx = 0.75 - u * u if a == 1 else 0.5 * (0.5 + (a - 1) * u) ** 2
+        wy = 0.75 - v * v if b == 1 else 0.5 * (0.5 + (b - 1) * v) ** 2
+        total += wx * wy * values[controls[o]]
+    return total
+
+
+@kernel
+def look(u: float, v: float, piece: int, last: tuple[int, int], values: FloatArray, mesh: Pieces) -> tuple[float, int]:
+    """
+    Return the value of a spline at ``(u, v)``, at most a cell away from a piece, and the piece there.
+
+    Places are in spacings from node (0, 0). The value is infinite inside an area or outside the bounds.
+    """
+    controls, columns, rows, piece_of = mesh
+    if not (0.0 <= u <= last[0] and 0.0 <= v <= last[1]):
+        return math.inf, -1
+    dx = min(max(math.floor(u + 0.5) - columns[piece], -1), 1)
+    dy = min(max(math.floor(v + 0.5) - rows[piece], -1), 1)
+    there = piece if dx == 0 and dy == 0 else piece_of[controls[piece, 4 + dx + 3 * dy]]
+    if there < 0:
+        return math.inf, -1
+    return spline_value(controls[there], u - columns[there], v - rows[there], values), there
+
+
+@kernel
+def walk(
+    u: float, v: float, piece: int, turn: float, steps: int, last: tuple[int, int], values: FloatArray, mesh: Pieces
+) -> float:
+    """Walk some spacings straight on; return the value of the spline there, infinite if the way is not free."""
+    value = math.inf
+    for _ in range(steps):
+        u += math.cos(turn)
+        v += math.sin(turn)
+        value, piece = look(u, v, piece, last, values, mesh)
+        if piece < 0:
+            return math.inf
+    return value
+
+
+@kernel
+def downhill(
+    u: float, v: float, piece: int, steps: int, last: tuple[int, int], values: FloatArray, mesh: Pieces
+) -> tuple[float, float]:
+    """Return the direction of the lowest point of a spline so many spacings away, an angle, and its value."""
+    best = math.inf
+    angle = 0.0
+    for direction in range(32):
+        turn = direction * (math.pi / 16.0)
+        value = walk(u, v, piece, turn, steps, last, values, mesh)
+        if value < best:
+            best = value
+            angle = turn
+    width = math.pi / 32.0
+    for _ in range(8):
+        for side in range(-1, 2, 2):
+            turn = angle + side * width
+            value = walk(u, v, piece, turn, steps, last, values, mesh)
+            if value < best:
+                best = value
+                angle = turn
+                break
+        width *= 0.5
+    return angle, best
+
+
+@kernel
+def descend(
+    start: tuple[float, float],
+    piece: int,
+    goal: tuple[float, float],
+    radius: float,
+    last: tuple[int, int],
+    values: FloatArray,
+    mesh: Pieces,
+    neighbours: WholeArray,
+    path: FloatArray,
+) -> int:
+    """
+    Go down a spline of costs-to-go, always to the lowest point a spacing away, to within `radius` of the goal.
+
+    The first steps look further ahead, so that a start on a ridge, where fronts met, is left to one side.
+
+    Parameters
+    ----------
+    start, piece
+        Where to start, in spacings from node (0, 0), and the piece of the mesh there.
+    goal, radius
+        Where to end, in spacings.
+    last
+        Column and row of the last node inside the bounds.
+    values
+        Control values of the spline.
+    mesh
+        Controls, columns and rows of the pieces (`SplineMesh`), and the piece in whose middle each node is, or -1.
+    neighbours
+        Of each node.
+    path
+        Points are written here, shape ``(m, 2)``, in spacings.
+
+    Returns
+    -------
+    count
+        How many points were written; -1 if it got stuck or `path` is full.
+    """
+    controls, columns, rows, piece_of = mesh
+    u, v = start
+    for count in range(path.shape[0]):
+        path[count, 0] = u
+        path[count, 1] = v
+        if (u - goal[0]) ** 2 + (v - goal[1]) ** 2 <= radius * radius:
+            return count + 1
+        steps = max(8 - count, 1)
+        here = spline_value(controls[piece], u - columns[piece], v - rows[piece], values)
+        angle, best = downhill(u, v, piece, steps, last, values, mesh)
+        if not best < here and steps > 1:
+            angle, best = downhill(u, v, piece, 1, last, values, mesh)
+        if best < here:
+            u += math.cos(angle)
+            v += math.sin(angle)
+            _, piece = look(u, v, piece, last, values, mesh)
+            continue
+        # beside an area the spline may have no way down: on to the best node beside, over those inside the area
+        q = np.int64(controls[piece, 4])
+        while True:
+            lowest = values[q]
+            onward = q
+            for side in range(4):
+                if values[neighbours[q, side]] < lowest:
+                    lowest = values[neighbours[q, side]]
+                    onward = np.int64(neighbours[q, side])
+            if onward == q:
+                return -1
+            q = onward
+            if piece_of[q] >= 0:
+                break
+        piece = piece_of[q]
+        u = float(columns[piece])
+        v = float(rows[piece])
+    return -1

@@ -1,0 +1,172 @@
+"""The mesh of a biquadratic spline over part of a map, cut open along no-fly areas."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
+from cgla_graph.eikonal import cell_runs, mesh_kernels
+from cgla_graph.model.no_fly import NoFlyArea
+
+#: Sub-cells along the longer side of the bounds by which pieces of cells are told apart, where there is room for them.
+SUB_CELLS = 16_384
+#: Sub-cells in all, unless that would leave fewer than so many along the side of a cell.
+MOST_SUB_CELLS, FEWEST_PARTS = 3_000_000, 4
+#: Further cells around those that matter, so that the rim of the mesh does no harm.
+HALO = 8
+
+
+@dataclass(frozen=True, eq=False)
+class SplineMesh:
+    """
+    Cells of a square grid, their pieces outside a no-fly area, and the nodes that hold the spline's control values.
+
+    The cell of a node is the rectangle of one spacing around it. Where edges of the area cut a cell, its pieces have
+    control values of their own, which they share with the pieces of neighbouring cells that they touch. So a spline
+    is continuous wherever a path may go, and free to jump across walls, however thin. Pieces are told apart on a
+    finer raster, in which what an edge meets counts as free: this may join pieces that are apart, never separate what
+    is together.
+
+    Attributes
+    ----------
+    origin
+        ``(x, y)`` of node (0, 0), map units.
+    spacing
+        Distances of neighbouring nodes along x and y, map units.
+    last
+        Column and row of the last node inside the bounds; nodes with -1, or one beyond, are just outside.
+    columns, rows
+        Of the cell of each piece, shapes ``(m,)``.
+    matters
+        Whether the cell of a piece was asked for, or is part of the halo, shape ``(m,)``.
+    controls
+        The nodes around each piece, row by row from the south-west, shape ``(m, 9)``.
+    node_columns, node_rows
+        Where each node is, shapes ``(n,)``; on both sides of a wall, several may be at one place.
+    neighbours
+        Of each node, shape ``(n + 1, 4)`` (see `marching_kernels`).
+    ends
+        The pieces that hold the points asked for; -1 where there is none.
+    """
+
+    origin: Point
+    spacing: tuple[float, float]
+    last: tuple[int, int]
+    columns: WholeArray
+    rows: WholeArray
+    matters: BoolArray
+    controls: WholeArray
+    node_columns: WholeArray
+    node_rows: WholeArray
+    neighbours: WholeArray
+    ends: tuple[int, ...]
+
+    @classmethod
+    def build(
+        cls, bounds: Bounds, last: tuple[int, int], runs: WholeArray, area: NoFlyArea, ends: Sequence[Point]
+    ) -> "SplineMesh":
+        """
+        Build the mesh of some cells.
+
+        Parameters
+        ----------
+        bounds
+            Node (0, 0) and node `last` are their corners.
+        last
+            Column and row of the last node.
+        runs
+            The cells that matter (see `cell_runs`), merged, inside the bounds.
+        area
+            No-fly area; cells inside it are left out.
+        ends
+            Points outside the area.
+        """
+        origin = bounds[:2]
+        spacing = ((bounds[2] - bounds[0]) / last[0], (bounds[3] - bounds[1]) / last[1])
+        columns, rows = cell_runs.cells_of(cell_runs.clipped(cell_runs.dilated(runs, HALO), last))
+        n_cells = len(columns)
+        place, counts = np.full(n_cells, -1, dtype=np.int32), np.ones(n_cells, dtype=np.int32)
+        parts, labels = 1, np.empty((0, 1, 1), dtype=np.int16)
+        if not area.is_empty:
+            edges, arrays = _edges(area), area.kernel_arrays
+            row_starts = np.searchsorted(rows, np.arange(rows[0], rows[-1] + 2))
+            # a millionth of a cell, and some ulps of the coordinates
+            farthest = max(float(np.abs(bounds).max()), float(np.abs(edges).max()))
+            margin = 1e-6 + 2.0**-47 * farthest / min(spacing)
+            met = mesh_kernels.met_cells(columns, row_starts, int(rows[0]), origin, spacing, edges, margin)
+            counts[mesh_kernels.inside_cells(columns, rows, met, origin, spacing, arrays)] = 0
+            place[met] = np.arange(met.sum())
+            room = math.isqrt(MOST_SUB_CELLS // max(int(met.sum()), 1))
+            # an even number, so that the rim of the map runs between sub-cells
+            parts = 2 * (max(min(SUB_CELLS // max(last), room), FEWEST_PARTS) // 2)
+            kinds = np.zeros((int(met.sum()), parts, parts), dtype=np.int8)
+            mesh_kernels.sub_cells(
+                columns, rows, row_starts, place, parts, origin, spacing, last, edges, margin, arrays, kinds
+            )
+            labels = np.empty(kinds.shape, dtype=np.int16)
+            counts[met] = mesh_kernels.label_pieces(kinds, labels)
+        first_piece = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+        near = mesh_kernels.around(columns, rows)
+        slots = mesh_kernels.join_pieces(near, place, labels, first_piece, parts)
+        pieces = np.repeat(np.arange(n_cells), counts)
+        cell_columns, cell_rows, columns, rows = columns, rows, columns[pieces], rows[pieces]
+        is_owner = slots == np.arange(len(slots))
+        owners = np.nonzero(is_owner)[0]
+        controls = (np.cumsum(is_owner, dtype=np.int32) - 1)[slots].reshape(-1, 9)
+        node_columns = columns[owners // 9] + (owners % 9) % 3 - 1
+        node_rows = rows[owners // 9] + (owners % 9) // 3 - 1
+        neighbours = mesh_kernels.connect(controls, len(owners))
+        matters = cell_runs.are_in(columns, rows, runs)
+        found = []
+        for end in ends:
+            at = [(value - low) / step for value, low, step in zip(end, origin, spacing, strict=True)]
+            node = [min(max(round(value), 0), most) for value, most in zip(at, last, strict=True)]
+            (cell,) = np.nonzero((cell_columns == node[0]) & (cell_rows == node[1]))
+            # of a cell on the rim, the half beyond the bounds counts as inside the area
+            low_high = [
+                (parts // 2 if i == 0 else 0, parts // 2 - 1 if i == most else parts - 1)
+                for i, most in zip(node, last, strict=True)
+            ]
+            a, b = (
+                min(max(int((value - i + 0.5) * parts), low), high)
+                for value, i, (low, high) in zip(at, node, low_high, strict=True)
+            )
+            label = mesh_kernels.label_at(int(cell[0]), b, a, place, labels) if len(cell) and counts[cell[0]] else -1
+            found.append(int(first_piece[cell[0]]) + label if label >= 0 else -1)
+        ends_at = tuple(found)
+        return cls(
+            origin, spacing, last, columns, rows, matters, controls, node_columns, node_rows, neighbours, ends_at
+        )
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes."""
+        return len(self.node_columns)
+
+    @property
+    def node_points(self) -> FloatArray:
+        """Where the nodes are, shape ``(n, 2)``, map units."""
+        columns, rows = (np.asarray(a, dtype=np.float64) for a in (self.node_columns, self.node_rows))
+        return np.column_stack([self.origin[0] + self.spacing[0] * columns, self.origin[1] + self.spacing[1] * rows])
+
+    @property
+    def outside(self) -> BoolArray:
+        """Whether each node is just outside the bounds, shape ``(n,)``."""
+        below = (self.node_columns < 0) | (self.node_rows < 0)
+        return below | (self.node_columns > self.last[0]) | (self.node_rows > self.last[1])
+
+
+def corners(area: NoFlyArea, bounds: Bounds) -> FloatArray:
+    """List the distinct corners of an area inside some bounds, shape ``(m, 2)``, map units."""
+    points = np.unique(shapely.get_coordinates(area.geometry), axis=0)
+    inside = ((points >= bounds[:2]) & (points <= bounds[2:])).all(axis=1)
+    return np.asarray(points[inside])
+
+
+def _edges(area: NoFlyArea) -> FloatArray:
+    """List the edges of an area, ``ax, ay, bx, by`` each, shape ``(m, 4)``."""
+    rings = [shapely.get_coordinates(ring) for ring in shapely.get_rings(shapely.get_parts(area.geometry))]
+    return np.vstack([np.hstack([ring[:-1], ring[1:]]) for ring in rings])

@@ -1,0 +1,353 @@
+"""
+Compiled kernels that build a spline mesh: the cells that polygons meet, their pieces, and what those share.
+
+Cells are squares around the nodes of a grid, listed by row, then column. Places 0 to 8 around a cell are itself and its
+neighbours, row by row from the south-west; place 4 is the cell itself.
+"""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from cgla_graph._kernel import kernel
+from cgla_graph._types import BoolArray, FloatArray, WholeArray
+from cgla_graph.model.no_fly_kernels import AreaArrays, point_inside
+
+#: What a sub-cell may be: free, inside the area, or met by an edge, which counts as free.
+FREE, INSIDE, MET = range(3)
+MOST_PIECES: Final = 250
+
+
+@kernel
+def around(columns: WholeArray, rows: WholeArray) -> WholeArray:
+    """Find the cells around each cell, shape ``(n, 9)``; -1 where there is none."""
+    n = columns.shape[0]
+    near = np.full((n, 9), -1, dtype=np.int32)
+    below = 0
+    for p in range(n):
+        near[p, 4] = p
+        if p > 0 and rows[p - 1] == rows[p] and columns[p - 1] == columns[p] - 1:
+            near[p, 3] = p - 1
+            near[p - 1, 5] = p
+        while rows[below] < rows[p] - 1 or (rows[below] == rows[p] - 1 and columns[below] < columns[p] - 1):
+            below += 1
+        q = below
+        while rows[q] == rows[p] - 1 and columns[q] <= columns[p] + 1:
+            place = columns[q] - columns[p] + 1
+            near[p, place] = q
+            near[q, 8 - place] = p
+            q += 1
+    return near
+
+
+@kernel
+def edge_rows(
+    edge: FloatArray, origin: tuple[float, float], spacing: tuple[float, float]
+) -> tuple[float, float, float, float]:
+    """Return an edge ``ax, ay, bx, by`` in units of the spacing, the lower end first."""
+    ax = (edge[0] - origin[0]) / spacing[0]
+    ay = (edge[1] - origin[1]) / spacing[1]
+    bx = (edge[2] - origin[0]) / spacing[0]
+    by = (edge[3] - origin[1]) / spacing[1]
+    if ay > by:
+        return bx, by, ax, ay
+    return ax, ay, bx, by
+
+
+@kernel
+def reach_in_row(ax: float, ay: float, bx: float, by: float, low: float, high: float) -> tuple[float, float]:
+    """Return least and greatest x of the part of an edge between two heights, the lower end of the edge first."""
+    left = ax
+    right = bx
+    if by > ay:
+        left = ax + min(max((low - ay) / (by - ay), 0.0), 1.0) * (bx - ax)
+        right = ax + min(max((high - ay) / (by - ay), 0.0), 1.0) * (bx - ax)
+    return min(left, right), max(left, right)
+
+
+@kernel
+def met_cells(
+    columns: WholeArray,
+    row_starts: WholeArray,
+    first_row: int,
+    origin: tuple[float, float],
+    spacing: tuple[float, float],
+    edges: FloatArray,
+    margin: float,
+) -> BoolArray:
+    """
+    Mark the cells that an edge of a polygon meets, shape ``(n,)``.
+
+    Cells are taken for larger than they are by `margin` sides, so that rounding only ever marks too many.
+
+    `edges` has shape ``(m, 4)``: ``ax, ay, bx, by``, map units; the cells of row ``first_row + r`` have the numbers
+    from ``row_starts[r]`` to ``row_starts[r + 1]``.
+    """
+    out = np.zeros(columns.shape[0], dtype=np.bool_)
+    half = 0.5 + margin
+    for e in range(edges.shape[0]):
+        ax, ay, bx, by = edge_rows(edges[e], origin, spacing)
+        # (compared as floats: far corners are no whole numbers of cells)
+        low = math.ceil(max(ay - half, float(first_row)))
+        high = math.floor(min(by + half, float(first_row + row_starts.shape[0] - 2)))
+        for row in range(low, high + 1):
+            left, right = reach_in_row(ax, ay, bx, by, row - half, row + half)
+            start = row_starts[row - first_row]
+            stop = row_starts[row - first_row + 1]
+            i = start + np.searchsorted(columns[start:stop], left - half)
+            while i < stop and columns[i] <= right + half:
+                out[i] = True
+                i += 1
+    return out
+
+
+@kernel
+def inside_cells(
+    columns: WholeArray,
+    rows: WholeArray,
+    met: BoolArray,
+    origin: tuple[float, float],
+    spacing: tuple[float, float],
+    area: AreaArrays,
+) -> BoolArray:
+    """Mark the cells that lie inside the area: no edge meets them, and their node is inside; shape ``(n,)``."""
+    out = np.zeros(columns.shape[0], dtype=np.bool_)
+    for p in range(columns.shape[0]):
+        if met[p]:
+            continue
+        beside = p > 0 and rows[p - 1] == rows[p] and columns[p - 1] == columns[p] - 1 and not met[p - 1]
+        x = origin[0] + spacing[0] * columns[p]
+        y = origin[1] + spacing[1] * rows[p]
+        # no edge between this cell and the one before
+        out[p] = out[p - 1] if beside else point_inside(x, y, area)
+    return out
+
+
+@kernel
+def sub_cells(
+    columns: WholeArray,
+    rows: WholeArray,
+    row_starts: WholeArray,
+    place: WholeArray,
+    parts: int,
+    origin: tuple[float, float],
+    spacing: tuple[float, float],
+    rim: tuple[int, int],
+    edges: FloatArray,
+    margin: float,
+    area: AreaArrays,
+    kinds: WholeArray,
+) -> None:
+    """
+    Divide the cells that edges meet into ``parts * parts`` sub-cells and say what each is.
+
+    `place` is the row of each cell in `kinds`, shape ``(t, parts, parts)``, or -1; `kinds` starts as `FREE`, `parts`
+    is even. `rim` holds the last column and row inside the bounds. For `margin` see `met_cells`.
+    """
+    first_row = rows[0]
+    half = 0.5 + margin
+    for e in range(edges.shape[0]):
+        ax, ay, bx, by = edge_rows(edges[e], origin, spacing)
+        # (compared as floats: far corners are no whole numbers of cells)
+        low = math.ceil(max(ay - half, float(first_row)))
+        high = math.floor(min(by + half, float(first_row + row_starts.shape[0] - 2)))
+        for row in range(low, high + 1):
+            start = row_starts[row - first_row]
+            stop = row_starts[row - first_row + 1]
+            for part in range(parts):
+                bottom = row - 0.5 + part / parts - margin
+                top = row - 0.5 + (part + 1) / parts + margin
+                if top < ay or bottom > by:
+                    continue
+                left, right = reach_in_row(ax, ay, bx, by, bottom, top)
+                i = start + np.searchsorted(columns[start:stop], left - half)
+                while i < stop and columns[i] <= right + half:
+                    if place[i] >= 0:
+                        base = columns[i] - 0.5
+                        first = math.floor(max((left - base - margin) * parts, 0.0))
+                        last = math.floor(min((right - base + margin) * parts, parts - 1.0))
+                        for s in range(first, last + 1):
+                            kinds[place[i], part, s] = MET
+                    i += 1
+    for p in range(columns.shape[0]):
+        if place[p] < 0:
+            continue
+        for part in range(parts):
+            y = origin[1] + spacing[1] * (rows[p] - 0.5 + (part + 0.5) / parts)
+            before = MET
+            for s in range(parts):
+                if kinds[place[p], part, s] != MET:
+                    if before == MET:
+                        x = origin[0] + spacing[0] * (columns[p] - 0.5 + (s + 0.5) / parts)
+                        before = INSIDE if point_inside(x, y, area) else FREE
+                    kinds[place[p], part, s] = before
+                else:
+                    before = MET
+        # beyond the bounds is as good as inside the area: no way leads around a wall out there
+        for part in range(parts):
+            for s in range(parts):
+                west = columns[p] == 0 and s < parts // 2
+                east = columns[p] == rim[0] and s >= parts // 2
+                south = rows[p] == 0 and part < parts // 2
+                north = rows[p] == rim[1] and part >= parts // 2
+                if west or east or south or north:
+                    kinds[place[p], part, s] = INSIDE
+
+
+@kernel
+def label_pieces(kinds: WholeArray, labels: WholeArray) -> WholeArray:
+    """
+    Label the connected pieces of each cell's free sub-cells, corners included; return how many each cell has.
+
+    `labels`, like `kinds` of shape ``(t, parts, parts)``, is -1 inside the area. Beyond `MOST_PIECES`, pieces of a
+    cell count as one, which only ever joins what is apart.
+    """
+    n_cells, parts = kinds.shape[0], kinds.shape[1]
+    counts = np.zeros(n_cells, dtype=np.int32)
+    stack = np.empty(parts * parts, dtype=np.int32)
+    for t in range(n_cells):
+        for i in range(parts):
+            for j in range(parts):
+                labels[t, i, j] = -1
+        found = 0
+        for i in range(parts):
+            for j in range(parts):
+                if kinds[t, i, j] == INSIDE or labels[t, i, j] >= 0:
+                    continue
+                label = min(found, MOST_PIECES - 1)
+                found += 1
+                size = 1
+                stack[0] = i * parts + j
+                labels[t, i, j] = label
+                while size > 0:
+                    size -= 1
+                    at = stack[size]
+                    for b in range(max(at // parts - 1, 0), min(at // parts + 2, parts)):
+                        for a in range(max(at % parts - 1, 0), min(at % parts + 2, parts)):
+                            if kinds[t, b, a] != INSIDE and labels[t, b, a] < 0:
+                                labels[t, b, a] = label
+                                stack[size] = b * parts + a
+                                size += 1
+        counts[t] = min(found, MOST_PIECES)
+    return counts
+
+
+@kernel
+def root(parents: WholeArray, i: int) -> int:
+    """Find the representative of a slot, halving the way there."""
+    while parents[i] != i:
+        parents[i] = parents[parents[i]]
+        i = parents[i]
+    return i
+
+
+@kernel
+def share(p: int, q: int, dx: int, dy: int, parents: WholeArray) -> None:
+    """Unite the slots that two pieces have in common, the cell of `q` being ``(dx, dy)`` from that of `p`."""
+    for b in range(3):
+        for a in range(3):
+            if 0 <= a + dx < 3 and 0 <= b + dy < 3:
+                first = root(parents, 9 * p + 3 * (b + dy) + a + dx)
+                second = root(parents, 9 * q + 3 * b + a)
+                if first < second:
+                    parents[second] = first
+                elif second < first:
+                    parents[first] = second
+
+
+@kernel
+def label_at(cell: int, i: int, j: int, place: WholeArray, labels: WholeArray) -> int:
+    """Return the number of the piece of a cell at sub-cell ``(i, j)``; a cell that no edge meets is one piece."""
+    return 0 if place[cell] < 0 else int(labels[place[cell], i, j])
+
+
+@kernel
+def join_pieces(
+    near: WholeArray, place: WholeArray, labels: WholeArray, first_piece: WholeArray, parts: int
+) -> WholeArray:
+    """
+    Unite the slots of pieces that touch; return the representative of each slot, shape ``(9 pieces,)``.
+
+    A piece has nine slots: the control values of the spline on it. Pieces of neighbouring cells that touch, be it in
+    a corner, are on the same side of the polygons there and share the slots at the places that they have in common;
+    pieces apart do not, so that the spline may jump from one side of a wall to the other.
+    """
+    n = near.shape[0]
+    parents: WholeArray = np.arange(9 * int(first_piece[n])).astype(np.int32)
+    plain = np.empty(n, dtype=np.bool_)
+    for p in range(n):
+        plain[p] = place[p] < 0 and first_piece[p + 1] > first_piece[p]
+    deep = np.ones(n, dtype=np.bool_)
+    for p in range(n):
+        for o in range(9):
+            q = near[p, o]
+            if q < 0 or not plain[q]:
+                deep[p] = False
+            elif plain[p]:
+                # plain cells side by side always touch: the slot is the middle of the other
+                parents[9 * first_piece[p] + o] = 9 * first_piece[q] + 4
+    for p in range(n):
+        for o in range(5, 9):
+            q = near[p, o]
+            if q < 0 or (deep[p] and deep[q]):
+                continue
+            dx = o % 3 - 1
+            dy = o // 3 - 1
+            if plain[p] and plain[q]:
+                share(first_piece[p], first_piece[q], dx, dy, parents)
+                continue
+            if first_piece[p] == first_piece[p + 1] or first_piece[q] == first_piece[q + 1]:
+                continue
+            if dx != 0 and dy != 0:
+                i = parts - 1
+                j = parts - 1 if dx > 0 else 0
+                mine = label_at(p, i, j, place, labels)
+                other = label_at(q, 0, parts - 1 - j, place, labels)
+                if mine >= 0 and other >= 0:
+                    share(first_piece[p] + mine, first_piece[q] + other, dx, dy, parents)
+                continue
+            last_mine = -1
+            last_other = -1
+            for i in range(parts):
+                for k in range(max(i - 1, 0), min(i + 2, parts)):
+                    if dy == 0:
+                        mine = label_at(p, i, parts - 1, place, labels)
+                        other = label_at(q, k, 0, place, labels)
+                    else:
+                        mine = label_at(p, parts - 1, i, place, labels)
+                        other = label_at(q, 0, k, place, labels)
+                    if mine >= 0 and other >= 0 and (mine != last_mine or other != last_other):
+                        share(first_piece[p] + mine, first_piece[q] + other, dx, dy, parents)
+                        last_mine = mine
+                        last_other = other
+    for slot in range(parents.shape[0]):
+        parents[slot] = root(parents, slot)
+    return parents
+
+
+@kernel
+def connect(controls: WholeArray, n_nodes: int) -> WholeArray:
+    """
+    Find the neighbours of each node among the slots of the pieces (see `marching_kernels`), shape ``(n + 1, 4)``.
+
+    Where the slots of two pieces differ, as at the end of a thin wall, the first piece wins.
+    """
+    neighbours = np.full((n_nodes + 1, 4), n_nodes, dtype=np.int32)
+    for c in range(controls.shape[0]):
+        for b in range(3):
+            for a in range(3):
+                here = controls[c, 3 * b + a]
+                if a < 2:
+                    east = controls[c, 3 * b + a + 1]
+                    if neighbours[here, 1] == n_nodes:
+                        neighbours[here, 1] = east
+                    if neighbours[east, 0] == n_nodes:
+                        neighbours[east, 0] = here
+                if b < 2:
+                    north = controls[c, 3 * b + a + 3]
+                    if neighbours[here, 3] == n_nodes:
+                        neighbours[here, 3] = north
+                    if neighbours[north, 2] == n_nodes:
+                        neighbours[north, 2] = here
+    return neighbours

@@ -1,0 +1,108 @@
+"""
+Compiled kernels of fused risk: many segments at once, exact or over a raster.
+
+`samples` is the number of parts of a segment for the raster, 0 for the exact integral.
+"""
+
+import math
+
+from cgla_graph._kernel import kernel
+from cgla_graph._types import FloatArray, IntArray
+from cgla_graph.fusion.envelope_kernels import Fields, Work, envelope_risk, threats_in_reach, workspace
+from cgla_graph.model.risk_kernels import AT, LOG_AMPLITUDE, PRECISION_AT
+
+
+@kernel
+def _largest(
+    at: float, n: int, m: int, active: FloatArray, ids: IntArray, counts: IntArray, clear: FloatArray
+) -> float:
+    """Evaluate ``max_j F^j`` of `n` fields at the distance `at` from the start of the segment."""
+    clear[:n] = 1.0
+    for i in range(m):
+        d = at - active[i, AT]
+        left = 1.0 - math.exp(active[i, LOG_AMPLITUDE] - 0.5 * active[i, PRECISION_AT] * d * d)
+        for j in range(n):
+            for _ in range(counts[j, ids[i]]):
+                clear[j] *= left
+    largest: float = 1.0 - clear[:n].min()
+    return largest
+
+
+@kernel
+def raster_risk(
+    x1: float, y1: float, x2: float, y2: float, fields: Fields, samples: int, work: Work
+) -> tuple[float, float]:
+    """
+    Add up ``max_j F^j`` at the far ends of `samples` equal parts of a segment, times their length, there and back.
+
+    Threats out of reach of the segment (below 1e-12) are left out, as in the exact integral.
+    """
+    threats, counts, _, _ = fields
+    active, clear, _, _, ids, _, _ = work
+    length = math.hypot(x2 - x1, y2 - y1)
+    if length == 0.0:
+        return 0.0, 0.0
+    m = threats_in_reach(x1, y1, (x2 - x1) / length, (y2 - y1) / length, length, threats, active, ids)
+    if m == 0:
+        return 0.0, 0.0
+    n = counts.shape[0]
+    scratch = clear.reshape(-1)
+    inside = 0.0
+    for sample in range(1, samples):
+        inside += _largest(length * sample / samples, n, m, active, ids, counts, scratch)
+    part = length / samples
+    there = inside + _largest(length, n, m, active, ids, counts, scratch)
+    back = inside + _largest(0.0, n, m, active, ids, counts, scratch)
+    return part * there, part * back
+
+
+@kernel
+def _both_ways_in_order(
+    x1: float, y1: float, x2: float, y2: float, fields: Fields, samples: int, work: Work
+) -> tuple[float, float]:
+    """Return the fused risk there and back of a segment whose ends are in order."""
+    if samples > 0:
+        return raster_risk(x1, y1, x2, y2, fields, samples, work)
+    risk = envelope_risk(x1, y1, x2, y2, fields, work)
+    return risk, risk
+
+
+@kernel
+def both_ways(
+    x1: float, y1: float, x2: float, y2: float, fields: Fields, samples: int, work: Work
+) -> tuple[float, float]:
+    """Return the fused risk there and back."""
+    # one order of the ends, so that a pair has the same floats however it is asked
+    if x2 < x1 or (x2 == x1 and y2 < y1):
+        back, there = _both_ways_in_order(x2, y2, x1, y1, fields, samples, work)
+        return there, back
+    return _both_ways_in_order(x1, y1, x2, y2, fields, samples, work)
+
+
+@kernel
+def segment_risks(
+    starts: FloatArray, ends: FloatArray, fields: Fields, samples: int, first: int, step: int, out: FloatArray
+) -> None:
+    """
+    Write the fused risk of `n` segments, shapes ``(n, 2)``, to `out`, shape ``(n,)``: a share of them.
+
+    The share are the segments `first`, ``first + step``, ….
+    """
+    work = workspace(fields)
+    for i in range(first, starts.shape[0], step):
+        out[i], _ = both_ways(starts[i, 0], starts[i, 1], ends[i, 0], ends[i, 1], fields, samples, work)
+
+
+@kernel
+def pair_risks(positions: FloatArray, fields: Fields, samples: int, first: int, step: int, out: FloatArray) -> None:
+    """
+    Write the fused risk between `n` positions, shape ``(n, 2)``, to `out`, shape ``(n, n)``: a share of the rows.
+
+    The share are the rows `first`, ``first + step``, …, from the diagonal on, and their columns.
+    """
+    work = workspace(fields)
+    for i in range(first, positions.shape[0], step):
+        x, y = positions[i, 0], positions[i, 1]
+        out[i, i] = 0.0
+        for j in range(i + 1, positions.shape[0]):
+            out[i, j], out[j, i] = both_ways(x, y, positions[j, 0], positions[j, 1], fields, samples, work)

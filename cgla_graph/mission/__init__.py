@@ -1,0 +1,1 @@
+"""UAVs that sense, share, replan and avoid each other, tick by tick."""

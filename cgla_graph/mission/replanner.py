@@ -1,0 +1,324 @@
+"""How a UAV of a mission plans: the solver it was given, on what it knows, with as little work as a change needs."""
+
+import dataclasses
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
+
+import numpy as np
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import FloatArray, Point
+from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
+from cgla_graph.cost_to_go.repair import lazy_cost_matrix, linked, repair, reweigh, with_node
+from cgla_graph.errors import CglaError
+from cgla_graph.fusion.fusion import fused_graph
+from cgla_graph.fusion.raster_search import RasterGuide
+from cgla_graph.model import isolated
+from cgla_graph.model.adjacency import Node
+from cgla_graph.model.cost_model import CostModel, indexed_area
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import StepByStep
+
+if TYPE_CHECKING:
+    from cgla_graph.mission.mission import Mission
+    from cgla_graph.mission.uav import Uav
+
+#: A bend by less than this, in radians, is rounding.
+IN_LINE = 1e-9
+#: What rounding may add to the length of a step, relative to it.
+ROUNDING = 1e-9
+
+
+@runtime_checkable
+class CostMatrixReader(Protocol):
+    """A graph solver that reads its path off a cost matrix, whoever computed it."""
+
+    traits: ClassVar[Any]
+
+    def read(self, problem: GraphProblem, matrix: CostMatrix) -> Solution:
+        """Return the path from the problem's source to the target of the matrix."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """
+    What a UAV plans on.
+
+    Attributes
+    ----------
+    position
+        Where it is, map units.
+    field
+        The threats it knows.
+    no_fly
+        The areas it knows.
+    obstacles
+        Virtual obstacles, which it forgets after the plan.
+    fields
+        What each UAV saw of the threats, the ``F^j`` of Eq. 5; only other fusions than the union need them.
+    excluded
+        Lattice points that the plan may not use.
+    """
+
+    position: Point
+    field: RiskField
+    no_fly: BaseGeometry | None = None
+    obstacles: tuple[Threat, ...] = ()
+    fields: tuple[RiskField, ...] = ()
+    excluded: frozenset[int] = frozenset()
+
+
+@dataclass(eq=False)
+class Planner:
+    """
+    Plans for one UAV, and keeps what the last plan computed: G, or for solvers that want all weights, the graph.
+
+    None of it holds virtual obstacles, or the node of a start between lattice points: they change with every plan.
+
+    Attributes
+    ----------
+    mission, uav
+        The rules, and whose plans these are.
+    memory
+        Of a solver that decides step by step: what it remembers.
+    """
+
+    mission: "Mission"
+    uav: "Uav"
+    _matrix: CostMatrix | None = field(default=None, repr=False)
+    _graph: GeometricGraph | None = field(default=None, repr=False)
+    _guide: RasterGuide | None = field(default=None, repr=False)
+    memory: Hashable = None
+
+    @property
+    def by_steps(self) -> bool:
+        """Whether the solver decides each tick anew; plans that others are to rely on are whole paths."""
+        mission = self.mission
+        return isinstance(mission.solver, StepByStep) and mission.avoidance == "none" and mission.movement == "step"
+
+    def plan(self, situation: Situation) -> Solution:
+        """
+        Plan from where the UAV is to its goal, on what it knows.
+
+        Returns
+        -------
+        solution
+            Judged by the oracle, on what is known. That there is no path is a status, and so is whatever the solver
+            raises.
+        """
+        area = indexed_area(situation.no_fly)
+        if area.contains(situation.position):
+            return Solution(Status.NO_PATH, message="a no-fly area came up around it")
+        if area.contains(self.uav.goal):
+            return Solution(Status.NO_PATH, message=f"its goal {self.uav.goal} is inside a no-fly area now")
+        try:
+            problem = self.problem(situation)
+            if self.by_steps:
+                return self._step(problem)
+            return self._judged(problem, self._solve(problem, situation))
+        except CglaError as error:
+            return Solution(Status.FAILED, message=str(error))
+        except Exception as error:  # noqa: BLE001 - a mission survives any solver
+            return Solution(Status.FAILED, message=f"{type(error).__name__}: {error}".splitlines()[0])
+
+    @property
+    def _is_fused(self) -> bool:
+        """Whether weights are another reading of Eq. 5 than the cost model's."""
+        return self.mission.fusion != "union" or self.mission.integral != "exact"
+
+    @property
+    def _is_rastered(self) -> bool:
+        """Whether weights are the cost model's but for the raster sums."""
+        mission = self.mission
+        return mission.integral == "raster" and mission.fusion == "union" and mission.exclude == "none"
+
+    def _judged(self, problem: Problem, solution: Solution) -> Solution:
+        if not self._is_fused:
+            return problem.judge(solution)
+        if not solution.status.is_path:
+            return solution
+        # its weights are another reading of Eq. 5: what its path costs here is the oracle's word, not the solver's
+        cost = problem.evaluate(solution.path).cost
+        return problem.judge(dataclasses.replace(solution, cost=cost, status=Status.FOUND))
+
+    def problem(self, situation: Situation) -> Problem:
+        """
+        Return the problem as the UAV sees it.
+
+        Raises
+        ------
+        ProblemError
+            If it is in a no-fly area, or its goal is.
+        """
+        known = situation.field.with_threats(situation.obstacles) if situation.obstacles else situation.field
+        return Problem(
+            situation.position,
+            self.uav.goal,
+            field=known,
+            k=self.uav.k,
+            bounds=self.mission.world.bounds,
+            no_fly=situation.no_fly,
+        )
+
+    def matrix(self, situation: Situation) -> CostMatrix:
+        """
+        Return G towards the goal on the union of what is known, repaired from the last one.
+
+        Virtual obstacles are put on top, and forgotten.
+        """
+        known = CostModel(situation.field, self.uav.k, situation.no_fly)
+        if self._matrix is None or not self.mission.incremental:
+            graph = self._complete(known, self.uav.goal)
+            self._matrix = lazy_cost_matrix(graph, _node_at(graph, self.uav.goal))
+        elif self._matrix.graph.model != known:
+            self._matrix = repair(self._matrix, known)
+        if not situation.obstacles:
+            return self._matrix
+        return repair(self._matrix, dataclasses.replace(known, field=known.field.with_threats(situation.obstacles)))
+
+    def _solve(self, problem: Problem, situation: Situation) -> Solution:
+        if problem.start == problem.goal:
+            return Solution(Status.OPTIMAL, path=np.array([problem.start]), cost=0.0)
+        solver = self.mission.solver
+        if solver.traits.domain == "plane":
+            return self._solve_in_plane(problem)
+        plain = not self._is_fused and self.mission.exclude == "none" and problem.field.is_probability
+        if plain and isinstance(solver, CostMatrixReader):
+            return self._read(problem, situation, solver)
+        if self._is_rastered and self.mission.incremental and isinstance(solver, CostMatrixReader):
+            return self._read_raster(problem, situation, solver)
+        return self._solve_on_graph(problem, situation)
+
+    def _solve_in_plane(self, problem: Problem) -> Solution:
+        solver = self.mission.solver
+        if getattr(solver, "resolution", 0) is None:
+            solver = dataclasses.replace(solver, resolution=self.mission.lattice)
+        answer, _ = isolated.run(solver, problem)
+        return answer
+
+    def _step(self, problem: Problem) -> Solution:
+        """Ask for one step; the oracle sees that it may be flown, and the mission that it is no longer than a step."""
+        step = self.mission.step_of(self.uav)
+        move = self.mission.solver.move(problem, self.memory, step)
+        self.memory = move.memory
+        if move.stuck:
+            return Solution(Status.STUCK, message=move.stuck)
+        judged = problem.evaluate(move.path)
+        if tuple(move.path[0]) != problem.start or not judged.feasible or judged.length > step * (1.0 + ROUNDING):
+            reason = "; ".join(judged.violations) or f"from {problem.start}, it is {judged.length:g} long"
+            return Solution(Status.FAILED, message=f"the step does not stand up to the oracle: {reason}")
+        return Solution(Status.FOUND, path=move.path, cost=judged.cost, length=judged.length, risk=judged.risk)
+
+    def _complete(self, model: CostModel, *extra: Point) -> GeometricGraph:
+        """Lay the complete graph over the mission's lattice and some more points."""
+        return GeometricGraph.complete(self.mission.lattice, model.field, model.k, no_fly=model.no_fly, extra=extra)
+
+    def _read(self, problem: Problem, situation: Situation, solver: CostMatrixReader) -> Solution:
+        """Read the path off the cost matrix."""
+        first = self._first(problem)
+        if self.mission.incremental:
+            matrix, node = linked(self.matrix(situation), first)
+        else:
+            graph = self._complete(problem.model, self.uav.goal, first)
+            graph.weight_matrix()
+            matrix, node = cost_matrix(graph, _node_at(graph, self.uav.goal)), _node_at(graph, first)
+        answer = solver.read(GraphProblem(matrix.graph, node, matrix.graph.labels[matrix.target]), matrix)
+        return self._from(problem, answer, matrix.graph)
+
+    def _read_raster(self, problem: Problem, situation: Situation, solver: CostMatrixReader) -> Solution:
+        """Read the path off the part of the cost matrix that matters under raster weights."""
+        known = CostModel(situation.field, self.uav.k, situation.no_fly)
+        if self._guide is None:
+            bounds = self.mission.world.bounds
+            self._guide = RasterGuide.lay(self.mission.lattice, known, self.uav.goal, bounds=bounds)
+        self._guide = self._guide.knowing(known)
+        matrix, node = self._guide.plan(self._first(problem), situation.obstacles)
+        target = matrix.graph.labels[matrix.target]
+        return self._from(problem, solver.read(GraphProblem(matrix.graph, node, target), matrix), matrix.graph)
+
+    def _solve_on_graph(self, problem: Problem, situation: Situation) -> Solution:
+        """Give the solver a graph with all its weights."""
+        graph, source = self._weighed(problem, situation)
+        target = _node_at(graph, self.uav.goal)
+        if situation.excluded:
+            graph = _without(graph, situation.excluded - {source, target})
+        on = GraphProblem(graph, source, target)
+        return self._from(problem, on.judge(isolated.run(self.mission.solver, on)[0]), graph)
+
+    def _weighed(self, problem: Problem, situation: Situation) -> tuple[GeometricGraph, Node]:
+        """Return the graph with all its weights, brought up to date from the last one, and the node to plan from."""
+        mission, first = self.mission, self._first(problem)
+        if self._is_fused:
+            fields = [one.with_threats(situation.obstacles) for one in situation.fields or (RiskField(),)]
+            graph = fused_graph(
+                mission.lattice,
+                fields,
+                self.uav.k,
+                no_fly=situation.no_fly,
+                extra=(self.uav.goal, first),
+                fusion=mission.fusion,
+                integral=mission.integral,
+            )
+            return graph, _node_at(graph, first)
+        known = CostModel(situation.field, self.uav.k, situation.no_fly)
+        if self._graph is None or not mission.incremental:
+            self._graph = self._complete(known, self.uav.goal)
+            self._graph.weight_matrix()
+        elif self._graph.model != known:
+            self._graph = reweigh(self._graph, known)
+        graph = self._graph if not situation.obstacles else reweigh(self._graph, problem.model)
+        return with_node(graph, first)
+
+    def _first(self, problem: Problem) -> Point:
+        """Return the first node of a plan: where the UAV is, or the lattice point nearest to it (E18)."""
+        if self.mission.start == "exact":
+            return problem.start
+        lattice = self.mission.lattice
+        x, y = lattice.points[lattice.nearest(problem.start)].tolist()
+        return problem.start if problem.model.area.contains((x, y)) else (x, y)
+
+    def _from(self, problem: Problem, answer: Solution, graph: GeometricGraph) -> Solution:
+        """Turn nodes into waypoints, beginning where the UAV is, and weigh the way to a snapped start as well."""
+        if not answer.status.is_path or graph.positions is None:
+            return answer
+        path = graph.positions[[graph.index_of(node) for node in answer.nodes]]
+        if tuple(path[0]) == problem.start:
+            return dataclasses.replace(answer, path=path)
+        # the snapped point itself is passed by, as the paper's code does, unless an area is in the way; which points in
+        # line a path names is a matter of rounding, so only its bends count
+        bends = _bends(path)
+        for rest in (bends[1:], bends):
+            bent = np.vstack([problem.start, rest])
+            evaluation = problem.evaluate(bent)
+            if len(rest) and evaluation.feasible:
+                return dataclasses.replace(answer, status=Status.FOUND, path=bent, cost=evaluation.cost, nodes=())
+        return dataclasses.replace(answer, status=Status.NO_PATH, message="the nearest lattice point is out of reach")
+
+
+def _bends(path: FloatArray) -> FloatArray:
+    """Leave out the waypoints in line with their neighbours, which change nothing but the count."""
+    before, after = np.diff(path[:-1], axis=0), np.diff(path[1:], axis=0)
+    turn = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
+    kept = turn > IN_LINE * np.hypot(*before.T) * np.hypot(*after.T)
+    return path[np.concatenate([[True], kept, [True]])] if len(path) > 1 else path
+
+
+def _node_at(graph: GeometricGraph, place: Point) -> Node:
+    """Return the node at a place that is one."""
+    positions = np.empty((0, 2)) if graph.positions is None else graph.positions
+    return graph.labels[int(np.nonzero((positions == place).all(axis=1))[0][0])]
+
+
+def _without(graph: GeometricGraph, nodes: "frozenset[Node]") -> GeometricGraph:
+    """Return a dense graph in which no edge leads to some nodes."""
+    weights = graph.weight_matrix().copy()
+    gone = [graph.index_of(node) for node in nodes]
+    weights[gone, :] = np.inf
+    weights[:, gone] = np.inf
+    weights[gone, gone] = 0.0
+    return GeometricGraph.from_matrix(weights, positions=graph.positions)

@@ -1,0 +1,188 @@
+"""How UAVs share what they see: not at all, with everybody, within a radio range, late, or with losses."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph._validate import finite_number, positive_number, whole_number
+from cgla_graph.errors import MissionError, ProblemError
+from cgla_graph.mission.belief import Belief, Report
+from cgla_graph.mission.world import MOST_TICKS
+
+
+@dataclass(frozen=True)
+class Sharing:
+    """
+    Who hears whom, when, and how surely.
+
+    On every tick, each UAV sends what the others have not got from it yet. What it hears it passes on from the next
+    tick on, so knowledge spreads over several hops.
+
+    Attributes
+    ----------
+    is_on
+        False: nothing is shared.
+    radius
+        Radio range, map units; None: everybody hears everybody.
+    delay
+        Ticks that a message takes, at least 0.
+    loss
+        The chance that a message is lost, in [0, 1); what was lost is sent again on the next tick.
+    seed
+        Of the losses: the same seed loses the same messages.
+
+    Raises
+    ------
+    MissionError
+        If a setting is out of range.
+
+    Examples
+    --------
+    >>> Sharing(radius=0.3, delay=2).radius, Sharing.parse("none").is_on
+    (0.3, False)
+    """
+
+    is_on: bool = True
+    radius: float | None = None
+    delay: int = 0
+    loss: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        if not isinstance(self.is_on, bool):
+            msg = f"sharing: is_on is {self.is_on!r}; give True or False"
+            raise MissionError(msg)
+        try:
+            if self.radius is not None:
+                object.__setattr__(self, "radius", positive_number("radius", self.radius))
+            loss = finite_number("loss", self.loss)
+            whole_number("delay", self.delay, at_least=0, at_most=MOST_TICKS)
+            whole_number("seed", self.seed, at_least=0, at_most=2**63 - 1)
+        except ProblemError as error:
+            msg = f"sharing: {error}"
+            raise MissionError(msg) from error
+        if not 0.0 <= loss < 1.0:
+            msg = f"sharing: loss is {loss:g}; it must be at least 0 and below 1"
+            raise MissionError(msg)
+        object.__setattr__(self, "loss", loss)
+
+    @classmethod
+    def parse(cls, value: object) -> "Sharing":
+        """
+        Read what a user gives: ``"none"``, ``"global"``, or a `Sharing`.
+
+        Raises
+        ------
+        MissionError
+            If it is none of these.
+        """
+        if isinstance(value, Sharing):
+            return value
+        if isinstance(value, str) and value in {"none", "global"}:
+            return cls(is_on=value == "global")
+        msg = f'sharing is {value!r}; give "none", "global" or Sharing(radius=…, delay=…, loss=…, seed=…)'
+        raise MissionError(msg)
+
+    def heard(self, tick: int, positions: FloatArray) -> BoolArray:
+        """
+        Say whose message reaches whom.
+
+        Parameters
+        ----------
+        tick
+            When it is sent.
+        positions
+            Of all UAVs, shape ``(n, 2)``, map units.
+
+        Returns
+        -------
+        heard
+            Shape ``(n, n)``: ``[i, j]`` if `j` gets what `i` sends; never oneself.
+
+        Examples
+        --------
+        >>> Sharing(radius=1.0).heard(0, np.array([[0.0, 0.0], [1.0, 0.0], [2.5, 0.0]])).tolist()
+        [[False, True, False], [True, False, False], [False, False, False]]
+        """
+        n = len(positions)
+        heard = np.full((n, n), self.is_on)
+        if self.radius is not None:
+            apart = np.hypot(*(positions[:, None, :] - positions[None, :, :]).transpose(2, 0, 1))
+            heard &= apart <= self.radius
+        if self.loss > 0.0:
+            # of the tick alone, so that the same messages are lost whatever else happens
+            heard &= np.random.default_rng([self.seed, tick]).random((n, n)) >= self.loss
+        np.fill_diagonal(heard, val=False)
+        return heard
+
+
+@dataclass
+class Radio:
+    """
+    The messages of one mission: what each UAV has sent to which, and what is under way.
+
+    Attributes
+    ----------
+    sharing
+        The rules.
+    sent
+        How much of each sender's journal each receiver has been sent, by the pair of their numbers.
+    under_way
+        ``(tick of arrival, sender, receiver, reports)``, in the order of sending.
+    """
+
+    sharing: Sharing
+    sent: dict[tuple[int, int], int] = field(default_factory=dict)
+    under_way: list[tuple[int, int, int, tuple[Report, ...]]] = field(default_factory=list)
+
+    def exchange(
+        self, tick: int, beliefs: Mapping[int, Belief], positions: Sequence[Any]
+    ) -> list[tuple[int, int, list[Report]]]:
+        """
+        Send and deliver the messages of one tick.
+
+        Parameters
+        ----------
+        tick
+            Now.
+        beliefs
+            Of the UAVs that take part, by their number; they learn.
+        positions
+            Theirs, in the order of `beliefs`, map units.
+
+        Returns
+        -------
+        learned
+            ``(receiver, sender, reports)``: what was new to whom, in a fixed order.
+        """
+        if self.sharing.is_on and len(beliefs) > 1:
+            numbers = list(beliefs)
+            heard = self.sharing.heard(tick, np.asarray(positions, dtype=np.float64).reshape(-1, 2))
+            # everybody sends what was known before this tick's messages
+            journals = {number: len(belief.journal) for number, belief in beliefs.items()}
+            for i, j in np.argwhere(heard).tolist():
+                sender, receiver = numbers[i], numbers[j]
+                begin, end = self.sent.get((sender, receiver), 0), journals[sender]
+                if end > begin:
+                    self.sent[sender, receiver] = end
+                    reports = tuple(beliefs[sender].journal[begin:end])
+                    self.under_way.append((tick + self.sharing.delay, sender, receiver, reports))
+        learned = []
+        due = [message for message in self.under_way if message[0] <= tick]
+        self.under_way = [message for message in self.under_way if message[0] > tick]
+        for _, sender, receiver, reports in due:
+            # who has arrived hears nothing any more
+            if receiver in beliefs and (new := beliefs[receiver].hear(reports)):
+                learned.append((receiver, sender, new))
+        return learned
+
+    def can_teach(self, beliefs: Mapping[int, Belief]) -> bool:
+        """Return whether a message under way, or yet to be sent, can be new to anybody."""
+        if not self.sharing.is_on:
+            return False
+        known = {frozenset(belief.journal) for belief in beliefs.values()}
+        return bool(self.under_way) or len(known) > 1

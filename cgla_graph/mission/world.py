@@ -1,0 +1,342 @@
+"""The world of a mission: the true threats and no-fly areas, which may come, move and go while UAVs fly."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, NamedTuple, TypeAlias, cast
+
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import Bounds, Point
+from cgla_graph._validate import bounds_box, point, whole_number
+from cgla_graph.errors import MissionError, ProblemError
+from cgla_graph.model.no_fly import NoFlyArea
+from cgla_graph.model.risk import RiskField, Threat
+
+#: Ticks beyond this are a mistake.
+MOST_TICKS = 1_000_000
+
+
+@dataclass(frozen=True)
+class TimedThreat:
+    """
+    A threat that is not there all the time, or not always in the same place.
+
+    Attributes
+    ----------
+    threat
+        The threat as it first appears.
+    appears
+        The first tick when it is there.
+    vanishes
+        The first tick when it is gone; None: never.
+    moves
+        ``(tick, x, y)``: from that tick on its centre is there, map units. Ticks rise.
+
+    Raises
+    ------
+    MissionError
+        If `threat` is no threat, a tick no whole number of at least 0, a move no triple, or ticks do not rise.
+
+    Examples
+    --------
+    >>> popup = TimedThreat(Threat(0.6, 0.5, spread=0.05), appears=10, moves=[(20, 0.7, 0.5)])
+    >>> popup.at(9), popup.at(25).x
+    (None, 0.7)
+    """
+
+    threat: Threat
+    appears: int = 0
+    vanishes: int | None = None
+    moves: Sequence[tuple[int, float, float]] = ()
+
+    def __post_init__(self) -> None:
+        """Check the parts."""
+        if not isinstance(self.threat, Threat):
+            msg = f"a timed threat holds {self.threat!r}; give a Threat"
+            raise MissionError(msg)
+        _check_life("a timed threat", self.appears, self.vanishes)
+        if not isinstance(cast("object", self.moves), Iterable):
+            msg = f"a timed threat's moves are {self.moves!r}; give a list of (tick, x, y)"
+            raise MissionError(msg)
+        moves = []
+        before = self.appears
+        for move in self.moves:
+            tick, x, y = _triple(move)
+            if whole_tick("a move's tick", tick) <= before:
+                msg = f"a threat moves at tick {tick}, not after tick {before}; let the ticks of moves rise"
+                raise MissionError(msg)
+            before = tick
+            spot = point("a move's place", (x, y))
+            moves.append((tick, *spot))
+        object.__setattr__(self, "moves", tuple(moves))
+
+    def at(self, tick: int) -> Threat | None:
+        """Return the threat as it is at a tick, None where it is not there."""
+        if not _is_there(tick, self.appears, self.vanishes):
+            return None
+        places = [(x, y) for since, x, y in self.moves if since <= tick]
+        if not places:
+            return self.threat
+        x, y = places[-1]
+        return replace(self.threat, x=x, y=y)
+
+    @property
+    def changes(self) -> list[int]:
+        """The ticks at which it comes, moves or goes."""
+        ends = [] if self.vanishes is None else [self.vanishes]
+        return [self.appears, *(tick for tick, _, _ in self.moves), *ends]
+
+
+@dataclass(frozen=True, eq=False)
+class TimedArea:
+    """
+    A no-fly area that is not there all the time.
+
+    Attributes
+    ----------
+    polygon
+        A shapely polygon or multipolygon, map units.
+    appears, vanishes
+        The first ticks when it is there, and when it is gone (None: never).
+
+    Raises
+    ------
+    MissionError
+        If the polygon is none, or a tick is no whole number of at least 0.
+
+    Examples
+    --------
+    >>> TimedArea(shapely.box(0, 0, 1, 1), appears=5).is_there(4)
+    False
+    """
+
+    polygon: BaseGeometry
+    appears: int = 0
+    vanishes: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check the parts."""
+        try:
+            empty = NoFlyArea(self.polygon).is_empty
+        except ProblemError as error:
+            msg = f"a timed area: {error}"
+            raise MissionError(msg) from error
+        if empty:
+            msg = f"a timed area is {self.polygon!r}; give a polygon with an inside"
+            raise MissionError(msg)
+        _check_life("a timed area", self.appears, self.vanishes)
+
+    def is_there(self, tick: int) -> bool:
+        """Return whether the area is closed at a tick."""
+        return _is_there(tick, self.appears, self.vanishes)
+
+    @property
+    def changes(self) -> list[int]:
+        """The ticks at which it comes or goes."""
+        return [self.appears] if self.vanishes is None else [self.appears, self.vanishes]
+
+
+Timed: TypeAlias = TimedThreat | TimedArea
+
+
+class _State(NamedTuple):
+    """What there is in a world from one change to the next."""
+
+    threats: Mapping[int, Threat]
+    areas: Mapping[int, BaseGeometry]
+    field: RiskField
+    no_fly: BaseGeometry | None
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """
+    What is true on the map of a mission, whether a UAV knows it or not.
+
+    Parameters
+    ----------
+    field
+        The threats that are always there; None: none.
+    bounds
+        ``(x_min, y_min, x_max, y_max)``, map units; nobody may leave them.
+    no_fly
+        Shapely polygons that nobody may cross, known to all from the start (they are on the chart); None: none.
+    timed
+        Threats and areas that come, move or go (`TimedThreat`, `TimedArea`).
+
+    Raises
+    ------
+    MissionError, ProblemError
+        If a part is malformed.
+
+    Examples
+    --------
+    >>> world = World(RiskField([Threat(0.5, 0.5, 0.1)]), timed=[TimedThreat(Threat(0.8, 0.8, 0.1), appears=3)])
+    >>> len(world.field_at(0)), len(world.field_at(3))
+    (1, 2)
+    """
+
+    field: RiskField = field(default_factory=RiskField)
+    bounds: Bounds = (0.0, 0.0, 1.0, 1.0)
+    no_fly: BaseGeometry | None = None
+    timed: Sequence[Timed] = ()
+
+    def __post_init__(self) -> None:
+        """Check the parts."""
+        if self.field is None:
+            object.__setattr__(self, "field", RiskField())
+        if not isinstance(self.field, RiskField):
+            msg = f"field is {self.field!r}; give a RiskField"
+            raise MissionError(msg)
+        object.__setattr__(self, "bounds", bounds_box(self.bounds))
+        NoFlyArea(self.no_fly)
+        if not isinstance(self.timed, Iterable):
+            msg = f"timed is {self.timed!r}; give a list of TimedThreat and TimedArea"
+            raise MissionError(msg)
+        object.__setattr__(self, "timed", tuple(self.timed))
+        for number, item in enumerate(self.timed):
+            if not isinstance(item, TimedThreat | TimedArea):
+                msg = f"timed {number} is {item!r}; give a TimedThreat or a TimedArea"
+                raise MissionError(msg)
+        # a peak above 1 is refused now, not at the tick when it appears; an improper field has warned of it already
+        timed = [item.threat for item in self.timed if isinstance(item, TimedThreat)]
+        _ = self.field.with_threats(timed) if self.field.is_probability else self.field.with_only(timed)
+
+    @cached_property
+    def is_probability(self) -> bool:
+        """Whether no threat, whenever it comes, peaks above 1."""
+        peaks = [item.threat.peak for item in self.timed if isinstance(item, TimedThreat)]
+        return self.field.is_probability and all(peak <= 1.0 for peak in peaks)
+
+    @cached_property
+    def changes(self) -> tuple[int, ...]:
+        """The ticks after 0 at which something comes, moves or goes, rising."""
+        return tuple(sorted({tick for item in self.timed for tick in item.changes if tick > 0}))
+
+    def threats_at(self, tick: int) -> Mapping[int, Threat]:
+        """
+        Return the threats that are there at a tick, by their number.
+
+        Those of the field are numbered first, then the timed ones.
+
+        Examples
+        --------
+        >>> dict(World(timed=[TimedThreat(Threat(0, 0, 1), appears=2)]).threats_at(1))
+        {}
+        """
+        return self._state_at(tick).threats
+
+    def areas_at(self, tick: int) -> Mapping[int, BaseGeometry]:
+        """Return the timed areas that are closed at a tick, by their number in `timed`."""
+        return self._state_at(tick).areas
+
+    def timed_area(self, number: int) -> BaseGeometry:
+        """Return the polygon of a timed area, by its number in `timed`, whether it is closed or not."""
+        item = self.timed[number]
+        if isinstance(item, TimedArea):
+            return item.polygon
+        msg = f"timed {number} is {item!r}, not a TimedArea"
+        raise MissionError(msg)
+
+    def field_at(self, tick: int) -> RiskField:
+        """Return the true risk field at a tick."""
+        return self._state_at(tick).field
+
+    def no_fly_at(self, tick: int) -> BaseGeometry | None:
+        """Return all no-fly areas at a tick."""
+        return self._state_at(tick).no_fly
+
+    def _state_at(self, tick: int) -> "_State":
+        return self._states[bisect_right(self.changes, tick)]
+
+    @cached_property
+    def _states(self) -> "list[_State]":
+        """What there is at first, and from each change on."""
+        return [self._state_from(tick) for tick in (0, *self.changes)]
+
+    def _state_from(self, tick: int) -> "_State":
+        threats = dict(enumerate(self.field.threats))
+        areas: dict[int, BaseGeometry] = {}
+        for number, item in enumerate(self.timed):
+            if isinstance(item, TimedArea):
+                if item.is_there(tick):
+                    areas[number] = item.polygon
+            elif (threat := item.at(tick)) is not None:
+                threats[len(self.field) + number] = threat
+        whole = self.field if len(threats) == len(self.field) else self.field.with_only(threats.values())
+        return _State(threats, areas, whole, union_of(self.no_fly, areas.values()))
+
+
+def union_of(no_fly: BaseGeometry | None, areas: Iterable[BaseGeometry]) -> BaseGeometry | None:
+    """
+    Put areas together; one alone stays the same object, so that it is indexed only once.
+
+    Examples
+    --------
+    >>> union_of(None, []) is None
+    True
+    """
+    parts = [part for part in (no_fly, *areas) if part is not None]
+    if len(parts) <= 1:
+        return parts[0] if parts else None
+    return shapely.GeometryCollection(parts)
+
+
+def whole_tick(name: str, value: object, *, at_least: int = 0) -> int:
+    """
+    Return a tick, a whole number.
+
+    Raises
+    ------
+    MissionError
+        If it is none, or out of range.
+
+    Examples
+    --------
+    >>> whole_tick("appears", 3)
+    3
+    """
+    try:
+        return whole_number(name, value, at_least=at_least, at_most=MOST_TICKS)
+    except ProblemError as error:
+        raise MissionError(str(error)) from error
+
+
+def distance_to_segment(place: Point, start: Point, end: Point) -> float:
+    """
+    Return the distance of a point from a segment, map units.
+
+    Examples
+    --------
+    >>> distance_to_segment((0.5, 2.0), (0.0, 0.0), (1.0, 0.0))
+    2.0
+    """
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    rx, ry = place[0] - start[0], place[1] - start[1]
+    square = dx * dx + dy * dy
+    along = min(1.0, max(0.0, (rx * dx + ry * dy) / square)) if square > 0.0 else 0.0
+    return math.hypot(rx - along * dx, ry - along * dy)
+
+
+def _is_there(tick: int, appears: int, vanishes: int | None) -> bool:
+    return appears <= tick and (vanishes is None or tick < vanishes)
+
+
+def _check_life(name: str, appears: object, vanishes: object) -> None:
+    first = whole_tick(f"{name}: appears", appears)
+    if vanishes is not None and whole_tick(f"{name}: vanishes", vanishes) <= first:
+        msg = f"{name} vanishes at tick {vanishes}, not after it appears at tick {first}; let it vanish later"
+        raise MissionError(msg)
+
+
+def _triple(move: Sequence[float]) -> tuple[Any, float, float]:
+    try:
+        tick, x, y = move
+    except (TypeError, ValueError) as error:
+        msg = f"a threat's move is {move!r}; give (tick, x, y)"
+        raise MissionError(msg) from error
+    return tick, x, y

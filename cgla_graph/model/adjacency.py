@@ -1,0 +1,114 @@
+"""Lists of edges, and the sparse matrices made of them: the workshop behind `GeometricGraph`'s constructors."""
+
+import math
+from collections.abc import Hashable, Mapping
+from contextlib import suppress
+from typing import Any, Literal, NoReturn, TypeAlias, cast
+
+import networkx as nx
+import numpy as np
+from scipy import sparse
+
+from cgla_graph._types import FloatArray, IntArray
+from cgla_graph._validate import NO_NUMBERS, point_array
+from cgla_graph.errors import GraphError
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.lattice import Lattice
+
+Node: TypeAlias = Hashable
+CornerRule: TypeAlias = Literal["touch", "both-free"]
+
+
+def eight_neighbours(lattice: Lattice, model: CostModel, corner_rule: CornerRule) -> tuple[IntArray, IntArray]:
+    """List each pair of neighbours once, as two arrays of indices."""
+    nx_, ny = lattice.shape
+    index = np.arange(nx_ * ny).reshape(ny, nx_)
+    pairs = [
+        (index[:, :-1], index[:, 1:]),
+        (index[:-1, :], index[1:, :]),
+        (index[:-1, :-1], index[1:, 1:]),
+        (index[:-1, 1:], index[1:, :-1]),
+    ]
+    if corner_rule == "both-free":
+        free = ~model.area.contains(lattice.points).reshape(ny, nx_)
+        rising = free[:-1, 1:] & free[1:, :-1]
+        falling = free[:-1, :-1] & free[1:, 1:]
+        pairs[2] = (pairs[2][0][rising], pairs[2][1][rising])
+        pairs[3] = (pairs[3][0][falling], pairs[3][1][falling])
+    return (
+        np.concatenate([tail.ravel() for tail, _ in pairs]),
+        np.concatenate([head.ravel() for _, head in pairs]),
+    )
+
+
+def cell_corners(lattice: Lattice, positions: FloatArray) -> tuple[IntArray, IntArray]:
+    """Join each node beyond the lattice to the corners of its cell, and to the other such nodes of that cell."""
+    n = lattice.n_points
+    nx_, ny = lattice.shape
+    steps = (positions[n:] - lattice.points[0]) / lattice.spacing
+    cells = np.clip(np.floor(steps).astype(np.int64), 0, np.array([nx_ - 2, ny - 2]))
+    tails: list[int] = []
+    heads: list[int] = []
+    for number, (column, row) in enumerate(cells.tolist()):
+        corner = column + row * nx_
+        mates = [n + other for other in range(number) if (cells[other] == cells[number]).all()]
+        near = [corner, corner + 1, corner + nx_, corner + nx_ + 1, *mates]
+        tails += near
+        heads += [n + number] * len(near)
+    return np.array(tails, dtype=np.int64), np.array(heads, dtype=np.int64)
+
+
+def compressed(
+    tails: IntArray, heads: IntArray, weights: FloatArray, n_nodes: int, *, mirrored: bool
+) -> sparse.csr_array:
+    """Store the finite edges row by row, the lightest of parallel ones; `mirrored` adds each the other way round."""
+    finite = np.isfinite(weights)
+    tails, heads, weights = tails[finite], heads[finite], weights[finite]
+    if mirrored:
+        tails, heads = np.concatenate([tails, heads]), np.concatenate([heads, tails])
+        weights = np.concatenate([weights, weights])
+    order = np.lexsort((weights, heads, tails))
+    tails, heads, weights = tails[order], heads[order], weights[order]
+    first = np.ones(len(tails), dtype=bool)
+    first[1:] = (tails[1:] != tails[:-1]) | (heads[1:] != heads[:-1])
+    starts = np.concatenate([[0], np.cumsum(np.bincount(tails[first], minlength=n_nodes))])
+    return sparse.csr_array((weights[first], heads[first], starts), shape=(n_nodes, n_nodes))
+
+
+def dense_row(matrix: sparse.csr_array, index: int) -> FloatArray:
+    """Spread one stored row out over all nodes, shape ``(n,)``: infinity where nothing is stored, 0 at the node."""
+    row = np.full(matrix.shape[0], np.inf)
+    begin, end = matrix.indptr[index], matrix.indptr[index + 1]
+    row[matrix.indices[begin:end]] = matrix.data[begin:end]
+    row[index] = 0.0
+    return row
+
+
+def networkx_positions(graph: "nx.Graph[Any]", pos: str, *, needed: bool) -> FloatArray | None:
+    """Read the nodes' positions, shape ``(n, 2)``; None if a node has none and they are not `needed`."""
+    spots = [data.get(pos) for _, data in graph.nodes(data=True)]
+    missing = [label for label, spot in zip(graph.nodes, spots, strict=True) if spot is None]
+    if missing and needed:
+        msg = f"node {missing[0]!r} has no attribute {pos!r}; weight=None weighs segments, so every node needs (x, y)"
+        raise GraphError(msg)
+    return None if missing or not spots else point_array("positions", cast("Any", spots))
+
+
+def edge_weight(u: Node, v: Node, data: Mapping[str, Any], weight: str) -> float:
+    """Read one edge's weight, at least 0 (infinity: no edge)."""
+    if weight not in data:
+        msg = f"edge {u!r} - {v!r} has no attribute {weight!r}; name the attribute, or pass weight=None for Eq. 5"
+        raise GraphError(msg)
+    value = math.nan
+    if not isinstance(data[weight], NO_NUMBERS):
+        with suppress(TypeError, ValueError, OverflowError):
+            value = float(data[weight])
+    if not value >= 0.0:
+        reject_weight(u, v, data[weight])
+    return value
+
+
+def reject_weight(u: Node, v: Node, weight: object) -> NoReturn:
+    """Raise the error of a weight that Theorem 1 does not allow."""
+    msg = f"edge {u!r} - {v!r} has weight {weight!r}; weights must be at least 0 (Theorem 1), infinity means no edge"
+    raise GraphError(msg)

@@ -1,0 +1,177 @@
+"""What a straight segment costs: Eq. 5, and infinity where it crosses a no-fly area."""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import FloatArray
+from cgla_graph._validate import non_negative_number, point_array
+from cgla_graph.errors import ProblemError
+from cgla_graph.model import graph_kernels
+from cgla_graph.model.no_fly import NoFlyArea
+from cgla_graph.model.risk import RiskField
+
+#: Below this many nodes, threads cost more than they save.
+THREADED_FROM = 200
+
+
+@dataclass(frozen=True)
+class CostModel:
+    """
+    The one cost of the toolkit: every graph, solver and oracle weighs its segments with it.
+
+    Parameters
+    ----------
+    field
+        The risk field.
+    k
+        Risk weight, at least 0.
+    no_fly
+        Polygons that no segment may cross, or None.
+
+    Raises
+    ------
+    ProblemError
+        If a part is malformed.
+
+    Examples
+    --------
+    >>> import shapely
+    >>> model = CostModel(RiskField(), k=1.0, no_fly=shapely.box(1, -1, 2, 1))
+    >>> model.weights([(0, 0), (0, 1)], [(3, 0), (3, 1)])
+    array([inf,  3.])
+    """
+
+    field: RiskField = field(default_factory=RiskField)
+    k: float = 0.0
+    no_fly: BaseGeometry | None = None
+
+    def __post_init__(self) -> None:
+        """Check the parts."""
+        if not isinstance(self.field, RiskField):
+            msg = f"field is {self.field!r}; give a RiskField"
+            raise ProblemError(msg)
+        object.__setattr__(self, "k", non_negative_number("k", self.k))
+        _ = self.area
+
+    @cached_property
+    def area(self) -> NoFlyArea:
+        """The no-fly polygons, made ready for exact crossing tests."""
+        return indexed_area(self.no_fly)
+
+    def kernel_model(self) -> graph_kernels.Model:
+        """Hand the model to a kernel, with scratch memory of its own (one call for each thread)."""
+        return self.k, self.field.kernel_field(), self.area.kernel_arrays
+
+    def weights(self, starts: ArrayLike, ends: ArrayLike) -> FloatArray:
+        """
+        Weigh segments by Eq. 5: length plus k times risk; infinity where a segment crosses the no-fly area.
+
+        Parameters
+        ----------
+        starts, ends
+            The segments' ends, both of shape ``(n, 2)``, map units.
+
+        Returns
+        -------
+        weights
+            Shape ``(n,)``, map units.
+
+        Raises
+        ------
+        ProblemError
+            If an array does not hold finite pairs.
+        """
+        first, second = point_array("starts", starts), point_array("ends", ends)
+        if first.ndim != 2 or first.shape != second.shape:  # noqa: PLR2004 - two lists of points
+            msg = f"starts have shape {first.shape}, ends {second.shape}; give both in shape (n, 2)"
+            raise ProblemError(msg)
+        out = np.empty(len(first))
+        graph_kernels.segment_weights(first, second, self.kernel_model(), out)
+        return out
+
+    def row(self, positions: FloatArray, node: int, lattice_shape: tuple[int, int] = (0, 0)) -> FloatArray:
+        """Weigh the segments between one node and all, shape ``(n,)``: a row of `matrix`, to the last bit."""
+        out = np.empty(len(positions))
+        graph_kernels.complete_row(positions, *lattice_shape, node, self.kernel_model(), out)
+        return out
+
+    def matrix(self, positions: FloatArray, lattice_shape: tuple[int, int] = (0, 0)) -> FloatArray:
+        """
+        Weigh the segments between all pairs of nodes, using all cores.
+
+        Parameters
+        ----------
+        positions
+            Shape ``(n, 2)``, map units. The first ``nx * ny`` are a lattice of `lattice_shape`, row by row.
+        lattice_shape
+            ``(nx, ny)``; ``(0, 0)`` if no part is a lattice.
+
+        Returns
+        -------
+        matrix
+            Shape ``(n, n)``, map units: symmetric, 0 on the diagonal. No other array of that size is made.
+        """
+        n_nodes = len(positions)
+        out = np.empty((n_nodes, n_nodes))
+        share_out(
+            lambda first, step: graph_kernels.complete_share(
+                positions, *lattice_shape, self.kernel_model(), first, step, out
+            ),
+            n_nodes,
+        )
+        graph_kernels.complete_sums(*lattice_shape, out)
+        if not self.area.is_empty:
+            area = self.area.kernel_arrays
+            share_out(lambda first, step: graph_kernels.complete_crossings(positions, area, first, step, out), n_nodes)
+        return out
+
+
+def indexed_area(no_fly: BaseGeometry | None) -> NoFlyArea:
+    """
+    Index an area, once for all the problems on one map (errors as `NoFlyArea`).
+
+    Examples
+    --------
+    >>> indexed_area(None) is indexed_area(None)
+    True
+    """
+    # what is no geometry is refused by name, not by the cache
+    is_area = isinstance(cast("object", no_fly), BaseGeometry | None)
+    return _indexed(no_fly) if is_area else NoFlyArea(no_fly)
+
+
+@lru_cache(maxsize=16)
+def _indexed(no_fly: BaseGeometry | None) -> NoFlyArea:
+    return NoFlyArea(no_fly)
+
+
+def n_cores() -> int:
+    """Count the cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def share_out(task: Callable[[int, int], None], n_items: int) -> None:
+    """
+    Run a task on all cores: ``task(first, step)`` for the items `first`, ``first + step``, …, one thread each.
+
+    Few items (below `THREADED_FROM`) stay in this thread.
+
+    Examples
+    --------
+    >>> share_out(lambda first, step: print(first, step), n_items=10)
+    0 1
+    """
+    step = n_cores() if n_items >= THREADED_FROM else 1
+    if step == 1:
+        task(0, 1)
+        return
+    with ThreadPoolExecutor(step) as pool:
+        list(pool.map(lambda first: task(first, step), range(step)))

@@ -1,0 +1,616 @@
+"""
+The geometric graph that every graph solver plans on: complete, 8-connected, or the user's own.
+
+Longer than most modules: each way to make a graph says in full what it takes and refuses.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import networkx as nx
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import sparse
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import FloatArray, Point
+from cgla_graph._validate import number_array, point, point_array
+from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
+from cgla_graph.model.adjacency import (
+    CornerRule,
+    Node,
+    cell_corners,
+    compressed,
+    dense_row,
+    edge_weight,
+    eight_neighbours,
+    networkx_positions,
+    reject_weight,
+)
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.no_fly import NoFlyArea
+from cgla_graph.model.risk import RiskField
+
+
+@dataclass(frozen=True, eq=False)
+class GeometricGraph:
+    """
+    Nodes, and a weight for each ordered pair of them: the one thing that a graph solver sees.
+
+    Made by `complete`, `eight_connected`, `from_networkx`, `from_matrix` or `from_sparse`. The weights are held as
+    a dense matrix, a sparse one, or not at all and computed when asked (a complete graph); `weights_from` and
+    `weights_to` answer alike for all three. Infinity means that there is no edge; zero is a weight like any other.
+
+    Attributes
+    ----------
+    labels
+        The nodes, in the order of their indices: 0, 1, … unless the user's graph names them.
+    positions
+        Shape ``(n, 2)``, map units, read-only; None if the nodes have none.
+    directed
+        Whether weights may differ between the two directions.
+    model
+        What a segment costs, where the weights come from Eq. 5; else None.
+    lattice
+        The lattice whose points are the first nodes, or None.
+
+    Examples
+    --------
+    >>> square = GeometricGraph.complete(Lattice(2, bounds=(0, 0, 1, 1)), RiskField(), k=10.0)
+    >>> square.weights_from(0).round(3).tolist()
+    [0.0, 1.0, 1.0, 1.414]
+    """
+
+    labels: Sequence[Node]
+    positions: FloatArray | None = None
+    directed: bool = False
+    model: CostModel | None = None
+    lattice: Lattice | None = None
+    _stored: "FloatArray | sparse.csr_array | None" = field(default=None, repr=False)
+
+    @classmethod
+    def complete(
+        cls,
+        points: "Lattice | ArrayLike",
+        field: RiskField | None = None,
+        k: float = 0.0,
+        *,
+        no_fly: BaseGeometry | None = None,
+        extra: Sequence[Point] = (),
+    ) -> "GeometricGraph":
+        """
+        Join every pair of points by its straight segment, weighted by Eq. 5.
+
+        Weights are computed when asked; `weight_matrix` computes them all and keeps them.
+
+        Parameters
+        ----------
+        points
+            A lattice, or any points, shape ``(n, 2)``, map units.
+        field, k, no_fly
+            The risk field, the risk weight (at least 0) and the polygons that take away every edge that crosses
+            them.
+        extra
+            Further points that become nodes after those of `points`, such as a start off the lattice. A point that
+            lies on a lattice point is that node.
+
+        Returns
+        -------
+        graph
+            Its labels are 0, 1, ….
+
+        Raises
+        ------
+        ProblemError
+            If points, field, k or area are malformed.
+        """
+        lattice = points if isinstance(points, Lattice) else None
+        base = lattice.points if lattice else point_array("points", points)  # type: ignore[arg-type]
+        if base.ndim != 2:  # noqa: PLR2004 - a list of points
+            msg = f"points have shape {base.shape}; give shape (n, 2)"
+            raise ProblemError(msg)
+        positions = _with_extra(base, lattice, extra)
+        model = CostModel(RiskField() if field is None else field, k, no_fly)
+        return cls(range(len(positions)), positions, model=model, lattice=lattice)
+
+    @classmethod
+    def eight_connected(
+        cls,
+        lattice: Lattice,
+        field: RiskField | None = None,
+        k: float = 0.0,
+        *,
+        no_fly: BaseGeometry | None = None,
+        extra: Sequence[Point] = (),
+        corner_rule: CornerRule = "touch",
+    ) -> "GeometricGraph":
+        """
+        Join every lattice point to its eight neighbours, weighted by Eq. 5.
+
+        Parameters
+        ----------
+        lattice
+            The points.
+        field, k, no_fly
+            As in `complete`.
+        extra
+            Further nodes; each is joined to the corners of the lattice cell around it, and to other extra points in
+            the same cell.
+        corner_rule
+            ``touch``: a diagonal step may touch a corner of the no-fly area (as any segment may). ``both-free``: it
+            also needs both lattice points beside it outside the area, the rule of grid benchmarks; it does not
+            concern the edges of extra nodes.
+
+        Returns
+        -------
+        graph
+            A sparse graph; its labels are 0, 1, ….
+
+        Raises
+        ------
+        ProblemError
+            If lattice, field, k or area are malformed or the rule is unknown.
+
+        Examples
+        --------
+        >>> GeometricGraph.eight_connected(Lattice(20, bounds=(0, 0, 1, 1))).n_edges
+        1482
+        """
+        if corner_rule not in {"touch", "both-free"}:
+            msg = f"unknown corner rule {corner_rule!r}; choose touch or both-free"
+            raise ProblemError(msg)
+        if not isinstance(lattice, Lattice):
+            msg = f"lattice is {lattice!r}; give a Lattice"
+            raise ProblemError(msg)
+        model = CostModel(RiskField() if field is None else field, k, no_fly)
+        positions = _with_extra(lattice.points, lattice, extra)
+        tails, heads = eight_neighbours(lattice, model, corner_rule)
+        if len(positions) > lattice.n_points:
+            more = cell_corners(lattice, positions)
+            tails, heads = np.concatenate([tails, more[0]]), np.concatenate([heads, more[1]])
+        weights = model.weights(positions[tails], positions[heads])
+        matrix = compressed(tails, heads, weights, len(positions), mirrored=True)
+        return cls(range(len(positions)), positions, model=model, lattice=lattice, _stored=matrix)
+
+    @classmethod
+    def from_networkx(
+        cls,
+        graph: "nx.Graph[Any]",
+        *,
+        weight: str | None = "weight",
+        pos: str = "pos",
+        field: RiskField | None = None,
+        k: float = 0.0,
+        no_fly: BaseGeometry | None = None,
+    ) -> "GeometricGraph":
+        """
+        Take over a networkx graph: any node labels, directed or not; of parallel edges the lightest counts.
+
+        Parameters
+        ----------
+        graph
+            A networkx graph; it is not changed. Self-loops are left out: no least-cost path uses them.
+        weight
+            The edge attribute that holds the weight, at least 0. None: weigh the edges' straight segments by Eq. 5
+            with `field` and `k`, which needs positions.
+        pos
+            The node attribute that holds ``(x, y)``, map units. Positions are taken if every node has one.
+        field, k
+            Risk field and risk weight for ``weight=None``.
+        no_fly
+            Polygons that take away every edge whose straight segment crosses them; needs positions.
+
+        Returns
+        -------
+        graph
+            A sparse graph with the same labels.
+
+        Raises
+        ------
+        GraphError
+            If an edge lacks its weight, or a weight is negative or not a number; if positions are needed and a
+            node has none.
+        ProblemError
+            If positions, field or k are malformed.
+
+        Examples
+        --------
+        >>> ring = nx.cycle_graph(["a", "b", "c"])
+        >>> nx.set_edge_attributes(ring, 2.0, "weight")
+        >>> GeometricGraph.from_networkx(ring).weights_from(0).tolist()
+        [0.0, 2.0, 2.0]
+        """
+        if not isinstance(graph, nx.Graph):
+            msg = f"this is a {type(graph).__name__}, not a networkx graph; from_matrix takes matrices of weights"
+            raise GraphError(msg)
+        labels = list(graph.nodes)
+        index = {label: i for i, label in enumerate(labels)}
+        spots = networkx_positions(graph, pos, needed=weight is None or no_fly is not None)
+        positions = _positions(spots, len(labels))
+        edges = [(u, v, data) for u, v, data in graph.edges(data=True) if u != v]
+        tails = np.array([index[u] for u, _, _ in edges], dtype=np.int64)
+        heads = np.array([index[v] for _, v, _ in edges], dtype=np.int64)
+        model = None
+        if weight is None and positions is not None:
+            model = CostModel(RiskField() if field is None else field, k, no_fly)
+            weights = model.weights(positions[tails], positions[heads])
+        else:
+            weights = np.array([edge_weight(u, v, data, str(weight)) for u, v, data in edges], dtype=np.float64)
+            if no_fly is not None and positions is not None:
+                weights[NoFlyArea(no_fly).crosses(positions[tails], positions[heads])] = np.inf
+        matrix = compressed(tails, heads, weights, len(labels), mirrored=not graph.is_directed())
+        return cls(labels, positions, directed=graph.is_directed(), model=model, _stored=matrix)
+
+    @classmethod
+    def from_matrix(
+        cls, matrix: ArrayLike, *, labels: Sequence[Node] | None = None, positions: ArrayLike | None = None
+    ) -> "GeometricGraph":
+        """
+        Take over a dense matrix of weights; entry ``[i, j]`` is the weight from ``i`` to ``j``.
+
+        Parameters
+        ----------
+        matrix
+            Shape ``(n, n)``, each at least 0. Infinity means no edge; **zero is a weight of zero**. The diagonal
+            is ignored. A copy is taken.
+        labels
+            ``n`` different nodes; 0, 1, … if left out.
+        positions
+            Shape ``(n, 2)``, map units.
+
+        Returns
+        -------
+        graph
+            Directed unless the matrix is symmetric.
+
+        Raises
+        ------
+        GraphError
+            If the matrix is not square, holds a negative weight or a NaN, or labels or positions do not fit.
+        ProblemError
+            If the positions are no array of numbers.
+
+        Examples
+        --------
+        >>> GeometricGraph.from_matrix([[0, 0], [np.inf, 0]], labels="ab").weights_from(0).tolist()
+        [0.0, 0.0]
+        """
+        try:
+            weights = number_array("the weight matrix", matrix).copy()
+        except ProblemError as error:
+            raise GraphError(str(error)) from error
+        if weights.ndim != 2 or weights.shape[0] != weights.shape[1]:  # noqa: PLR2004 - a matrix
+            msg = f"the weight matrix has shape {weights.shape}; give a square one"
+            raise GraphError(msg)
+        np.fill_diagonal(weights, 0.0)
+        tails, heads = np.nonzero(~(weights >= 0.0))
+        names = _labels(labels, len(weights))
+        if len(tails):
+            reject_weight(names[tails[0]], names[heads[0]], float(weights[tails[0], heads[0]]))
+        weights.flags.writeable = False
+        where = _positions(positions, len(weights))
+        return cls(names, where, directed=not np.array_equal(weights, weights.T), _stored=weights)
+
+    @classmethod
+    def from_sparse(
+        cls,
+        matrix: Any,  # noqa: ANN401 - scipy has no common base of its sparse arrays and matrices
+        *,
+        directed: bool = True,
+        labels: Sequence[Node] | None = None,
+        positions: ArrayLike | None = None,
+    ) -> "GeometricGraph":
+        """
+        Take over a scipy sparse matrix of weights; entry ``[i, j]`` is the weight from ``i`` to ``j``.
+
+        Parameters
+        ----------
+        matrix
+            Shape ``(n, n)``. **Stored entries are edges, stored zeros too**; what is not stored is no edge.
+            Duplicate entries of a COO matrix add up, as scipy does it. The diagonal is ignored.
+        directed
+            False: each stored entry is an edge in both directions, the lighter one where both are stored.
+        labels, positions
+            As in `from_matrix`.
+
+        Returns
+        -------
+        graph
+            A sparse graph.
+
+        Raises
+        ------
+        GraphError
+            If the matrix is not square, holds a negative weight or a NaN, or labels or positions do not fit.
+
+        Examples
+        --------
+        >>> chain = sparse.csr_array(([0.0, 2.0], ([0, 1], [1, 2])), shape=(3, 3))
+        >>> GeometricGraph.from_sparse(chain).weights_from(0).tolist()
+        [0.0, 0.0, inf]
+        """
+        try:
+            given = sparse.csr_array(matrix)
+            rows = sparse.csr_array(
+                (number_array("stored weights", given.data), given.indices, given.indptr), shape=given.shape, copy=True
+            )
+        except (TypeError, ValueError) as error:
+            msg = f"the sparse weight matrix is {type(matrix).__name__} ({error}); give a square scipy sparse matrix"
+            raise GraphError(msg) from error
+        # adds duplicates up, and keeps stored zeros
+        rows.sum_duplicates()
+        entries = sparse.coo_array(rows)
+        if entries.ndim != 2 or entries.shape[0] != entries.shape[-1]:  # noqa: PLR2004 - a matrix
+            msg = f"the sparse weight matrix has shape {entries.shape}; give a square one"
+            raise GraphError(msg)
+        names = _labels(labels, entries.shape[0])
+        tails, heads = (np.asarray(axis, dtype=np.int64) for axis in entries.coords)
+        weights = np.asarray(entries.data, dtype=np.float64)
+        for bad in np.nonzero(~(weights >= 0.0) & (tails != heads))[0][:1]:
+            reject_weight(names[tails[bad]], names[heads[bad]], float(weights[bad]))
+        kept = tails != heads
+        stored = compressed(tails[kept], heads[kept], weights[kept], len(names), mirrored=not directed)
+        return cls(names, _positions(positions, len(names)), directed=directed, _stored=stored)
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes."""
+        return len(self.labels)
+
+    @property
+    def is_implicit(self) -> bool:
+        """Whether weights are computed when asked, because `weight_matrix` was not called yet."""
+        return self._stored is None
+
+    @property
+    def is_sparse(self) -> bool:
+        """Whether the weights are held as a sparse matrix."""
+        return self._rows is not None
+
+    @property
+    def n_edges(self) -> int:
+        """Number of edges: ordered pairs in a directed graph, else unordered ones; weighs a graph that is implicit."""
+        if self._rows is not None:
+            entries = int(self._rows.nnz)
+        else:
+            entries = int(np.isfinite(self.weight_matrix()).sum()) - self.n_nodes
+        return entries if self.directed else entries // 2
+
+    @property
+    def n_pairs(self) -> int:
+        """
+        Number of pairs whose weight Eq. 5 gives; 0 where the weights were given.
+
+        Of a complete graph all pairs count, those as well that a no-fly area takes away or that are added up along a
+        line of the lattice; of an 8-connected one, its edges.
+        """
+        if self.model is None:
+            return 0
+        return self.n_edges if self.is_sparse else self.n_nodes * (self.n_nodes - 1) // 2
+
+    @property
+    def has_negative_weights(self) -> bool:
+        """Whether a weight is below 0, against the assumption of Theorem 1; only an improper risk field does that."""
+        if self.model is None or self.model.field.is_probability:
+            return False
+        weights = self.weight_matrix() if self._rows is None else self._rows.data
+        return bool((weights < 0.0).any())
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Restore a pickled graph; pickling forgets that arrays are read-only."""
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+        self.__dict__.update(state)
+
+    @cached_property
+    def _indices(self) -> Mapping[Node, int]:
+        return {label: i for i, label in enumerate(self.labels)}
+
+    def index_of(self, node: Node) -> int:
+        """
+        Return the index of a node.
+
+        Raises
+        ------
+        NodeNotFoundError
+            If the graph has no such node.
+        """
+        try:
+            return self._indices[node]
+        except (KeyError, TypeError):
+            some = ", ".join(repr(label) for label in list(self.labels)[:3])
+            msg = f"node {node!r} is not in the graph; it has {self.n_nodes} nodes: {some}, …"
+            raise NodeNotFoundError(msg) from None
+
+    def weights_from(self, index: int) -> FloatArray:
+        """
+        Return the weights of the edges from one node to all, shape ``(n,)``; infinity where there is no edge.
+
+        Parameters
+        ----------
+        index
+            The node's index (see `index_of`).
+
+        Returns
+        -------
+        weights
+            A view that must not be written to, or a new array.
+
+        Raises
+        ------
+        IndexError
+            If there is no such index; negative ones do not count from the end.
+        """
+        if not 0 <= index < self.n_nodes:
+            msg = f"node index {index} is not in 0 to {self.n_nodes - 1}"
+            raise IndexError(msg)
+        if self._rows is not None:
+            return dense_row(self._rows, index)
+        if isinstance(self._stored, np.ndarray):
+            return np.asarray(self._stored[index])
+        return self._cost_model.row(self._where, index, self._lattice_shape)
+
+    def weights_to(self, index: int) -> FloatArray:
+        """Return the weights of the edges from all nodes to one, shape ``(n,)``: the column of Eq. 9's ``p_r``."""
+        if not (self.directed and 0 <= index < self.n_nodes):
+            return self.weights_from(index)
+        return dense_row(self._reversed, index) if self.is_sparse else self._reversed_matrix[index]
+
+    def weight_matrix(self) -> FloatArray:
+        """
+        Return all weights as a dense matrix, and keep it, so that later calls cost nothing.
+
+        Returns
+        -------
+        matrix
+            Shape ``(n, n)``, read-only: ``[i, j]`` weighs the edge from ``i`` to ``j``, infinity where there is
+            none, 0 on the diagonal.
+        """
+        if self._rows is not None:
+            return self._dense
+        if isinstance(self._stored, np.ndarray):
+            return self._stored
+        matrix = self._cost_model.matrix(self._where, self._lattice_shape)
+        matrix.flags.writeable = False
+        object.__setattr__(self, "_stored", matrix)
+        return matrix
+
+    def weight_matrix_to(self) -> FloatArray:
+        """Return the dense matrix whose row ``r`` holds the weights **to** ``r``, shape ``(n, n)``."""
+        return self._reversed_matrix if self.directed else self.weight_matrix()
+
+    def to_csgraph(self) -> sparse.csr_array:
+        """
+        Return the weights for `scipy.sparse.csgraph`: a sparse matrix whose stored zeros are edges.
+
+        `scipy.sparse.csgraph` reads a zero of a **dense** matrix as "no edge"; stored zeros it keeps.
+
+        Examples
+        --------
+        >>> GeometricGraph.from_matrix([[0, 0], [5, 0]]).to_csgraph().nnz
+        2
+        """
+        if self._rows is not None:
+            return self._rows.copy()
+        matrix = self.weight_matrix()
+        kept = np.isfinite(matrix)
+        np.fill_diagonal(kept, val=False)
+        # 32-bit indices, and no array of index pairs: the matrix is large enough
+        columns = np.broadcast_to(np.arange(self.n_nodes, dtype=np.int32), matrix.shape)[kept]
+        counts = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
+        return sparse.csr_array((matrix[kept], columns, counts), shape=matrix.shape)
+
+    def to_networkx(self) -> "nx.Graph[Any]":
+        """
+        Return a networkx graph (a `DiGraph` if directed) with edge attribute ``weight`` and node attribute ``pos``.
+
+        Examples
+        --------
+        >>> GeometricGraph.from_matrix([[0, 3], [3, 0]], labels="ab").to_networkx().edges["a", "b"]["weight"]
+        3.0
+        """
+        graph: nx.Graph[Any] = nx.DiGraph() if self.directed else nx.Graph()
+        graph.add_nodes_from(self.labels)
+        if self.positions is not None:
+            spots = {label: (x, y) for label, (x, y) in zip(self.labels, self.positions.tolist(), strict=True)}
+            nx.set_node_attributes(graph, spots, "pos")
+        entries = self.to_csgraph().tocoo()
+        labels = self.labels
+        graph.add_weighted_edges_from(
+            (labels[i], labels[j], weight)
+            for i, j, weight in zip(*(axis.tolist() for axis in entries.coords), entries.data.tolist(), strict=True)
+            if self.directed or i < j
+        )
+        return graph
+
+    @property
+    def _rows(self) -> "sparse.csr_array | None":
+        """The weights, where they are held row by row as a sparse matrix."""
+        return None if isinstance(self._stored, np.ndarray) else self._stored
+
+    @property
+    def _lattice_shape(self) -> tuple[int, int]:
+        return self.lattice.shape if self.lattice else (0, 0)
+
+    @cached_property
+    def _dense(self) -> FloatArray:
+        """The sparse weights spread out, made once."""
+        dense = np.full((self.n_nodes, self.n_nodes), np.inf)
+        entries = self.to_csgraph().tocoo()
+        dense[entries.coords] = entries.data
+        np.fill_diagonal(dense, 0.0)
+        dense.flags.writeable = False
+        return dense
+
+    @property
+    def _cost_model(self) -> CostModel:
+        if self.model is None:
+            msg = "this graph has neither weights nor a cost model; build it with one of the constructors"
+            raise GraphError(msg)
+        return self.model
+
+    @property
+    def _where(self) -> FloatArray:
+        if self.positions is None:
+            msg = "this graph has no positions; build it with one of the constructors"
+            raise GraphError(msg)
+        return self.positions
+
+    @cached_property
+    def _reversed(self) -> sparse.csr_array:
+        return sparse.csr_array(self.to_csgraph().T)
+
+    @cached_property
+    def _reversed_matrix(self) -> FloatArray:
+        matrix = np.ascontiguousarray(self.weight_matrix().T)
+        matrix.flags.writeable = False
+        return matrix
+
+
+def _with_extra(base: FloatArray, lattice: Lattice | None, extra: Sequence[Point]) -> FloatArray:
+    """Append the extra points; one that lies on a lattice point replaces its coordinates (they agree to 1e-9)."""
+    positions = base.copy()
+    added: list[Point] = []
+    snapped: dict[int, Point] = {}
+    for entry in extra:
+        spot = point("an extra point", entry)
+        at = lattice.index_of(spot) if lattice else None
+        # of two points on one lattice point, the second becomes a node of its own
+        if at is not None and snapped.setdefault(at, spot) == spot:
+            positions[at] = spot
+        elif spot not in added:
+            added.append(spot)
+    if added:
+        positions = np.vstack([positions, np.array(added)])
+    positions.flags.writeable = False
+    return positions
+
+
+def _labels(labels: Sequence[Node] | None, n_nodes: int) -> Sequence[Node]:
+    if labels is None:
+        return range(n_nodes)
+    names = tuple(labels)
+    try:
+        hash(names)
+    except TypeError as error:
+        msg = f"a label cannot be a node: {error}; give hashable labels"
+        raise GraphError(msg) from error
+    if len(names) != n_nodes or len(set(names)) != n_nodes:
+        msg = f"{len(names)} labels, {len(set(names))} of them different, for {n_nodes} nodes; give one for each node"
+        raise GraphError(msg)
+    return names
+
+
+def _positions(positions: ArrayLike | None, n_nodes: int) -> FloatArray | None:
+    if positions is None:
+        return None
+    where = point_array("positions", positions).copy()
+    if where.shape != (n_nodes, 2):
+        msg = f"positions have shape {where.shape} for {n_nodes} nodes; give shape ({n_nodes}, 2)"
+        raise GraphError(msg)
+    where.flags.writeable = False
+    return where

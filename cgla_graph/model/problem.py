@@ -1,0 +1,394 @@
+"""What is to be planned: a problem in the plane, or on a graph, and the oracle that judges every answer."""
+
+import warnings
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
+from cgla_graph._validate import bounds_box, point, point_array
+from cgla_graph.errors import NodeNotFoundError, ProblemError
+from cgla_graph.model.adjacency import CornerRule, Node
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.risk import RiskField, SmallSpreadWarning
+from cgla_graph.model.solution import Solution, Status
+
+#: A solver's own cost may differ from the oracle's by this much, relative to it, before it counts as wrong.
+COST_TOLERANCE = 1e-6
+#: A spread below this part of the map's longer side is taken for a mistake.
+SMALLEST_SPREAD = 1e-5
+#: A proven bound may exceed the cost of a path by rounding only.
+BOUND_TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """
+    What the oracle says of a path.
+
+    Attributes
+    ----------
+    length, risk, cost
+        ``cost = length + k * risk``; length in map units.
+    clearance
+        Least distance to the no-fly area, map units; 0 where the path touches or crosses it, infinite without one.
+    violations
+        Why the path is not feasible, one sentence each; empty if it is.
+    """
+
+    length: float
+    risk: float
+    cost: float
+    clearance: float
+    violations: tuple[str, ...] = ()
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the path stays inside the bounds and crosses no no-fly area."""
+        return not self.violations
+
+
+@dataclass(frozen=True)
+class Problem:
+    """
+    A path to plan in the plane: from start to goal, at least cost ``length + k * risk``.
+
+    Parameters
+    ----------
+    start, goal
+        ``(x, y)``, map units, inside the bounds and not inside a no-fly area. They may be the same.
+    field
+        The risk field; None has no risk.
+    k
+        Risk weight, at least 0: how much length one unit of risk is worth.
+    bounds
+        ``(x_min, y_min, x_max, y_max)``, map units; no path may leave them.
+    no_fly
+        Shapely polygons that no path may cross; touching their boundary is allowed. None: no such area.
+
+    Raises
+    ------
+    ProblemError
+        If a part is malformed, or start or goal are outside the bounds or inside the no-fly area.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import Threat
+    >>> field = RiskField([Threat(x=0.5, y=0.5, spread=0.1, peak=0.9)])
+    >>> problem = Problem(start=(0.1, 0.1), goal=(0.9, 0.9), field=field, k=10.0, bounds=(0, 0, 1, 1))
+    >>> round(problem.evaluate([(0.1, 0.1), (0.9, 0.9)]).cost, 3)
+    3.387
+    """
+
+    start: Point
+    goal: Point
+    field: RiskField = field(default_factory=RiskField)
+    k: float = 0.0
+    bounds: Bounds = (0.0, 0.0, 1.0, 1.0)
+    no_fly: BaseGeometry | None = None
+
+    def __post_init__(self) -> None:
+        """Check everything once, so that no solver has to."""
+        if self.field is None:
+            object.__setattr__(self, "field", RiskField())
+        object.__setattr__(self, "bounds", bounds_box(self.bounds))
+        x_min, y_min, x_max, y_max = self.bounds
+        for name in ("start", "goal"):
+            x, y = point(name, getattr(self, name))
+            object.__setattr__(self, name, (x, y))
+            if not (x_min <= x <= x_max and y_min <= y <= y_max):
+                msg = f"{name} {(x, y)} is outside the bounds {self.bounds}; move it, or widen the bounds"
+                raise ProblemError(msg)
+        object.__setattr__(self, "k", self.model.k)
+        for name in ("start", "goal"):
+            if self.model.area.contains(getattr(self, name)):
+                msg = f"{name} {getattr(self, name)} is inside the no-fly area; move it to the boundary or outside"
+                raise ProblemError(msg)
+        self._warn_of_small_spreads()
+
+    def _warn_of_small_spreads(self) -> None:
+        """Warn of a threat that is too small for the map, as one whose spread is in degrees on a map in metres."""
+        x_min, y_min, x_max, y_max = self.bounds
+        side = max(x_max - x_min, y_max - y_min)
+        number, spread = min(
+            enumerate(threat.spread for threat in self.field.threats), key=lambda pair: pair[1], default=(0, side)
+        )
+        if spread < SMALLEST_SPREAD * side:
+            msg = (
+                f"threat {number} has a spread of {spread:g} on a map {side:g} wide, far below what it can show; "
+                "give spreads in the map's units (metres on a map in longitude and latitude)"
+            )
+            warnings.warn(msg, SmallSpreadWarning, stacklevel=4)
+
+    @cached_property
+    def model(self) -> CostModel:
+        """What a segment costs here."""
+        return CostModel(self.field, self.k, self.no_fly)
+
+    @property
+    def shorter_side(self) -> float:
+        """The shorter side of the bounds, map units: what distances that are to fit any map are relative to."""
+        x_min, y_min, x_max, y_max = self.bounds
+        return min(x_max - x_min, y_max - y_min)
+
+    def in_bounds(self, points: FloatArray) -> BoolArray:
+        """
+        Tell which points are inside the bounds or on their border.
+
+        Parameters
+        ----------
+        points
+            Shape ``(..., 2)``, map units.
+
+        Returns
+        -------
+        inside
+            Shape ``(...)``.
+
+        Examples
+        --------
+        >>> Problem((0, 0), (1, 1)).in_bounds(np.array([[0.5, 1.0], [0.5, 1.1]])).tolist()
+        [True, False]
+        """
+        low, high = np.reshape(self.bounds, (2, 2))
+        return np.asarray(((points >= low) & (points <= high)).all(axis=-1))
+
+    def evaluate(self, path: ArrayLike) -> Evaluation:
+        """
+        Judge any polyline: the one oracle, which no solver replaces.
+
+        Parameters
+        ----------
+        path
+            Waypoints, shape ``(m, 2)`` with ``m >= 1``, map units. It need not join start and goal.
+
+        Returns
+        -------
+        evaluation
+            Length, risk, cost, clearance, and what makes the path infeasible.
+
+        Raises
+        ------
+        ProblemError
+            If the path is empty or not made of finite pairs.
+
+        Examples
+        --------
+        >>> import shapely
+        >>> wall = shapely.box(0.4, 0, 0.6, 0.8)
+        >>> problem = Problem((0.1, 0.1), (0.9, 0.1), no_fly=wall)
+        >>> problem.evaluate([(0.1, 0.1), (0.9, 0.1)]).violations
+        ('segment 0 crosses the no-fly area',)
+        """
+        waypoints = point_array("path", path)
+        if waypoints.ndim != 2 or len(waypoints) == 0:  # noqa: PLR2004 - a list of points
+            msg = f"path has shape {waypoints.shape}; give at least one waypoint, shape (m, 2)"
+            raise ProblemError(msg)
+        starts, ends = waypoints[:-1], waypoints[1:]
+        if len(waypoints) == 1:
+            starts = ends = waypoints
+        length = float(np.hypot(*(ends - starts).T).sum())
+        risk = float(self.field.line_integral(starts, ends).sum())
+        return Evaluation(
+            length=length,
+            risk=risk,
+            cost=length + self.k * risk,
+            clearance=self.model.area.path_clearance(waypoints),
+            violations=tuple(self._violations(waypoints, self.model.area.crosses(starts, ends))),
+        )
+
+    def _violations(self, waypoints: FloatArray, crossing: BoolArray) -> list[str]:
+        outside = ~self.in_bounds(waypoints)
+        return [f"waypoint {i} leaves the bounds" for i in np.nonzero(outside)[0][:1]] + [
+            f"segment {i} crosses the no-fly area" for i in np.nonzero(crossing)[0][:1]
+        ]
+
+    def judge(self, solution: Solution) -> Solution:
+        """
+        Replace what a solver says of its path by what the oracle says.
+
+        Parameters
+        ----------
+        solution
+            A solver's answer. Its status becomes ``INFEASIBLE`` if the path is, and ``FAILED`` if the path does not
+            join start and goal or the solver's own cost is wrong.
+
+        Returns
+        -------
+        solution
+            A new one.
+        """
+        if not solution.status.is_path:
+            return replace(solution, cost=np.inf, length=np.inf, risk=np.inf)
+        try:
+            found = self.evaluate(solution.path)
+        except ProblemError as error:
+            return _refuse(solution, str(error))
+        path = point_array("path", solution.path)
+        if tuple(path[0]) != self.start or tuple(path[-1]) != self.goal:
+            return _refuse(solution, f"the path joins {path[0].tolist()} and {path[-1].tolist()}, not start and goal")
+        judged = replace(
+            solution, path=path, cost=found.cost, length=found.length, risk=found.risk, clearance=found.clearance
+        )
+        if found.violations:
+            return replace(judged, status=Status.INFEASIBLE, message="; ".join(found.violations))
+        return _honest(solution, judged)
+
+    def on_lattice(
+        self, resolution: "int | tuple[int, int] | Lattice" = 20, *, extra: Iterable[Point] = ()
+    ) -> "GraphProblem":
+        """
+        Lay the complete graph over the bounds; start and goal become nodes where they are no lattice points.
+
+        Parameters
+        ----------
+        resolution
+            Points a side of a closed lattice over the bounds, or a `Lattice`. Of one that goes beyond the bounds, the
+            oracle refuses paths through the points outside.
+        extra
+            More points that become nodes, map units.
+
+        Returns
+        -------
+        problem
+            The same problem on a graph, the weights not computed yet.
+
+        Raises
+        ------
+        ProblemError
+            If the resolution is below 2.
+        """
+        lattice = resolution if isinstance(resolution, Lattice) else Lattice(resolution, bounds=self.bounds)
+        nodes = (self.start, self.goal, *extra)
+        graph = GeometricGraph.complete(lattice, self.field, self.k, no_fly=self.no_fly, extra=nodes)
+        return GraphProblem(graph, *self._ends(graph))
+
+    def on_eight_connected(
+        self, resolution: "int | tuple[int, int] | Lattice" = 20, *, corner_rule: CornerRule = "touch"
+    ) -> "GraphProblem":
+        """Lay the 8-connected lattice over the bounds; else like `on_lattice`."""
+        lattice = resolution if isinstance(resolution, Lattice) else Lattice(resolution, bounds=self.bounds)
+        graph = GeometricGraph.eight_connected(
+            lattice,
+            self.field,
+            self.k,
+            no_fly=self.no_fly,
+            extra=(self.start, self.goal),
+            corner_rule=corner_rule,
+        )
+        return GraphProblem(graph, *self._ends(graph))
+
+    def _ends(self, graph: GeometricGraph) -> tuple[int, int]:
+        """Find the nodes at start and goal."""
+        positions = graph.positions if graph.positions is not None else np.empty((0, 2))
+        source, target = (int(np.nonzero((positions == end).all(axis=1))[0][0]) for end in (self.start, self.goal))
+        return source, target
+
+
+@dataclass(frozen=True, eq=False)
+class GraphProblem:
+    """
+    A path to plan on a graph: from source to target, at least total weight.
+
+    Parameters
+    ----------
+    graph
+        The graph.
+    source, target
+        Two of its nodes; they may be the same.
+
+    Raises
+    ------
+    NodeNotFoundError
+        If a node is not in the graph.
+
+    Examples
+    --------
+    >>> chain = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]], labels="abc")
+    >>> GraphProblem(chain, "a", "c").evaluate(["a", "b", "c"])
+    2.0
+    """
+
+    graph: GeometricGraph
+    source: Node
+    target: Node
+
+    def __post_init__(self) -> None:
+        """Check that both nodes are there."""
+        self.graph.index_of(self.source)
+        self.graph.index_of(self.target)
+
+    def evaluate(self, nodes: Sequence[Node]) -> float:
+        """
+        Add up the weights along some nodes: infinite where an edge is missing.
+
+        Raises
+        ------
+        NodeNotFoundError
+            If a node is not in the graph.
+        """
+        indices = [self.graph.index_of(node) for node in nodes]
+        return float(sum(float(self.graph.weights_from(i)[j]) for i, j in pairwise(indices)))
+
+    def judge(self, solution: Solution) -> Solution:
+        """
+        Replace what a solver says of its nodes by what the graph says (see `Problem.judge`).
+
+        Risk is the integral of the cost model's field along the path, length needs positions; each is NaN where the
+        graph does not know it.
+        """
+        if not solution.status.is_path:
+            return replace(solution, cost=np.inf, length=np.inf, risk=np.inf)
+        nodes = tuple(solution.nodes)
+        if not nodes or (nodes[0], nodes[-1]) != (self.source, self.target):
+            ends = f"{nodes[0]!r} and {nodes[-1]!r}" if nodes else "nothing"
+            return _refuse(solution, f"the path joins {ends}, not {self.source!r} and {self.target!r}")
+        try:
+            cost = self.evaluate(nodes)
+        except NodeNotFoundError as error:
+            return _refuse(solution, str(error))
+        judged = replace(solution, nodes=nodes, cost=cost, length=np.nan, risk=np.nan)
+        if self.graph.positions is not None:
+            path = self.graph.positions[[self.graph.index_of(node) for node in nodes]]
+            length = float(np.hypot(*np.diff(path, axis=0).T).sum())
+            judged = replace(judged, path=path, length=length)
+            if self.graph.model is not None:
+                risk = self.graph.model.field.line_integral(path[:-1], path[1:])
+                judged = replace(judged, risk=float(risk.sum()))
+        if not np.isfinite(cost):
+            return replace(judged, status=Status.INFEASIBLE, message="the path uses an edge that is not there")
+        return _honest(solution, judged)
+
+
+def _honest(claimed: Solution, judged: Solution) -> Solution:
+    """Return the judged solution unless the solver's own cost or bound contradicts it."""
+    if not abs(claimed.cost - judged.cost) <= COST_TOLERANCE * abs(judged.cost) + 1e-12:
+        lie = f"the solver says its path costs {claimed.cost:.9g}, the oracle says {judged.cost:.9g}"
+        return replace(judged, status=Status.FAILED, message=lie)
+    if claimed.lower_bound > judged.cost + BOUND_TOLERANCE * abs(judged.cost):
+        lie = f"the solver says that no path costs less than {claimed.lower_bound:.9g}, its own costs {judged.cost:.9g}"
+        return replace(judged, status=Status.FAILED, lower_bound=np.nan, message=lie)
+    return judged
+
+
+def _refuse(solution: Solution, message: str) -> Solution:
+    """Return a failure with nothing of the solver's own answer."""
+    nothing = Solution(Status.FAILED)
+    return replace(
+        solution,
+        status=nothing.status,
+        path=nothing.path,
+        nodes=nothing.nodes,
+        cost=nothing.cost,
+        length=nothing.length,
+        risk=nothing.risk,
+        lower_bound=nothing.lower_bound,
+        message=message,
+    )

@@ -1,0 +1,360 @@
+"""Threats and the risk field that they make together."""
+
+import math
+import warnings
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from typing import Any, Literal, Self, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cgla_graph._types import FloatArray
+from cgla_graph._validate import finite_number, point_array, positive_number
+from cgla_graph.errors import ProblemError
+from cgla_graph.model import risk_kernels
+
+#: How Eq. 1 of the paper can be read: see `Threat.from_eq1`.
+Reading: TypeAlias = Literal["membership", "literal", "sigma2", "gauss2d"]
+
+
+#: Spreads beyond this, or below one over this, would overflow in products of precisions (fourth powers).
+LARGEST = 1e70
+#: Up to here the quadrature keeps its accuracy for improper fields.
+HIGHEST_PEAK = 1e6
+
+
+#: What kernels compute from the threats themselves, whatever a subclass of `RiskField` says.
+OF_KERNELS = ("density", "gradient", "line_integral", "table", "kernel_field", "is_probability")
+
+
+class ImproperFieldWarning(UserWarning):
+    """A risk field holds peaks above 1, so that it is no probability and may turn negative."""
+
+
+class SmallSpreadWarning(UserWarning):
+    """A threat is so small that no map of that size shows it: its spread may be in other units than the map."""
+
+
+@dataclass(frozen=True, slots=True)
+class Threat:
+    """
+    An isotropic Gaussian bump of risk, ``f(p) = peak * exp(-|p - c|^2 / (2 spread^2))``.
+
+    Attributes
+    ----------
+    x, y
+        The centre ``c``, map units.
+    spread
+        Standard deviation, map units, above 0.
+    peak
+        Risk per unit length at the centre, above 0. A `RiskField` takes peaks up to 1 unless it is improper.
+
+    Raises
+    ------
+    ProblemError
+        If a number is not finite, or `spread` or `peak` is not positive.
+
+    Examples
+    --------
+    >>> RiskField([Threat(x=0.5, y=0.5, spread=0.1, peak=0.9)]).density((0.5, 0.5))
+    array(0.9)
+    """
+
+    x: float
+    y: float
+    spread: float
+    peak: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the four numbers and store them as plain floats."""
+        for name in ("x", "y"):
+            object.__setattr__(self, name, finite_number(f"threat {name}", getattr(self, name)))
+        for name, most in (("spread", LARGEST), ("peak", HIGHEST_PEAK)):
+            number = positive_number(f"threat {name}", getattr(self, name))
+            if not 1.0 / LARGEST <= number <= most:
+                msg = f"threat {name} is {number:g}; it must be between {1.0 / LARGEST:g} and {most:g}"
+                raise ProblemError(msg)
+            object.__setattr__(self, name, number)
+
+    @classmethod
+    def from_eq1(cls, x: float, y: float, sigma: float, *, reading: Reading = "membership") -> "Threat":
+        """
+        Build a threat from the sigma of the paper's Eq. 1, in one of its readings.
+
+        Parameters
+        ----------
+        x, y
+            The centre, map units.
+        sigma
+            The paper's sigma, above 0.
+        reading
+            ``membership``: peak 1, spread sigma (the default: the only reading that is a probability).
+            ``literal``: Eq. 1 as printed, peak ``1 / (sqrt(2 pi) sigma)`` and exponent ``d^2 / (2 sigma)``.
+            ``sigma2``: the printed peak with the usual exponent ``d^2 / (2 sigma^2)``.
+            ``gauss2d``: the two-dimensional normal density, peak ``1 / (2 pi sigma^2)``.
+
+        Returns
+        -------
+        threat
+            Its peak may exceed 1; then only an improper `RiskField` takes it.
+
+        Raises
+        ------
+        ProblemError
+            If the reading is unknown or a number is malformed.
+
+        Examples
+        --------
+        >>> Threat.from_eq1(0.5, 0.5, 0.04, reading="literal")
+        Threat(x=0.5, y=0.5, spread=0.2, peak=9.973557)
+        """
+        sigma = positive_number("sigma", sigma)
+        if sigma < 1.0 / LARGEST:
+            msg = f"sigma is {sigma:g}; it must be at least {1.0 / LARGEST:g}"
+            raise ProblemError(msg)
+        readings = {
+            "membership": (sigma, 1.0),
+            "literal": (math.sqrt(sigma), 1.0 / (math.sqrt(2.0 * math.pi) * sigma)),
+            "sigma2": (sigma, 1.0 / (math.sqrt(2.0 * math.pi) * sigma)),
+            "gauss2d": (sigma, 1.0 / (2.0 * math.pi * sigma**2)),
+        }
+        if reading not in list(readings):  # a list, because anything may be looked up in it
+            msg = f"unknown reading of Eq. 1: {reading!r}; choose one of {', '.join(readings)}"
+            raise ProblemError(msg)
+        spread, peak = readings[reading]
+        return cls(x=x, y=y, spread=spread, peak=peak)
+
+
+@dataclass(frozen=True)
+class RiskField:
+    """
+    The risk of several threats, ``F = 1 - prod(1 - f_i)`` (Eq. 2): what one of them does if they act independently.
+
+    Parameters
+    ----------
+    threats
+        The threats; an empty field has no risk anywhere.
+    improper
+        Allow peaks above 1. ``F`` may then leave [0, 1] and even turn negative, which breaks the assumption of
+        positive weights under Theorem 1; a warning says so. Only for showing what breaks.
+
+    Raises
+    ------
+    ProblemError
+        If something else than threats is given, or a peak exceeds 1 in a field that is not improper; or of a subclass,
+        if it computes the risk in another way, which solvers would ignore.
+
+    Examples
+    --------
+    A path through the middle of one threat gathers ``peak * spread * sqrt(2 pi)``.
+
+    >>> field = RiskField([Threat(0.5, 0.5, spread=0.05, peak=1.0)])
+    >>> round(float(field.line_integral((0, 0.5), (1, 0.5)) / (0.05 * math.sqrt(2 * math.pi))), 12)
+    1.0
+    """
+
+    threats: tuple[Threat, ...] = ()
+    improper: bool = field(default=False, kw_only=True)
+
+    def __new__(cls, *_: object, **__: object) -> Self:
+        """Refuse a subclass whose own idea of risk nobody would ask for."""
+        changed = [name for name in OF_KERNELS if getattr(cls, name) is not getattr(RiskField, name)]
+        if changed:
+            msg = (
+                f"{cls.__name__} overrides {', '.join(changed)}, which solvers and the oracle would ignore: they work "
+                "from the threats; give a RiskField of threats that approximate yours"
+            )
+            raise ProblemError(msg)
+        return super().__new__(cls)
+
+    def __init__(self, threats: Iterable[Threat] = (), *, improper: bool = False) -> None:
+        """Collect the threats and check their peaks."""
+        self._take(threats, improper=improper, warned=False)
+
+    def _take(self, threats: Iterable[Threat], *, improper: bool, warned: bool) -> None:
+        members = _listed(threats)
+        for number, threat in enumerate(members):
+            if not isinstance(threat, Threat):
+                msg = f"threat {number} is {threat!r}, not a Threat; write Threat(x=…, y=…, spread=…, peak=…)"
+                raise ProblemError(msg)
+            if threat.peak > 1.0 and not improper:
+                msg = (
+                    f"threat {number} has peak {threat.peak:g}; a risk field takes peaks in (0, 1]: "
+                    "lower it, or set improper to see what breaks"
+                )
+                raise ProblemError(msg)
+        above = sum(threat.peak > 1.0 for threat in members)
+        if above and not warned:
+            msg = f"{above} of {len(members)} threats peak above 1: no probability, and weights may be negative"
+            warnings.warn(msg, ImproperFieldWarning, stacklevel=3)
+        object.__setattr__(self, "threats", members)
+        object.__setattr__(self, "improper", bool(improper))
+
+    def __len__(self) -> int:
+        """Count the threats."""
+        return len(self.threats)
+
+    @property
+    def is_probability(self) -> bool:
+        """Whether no peak exceeds 1, so that ``F`` stays in [0, 1] and no weight is below the length."""
+        return all(threat.peak <= 1.0 for threat in self.threats)
+
+    @cached_property
+    def table(self) -> FloatArray:
+        """The kernels' view of the threats, shape ``(m, 7)``, read-only."""
+        rows = np.array([(t.x, t.y, t.spread, t.peak) for t in self.threats], dtype=np.float64).reshape(-1, 4)
+        table = risk_kernels.threat_table(rows, improper=not self.is_probability)
+        table.flags.writeable = False
+        return table
+
+    def kernel_field(self) -> risk_kernels.Field:
+        """Hand the field to a kernel, with scratch memory of its own (one call for each thread)."""
+        return self.table, risk_kernels.workspace(len(self)), not self.is_probability
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the threats alone: the table is made anew, read-only."""
+        return partial(RiskField, improper=self.improper), (self.threats,)
+
+    def with_threats(self, threats: Iterable[Threat]) -> "RiskField":
+        """
+        Return a new field that has `threats` as well; it is improper if this one is.
+
+        Raises
+        ------
+        ProblemError
+            If something else than threats is given, or a peak exceeds 1 and the field is not improper.
+
+        Examples
+        --------
+        >>> len(RiskField([Threat(0, 0, 1)]).with_threats([Threat(1, 1, 1)]))
+        2
+        """
+        return RiskField((*self.threats, *_listed(threats)), improper=self.improper)
+
+    def with_only(self, threats: Iterable[Threat]) -> "RiskField":
+        """
+        Return a new field of `threats` alone; it is improper if this one is, without a warning: this one gave it.
+
+        Raises
+        ------
+        ProblemError
+            As `with_threats`.
+
+        Examples
+        --------
+        >>> len(RiskField([Threat(0, 0, 1)]).with_only([]))
+        0
+        """
+        field = object.__new__(RiskField)
+        field._take(threats, improper=self.improper, warned=True)
+        return field
+
+    def density(self, points: ArrayLike) -> FloatArray:
+        """
+        Evaluate ``F``.
+
+        Parameters
+        ----------
+        points
+            Shape ``(..., 2)``, map units.
+
+        Returns
+        -------
+        density
+            Shape ``(...)``, risk per unit length.
+
+        Raises
+        ------
+        ProblemError
+            If `points` is not an array of finite pairs.
+
+        Examples
+        --------
+        >>> two = RiskField([Threat(0, 0, 1, peak=0.5), Threat(0, 0, 2, peak=0.5)])
+        >>> two.density([[0, 0]])
+        array([0.75])
+        """
+        where = point_array("points", points)
+        out = np.empty(where.shape[:-1])
+        risk_kernels.density(where.reshape(-1, 2), self.table, out.reshape(-1))
+        return out
+
+    def gradient(self, points: ArrayLike) -> FloatArray:
+        """
+        Evaluate the gradient of ``F``.
+
+        Parameters
+        ----------
+        points
+            Shape ``(..., 2)``, map units.
+
+        Returns
+        -------
+        gradient
+            Shape ``(..., 2)``, risk per squared unit length.
+
+        Raises
+        ------
+        ProblemError
+            If `points` is not an array of finite pairs.
+
+        Examples
+        --------
+        Risk falls away from a threat, and its slope is steepest one spread from the centre.
+
+        >>> field = RiskField([Threat(0, 0, spread=2)])
+        >>> (field.gradient((2, 0)) / (math.exp(-0.5) / 2)).tolist()
+        [-1.0, 0.0]
+        """
+        where = point_array("points", points)
+        out = np.empty(where.shape)
+        risk_kernels.gradient(where.reshape(-1, 2), self.table, out.reshape(-1, 2))
+        return out + 0.0
+
+    def line_integral(self, starts: ArrayLike, ends: ArrayLike) -> FloatArray:
+        """
+        Integrate ``F`` along straight segments (Eq. 6).
+
+        Exact up to rounding and negligible tails: within 1e-10 on maps of unit size, however many threats overlap.
+        The same float for both directions of a segment.
+
+        Parameters
+        ----------
+        starts, ends
+            The segments' ends, shapes ``(..., 2)`` that broadcast, map units.
+
+        Returns
+        -------
+        risk
+            Shape ``(...)``; 0 for a segment without length.
+
+        Raises
+        ------
+        ProblemError
+            If an array does not hold finite pairs, or the shapes do not broadcast.
+
+        Examples
+        --------
+        >>> field = RiskField([Threat(0, 0, spread=1)])
+        >>> field.line_integral([[-9, 0], [0, 3]], [[9, 0], [0, 3]]).round(6)
+        array([2.506628, 0.      ])
+        """
+        first, second = point_array("starts", starts), point_array("ends", ends)
+        try:
+            first, second = np.broadcast_arrays(first, second)
+        except ValueError as error:
+            msg = f"starts {first.shape} and ends {second.shape} do not broadcast; give one end for each start"
+            raise ProblemError(msg) from error
+        out = np.empty(first.shape[:-1])
+        starts_flat, ends_flat = (np.ascontiguousarray(a).reshape(-1, 2) for a in (first, second))
+        risk_kernels.segment_risks(starts_flat, ends_flat, self.kernel_field(), out.reshape(-1))
+        return out
+
+
+def _listed(threats: object) -> tuple[Threat, ...]:
+    if not isinstance(threats, Iterable):
+        msg = f"threats are {threats!r}; give a list of Threat"
+        raise ProblemError(msg)
+    return tuple(threats)

@@ -1,0 +1,152 @@
+"""What a solver answers: a status, a path and its numbers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from cgla_graph._types import FloatArray
+from cgla_graph.model.adjacency import Node
+
+
+class Status(Enum):
+    """
+    How a solver's run ended; the value is the sentence.
+
+    Examples
+    --------
+    >>> Status.NO_PATH.label, Status.NO_PATH.value
+    ('no-path', 'no path exists on the graph')
+    """
+
+    OPTIMAL = "the path has least cost on its graph"
+    FOUND = "a path was found"
+    NO_PATH = "no path exists on the graph"
+    NOT_FOUND = "no path was found within the budget"
+    STUCK = "the planner got stuck on its way to the goal"
+    INFEASIBLE = "the path crosses a no-fly area or leaves the bounds"
+    UNSUPPORTED = "the solver cannot take this problem"
+    FAILED = "the solver failed, or its answer does not stand up to the oracle"
+    TIMED_OUT = "the run was stopped at its time limit"
+    OUT_OF_MEMORY = "the run was stopped at its memory limit"
+    CRASHED = "the solver took its process down"
+    UNAVAILABLE = "the solver needs a package that is not installed"
+
+    @property
+    def label(self) -> str:
+        """The short form for tables and files."""
+        return self.name.lower().replace("_", "-")
+
+    @property
+    def is_path(self) -> bool:
+        """Whether there is a path that may be flown."""
+        return self in {Status.OPTIMAL, Status.FOUND}
+
+
+@dataclass(frozen=True)
+class TracePoint:
+    """
+    The best cost of an anytime solver at one moment.
+
+    Attributes
+    ----------
+    seconds
+        Since the solver started.
+    evaluations
+        Segments weighed by Eq. 5 so far.
+    cost
+        Best cost so far, map units; infinite before the first path.
+    """
+
+    seconds: float
+    evaluations: int
+    cost: float
+
+
+#: Why no search answers where the assumption of Theorem 1 fails.
+NEGATIVE_WEIGHTS = "weights below 0, where no search is known to end at the optimum (Theorem 1 needs positive ones)"
+
+
+def _no_waypoints() -> FloatArray:
+    return np.empty((0, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """
+    The answer of a solver; every number in it that says how good the path is comes from the oracle.
+
+    Attributes
+    ----------
+    status
+        How the run ended.
+    path
+        Waypoints, shape ``(m, 2)``, map units; empty without a path, or on a graph without positions.
+    nodes
+        The nodes of the path, where it was found on a graph.
+    cost, length, risk
+        Of the path; ``cost = length + k * risk``, length in map units. Infinite without a path; length and risk
+        are NaN where a graph does not say them.
+    clearance
+        Least distance to the no-fly area, map units; infinite without one.
+    lower_bound
+        A proven lower bound of the cost of every path; NaN where the solver gives none.
+    solver
+        Name of the solver.
+    seconds
+        Time to solve; `build_seconds` is the time before that, to weigh the graph.
+    certificate_seconds
+        Time to prove `lower_bound`, which is no part of `seconds`.
+    evaluations
+        Pairs of points whose cost was asked for: segments weighed while solving, and the pairs of the graph
+        (`GeometricGraph.n_pairs`).
+    trace
+        Best cost over time, for anytime solvers.
+    message
+        What else there is to say, in one line.
+    """
+
+    status: Status
+    path: FloatArray = field(default_factory=_no_waypoints)
+    nodes: Sequence[Node] = ()
+    cost: float = np.inf
+    length: float = np.inf
+    risk: float = np.inf
+    clearance: float = np.nan
+    lower_bound: float = np.nan
+    solver: str = ""
+    seconds: float = 0.0
+    build_seconds: float = 0.0
+    certificate_seconds: float = 0.0
+    evaluations: int = 0
+    trace: tuple[TracePoint, ...] = ()
+    message: str = ""
+
+    @property
+    def gap(self) -> float:
+        """
+        The proven distance from the optimum, ``cost / lower_bound - 1``; NaN without a bound.
+
+        Examples
+        --------
+        >>> round(Solution(Status.FOUND, cost=1.1, lower_bound=1.0).gap, 3)
+        0.1
+        """
+        if np.isnan(self.lower_bound):
+            return float("nan")
+        if self.lower_bound == 0.0:
+            return 0.0 if self.cost == 0.0 else float("inf")
+        return self.cost / self.lower_bound - 1.0
+
+    @property
+    def total_seconds(self) -> float:
+        """
+        The time to weigh the graph and to solve, without that to prove `lower_bound`.
+
+        Examples
+        --------
+        >>> Solution(Status.FOUND, seconds=1.5, build_seconds=0.5, certificate_seconds=9.0).total_seconds
+        2.0
+        """
+        return self.build_seconds + self.seconds

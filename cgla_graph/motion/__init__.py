@@ -1,0 +1,1 @@
+"""Trajectories, and planning in space and time."""

@@ -1,0 +1,331 @@
+"""Planning in space and time: the way of one UAV past others whose trajectories are committed."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Any, TypeAlias, cast
+
+import numpy as np
+
+from cgla_graph._types import FloatArray, IntArray, Point
+from cgla_graph._validate import finite_number, non_negative_number, positive_number
+from cgla_graph.cost_to_go.cost_matrix import CostMatrix
+from cgla_graph.errors import ProblemError
+from cgla_graph.model.problem import COST_TOLERANCE, Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS
+from cgla_graph.motion import space_time_kernels
+from cgla_graph.motion.space_time_kernels import (
+    ARRIVED,
+    COST,
+    EXHAUSTED,
+    NODE,
+    PARENT,
+    SAME_TIME,
+    TIME,
+    Limits,
+    Map,
+    Motions,
+)
+from cgla_graph.motion.trajectory import Trajectory, closest_approach
+
+#: Motions, and how far to keep from each, map units.
+Others: TypeAlias = Sequence[tuple[Trajectory, float]]
+
+#: Plans keep this much more than the separation, relative to it, so that no later check finds less by rounding.
+MARGIN = 1e-9
+#: Rounding of a position or a time, relative to the greatest, with room to spare.
+ROUNDING = 32.0 * np.finfo(np.float64).eps
+#: Two costs closer than this, relative to them, are one.
+SAME_COST = 1e-12
+
+
+class SpaceTimeStatus(Enum):
+    """
+    How planning in space and time ended; the value is the sentence.
+
+    Examples
+    --------
+    >>> SpaceTimeStatus.NO_PLAN.label, SpaceTimeStatus.NO_PLAN.is_plan
+    ('no-plan', False)
+    """
+
+    OPTIMAL = "the plan costs least of all over the moves considered"
+    FOUND = "a plan was found"
+    NO_PLAN = "no plan over the moves considered keeps the separation and arrives in time"
+    NOT_FOUND = "no plan was found; one may exist"
+    TOO_CLOSE = "the start is already closer to another than the separation"
+    NO_PATH = "no path exists on the graph, even without the others"
+
+    @property
+    def label(self) -> str:
+        """The short form for tables and files."""
+        return self.name.lower().replace("_", "-")
+
+    @property
+    def is_plan(self) -> bool:
+        """Whether there is a plan that may be flown."""
+        return self in {SpaceTimeStatus.OPTIMAL, SpaceTimeStatus.FOUND}
+
+
+@dataclass(frozen=True)
+class SpaceTimePlan:
+    """
+    What planning in space and time answers.
+
+    Attributes
+    ----------
+    status
+        How it ended.
+    trajectory
+        From the start, at the start time, to the goal; None without a plan.
+    cost
+        Cost of the way flown, by `Problem.evaluate`, plus that of waiting; map units, infinite without a plan.
+    lower_bound
+        No plan over the moves considered costs less; map units. Infinite: it is known that there is none.
+    waited
+        Ticks of waiting.
+    expansions
+        States whose moves were tried; 0 if the way without others was free.
+    message
+        What happened, in one line.
+    """
+
+    status: SpaceTimeStatus
+    trajectory: Trajectory | None = None
+    cost: float = math.inf
+    lower_bound: float = 0.0
+    waited: float = 0.0
+    expansions: int = 0
+    message: str = ""
+
+
+def plan_in_space_time(
+    problem: Problem,
+    matrix: CostMatrix,
+    others: Others,
+    *,
+    start_time: float,
+    step: float,
+    latest: float,
+    window: float = 0.25,
+    max_expansions: int = 20_000,
+) -> SpaceTimePlan:
+    r"""
+    Plan a flight that keeps its distance from other trajectories, at every moment and not only at whole ticks.
+
+    The moves considered: fly straight from a node to any other that an edge leads to, at constant speed, or wait at a
+    node for a tick. A UAV that waits circles there, which costs :math:`s\,(1 + k F(p))` a tick for a step ``s``, as
+    flying there would; the separation holds for the point that it circles. The start is a node, wherever it is. At the
+    goal, the UAV is removed.
+
+    A* over pairs of node and time of arrival, prioritized planning (Erdmann and Lozano-Perez 1987; Silver 2005) for one
+    UAV. ``f = g + G(node)`` with the cost matrix ``G``, exact without the others, so that the way without others is the
+    answer if it is free. Where several UAVs plan one after the other, each against the commitments of all others, every
+    pair keeps its separation.
+
+    What is claimed: a plan keeps the separations. `lower_bound` is a bound for all plans over the moves considered; the
+    status says ``OPTIMAL`` if the plan reaches it, and ``NO_PLAN`` if the search proved that there is none. Both always
+    hold for ``window=0``, if the search ends at all. Else arrivals at a node less than `window` apart count as one,
+    which keeps the search small; the first that is left out although it is free gives the bound.
+
+    Parameters
+    ----------
+    problem
+        Start, goal and what the plan is judged by.
+    matrix
+        The cost matrix towards the goal, on a graph of the same field, k and no-fly area, such as that of
+        ``problem.on_lattice(20)``. The start need not be one of its nodes.
+    others
+        Committed trajectories, and how far to keep from each: at least 0, map units.
+    start_time
+        When the flight begins, ticks.
+    step
+        Map units flown a tick, above 0.
+    latest
+        When it must have ended, ticks.
+    window
+        Arrivals closer in time than this count as one; ticks, at least 0.
+    max_expansions
+        States whose moves are tried before the search gives up; at least 1.
+
+    Returns
+    -------
+    plan
+        Status, trajectory, cost and a bound.
+
+    Raises
+    ------
+    ProblemError
+        If a setting is malformed, the matrix does not belong to the problem, or the risk field has peaks above 1, where
+        waiting might earn.
+
+    Examples
+    --------
+    Two fly towards each other on one line. The second one evades the first and arrives later than alone.
+
+    >>> from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+    >>> problem = Problem(start=(1, 0.5), goal=(0, 0.5))
+    >>> graph = problem.on_lattice(11)
+    >>> first = Trajectory.along([(0, 0.5), (1, 0.5)], start_time=0, step=0.05)
+    >>> matrix = cost_matrix(graph.graph, graph.target)
+    >>> plan = plan_in_space_time(problem, matrix, [(first, 0.1)], start_time=0, step=0.05, latest=100)
+    >>> round(plan.cost, 3), closest_approach(plan.trajectory, first).distance >= 0.1
+    (1.077, True)
+    """
+    _check(problem, matrix)
+    limits = Limits(
+        finite_number("start_time", start_time),
+        finite_number("latest", latest),
+        positive_number("step", step),
+        non_negative_number("window", window),
+        _whole("max_expansions", max_expansions),
+    )
+    area, alone = _map(problem, matrix, limits.step)
+    crowd, crowded = _crowd(problem.start, others, limits, float(np.abs(area.positions).max()))
+    if crowded:
+        return SpaceTimePlan(SpaceTimeStatus.TOO_CLOSE, lower_bound=math.inf, message=crowded)
+    least = float(area.to_goal[area.start])
+    if not math.isfinite(least):
+        message = f"no path leads from {problem.start} to {problem.goal} around the no-fly area"
+        return SpaceTimePlan(SpaceTimeStatus.NO_PATH, lower_bound=math.inf, message=message)
+    flight = Trajectory.along(area.positions[alone], limits.start_time, limits.step)
+    if (
+        area.usable[alone].all()
+        and flight.ends <= limits.latest + SAME_TIME
+        # copies, because the search calls the same kernel with arrays of its own, which are not read-only
+        and not space_time_kernels.too_near(flight.times.copy(), flight.points.copy(), crowd)
+    ):
+        return _judged(problem, flight, limits.step, least, least, "the way without the others is free")
+    outcome, state, n_expansions, bound, moments, states = space_time_kernels.search(area, limits, crowd)
+    if outcome == ARRIVED:
+        flight, claimed = _flight(area, state, moments, states), float(moments[state, COST])
+        message = f"{claimed / least - 1.0:.2%} dearer than without the others" if least > 0.0 else ""
+        return replace(_judged(problem, flight, limits.step, claimed, bound, message), expansions=n_expansions)
+    status, message = SpaceTimeStatus.NOT_FOUND, f"gave up after {n_expansions} expansions; raise max_expansions"
+    if outcome == EXHAUSTED:
+        message = "nothing is left to try, but arrivals less than the window apart counted as one; lower the window"
+        if math.isinf(bound):
+            status, message = SpaceTimeStatus.NO_PLAN, f"tried all that arrives by tick {limits.latest:g}"
+    return SpaceTimePlan(status, lower_bound=bound, expansions=n_expansions, message=message)
+
+
+def _whole(name: str, value: object) -> int:
+    """Return a number of things, at least 1."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+        msg = f"{name} is {value!r}; give a whole number of at least 1"
+        raise ProblemError(msg)
+    return int(value)
+
+
+def _check(problem: Problem, matrix: CostMatrix) -> None:
+    """Refuse a matrix that says nothing about the problem, and a field that breaks the search."""
+    graph, remedy = matrix.graph, "compute it on a graph of the problem, such as problem.on_lattice(20).graph"
+    if not problem.field.is_probability:
+        msg = f"the risk field has peaks above 1: {NEGATIVE_WEIGHTS}; lower them"
+        raise ProblemError(msg)
+    if graph.positions is None or graph.model != problem.model:
+        msg = f"the cost matrix is of another field, k or no-fly area than the problem; {remedy}"
+        raise ProblemError(msg)
+    if tuple(graph.positions[matrix.target].tolist()) != problem.goal:
+        msg = f"the cost matrix leads to {graph.positions[matrix.target].tolist()}, not to {problem.goal}; {remedy}"
+        raise ProblemError(msg)
+
+
+def _map(problem: Problem, matrix: CostMatrix, step: float) -> tuple[Map, IntArray]:
+    """Lay out the nodes that the search moves over, the start among them, and list those of the way without others."""
+    graph, to_goal, model = matrix.graph, matrix.values, problem.model
+    positions = cast("FloatArray", graph.positions)
+    width, height = graph.lattice.shape if graph.lattice else (0, 0)
+    at_start = np.nonzero((positions == problem.start).all(axis=1))[0]
+    if len(at_start):
+        start = first = int(at_start[0])
+        alone = []
+    else:
+        start = len(positions)
+        positions = np.vstack([positions, problem.start])
+        through = model.row(positions, start, (width, height))[:-1] + to_goal
+        to_goal = np.append(to_goal, through.min())
+        first = int(through.argmin())
+        alone = [start]
+    alone += [graph.index_of(label) for label in matrix.path_from(graph.labels[first])]
+    x_min, y_min, x_max, y_max = problem.bounds
+    usable = np.asarray(((positions >= (x_min, y_min)) & (positions <= (x_max, y_max))).all(axis=1))
+    weights = np.empty((0, 0)) if graph.is_implicit else graph.weight_matrix()
+    waiting = step * (1.0 + problem.k * problem.field.density(positions))
+    where = (_fixed(positions), _fixed(usable), _fixed(weights), width, height)
+    costs = (model.kernel_model(), _fixed(to_goal), _fixed(waiting))
+    return Map(*where, *costs, start, matrix.target), np.array(alone, dtype=np.int64)
+
+
+def _fixed(array: Any) -> Any:  # noqa: ANN401 - any array
+    """Return a view that cannot be written to: a kernel is compiled once for such arrays, and once for others."""
+    view = np.ascontiguousarray(array).view()
+    view.flags.writeable = False
+    return view
+
+
+def _crowd(start: Point, others: Others, limits: Limits, farthest: float) -> tuple[Motions, str]:
+    """
+    Lay the other trajectories end to end, and say if one of them is too close to the start already.
+
+    The distance to keep is a little more than the separation, but no more than what is kept at the start: a UAV that
+    begins where its separation is just kept may fly on.
+    """
+    here = Trajectory(np.array([limits.start_time]), np.array([start]))
+    keep = np.empty(len(others))
+    for number, (other, given) in enumerate(others):
+        separation = non_negative_number(f"the separation from trajectory {number}", given)
+        reach = max(farthest, float(np.abs(other.points).max()))
+        reach += limits.step * max(abs(limits.start_time), abs(limits.latest))
+        # a separation of 0 lets both be in one place
+        keep[number] = separation * (1.0 + MARGIN) + ROUNDING * reach if separation > 0.0 else 0.0
+        now = closest_approach(here, other)
+        if now is not None and now.distance < separation:
+            message = (
+                f"at tick {limits.start_time:g} trajectory {number} is {now.distance:.9g} away, not {separation:g}"
+            )
+            return _joined([], keep[:0]), message
+        if now is not None:
+            keep[number] = min(keep[number], now.distance)
+    return _joined([other for other, _ in others], keep), ""
+
+
+def _joined(trajectories: list[Trajectory], keep: FloatArray) -> Motions:
+    """Join the arrays of several trajectories."""
+    first = np.concatenate([[0], np.cumsum([len(each.times) for each in trajectories], dtype=np.int64)])
+    times = np.concatenate([np.empty(0), *(each.times for each in trajectories)])
+    points = np.concatenate([np.empty((0, 2)), *(each.points for each in trajectories)])
+    return first.astype(np.int64), times, points, keep
+
+
+def _flight(area: Map, state: int, moments: FloatArray, states: IntArray) -> Trajectory:
+    """Follow the states back from the goal; several ticks of waiting in a row become one piece."""
+    chain = []
+    while state >= 0:
+        chain.append(state)
+        state = int(states[state, PARENT])
+    chain.reverse()
+    nodes = states[chain, NODE]
+    kept = np.ones(len(nodes), dtype=np.bool_)
+    kept[1:-1] = (nodes[1:-1] != nodes[:-2]) | (nodes[1:-1] != nodes[2:])
+    return Trajectory(moments[chain, TIME][kept], area.positions[nodes[kept]])
+
+
+def _judged(
+    problem: Problem, flight: Trajectory, step: float, claimed: float, bound: float, message: str
+) -> SpaceTimePlan:
+    """Have the oracle say what a flight costs."""
+    moves = np.append(True, (np.diff(flight.points, axis=0) != 0.0).any(axis=1))
+    judged = problem.evaluate(flight.points[moves])
+    waited = sum(ticks for _, ticks in flight.waits)
+    places = np.array([place for place, _ in flight.waits]).reshape(-1, 2)
+    ticks = np.array([ticks for _, ticks in flight.waits])
+    cost = judged.cost + float((step * (1.0 + problem.k * problem.field.density(places)) * ticks).sum())
+    if judged.violations or abs(cost - claimed) > COST_TOLERANCE * cost + 1e-12:
+        wrong = "; ".join(judged.violations) or f"a flight costs {cost:.9g} by the problem, {claimed:.9g} by the matrix"
+        msg = f"the weights of the cost matrix are not those of the problem: {wrong}"
+        raise ProblemError(msg)
+    proven = bound >= claimed * (1.0 - SAME_COST)
+    status = SpaceTimeStatus.OPTIMAL if proven else SpaceTimeStatus.FOUND
+    return SpaceTimePlan(status, flight, cost, min(bound, cost), waited, message=message)

@@ -1,0 +1,347 @@
+"""Motion in space and time: where a UAV is at each moment, and how near two of them come to each other."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cgla_graph._types import FloatArray, Point
+from cgla_graph._validate import finite_number, non_negative_number, number_array, point, point_array, positive_number
+from cgla_graph.errors import ProblemError
+from cgla_graph.motion import trajectory_kernels
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """
+    Piecewise linear motion: where something is at each time from the first to the last.
+
+    Before the first time it is not there yet, after the last one no longer: a UAV that arrives is removed. At both
+    times themselves it is there.
+
+    Parameters
+    ----------
+    times
+        Shape ``(m,)`` with ``m >= 1``, ticks, strictly increasing.
+    points
+        Shape ``(m, 2)``, map units: where it is at those times. Between two equal points it waits.
+
+    Raises
+    ------
+    ProblemError
+        If the arrays are malformed, do not fit each other, or the times do not increase.
+
+    Examples
+    --------
+    >>> motion = Trajectory([0, 4, 5], [(0, 0), (2, 0), (2, 0)])
+    >>> motion.at(1), motion.at(4.5), motion.length
+    ((0.5, 0.0), (2.0, 0.0), 2.0)
+    """
+
+    times: FloatArray
+    points: FloatArray
+
+    def __init__(self, times: ArrayLike, points: ArrayLike) -> None:
+        """Check both arrays and keep copies that nobody can change."""
+        when, where = number_array("times", times).copy(), point_array("points", points).copy()
+        if when.ndim != 1 or not len(when) or where.shape != (len(when), 2):
+            msg = f"times have shape {when.shape}, points {where.shape}; give shapes (m,) and (m, 2) with m >= 1"
+            raise ProblemError(msg)
+        wrong = np.nonzero(~(np.isfinite(when) & (np.diff(when, prepend=-np.inf) > 0.0)))[0]
+        if len(wrong):
+            msg = f"times[{wrong[0]}] is {when[wrong[0]]:g}; times must be finite and strictly increase"
+            raise ProblemError(msg)
+        self._keep(when, where)
+
+    def _keep(self, times: FloatArray, points: FloatArray) -> None:
+        for name, array in (("times", times), ("points", points)):
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+
+    @classmethod
+    def _of(cls, times: FloatArray, points: FloatArray) -> "Trajectory":
+        """Take over new arrays that are sound because they were made of a trajectory's: a mission makes thousands."""
+        made = object.__new__(cls)
+        made._keep(times, points)
+        return made
+
+    @classmethod
+    def along(cls, path: ArrayLike, start_time: float, step: float) -> "Trajectory":
+        """
+        Fly along a polyline at constant speed.
+
+        Parameters
+        ----------
+        path
+            Waypoints, shape ``(m, 2)`` with ``m >= 1``, map units. Parts of no length take no time and are left out.
+        start_time
+            When the flight begins, ticks.
+        step
+            Map units flown a tick, above 0.
+
+        Returns
+        -------
+        trajectory
+            From the first waypoint to the last; a path that is one point is there at one time only.
+
+        Raises
+        ------
+        ProblemError
+            If the path is empty or malformed, `start_time` is not finite or `step` not above 0.
+
+        Examples
+        --------
+        >>> Trajectory.along([(0, 0), (3, 0), (3, 0), (3, 1)], start_time=2, step=0.5).times.tolist()
+        [2.0, 8.0, 10.0]
+        """
+        waypoints = point_array("path", path)
+        if waypoints.ndim != 2 or not len(waypoints):  # noqa: PLR2004 - a list of points
+            msg = f"path has shape {waypoints.shape}; give at least one waypoint, shape (m, 2)"
+            raise ProblemError(msg)
+        flown = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(waypoints, axis=0).T))])
+        times = finite_number("start_time", start_time) + flown / positive_number("step", step)
+        # of waypoints at one time the last one, so that the path ends where it ends; but it begins where it begins
+        kept = np.append(np.diff(times) > 0.0, True)
+        points = waypoints[kept]
+        if len(points) > 1:
+            points[0] = waypoints[0]
+        return cls(times[kept], points)
+
+    @classmethod
+    def waiting(cls, place: Point, since: float, until: float) -> "Trajectory":
+        """
+        Stay in one place from `since` to `until`, ticks.
+
+        Raises
+        ------
+        ProblemError
+            If `until` is before `since`, or something is not finite.
+
+        Examples
+        --------
+        >>> Trajectory.waiting((0.5, 0.5), 3, 8).at(4)
+        (0.5, 0.5)
+        """
+        times = [since] if since == until else [since, until]
+        return cls(np.array(times, dtype=np.float64), np.array([point("place", place)] * len(times)))
+
+    @property
+    def begins(self) -> float:
+        """The first time, ticks."""
+        return float(self.times[0])
+
+    @property
+    def ends(self) -> float:
+        """The last time, ticks; after it, it is gone."""
+        return float(self.times[-1])
+
+    @property
+    def start(self) -> Point:
+        """Where it begins, map units."""
+        return float(self.points[0, 0]), float(self.points[0, 1])
+
+    @property
+    def goal(self) -> Point:
+        """Where it ends, map units."""
+        return float(self.points[-1, 0]), float(self.points[-1, 1])
+
+    @cached_property
+    def length(self) -> float:
+        """The way flown, map units; waiting adds none."""
+        return float(np.hypot(*np.diff(self.points, axis=0).T).sum())
+
+    @property
+    def waits(self) -> list[tuple[Point, float]]:
+        """Where it waits and for how long, ticks, in order of time."""
+        durations = np.diff(self.times)
+        still = np.nonzero((np.diff(self.points, axis=0) == 0.0).all(axis=1))[0]
+        return [((float(self.points[i, 0]), float(self.points[i, 1])), float(durations[i])) for i in still]
+
+    def exists_at(self, time: float) -> bool:
+        """Whether it is there at `time`: from the first time to the last, both included."""
+        return self.begins <= time <= self.ends
+
+    def at(self, time: float) -> Point:
+        """
+        Return where it is at `time`, map units.
+
+        Raises
+        ------
+        ProblemError
+            If it is not there at that time (see `exists_at`).
+        """
+        if not self.exists_at(time):
+            msg = f"time {time} is outside the trajectory's {self.begins:g} to {self.ends:g}; ask exists_at first"
+            raise ProblemError(msg)
+        piece = trajectory_kernels.piece_at(self.times, time)
+        return trajectory_kernels.position(self.times, self.points, piece, time)
+
+    def part(self, first: float, last: float) -> "Trajectory | None":
+        """
+        Return the motion from `first` to `last`, ticks, as far as there is any; else None.
+
+        Examples
+        --------
+        >>> part = Trajectory([0, 2, 4], [(0, 0), (2, 0), (2, 2)]).part(1, 9)
+        >>> part.times.tolist(), part.points.tolist()
+        ([1.0, 2.0, 4.0], [[1.0, 0.0], [2.0, 0.0], [2.0, 2.0]])
+        """
+        low, high = max(float(first), self.begins), min(float(last), self.ends)
+        if not low <= high:
+            return None
+        if low == high:
+            return self._of(np.array([low]), np.array([self.at(low)]))
+        inner = (self.times > low) & (self.times < high)
+        times = np.concatenate([[low], self.times[inner], [high]])
+        return self._of(times, np.vstack([self.at(low), self.points[inner], self.at(high)]))
+
+    def shifted(self, by: float) -> "Trajectory":
+        """
+        Return the same motion so many ticks later; of waypoints that rounding puts at one time, the last one stays.
+
+        Raises
+        ------
+        ProblemError
+            If `by` is no finite number.
+
+        Examples
+        --------
+        >>> Trajectory([0, 1], [(0, 0), (1, 0)]).shifted(2).times.tolist()
+        [2.0, 3.0]
+        """
+        return self._at_times(self.times + finite_number("by", by))
+
+    def paced(self, factor: float) -> "Trajectory":
+        """
+        Return the same way on a clock that goes `factor` times as fast, above 0; equal times as in `shifted`.
+
+        Raises
+        ------
+        ProblemError
+            If `factor` is not above 0.
+
+        Examples
+        --------
+        >>> Trajectory([2, 3], [(0, 0), (1, 0)]).paced(0.5).times.tolist()
+        [1.0, 1.5]
+        """
+        return self._at_times(self.times * positive_number("factor", factor))
+
+    def _at_times(self, times: FloatArray) -> "Trajectory":
+        kept = np.append(np.diff(times) > 0.0, True)
+        return self._of(times[kept], self.points[kept])
+
+    def between(self, first: float, last: float) -> FloatArray:
+        """
+        Return the waypoints flown from `first` to `last`, ticks, both ends interpolated.
+
+        Returns
+        -------
+        waypoints
+            Shape ``(n, 2)``, map units; empty if it is not there at any time between.
+
+        Examples
+        --------
+        >>> Trajectory([0, 2, 4], [(0, 0), (2, 0), (2, 2)]).between(1, 3).tolist()
+        [[1.0, 0.0], [2.0, 0.0], [2.0, 1.0]]
+        """
+        part = self.part(first, last)
+        return np.empty((0, 2)) if part is None else part.points
+
+
+@dataclass(frozen=True)
+class Approach:
+    """
+    How near two motions come to each other.
+
+    Attributes
+    ----------
+    distance
+        The least distance, map units.
+    time
+        The first time of it, ticks.
+    where
+        The middle between the two at that time, map units.
+    """
+
+    distance: float
+    time: float
+    where: Point
+
+
+@dataclass(frozen=True)
+class Disc:
+    """
+    A disc, such as the surroundings of a goal.
+
+    Parameters
+    ----------
+    centre
+        ``(x, y)``, map units.
+    radius
+        At least 0, map units; its rim belongs to it.
+
+    Raises
+    ------
+    ProblemError
+        If the centre is not a finite pair or the radius not a finite number of at least 0.
+    """
+
+    centre: Point
+    radius: float
+
+    def __post_init__(self) -> None:
+        """Check both."""
+        object.__setattr__(self, "centre", point("centre", self.centre))
+        object.__setattr__(self, "radius", non_negative_number("radius", self.radius))
+
+
+def closest_approach(
+    a: Trajectory,
+    b: Trajectory,
+    *,
+    since: float = -math.inf,
+    until: float = math.inf,
+    outside: tuple[Disc, Disc] | None = None,
+) -> Approach | None:
+    """
+    Return the least distance of two motions over all times, not only whole ticks, when both are there.
+
+    While neither passes a waypoint, the one moves along a straight segment as seen from the other, whose point nearest
+    to the origin is known in closed form.
+
+    Parameters
+    ----------
+    a, b
+        The two motions.
+    since, until
+        Only times from `since` to `until` count, ticks.
+    outside
+        The terminal discs of `a` and of `b`: times when **both** are in their own disc do not count, so that two that
+        fly to one goal may gather there. One that arrives is still kept from one that only passes by.
+
+    Returns
+    -------
+    approach
+        The first of the least distances; None if no time counts. Where the exempt time begins or ends, the distance at
+        that moment counts as well: it is the limit of those that do.
+
+    Examples
+    --------
+    >>> east = Trajectory([0, 10], [(0, 0), (10, 0)])
+    >>> north = Trajectory([0, 10], [(5, -7), (5, 3)])
+    >>> closest_approach(east, north)
+    Approach(distance=1.4142, time=6.0, where=(5.5, -0.5))
+    >>> closest_approach(east, Trajectory.waiting((5, 0), 11, 20)) is None
+    True
+    """
+    discs = [trajectory_kernels.NO_DISC] * 2 if outside is None else [(*disc.centre, disc.radius) for disc in outside]
+    distance, time = trajectory_kernels.closest(
+        a.times, a.points, b.times, b.points, float(since), float(until), discs[0], discs[1]
+    )
+    if not math.isfinite(distance):
+        return None
+    (ax, ay), (bx, by) = a.at(time), b.at(time)
+    return Approach(distance, time, (0.5 * (ax + bx), 0.5 * (ay + by)))

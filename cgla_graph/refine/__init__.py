@@ -1,0 +1,1 @@
+"""Bend a path in the plane until it is a local optimum."""

@@ -1,0 +1,385 @@
+"""
+Compiled kernels of path refinement: cost with its gradient, its minimum over shifts of the waypoints, and shortcuts.
+
+The gradient rests on two facts about ``R(a, b)``, the integral of ``F`` over the segment from ``a`` to ``b`` with unit
+direction ``u`` and normal ``n``. Moving ``b`` along ``u`` adds a piece of path at ``b``, so that ``dR/db . u = F(b)``.
+Moving ``b`` along ``n`` turns the segment about ``a``: the point at distance ``s`` from ``a`` moves by ``s / L`` of it,
+so that ``dR/db . n`` is the integral of ``(s / L) dF/dn``. For ``a`` it is ``-F(a)`` and the integral of
+``(1 - s / L) dF/dn``.
+"""
+
+import math
+
+import numpy as np
+
+from cgla_graph._kernel import kernel
+from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph.model.graph_kernels import Model
+from cgla_graph.model.no_fly_kernels import segment_crosses
+from cgla_graph.model.risk_kernels import LOG_PEAK, N_NODES, PRECISION, REACH2, SPREAD, Field, X, Y, segment_cost
+
+# What a threat is along one segment.
+AT, PRECISION_AT, LOG_AMPLITUDE, SLOPE, LOW, HIGH, SPREAD_AT = range(7)
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(N_NODES)
+# On a panel of at most a quarter of the full width, as on most segments of a fine path, fewer nodes do as well.
+N_FEW = 7
+_FEW_NODES, _FEW_WEIGHTS = np.polynomial.legendre.leggauss(N_FEW)
+
+
+@kernel
+def _density(x: float, y: float, table: FloatArray) -> float:
+    """Evaluate ``F`` at one point, without the threats that are out of reach."""
+    clear = 1.0
+    for i in range(table.shape[0]):
+        dx = x - table[i, X]
+        dy = y - table[i, Y]
+        squared = dx * dx + dy * dy
+        if squared < table[i, REACH2]:
+            clear *= 1.0 - math.exp(table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * squared)
+    return 1.0 - clear
+
+
+@kernel
+def _moments(
+    x1: float, y1: float, ux: float, uy: float, length: float, table: FloatArray, active: FloatArray
+) -> tuple[float, float, float]:
+    """
+    Integrate ``F``, ``dF/dn`` and ``(s / L) dF/dn`` over a segment, ``n`` on its left.
+
+    By 16-point Gauss-Legendre on panels that adapt to the threats at hand, as `risk_kernels.segment_risk` does it; a
+    little narrower, because the slope of a threat varies faster than the threat.
+    """
+    m = 0
+    crowd = 1.0
+    for i in range(table.shape[0]):
+        rx = table[i, X] - x1
+        ry = table[i, Y] - y1
+        along = rx * ux + ry * uy
+        off = ry * ux - rx * uy
+        beyond = min(along, 0.0) + max(along - length, 0.0)
+        if off * off + beyond * beyond < table[i, REACH2]:
+            half = math.sqrt(table[i, REACH2] - off * off)
+            active[m, AT] = along
+            active[m, PRECISION_AT] = table[i, PRECISION]
+            active[m, LOG_AMPLITUDE] = table[i, LOG_PEAK] - 0.5 * off * off * table[i, PRECISION]
+            # d/dn of exp(-precision d^2 / 2) is this times itself, all along the segment
+            active[m, SLOPE] = table[i, PRECISION] * off
+            active[m, LOW] = along - half
+            active[m, HIGH] = along + half
+            active[m, SPREAD_AT] = table[i, SPREAD]
+            crowd += math.exp(active[m, LOG_AMPLITUDE])
+            m += 1
+    risk, slope, lever = 0.0, 0.0, 0.0
+    width = 3.5 / (1.0 + 0.38 * math.log(crowd))
+    start = 0.0
+    while start < length and m > 0:
+        end = length
+        next_low = length
+        n_here = 0
+        for i in range(m):
+            if active[i, HIGH] > start:
+                step = start + max(width * active[i, SPREAD_AT], 1e-12 * length)
+                if active[i, LOW] <= start:
+                    n_here += 1
+                    end = min(end, step)
+                else:
+                    next_low = min(next_low, active[i, LOW])
+                    end = min(end, max(step, active[i, LOW]))
+        if n_here == 0:
+            start = next_low
+            continue
+        half = 0.5 * (end - start)
+        middle = 0.5 * (end + start)
+        few = True
+        for i in range(m):
+            if active[i, LOW] < end and active[i, HIGH] > start and end - start > 0.25 * width * active[i, SPREAD_AT]:
+                few = False
+        nodes, weights = (_FEW_NODES, _FEW_WEIGHTS) if few else (_NODES, _WEIGHTS)
+        for k in range(nodes.shape[0]):
+            s = middle + half * nodes[k]
+            clear, change = 1.0, 0.0
+            for i in range(m):
+                if active[i, LOW] < end and active[i, HIGH] > start:
+                    d = s - active[i, AT]
+                    f = math.exp(active[i, LOG_AMPLITUDE] - 0.5 * active[i, PRECISION_AT] * d * d)
+                    # the product rule for prod(1 - f_i), without a division: f_i may be 1
+                    change = change * (1.0 - f) - clear * active[i, SLOPE] * f
+                    clear *= 1.0 - f
+            risk += half * weights[k] * (1.0 - clear)
+            slope -= half * weights[k] * change
+            lever -= half * weights[k] * change * (s / length)
+        start = end
+    return risk, slope, lever
+
+
+@kernel
+def cost_and_gradient(points: FloatArray, k: float, field: Field, gradient: FloatArray) -> float:
+    """
+    Cost a polyline and write the derivative of its cost by every waypoint to `gradient`, both ``(m, 2)``.
+
+    Where two waypoints coincide, the length between them has no derivative; it counts as 0.
+    """
+    table = field[0]
+    n = points.shape[0]
+    active = np.empty((max(table.shape[0], 1), 7))
+    cost = 0.0
+    gradient[:] = 0.0
+    density = _density(points[0, 0], points[0, 1], table) if k > 0.0 else 0.0
+    for i in range(n - 1):
+        dx = points[i + 1, 0] - points[i, 0]
+        dy = points[i + 1, 1] - points[i, 1]
+        length = math.hypot(dx, dy)
+        if length == 0.0:
+            continue
+        ux, uy = dx / length, dy / length
+        cost += length
+        first_along, second_along, first_across, second_across = -1.0, 1.0, 0.0, 0.0
+        if k > 0.0:
+            risk, slope, lever = _moments(points[i, 0], points[i, 1], ux, uy, length, table, active)
+            cost += k * risk
+            first_along -= k * density
+            density = _density(points[i + 1, 0], points[i + 1, 1], table)
+            second_along += k * density
+            first_across, second_across = k * (slope - lever), k * lever
+        gradient[i, 0] += first_along * ux - first_across * uy
+        gradient[i, 1] += first_along * uy + first_across * ux
+        gradient[i + 1, 0] += second_along * ux - second_across * uy
+        gradient[i + 1, 1] += second_along * uy + second_across * ux
+    return cost
+
+
+@kernel
+def _shifted_cost(
+    points: FloatArray,
+    directions: FloatArray,
+    shifts: FloatArray,
+    unit: float,
+    k: float,
+    field: Field,
+    work: FloatArray,
+    slope: FloatArray,
+) -> float:
+    """
+    Cost a polyline whose waypoints are shifted along `directions`, and write the derivative by every shift to `slope`.
+
+    Shifts and cost are in units of `unit`. `work` has shape ``(2, m, 2)``.
+    """
+    moved, by_point = work[0], work[1]
+    for i in range(points.shape[0]):
+        moved[i, 0] = points[i, 0] + unit * shifts[i] * directions[i, 0]
+        moved[i, 1] = points[i, 1] + unit * shifts[i] * directions[i, 1]
+    cost = cost_and_gradient(moved, k, field, by_point)
+    for i in range(points.shape[0]):
+        slope[i] = by_point[i, 0] * directions[i, 0] + by_point[i, 1] * directions[i, 1]
+    return cost / unit
+
+
+@kernel
+def _newton_step(
+    diagonal: FloatArray, beside: FloatArray, damping: float, slope: FloatArray, free: BoolArray, step: FloatArray
+) -> bool:
+    """
+    Solve ``(H + damping I) step = -slope`` for the free shifts, ``H`` tridiagonal; False unless positive definite.
+
+    `beside` holds ``H[i, i + 1]``; the shifts that are not free do not move.
+    """
+    n = diagonal.shape[0]
+    pivots = np.empty(n)
+    for i in range(n):
+        pivots[i] = diagonal[i] + damping if free[i] else 1.0
+        step[i] = -slope[i] if free[i] else 0.0
+        if i > 0 and free[i] and free[i - 1]:
+            factor = beside[i - 1] / pivots[i - 1]
+            pivots[i] -= factor * beside[i - 1]
+            step[i] -= factor * step[i - 1]
+        if free[i] and pivots[i] <= 1e-10 * (abs(diagonal[i]) + damping):
+            return False
+    for i in range(n - 1, -1, -1):
+        step[i] /= pivots[i]
+        if i > 0 and free[i] and free[i - 1]:
+            step[i - 1] -= beside[i - 1] * step[i]
+    return True
+
+
+@kernel
+def minimise(
+    points: FloatArray,
+    directions: FloatArray,
+    room: FloatArray,
+    unit: float,
+    k: float,
+    field: Field,
+    iterations: int,
+    shifts: FloatArray,
+) -> int:
+    """
+    Shift waypoints along their transversals so that the path costs least; return how many segments were weighed.
+
+    A projected Newton method (Bertsekas, SIAM J. Control Optim. 20(2), 1982), damped as by Levenberg and Marquardt. A
+    waypoint's cost depends on its two neighbours alone, so the Hessian is tridiagonal: three differences of the exact
+    gradient give all of it, and a step costs no more than a few looks at the path, however many waypoints there are.
+
+    Parameters
+    ----------
+    points, directions
+        Waypoints and unit vectors, shape ``(m, 2)``.
+    room
+        How far each waypoint may go against and along its direction, shape ``(m, 2)``.
+    unit
+        A length to measure shifts by: the spacing of the waypoints.
+    k, field
+        Risk weight and field.
+    iterations
+        Steps, at most.
+    shifts
+        Where to begin and, on return, the answer, shape ``(m,)``, in units of `unit`.
+    """
+    n = points.shape[0]
+    work = np.empty((2, n, 2))
+    slope, other, step, trial, diagonal = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    beside = np.empty(n)
+    free = np.empty(n, dtype=np.bool_)
+    difference = 1e-6
+    cost = _shifted_cost(points, directions, shifts, unit, k, field, work, slope)
+    looks = 1
+    damping = 0.0
+    for _ in range(iterations):
+        steepest = 0.0
+        for i in range(n):
+            back, ahead = -room[i, 0] / unit, room[i, 1] / unit
+            free[i] = back < ahead and not (shifts[i] <= back and slope[i] > 0.0)
+            free[i] = free[i] and not (shifts[i] >= ahead and slope[i] < 0.0)
+            if free[i]:
+                steepest = max(steepest, abs(slope[i]))
+        if steepest < 1e-9:
+            break
+        beside[:] = 0.0
+        for colour in range(3):
+            trial[:] = shifts
+            trial[colour::3] += difference
+            _shifted_cost(points, directions, trial, unit, k, field, work, other)
+            for i in range(colour, n, 3):
+                diagonal[i] = (other[i] - slope[i]) / difference
+                if i > 0:
+                    beside[i - 1] += 0.5 * (other[i - 1] - slope[i - 1]) / difference
+                if i < n - 1:
+                    beside[i] += 0.5 * (other[i + 1] - slope[i + 1]) / difference
+        looks += 3
+        scale = np.abs(diagonal).max()
+        gain = -1.0
+        while damping < 1e9 * scale:
+            if _newton_step(diagonal, beside, damping, slope, free, step):
+                promised = 0.0
+                for i in range(n):
+                    trial[i] = min(max(shifts[i] + step[i], -room[i, 0] / unit), room[i, 1] / unit)
+                    promised += slope[i] * (shifts[i] - trial[i])
+                candidate = _shifted_cost(points, directions, trial, unit, k, field, work, other)
+                looks += 1
+                gain = cost - candidate
+                if gain > 1e-4 * promised and gain > 0.0:
+                    break
+                gain = -1.0
+                # bounds may turn a step uphill, then more damping helps; one that promises nothing is the end
+                if 0.0 <= promised < 1e-13 * cost:
+                    break
+            damping = max(8.0 * damping, 1e-3 * scale)
+        if gain <= 0.0:
+            break
+        damping = 0.1 * damping if damping > 1e-6 * scale else 0.0
+        shifts[:] = trial
+        slope[:] = other
+        cost = candidate
+        if gain < 1e-12 * cost:
+            break
+    n_weighed: int = looks * (n - 1)
+    return n_weighed
+
+
+@kernel
+def shortcut(points: FloatArray, model: Model, stride: int, kept: BoolArray) -> int:
+    """
+    Find the least-cost path over the complete graph of a path's own waypoints, in their order (dynamic programming).
+
+    `kept`, shape ``(m,)``, marks a feasible path, first and last point included; the other points are there to be
+    used. On return it marks the best path. Of the points of the path, shortcuts lead from and to every `stride`-th. One
+    that costs the same as several segments replaces them. Returns how many segments were weighed.
+    """
+    k, field, area = model
+    n = points.shape[0]
+    values = np.full(n, math.inf)
+    before = np.full(n, -1)
+    hops = np.zeros(n, dtype=np.int64)
+    onward = np.full(n, -1)
+    step = np.zeros(n)
+    values[0] = 0.0
+    evaluations = 0
+    last = 0
+    for j in range(1, n):
+        if kept[j]:
+            step[last] = segment_cost(points[last, 0], points[last, 1], points[j, 0], points[j, 1], k, field)
+            values[j] = values[last] + step[last]
+            hops[j] = hops[last] + 1
+            before[j] = last
+            onward[last] = j
+            last = j
+            evaluations += 1
+    slack = 1e-14 * values[n - 1]
+    for i in range(n - 1):
+        if values[i] == math.inf:
+            continue
+        j = onward[i]
+        if j >= 0 and (values[i] + step[i] < values[j] or (values[i] + step[i] == values[j] and hops[i] + 1 < hops[j])):
+            values[j] = values[i] + step[i]
+            before[j] = i
+            hops[j] = hops[i] + 1
+        if kept[i] and i % stride:
+            continue
+        for j in range(i + 1, n):
+            if kept[j] and j % stride and j < n - 1:
+                continue
+            length = math.hypot(points[j, 0] - points[i, 0], points[j, 1] - points[i, 1])
+            if values[i] + length > values[j] + slack:
+                continue
+            evaluations += 1
+            cost = values[i] + segment_cost(points[i, 0], points[i, 1], points[j, 0], points[j, 1], k, field)
+            better = cost < values[j] - slack or (cost <= values[j] + slack and hops[i] + 1 < hops[j])
+            if better and not segment_crosses(points[i, 0], points[i, 1], points[j, 0], points[j, 1], area):
+                values[j] = cost
+                before[j] = i
+                hops[j] = hops[i] + 1
+    kept[:] = False
+    node = n - 1
+    while node >= 0:
+        kept[node] = True
+        node = before[node]
+    return evaluations
+
+
+@kernel
+def without_idle(points: FloatArray, model: Model, slack: float, kept: BoolArray) -> int:
+    """
+    Mark in `kept`, shape ``(m,)``, the waypoints that a path needs: those that save more than `slack`.
+
+    Looks at one waypoint after the other, between the last one kept and the next. Returns how many segments were
+    weighed.
+    """
+    k, field, area = model
+    kept[:] = True
+    n = points.shape[0]
+    if n <= 2:
+        return 0
+    last = 0
+    cost = segment_cost(points[0, 0], points[0, 1], points[1, 0], points[1, 1], k, field)
+    for i in range(1, n - 1):
+        x, y, next_x, next_y = points[last, 0], points[last, 1], points[i + 1, 0], points[i + 1, 1]
+        onward = segment_cost(points[i, 0], points[i, 1], next_x, next_y, k, field)
+        direct = segment_cost(x, y, next_x, next_y, k, field)
+        if direct <= cost + onward + slack and not segment_crosses(x, y, next_x, next_y, area):
+            kept[i] = False
+            cost = direct
+        else:
+            last = i
+            cost = onward
+    n_weighed: int = 2 * n - 3
+    return n_weighed

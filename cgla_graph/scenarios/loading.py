@@ -1,0 +1,214 @@
+"""What a user names on the command line: shipped scenarios, TOML files, GeoJSON areas and grid maps."""
+
+import dataclasses
+import re
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from reprlib import repr as short
+
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import Bounds, Point
+from cgla_graph._validate import point
+from cgla_graph.errors import CglaError, ScenarioError
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.scenarios.geojson import read_areas
+from cgla_graph.scenarios.grid_map import GridMap
+from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, widened
+from cgla_graph.scenarios.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
+from cgla_graph.scenarios.projection import LocalProjection, project_area, projected_bounds
+from cgla_graph.scenarios.scenario import Scenario, load_scenario
+
+#: The complete graph of a grid map joins its cells up to this many; a larger map gets a lattice of 50 a side.
+MOST_CELLS = 6000
+
+
+def open_scenarios(
+    spec: str, *, start: Point | None = None, goal: Point | None = None, bounds: Bounds | None = None
+) -> Iterator[Scenario]:
+    """
+    Open everything that one argument names, one scenario after the other.
+
+    Parameters
+    ----------
+    spec
+        A shipped scenario's name, a ``.toml`` scenario, a ``.geojson`` of no-fly areas, a ``.map``, or a ``.scen``
+        with rows counted from 0: ``FILE.scen:ROW``, ``FILE.scen:FIRST-LAST``, or all of them without rows.
+    start, goal
+        Instead of the scenario's own, in the coordinates of the file (degrees where it holds longitudes and
+        latitudes).
+    bounds
+        Instead of the file's own, in its coordinates: ``(x_min, y_min, x_max, y_max)``, or west, south, east, north. A
+        grid map keeps its own.
+
+    Yields
+    ------
+    scenario
+        A GeoJSON file without start and goal is crossed from its south-west to its north-east corner, 5 % outside the
+        areas; ends of the user's own widen it by 100 km at most. A map without a ``.scen`` is crossed between two
+        far-apart cells of its largest free region.
+
+    Raises
+    ------
+    ScenarioError
+        If something is missing or malformed, or start or goal is not on the map.
+
+    Examples
+    --------
+    >>> [scenario.name for scenario in open_scenarios("paper")]
+    ['paper']
+    """
+    path_text, rows = _split_rows(spec)
+    path = Path(path_text)
+    kind = path.suffix.lower()
+    if rows is not None and kind != ".scen":
+        msg = f"{spec}: only a .scen file has rows to pick; name the file alone"
+        raise ScenarioError(msg)
+    if bounds is not None and kind in {".map", ".scen"}:
+        msg = f"{path}: a grid map has the bounds of its cells; leave out others"
+        raise ScenarioError(msg)
+    if kind in {".geojson", ".json"}:
+        yield _areas_scenario(path, start, goal, bounds)
+    elif kind == ".map":
+        yield _map_scenario(path, start, goal)
+    elif kind == ".scen":
+        yield from (_moved(scenario, start, goal) for scenario in _row_scenarios(path, rows))
+    else:
+        yield load_scenario(spec, start=start, goal=goal, bounds=bounds)
+
+
+def _split_rows(spec: str) -> tuple[str, tuple[int, int] | None]:
+    """Part ``FILE:FIRST-LAST`` into file and rows."""
+    match = re.fullmatch(r"(.+\.(?:scen|toml|geojson|json|map)):(.*)", spec, flags=re.IGNORECASE)
+    if match is None:
+        return spec, None
+    numbers = re.fullmatch(r"(\d{1,20})(?:-(\d{1,20}))?", match[2])
+    if numbers is None:
+        msg = f"{match[1]}: {short(match[2])} names no row; write ROW or FIRST-LAST, counted from 0"
+        raise ScenarioError(msg)
+    first = int(numbers[1])
+    last = int(numbers[2] or first)
+    if last < first:
+        msg = f"{spec}: the last row {last} is before the first {first}; write FIRST-LAST"
+        raise ScenarioError(msg)
+    return match[1], (first, last)
+
+
+def _moved(scenario: Scenario, start: Point | None, goal: Point | None) -> Scenario:
+    """Give a grid map another start or goal."""
+    problem = scenario.problem
+    try:
+        problem = dataclasses.replace(problem, start=start or problem.start, goal=goal or problem.goal)
+    except CglaError as error:
+        msg = f"{scenario.name}: {error}"
+        raise ScenarioError(msg) from error
+    return dataclasses.replace(scenario, problem=problem)
+
+
+def _areas_scenario(path: Path, start: Point | None, goal: Point | None, given: Bounds | None) -> Scenario:
+    """Make no-fly areas of the polygons of a GeoJSON file."""
+    areas: list[BaseGeometry] = [area.polygon for area in read_areas(path)]
+    around = box_around(shapely.get_coordinates(areas))
+    west, south, east, north = bounds_of(around)
+    try:
+        ends = point("start", start or (west, south)), point("goal", goal or (east, north))
+        named = list(zip(("start", "goal"), ends, strict=True))
+        box = widened(around, named) if given is None else box_of(given)
+        for end in named:
+            require_inside(*end, box)
+        projection = LocalProjection.between(*ends)
+        begin, end = projection.forward(ends).tolist()
+        bounds = projected_bounds(box, projection)
+        problem = Problem(
+            start=begin,
+            goal=end,
+            bounds=bounds,
+            no_fly=shapely.GeometryCollection([project_area(area, projection) for area in areas]),
+        )
+    except CglaError as error:
+        msg = f"{path}: {error}"
+        raise ScenarioError(msg) from error
+    return Scenario(
+        name=path.stem,
+        title=f"{len(areas)} no-fly areas of {path.name}",
+        problem=problem,
+        lattice=_even_lattice(bounds, 900),
+        projection=projection,
+    )
+
+
+def _even_lattice(bounds: tuple[float, float, float, float], n_points: int) -> Lattice:
+    """Lay about `n_points` at nearly the same spacing along both sides."""
+    width, height = bounds[2] - bounds[0], bounds[3] - bounds[1]
+    columns = max(2, round((n_points * width / height) ** 0.5))
+    return Lattice((columns, max(2, round(n_points / columns))), bounds=bounds)
+
+
+def _grid(path: Path) -> tuple[GridMap, BaseGeometry]:
+    """Read a map and unite its cells, once for all rows of a scenario file, and again when the file changes."""
+    try:
+        stamp = path.stat().st_mtime_ns, path.stat().st_size
+    except (OSError, ValueError):
+        stamp = (0, 0)
+    return _grid_as_of(path, stamp)
+
+
+@lru_cache(maxsize=2)
+def _grid_as_of(path: Path, stamp: tuple[int, int]) -> tuple[GridMap, BaseGeometry]:  # noqa: ARG001 - part of the key
+    grid = read_map(path)
+    return grid, grid.no_fly()
+
+
+def _map_scenario(path: Path, start: Point | None, goal: Point | None) -> Scenario:
+    """Make a scenario of a grid map; start and goal are points, not cells."""
+    grid, no_fly = _grid(path)
+    begin, end = (start, goal) if start and goal else grid.far_pair()
+    return _grid_scenario(path.stem, f"grid map {path.name}", grid, no_fly, (start or begin, goal or end))
+
+
+def _row_scenarios(path: Path, rows: tuple[int, int] | None) -> Iterator[Scenario]:
+    """Make a scenario of each chosen row."""
+    every = read_scenario_rows(path)
+    first, last = rows or (0, len(every) - 1)
+    if last >= len(every):
+        msg = f"{path}: there is no row {last}; it has rows 0 to {len(every) - 1}"
+        raise ScenarioError(msg)
+    for row in every[first : last + 1]:
+        yield _row_scenario(path, row)
+
+
+def _row_scenario(path: Path, row: GridRow) -> Scenario:
+    grid, no_fly = _grid(map_beside(path, row))
+    check_row(row, grid)
+    ends = grid.centre(*row.start), grid.centre(*row.goal)
+    title = f"row {row.index} of {path.name}: octile optimum {row.optimal_length:g}"
+    return _grid_scenario(
+        f"{path.name.removesuffix('.scen').removesuffix('.map')}:{row.index}", title, grid, no_fly, ends
+    )
+
+
+def _grid_scenario(name: str, title: str, grid: GridMap, no_fly: BaseGeometry, ends: tuple[Point, Point]) -> Scenario:
+    """Put the grid's own moves beside a complete graph over as many of its cell centres as are affordable."""
+    height, width = grid.blocked.shape
+    # a lattice has two points a side at least; of a map of one row, the second lies beyond the map, and no path there
+    side_x, side_y = max(width, 2), max(height, 2)
+    native = Lattice((side_x, side_y), bounds=(0.0, 0.0, float(side_x), float(side_y)), kind="centre")
+    own_cells = {"resolution": native, "corner_rule": "both-free"}
+    few = native.n_points <= MOST_CELLS
+    lattice = native if few else Lattice(50, bounds=grid.bounds, kind="centre")
+    try:
+        problem = Problem(start=ends[0], goal=ends[1], bounds=grid.bounds, no_fly=no_fly)
+    except CglaError as error:
+        msg = f"{name}: {error}"
+        raise ScenarioError(msg) from error
+    return Scenario(
+        name=name,
+        title=title,
+        problem=problem,
+        lattice=lattice,
+        settings={"eight-direction": own_cells, "lazy-theta-star": own_cells},
+        y_down=True,
+    )

@@ -1,0 +1,375 @@
+"""What all TOML files with a map share: their tables, how these become map units, and how a fault is told."""
+
+import difflib
+import tomllib
+import typing
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from reprlib import repr as short
+from typing import Annotated, Any, Literal, TypeVar
+
+import numpy as np
+import shapely
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import Bounds, Point
+from cgla_graph.errors import ScenarioError
+from cgla_graph.model.lattice import Lattice, LatticeKind
+from cgla_graph.model.risk import Reading, Threat
+from cgla_graph.scenarios.geojson import read_areas
+from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
+from cgla_graph.scenarios.projection import LocalProjection, places_around, project_area, projected_bounds
+
+#: How many spreads around its centre a threat is seen: a box around threats has room to go around them; and beyond so
+#: many, it is not felt.
+SEEN, FELT = 3.0, 8.0
+#: Draws in a row that fall where they may not before there is no room.
+MOST_MISSES = 10_000
+
+#: What pydantic calls the members of unions, which no file writes; tags of our own begin with "=".
+UNION_MEMBERS = ("int", "float", "str", "bool", "list[", "=")
+
+
+class Table(BaseModel):
+    """A table of a file: no unknown keys, no conversion of types, no infinite numbers."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+def _rising(pair: list[float]) -> list[float]:
+    """Check an interval of positive numbers."""
+    if not 0.0 < pair[0] <= pair[1]:
+        msg = "give the least and the greatest, both above 0"
+        raise ValueError(msg)
+    return pair
+
+
+Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+Range = Annotated[Pair, AfterValidator(_rising)]
+Ring = Annotated[list[Pair], Field(min_length=3)]
+
+
+class ThreatTable(Table):
+    """One threat: its centre, and spread and peak, or else the sigma of Eq. 1 in one of its readings."""
+
+    x: float
+    y: float
+    spread: float | None = Field(None, gt=0, description="standard deviation, map units")
+    peak: float = Field(1.0, gt=0, description="risk per unit length at the centre")
+    sigma: float | None = Field(None, gt=0, description="sigma of Eq. 1, instead of spread and peak")
+    reading: Reading = Field("membership", description="how Eq. 1 is read")
+
+    def build(self, x: float, y: float) -> Threat:
+        """Return the threat, its centre in map units given."""
+        if (self.spread is None) == (self.sigma is None):
+            msg = "a threat needs either spread (and peak) or sigma (and reading)"
+            raise ValueError(msg)
+        if self.sigma is not None:
+            return Threat.from_eq1(x, y, self.sigma, reading=self.reading)
+        return Threat(x, y, spread=self.spread or 0.0, peak=self.peak)
+
+    def spread_of(self) -> float:
+        """Return the spread, map units, however it is written."""
+        return self.build(0.0, 0.0).spread
+
+
+class RandomThreatsTable(Table):
+    """Threats drawn evenly over the bounds, from a seed."""
+
+    count: int = Field(ge=1, le=10_000)
+    seed: int = Field(ge=0)
+    spread: Range = Field(description="least and greatest spread, map units")
+    peak: Range = Field([1.0, 1.0], description="least and greatest peak")
+    clear: float = Field(0.0, ge=0, description="least distance of a centre from any start and goal, map units")
+
+    def build(self, bounds: Bounds, ends: list[Point]) -> list[Threat]:
+        """Draw the threats."""
+        random = np.random.default_rng(self.seed)
+        threats: list[Threat] = []
+        misses = 0
+        while len(threats) < self.count:
+            x, y = random.uniform(bounds[0], bounds[2]), random.uniform(bounds[1], bounds[3])
+            spread, peak = (random.uniform(low, high) for low, high in (self.spread, self.peak))
+            if all(float(np.hypot(x - a, y - b)) >= self.clear for a, b in ends):
+                threats.append(Threat(x, y, spread=spread, peak=peak))
+                misses = 0
+            elif (misses := misses + 1) > MOST_MISSES:
+                msg = f"random_threats: no room that keeps {self.clear:g} from start and goal; lower clear"
+                raise ValueError(msg)
+        return threats
+
+
+class NoFlyTable(Table):
+    """No-fly areas: polygons written here, and GeoJSON files beside this one."""
+
+    polygons: list[Ring] = Field(default_factory=list, description="rings of corners, closed or not")
+    geojson: list[str] = Field(default_factory=list, description="paths of GeoJSON files (lon/lat), from this file")
+
+
+class LatticeTable(Table):
+    """The lattice of graph solvers."""
+
+    resolution: int | Annotated[list[int], Field(min_length=2, max_length=2)] = Field(
+        default=20, description="points a side"
+    )
+    kind: LatticeKind = "closed"
+
+    def build(self, bounds: Bounds) -> Lattice:
+        """Return the lattice over the bounds."""
+        given = self.resolution
+        return Lattice((given[0], given[1]) if isinstance(given, list) else given, bounds=bounds, kind=self.kind)
+
+
+class MapTable(Table):
+    """The map in a file."""
+
+    title: str = ""
+    notes: str = ""
+    coordinates: Literal["plane", "lonlat"] = Field(
+        "plane", description="lonlat: points are degrees, all lengths (spread, clear, …) are metres"
+    )
+    bounds: Annotated[list[float], Field(min_length=4, max_length=4)] | None = Field(
+        None,
+        description="x_min, y_min, x_max, y_max (default: 0, 0, 1, 1; of lonlat: around no-fly areas and threats)",
+    )
+    improper: bool = Field(default=False, description="allow peaks above 1, to see what breaks")
+    threats: list[ThreatTable] = Field(default_factory=list)
+    random_threats: RandomThreatsTable | None = None
+    no_fly: NoFlyTable = Field(default_factory=NoFlyTable)
+    lattice: LatticeTable = Field(default_factory=LatticeTable)
+
+    def ends(self) -> list[tuple[str, Point]]:
+        """Name all starts and goals that the file writes out, in its own coordinates."""
+        return []
+
+    def journey(self) -> tuple[Point, Point] | None:
+        """Return start and goal where there is but one path to plan, in the file's own coordinates."""
+        return None
+
+
+@dataclass(frozen=True)
+class MapBuilder:
+    """
+    A checked table on its way to map units.
+
+    Attributes
+    ----------
+    table
+        The table.
+    folder
+        Where relative paths in it start.
+
+    Examples
+    --------
+    >>> MapBuilder(MapTable(), Path()).bounds
+    (0.0, 0.0, 1.0, 1.0)
+    """
+
+    table: MapTable
+    folder: Path
+
+    @property
+    def is_plane(self) -> bool:
+        """Whether the file's coordinates are map units."""
+        return self.table.coordinates == "plane"
+
+    @cached_property
+    def box(self) -> Bounds:
+        """
+        The bounds in the file's own coordinates: the given ones, or what a map in degrees is about.
+
+        That is a box around its no-fly areas and threats, wide enough for starts and goals that are near.
+        """
+        given = self.table.bounds
+        if self.is_plane:
+            west, south, east, north = given or (0.0, 0.0, 1.0, 1.0)
+            return west, south, east, north
+        areas = shapely.get_coordinates(self.no_fly_shapes)
+        if given is not None:
+            box = box_of(given)
+            self._check_threats(box)
+            for name, place in self.table.ends():
+                require_inside(name, place, box)
+            return box
+        if len(areas):
+            self._check_threats(box_around(areas))
+        threats = [places_around((one.x, one.y), SEEN * one.spread_of()) for one in self.table.threats]
+        points = np.concatenate([areas, *threats])
+        if not len(points):
+            msg = "there is nothing to lay bounds around; add bounds = [west, south, east, north], degrees"
+            raise ValueError(msg)
+        return widened(box_around(points), self.table.ends())
+
+    def _check_threats(self, box: Bounds) -> None:
+        for number, one in enumerate(self.table.threats):
+            require_unswapped(f"threats.{number}", (one.x, one.y), box, FELT * one.spread_of())
+
+    @cached_property
+    def projection(self) -> LocalProjection | None:
+        """
+        The projection of a lon/lat map; None for a map in the plane.
+
+        It is centred between start and goal of the one path, so that it distorts that as little as it can; on the
+        middle of the bounds where there are several.
+        """
+        if self.is_plane:
+            return None
+        # that everything is on the map is told first
+        box, journey = self.box, self.table.journey()
+        return LocalProjection.centred_on(bounds_of(box)) if journey is None else LocalProjection.between(*journey)
+
+    def point(self, pair: list[float]) -> Point:
+        """Return a point in map units."""
+        x, y = pair
+        if self.projection is None:
+            return x, y
+        east, north = self.projection.forward((x, y)).tolist()
+        return east, north
+
+    def end(self, name: str, pair: list[float]) -> Point:
+        """Return a start or goal in map units, checked in the file's own units."""
+        if not self.is_plane:
+            require_inside(name, (pair[0], pair[1]), self.box)
+        return self.point(pair)
+
+    @cached_property
+    def bounds(self) -> Bounds:
+        """The bounds in map units: for lon/lat, the least box around them."""
+        return self.box if self.projection is None else projected_bounds(self.box, self.projection)
+
+    def shapes(self, key: str, rings: list[list[list[float]]], files: list[str]) -> list[BaseGeometry]:
+        """Return polygons of rings and of GeoJSON files as they are; `key` is where the file names the latter."""
+        areas: list[BaseGeometry] = [shapely.Polygon(ring) for ring in rings]
+        for name in files:
+            if self.is_plane:
+                msg = f'{key} {name!r} holds longitudes and latitudes; set coordinates = "lonlat"'
+                raise ValueError(msg)
+            areas += [area.polygon for area in read_areas(self.folder / name)]
+        return areas
+
+    def areas(self, key: str, rings: list[list[list[float]]], files: list[str]) -> list[BaseGeometry]:
+        """Return polygons as `shapes` does, in map units."""
+        return self._projected(self.shapes(key, rings, files))
+
+    def _projected(self, shapes: list[BaseGeometry]) -> list[BaseGeometry]:
+        projection = self.projection
+        return shapes if projection is None else [project_area(shape, projection) for shape in shapes]
+
+    @cached_property
+    def no_fly_shapes(self) -> list[BaseGeometry]:
+        """All no-fly areas in the file's own coordinates."""
+        return self.shapes("no_fly.geojson", self.table.no_fly.polygons, self.table.no_fly.geojson)
+
+    def no_fly(self) -> BaseGeometry | None:
+        """Return all no-fly areas in map units."""
+        areas = self._projected(self.no_fly_shapes)
+        return shapely.GeometryCollection(areas) if areas else None
+
+    def threats(self) -> list[Threat]:
+        """Return the threats in map units, those written first."""
+        return [entry.build(*self.point([entry.x, entry.y])) for entry in [*self.table.threats, *self.drawn()]]
+
+    def drawn(self) -> list[ThreatTable]:
+        """
+        Draw the random threats, in the file's own coordinates, clear of all starts and goals in it.
+
+        On a map in degrees they are drawn around the middle of the bounds, so that other ends do not move them.
+        """
+        random, bounds = self.table.random_threats, self.box
+        if random is None:
+            return []
+        ends = [place for _, place in self.table.ends()]
+        if self.is_plane:
+            threats = random.build(bounds, ends)
+            places = [(threat.x, threat.y) for threat in threats]
+        else:
+            plane = LocalProjection.centred_on(bounds_of(bounds))
+            threats = random.build(projected_bounds(bounds, plane), [(x, y) for x, y in map(plane.forward, ends)])
+            places = [(x, y) for x, y in plane.inverse([(threat.x, threat.y) for threat in threats]).tolist()]
+        return [
+            ThreatTable.model_validate({"x": x, "y": y, "spread": threat.spread, "peak": threat.peak})
+            for (x, y), threat in zip(places, threats, strict=True)
+        ]
+
+    def lattice(self) -> Lattice:
+        """Return the lattice."""
+        return self.table.lattice.build(self.bounds)
+
+
+AnyTable = TypeVar("AnyTable", bound=Table)
+
+
+def read_table(text: str, kind: type[AnyTable], *, place: str, command: str) -> AnyTable:
+    r"""
+    Read a TOML text into its table.
+
+    Parameters
+    ----------
+    text
+        The text.
+    kind
+        The table of the whole file.
+    place
+        What error messages call the file.
+    command
+        What prints the schema of such files.
+
+    Raises
+    ------
+    ScenarioError
+        If the text is no TOML, a key is unknown or missing, or a value has the wrong type; the message names the
+        key's path, the value and the remedy.
+
+    Examples
+    --------
+    >>> read_table("kind = 'upper'", LatticeTable, place="mine.toml", command="cgla scenarios --schema").resolution
+    20
+    """
+    try:
+        document = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        msg = f"{place}: not TOML that can be read: {error}"
+        raise ScenarioError(msg) from error
+    try:
+        return kind.model_validate(document)
+    except ValidationError as error:
+        msg = f"{place}: {_first_fault(error, kind, command)}"
+        raise ScenarioError(msg) from error
+
+
+def _first_fault(error: ValidationError, kind: type[Table], command: str) -> str:
+    """Say in one line what is wrong first: the key's path, the fault, the value and the remedy."""
+    fault = error.errors()[0]
+    # pydantic names the member of a union as well; what remains is the path as the file writes it
+    place = ".".join(str(part) for part in fault["loc"] if not str(part).startswith(UNION_MEMBERS))
+    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    if fault["type"] == "extra_forbidden":
+        keys = list(_table_at(kind, fault["loc"][:-1]).model_fields)
+        near = difflib.get_close_matches(str(fault["loc"][-1]), keys, n=1)
+        hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(keys)}"
+        return f"{place}: unknown key; {hint}{more}"
+    if fault["type"] == "model_type":
+        # pydantic would name a class
+        return f"{place}: give a table (it is {short(fault['input'])}); {command} says what it holds{more}"
+    if fault["type"] == "missing":
+        return f"{place}: this key is needed; add it ({command} says what it holds){more}"
+    said = fault["msg"].removeprefix("Value error, ")
+    return f"{place}: {said} (it is {short(fault['input'])}); {command} says what is allowed{more}"
+
+
+def _table_at(kind: type[Table], loc: tuple[int | str, ...]) -> type[Table]:
+    """Find the kind of table at a place in the file: keys lead into tables, all other parts stay in the same."""
+    for part in loc:
+        if part in kind.model_fields:
+            kind = next(_tables_in(kind.model_fields[str(part)].annotation), kind)
+    return kind
+
+
+def _tables_in(annotation: Any) -> typing.Iterator[type[Table]]:  # noqa: ANN401 - any type form
+    """List the tables that a type is made of."""
+    if isinstance(annotation, type) and issubclass(annotation, Table):
+        yield annotation
+    for part in typing.get_args(annotation):
+        yield from _tables_in(part)

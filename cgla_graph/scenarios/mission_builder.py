@@ -1,0 +1,198 @@
+"""How the table of a mission file becomes a world, and UAVs with settings."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import shapely
+
+from cgla_graph.errors import CglaError, MissionError
+from cgla_graph.mission.sharing import Sharing
+from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.virtual_obstacle import VirtualObstacle
+from cgla_graph.mission.world import Timed, TimedArea, TimedThreat, World
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.risk import RiskField
+from cgla_graph.scenarios.map_tables import MapBuilder
+from cgla_graph.scenarios.mission_tables import SOLVER, MissionTable, SharingTable, VirtualObstacleTable
+from cgla_graph.scenarios.scenario import ScenarioTable, open_table
+
+#: What a mission that takes a scenario's map may not say again.
+OF_THE_MAP = ("coordinates", "bounds", "improper", "threats", "random_threats", "no_fly")
+
+
+@contextmanager
+def told(place: str) -> Iterator[None]:
+    """Say where a fault is."""
+    try:
+        yield
+    except (ValueError, CglaError) as error:
+        msg = f"{place}: {error}"
+        raise MissionError(msg) from error
+
+
+@dataclass(frozen=True, eq=False)
+class Variant:
+    """
+    One way to fly the mission of a file.
+
+    Attributes
+    ----------
+    uavs
+        The UAVs.
+    solver
+        The text that names the solver, such as ``cgla`` or ``hybrid:seed=1``.
+    settings
+        All other settings of `Mission` that differ from its defaults, by name.
+    """
+
+    uavs: Sequence[Uav]
+    solver: str
+    settings: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class MissionBuilder:
+    """A checked mission table on its way to map units."""
+
+    table: MissionTable
+    folder: Path
+
+    @cached_property
+    def ground(self) -> MapBuilder:
+        """The map: the scenario's, if the file names one, else its own."""
+        name = self.table.scenario
+        if name is None:
+            return MapBuilder(self.table, self.folder)
+        for key in OF_THE_MAP:
+            if key in self.table.model_fields_set:
+                msg = f"{key}: scenario {name!r} brings the map; leave out {key}, or scenario and write the whole map"
+                raise ValueError(msg)
+        is_file = name.lower().endswith(".toml")
+        path = self.folder / name if is_file else Path(name)
+        if not name or (path.suffix and not is_file):
+            msg = f"scenario is {name!r}; give the name of a shipped scenario, or a .toml beside this file"
+            raise ValueError(msg)
+        with told("scenario"):
+            return MapBuilder(open_table(str(path)), path.parent)
+
+    @cached_property
+    def scenario(self) -> ScenarioTable | None:
+        """The scenario that brings the map, if there is one."""
+        return self.ground.table if isinstance(self.ground.table, ScenarioTable) else None
+
+    @cached_property
+    def defaults(self) -> dict[str, Any]:
+        """The settings of UAVs that do not set them themselves."""
+        of_scenario = {} if self.scenario is None else {"k": self.scenario.k}
+        return {**of_scenario, **self.table.given()}
+
+    @cached_property
+    def written_uavs(self) -> list[dict[str, Any]]:
+        """The settings of each UAV that the file writes out."""
+        return [
+            {
+                **self.defaults,
+                **entry.given(),
+                "name": entry.name,
+                "start": self.ground.end(f"uavs.{number}.start", entry.start),
+                "goal": self.ground.end(f"uavs.{number}.goal", entry.goal),
+                "departs": entry.departs,
+            }
+            for number, entry in enumerate(self.table.uavs)
+        ]
+
+    def world(self) -> World:
+        """Return the world."""
+        # a UAV that is not on the map is told first
+        _ = self.written_uavs
+        # those of a scenario are its very threats: the ones drawn keep clear of its own start and goal
+        with nullcontext() if self.scenario is None else told(f"scenario {self.table.scenario!r}"):
+            field = RiskField(self.ground.threats(), improper=self.ground.table.improper)
+            bounds, no_fly = self.ground.bounds, self.ground.no_fly()
+        timed = [*self.timed_threats(), *self.timed_areas()]
+        return World(field, bounds=bounds, no_fly=no_fly, timed=timed)
+
+    def timed_threats(self) -> Iterator[Timed]:
+        """Build the threats that come, move or go."""
+        for number, entry in enumerate(self.table.timed_threats):
+            with told(f"timed_threats.{number}"):
+                threat = entry.build(*self.ground.point([entry.x, entry.y]))
+                # a peak that is too high is told here, with the number that the threat has in the file
+                RiskField([threat], improper=self.ground.table.improper)
+                moves = [(tick, *self.ground.point([x, y])) for tick, x, y in entry.moves]
+                yield TimedThreat(threat, entry.appears, entry.vanishes, moves)  # type: ignore[arg-type]
+
+    def timed_areas(self) -> Iterator[Timed]:
+        """Build the areas that come or go."""
+        for number, entry in enumerate(self.table.timed_areas):
+            with told(f"timed_areas.{number}"):
+                if (entry.polygon is None) == (entry.geojson is None):
+                    msg = "an area needs either polygon or geojson"
+                    raise ValueError(msg)
+                rings = [] if entry.polygon is None else [entry.polygon]
+                files = [] if entry.geojson is None else [entry.geojson]
+                areas = self.ground.areas("geojson", rings, files)
+                yield TimedArea(
+                    areas[0] if len(areas) == 1 else shapely.GeometryCollection(areas), entry.appears, entry.vanishes
+                )
+
+    def uavs(self, world: World) -> list[dict[str, Any]]:
+        """Return the settings of all UAVs, those written first."""
+        every = list(self.written_uavs)
+        if self.table.random_uavs is not None:
+            ends = [(uav["start"], uav["goal"]) for uav in every]
+            safe = self.defaults.get("safe_distance", 0.5 * self.defaults.get("detection_radius", 0.0))
+            drawn = self.table.random_uavs.build(world, ends, safe)
+            every += [{**self.defaults, "name": name, "start": start, "goal": goal} for name, start, goal in drawn]
+        if not every:
+            msg = "a mission needs at least one UAV; add [[uavs]] with name, start and goal, or [random_uavs]"
+            raise ValueError(msg)
+        return every
+
+    def variants(self, world: World) -> dict[str, Variant]:
+        """Return the variants, each with its own UAVs; a file without any has one, named ``""``."""
+        uavs = self.uavs(world)
+        common = {} if self.table.fly is None else self.table.fly.chosen()
+        if not self.table.variants:
+            return {"": _variant(uavs, {}, common)}
+        variants: dict[str, Variant] = {}
+        for number, entry in enumerate(self.table.variants):
+            if entry.name in variants:
+                msg = f"variants.{number}.name: two variants are called {entry.name!r}; give each a name of its own"
+                raise ValueError(msg)
+            with told(f"variant {entry.name!r}"):
+                variants[entry.name] = _variant(uavs, entry.given(), {**common, **entry.chosen()})
+        return variants
+
+    def lattice(self) -> Lattice:
+        """Return the lattice: the file's own, even on the map of a scenario."""
+        own = "lattice" in self.table.model_fields_set
+        return (self.table if own else self.ground.table).lattice.build(self.ground.bounds)
+
+
+def _variant(uavs: list[dict[str, Any]], overrides: dict[str, Any], chosen: dict[str, Any]) -> Variant:
+    """Put UAVs and settings together."""
+    built = []
+    for uav in uavs:
+        settings = {**uav, **overrides}
+        if "detection_radius" not in settings:
+            msg = (
+                f"UAV {uav['name']}: detection_radius is needed; write it there, or once for all at the top of the file"
+            )
+            raise ValueError(msg)
+        built.append(Uav(**settings))
+    settings = {name: _setting(value) for name, value in chosen.items()}
+    return Variant(tuple(built), settings.pop("solver", SOLVER), settings)
+
+
+def _setting(value: Any) -> Any:  # noqa: ANN401 - of any setting
+    """Return a setting as `Mission` takes it."""
+    if isinstance(value, SharingTable):
+        return Sharing(**value.model_dump())
+    if isinstance(value, VirtualObstacleTable):
+        return VirtualObstacle(**value.model_dump())
+    return value

@@ -1,0 +1,262 @@
+"""Missions in TOML files, some of them shipped with the toolkit: UAVs on a map, in one or more variants."""
+
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cgla_graph.errors import CglaError, MissionError
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.world import World
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.scenarios.map_tables import read_table
+from cgla_graph.scenarios.mission_builder import MissionBuilder, Variant, told
+from cgla_graph.scenarios.mission_tables import MissionTable
+from cgla_graph.scenarios.projection import LocalProjection
+from cgla_graph.scenarios.scenario import ScenarioTable, shipped
+from cgla_graph.scenarios.shipped import Shelf
+from cgla_graph.scenarios.text_files import read_text
+
+#: What prints the schema of mission files.
+SCHEMA = "cgla missions --schema"
+#: Those that are shipped.
+SHELF = Shelf("mission", "missions", ".toml", MissionError)
+
+
+@dataclass(frozen=True, eq=False)
+class MissionFile:
+    """
+    What a mission file holds: the world, and who flies in it under which rules.
+
+    Attributes
+    ----------
+    name, title
+        A short name for tables and files, and one line that says what it shows.
+    world
+        The truth, in map units (metres where `projection` is set).
+    lattice
+        The lattice that graph solvers plan on.
+    variants
+        The variants by name; a file without ``[[variants]]`` has one, named ``""``.
+    projection
+        How longitude and latitude became metres; None for a map in the plane.
+    notes
+        Where the values come from.
+    where
+        What error messages call the file.
+
+    Examples
+    --------
+    >>> list(load_mission("fig8").variants)
+    ['without virtual obstacles', 'with virtual obstacles']
+    """
+
+    name: str
+    title: str
+    world: World
+    lattice: Lattice
+    variants: Mapping[str, Variant]
+    projection: LocalProjection | None = None
+    notes: str = ""
+    where: str = ""
+
+    @property
+    def full_title(self) -> str:
+        """Name and title in one line."""
+        return f"{self.name}: {self.title}" if self.title else self.name
+
+    def missions(self, build_solver: Callable[[str], Any], *, solver: str | None = None) -> dict[str, Mission]:
+        """
+        Build the mission of each variant.
+
+        Parameters
+        ----------
+        build_solver
+            Makes a solver of the text that names it; `cgla_graph.solvers.get` will do for plain names.
+        solver
+            Such a text, to be used instead of those in the file.
+
+        Returns
+        -------
+        missions
+            By the variant's name, in the order of the file.
+
+        Raises
+        ------
+        MissionError
+            If a mission is malformed, or the file names a solver that cannot be built.
+        CglaError
+            Whatever `build_solver` raises for the `solver` given here.
+
+        Examples
+        --------
+        >>> from cgla_graph.solvers import get
+        >>> mission = load_mission("fig8").missions(get)["with virtual obstacles"]
+        >>> [uav.name for uav in mission.uavs], mission.obstacles.stepnum
+        (['a', 'b'], 3)
+        """
+        given = None if solver is None else build_solver(solver)
+        missions = {}
+        for name, variant in self.variants.items():
+            place = f"{self.where}: variant {name!r}" if name else self.where
+            if given is None:
+                with told(f"{place}: solver"):
+                    planner = build_solver(variant.solver)
+            else:
+                planner = given
+            with told(place):
+                missions[name] = Mission(self.world, variant.uavs, planner, resolution=self.lattice, **variant.settings)
+        return missions
+
+
+def mission_schema() -> dict[str, Any]:
+    """Return the JSON schema of mission files."""
+    return MissionTable.model_json_schema()
+
+
+def mission_from_toml(text: str, name: str, *, folder: Path | None = None, where: str | None = None) -> MissionFile:
+    r"""
+    Build a mission file from the text of a TOML file.
+
+    Parameters
+    ----------
+    text
+        The file's text.
+    name
+        Name of the mission.
+    folder
+        Where relative paths in it start; the current folder if left out.
+    where
+        What error messages call the file.
+
+    Returns
+    -------
+    file
+        World, UAVs and settings, checked but for what only a `Mission` can check (see `MissionFile.missions`).
+
+    Raises
+    ------
+    MissionError
+        If the text is no TOML, a key is unknown, a value has the wrong type, the world or a UAV is malformed, or it
+        takes the map of a scenario that is not there; the message names the key's path and the remedy.
+
+    Examples
+    --------
+    >>> text = "detection_radius = 0.2\n[[uavs]]\nname = 'a'\nstart = [0.1, 0.1]\ngoal = [0.9, 0.9]"
+    >>> mission_from_toml(text, "mine").variants[""].uavs[0].safe_distance
+    0.1
+    """
+    place = where or name
+    try:
+        table = read_table(text, MissionTable, place=place, command=SCHEMA)
+    except CglaError as error:
+        raise MissionError(str(error)) from error
+    with told(place):
+        builder = MissionBuilder(table, folder or Path())
+        world = builder.world()
+        return MissionFile(
+            name=name,
+            title=table.title,
+            world=world,
+            lattice=builder.lattice(),
+            variants=builder.variants(world),
+            projection=builder.ground.projection,
+            notes=table.notes,
+            where=place,
+        )
+
+
+def shipped_missions() -> list[str]:
+    """
+    List the missions that the toolkit ships: the paper's figures first, in their order.
+
+    Examples
+    --------
+    >>> shipped_missions()[:2]
+    ['fig4', 'fig5']
+    """
+    return sorted(SHELF.names(), key=_rank)
+
+
+def load_mission(name: str | Path) -> MissionFile:
+    """
+    Load a shipped mission by name, or a mission file by path.
+
+    Raises
+    ------
+    MissionError
+        If there is none (the message offers the nearest names), or the file cannot be read or is malformed.
+
+    Examples
+    --------
+    >>> len(load_mission("swarm").variants[""].uavs)
+    20
+    """
+    path = Path(name)
+    if path.suffix.lower() != ".toml":
+        return mission_from_toml(mission_text(str(name)), str(name))
+    try:
+        text = read_text(path, str(path), "a TOML file")
+    except CglaError as error:
+        raise MissionError(str(error)) from error
+    return mission_from_toml(text, path.stem, folder=path.parent, where=str(path))
+
+
+def mission_text(name: str) -> str:
+    """
+    Return the file of a shipped mission.
+
+    Raises
+    ------
+    MissionError
+        If there is none of that name; the message offers the nearest.
+
+    Examples
+    --------
+    >>> "stepnum = 5" in mission_text("fig7")
+    True
+    """
+    known = shipped_missions()
+    is_scenario = name in shipped()
+    hint = f"it is a scenario, for cgla plan and compare; missions: {', '.join(known)}." if is_scenario else ""
+    return SHELF.text(name, known, hint)
+
+
+def is_mission_file(spec: str | Path) -> bool:
+    """
+    Tell a mission from a scenario by what is in it.
+
+    Parameters
+    ----------
+    spec
+        A name or a path.
+
+    Returns
+    -------
+    is_mission
+        Whether it is the name of a shipped mission, or a TOML file with a key that only missions have. A file that
+        cannot be read is none.
+
+    Examples
+    --------
+    >>> is_mission_file("fig8"), is_mission_file("paper")
+    (True, False)
+    """
+    path = Path(spec)
+    if path.suffix.lower() != ".toml":
+        return str(spec) in shipped_missions()
+    try:
+        document = tomllib.loads(read_text(path, str(path), "a TOML file"))
+    except (ValueError, RecursionError):
+        return False
+    return not (MissionTable.model_fields.keys() - ScenarioTable.model_fields.keys()).isdisjoint(document)
+
+
+def _rank(name: str) -> tuple[int, float, str]:
+    """Sort figures by their number and before all others, and parts of one figure by theirs."""
+    if not name.startswith("fig"):
+        return 1, 0, name
+    figure, _, part = name.removeprefix("fig").partition("-")
+    words = ("five", "seven")
+    return 0, int(figure) + (words.index(part) / len(words) if part in words else 0.0), name

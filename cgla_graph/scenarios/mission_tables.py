@@ -1,0 +1,221 @@
+"""The tables of mission files, as they are written."""
+
+import unicodedata
+from collections.abc import Iterable
+from math import dist
+from typing import Annotated, Any, Literal, TypeAlias
+
+import numpy as np
+import shapely
+from pydantic import AfterValidator, Discriminator, Field, Tag
+
+from cgla_graph._types import Point
+from cgla_graph.fusion.fusion import Fusion, Integral
+from cgla_graph.mission.mission import Avoidance, Exclude, KnowledgeRule, Meeting, Movement, Replan, Start, Update
+from cgla_graph.mission.virtual_obstacle import Placement, Zones
+from cgla_graph.mission.world import TimedArea, TimedThreat, World, union_of
+from cgla_graph.scenarios.map_tables import MOST_MISSES, MapTable, Pair, Ring, Table, ThreatTable
+
+#: What plans where a file names no solver.
+SOLVER = "cgla"
+
+
+def _one_line(text: str) -> str:
+    """Refuse what would break lines, or steer a terminal."""
+    if any(unicodedata.category(letter) in _CONTROL for letter in text):
+        msg = "give one line, without line ends and control characters"
+        raise ValueError(msg)
+    return text
+
+
+#: Categories of Unicode: control characters, and ends of lines and paragraphs.
+_CONTROL = ("Cc", "Zl", "Zp")
+Line: TypeAlias = Annotated[str, AfterValidator(_one_line)]
+
+
+class UavSettings(Table):
+    """What a UAV can take from the top of the file, and what a variant can set for all UAVs."""
+
+    detection_radius: float | None = Field(None, gt=0, description="the paper's OR, map units")
+    step: float | None = Field(None, gt=0, description="what it flies in a tick, map units (default: 0.4 units)")
+    k: float | None = Field(None, ge=0, description="risk weight: cost = length + k * risk")
+    safe_distance: float | None = Field(None, gt=0, description="the paper's SD, map units (default: half of OR)")
+
+    def given(self) -> dict[str, Any]:
+        """Return those that the file gives."""
+        every = {name: getattr(self, name) for name in UavSettings.model_fields}
+        return {name: value for name, value in every.items() if value is not None}
+
+
+class UavTable(UavSettings):
+    """One UAV."""
+
+    name: Line = Field(min_length=1)
+    start: Pair
+    goal: Pair
+    departs: int = Field(0, ge=0, description="tick of take-off")
+
+
+class RandomUavsTable(Table):
+    """UAVs drawn evenly over the bounds, from a seed; each like the settings at the top of the file."""
+
+    count: int = Field(ge=1, le=1000)
+    seed: int = Field(ge=0)
+    least_length: float = Field(0.0, ge=0, description="least distance from start to goal, map units")
+    clear: float = Field(
+        0.0, ge=0, description="least distance of starts and goals from any threat's centre, map units"
+    )
+    apart: float | None = Field(
+        None, ge=0, description="least distance between starts, and between goals, map units (default: safe_distance)"
+    )
+    prefix: Line = Field("u", min_length=1, description="names are the prefix and a number")
+
+    def build(
+        self, world: World, ends: Iterable[tuple[Point, Point]], safe_distance: float
+    ) -> list[tuple[str, Point, Point]]:
+        """
+        Draw names, starts and goals: clear of threats, outside all areas, apart from each other.
+
+        They stay apart from `ends`, the starts and goals of other UAVs, too; by `safe_distance` if the table does not
+        say how far.
+        """
+        random = np.random.default_rng(self.seed)
+        apart = safe_distance if self.apart is None else self.apart
+        timed = [item.threat for item in world.timed if isinstance(item, TimedThreat)]
+        centres = [(threat.x, threat.y) for threat in (*world.field.threats, *timed)]
+        closed = union_of(world.no_fly, [item.polygon for item in world.timed if isinstance(item, TimedArea)])
+        x_min, y_min, x_max, y_max = world.bounds
+
+        def is_free(spot: Point, others: Iterable[Point]) -> bool:
+            return (
+                all(dist(spot, centre) >= self.clear for centre in centres)
+                and all(dist(spot, other) >= apart for other in others)
+                and (closed is None or not bool(shapely.intersects_xy(closed, *spot)))
+            )
+
+        taken, misses = list(ends), 0
+        drawn: list[tuple[str, Point, Point]] = []
+        while len(drawn) < self.count:
+            numbers = random.uniform((x_min, y_min, x_min, y_min), (x_max, y_max, x_max, y_max)).tolist()
+            start, goal = (numbers[0], numbers[1]), (numbers[2], numbers[3])
+            if (
+                dist(start, goal) >= self.least_length
+                and is_free(start, (other for other, _ in taken))
+                and is_free(goal, (other for _, other in taken))
+            ):
+                taken.append((start, goal))
+                drawn.append((f"{self.prefix}{len(drawn) + 1:0{len(str(self.count))}d}", start, goal))
+                misses = 0
+            elif (misses := misses + 1) > MOST_MISSES:
+                msg = (
+                    f"random_uavs: no room for UAV {len(drawn) + 1} of {self.count}; "
+                    "lower least_length, clear or apart, or draw fewer"
+                )
+                raise ValueError(msg)
+        return drawn
+
+
+Tick: TypeAlias = Annotated[int, Field(ge=0)]
+Move: TypeAlias = Annotated[list[int | float], Field(min_length=3, max_length=3)]
+
+
+class TimedThreatTable(ThreatTable):
+    """A threat that comes, moves or goes."""
+
+    appears: Tick = Field(0, description="first tick when it is there")
+    vanishes: Tick | None = Field(None, description="first tick when it is gone")
+    moves: list[Move] = Field(default_factory=list, description="[tick, x, y]: from that tick on its centre is there")
+
+
+class TimedAreaTable(Table):
+    """A no-fly area that comes or goes: a polygon written here, or a GeoJSON file beside this one."""
+
+    polygon: Ring | None = Field(None, description="corners, closed or not")
+    geojson: str | None = Field(None, description="path of a GeoJSON file (lon/lat), from this file")
+    appears: Tick = Field(0, description="first tick when it is there")
+    vanishes: Tick | None = Field(None, description="first tick when it is gone")
+
+
+class SharingTable(Table):
+    """Who hears whom, when, and how surely."""
+
+    radius: float | None = Field(None, gt=0, description="radio range, map units (default: everybody hears everybody)")
+    delay: int = Field(0, ge=0, description="ticks that a message takes")
+    loss: float = Field(0.0, ge=0, lt=1, description="chance that a message is lost")
+    seed: int = Field(0, ge=0, description="of the losses")
+
+
+class VirtualObstacleTable(Table):
+    """The two-zone rule of Section 5.2.1."""
+
+    stepnum: int = Field(3, ge=0, description="steps of 0.4 units that the obstacle is ahead")
+    spread: float | None = Field(None, gt=0, description="standard deviation, map units (default: 0.4 units)")
+    peak: float = Field(1.0, gt=0, le=1, description="risk per unit length at its centre")
+    placement: Placement = "replace"
+    zones: Zones = "two"
+
+
+def _is_table(value: object) -> str:
+    """Choose the member of a union of a table and a plain value, so that only its own faults are told."""
+    return "=table" if isinstance(value, dict | Table) else "=plain"
+
+
+class FlySettings(Table):
+    """The settings of `Mission`; what is left out has the default it has there."""
+
+    solver: str = Field(SOLVER, min_length=1, description="a solver, with settings as NAME:A=1:B=2")
+    sharing: Annotated[
+        Annotated[Literal["none", "global"], Tag("=plain")] | Annotated[SharingTable, Tag("=table")],
+        Discriminator(_is_table),
+    ] = "global"
+    virtual_obstacle: Annotated[
+        Annotated[bool, Tag("=plain")] | Annotated[VirtualObstacleTable, Tag("=table")], Discriminator(_is_table)
+    ] = False
+    avoidance: Avoidance = "none"
+    fusion: Fusion = "union"
+    integral: Integral = "exact"
+    knowledge: KnowledgeRule = "sensed"
+    replan: Replan = "change"
+    exclude: Exclude = "none"
+    movement: Movement = "step"
+    start: Start = "exact"
+    update: Update = "simultaneous"
+    arrival_radius: float = Field(0.0, ge=0, description="map units around the goal that count as arrived")
+    collision_distance: float | None = Field(None, ge=0, description="closer is a collision, map units")
+    collisions: Meeting = "end"
+    terminal_radius: float | None = Field(None, ge=0, description="of the discs around goals, map units")
+    max_ticks: int | None = Field(None, ge=1)
+    incremental: bool = True
+
+    def chosen(self) -> dict[str, Any]:
+        """Return what the file sets, by the name of `Mission`'s setting."""
+        return {name: getattr(self, name) for name in FlySettings.model_fields if name in self.model_fields_set}
+
+
+class VariantTable(FlySettings, UavSettings):
+    """The same mission with other settings: any of ``[fly]``, and those of UAVs, then for all of them."""
+
+    name: Line = Field(min_length=1)
+
+
+class MissionTable(MapTable, UavSettings):
+    """A mission file."""
+
+    title: Line = ""
+    scenario: str | None = Field(
+        None, description="take the map of a shipped scenario, or of a .toml beside this file, instead of one here"
+    )
+    uavs: list[UavTable] = Field(default_factory=list)
+    random_uavs: RandomUavsTable | None = None
+    timed_threats: list[TimedThreatTable] = Field(default_factory=list)
+    timed_areas: list[TimedAreaTable] = Field(default_factory=list)
+    fly: FlySettings | None = None
+    variants: list[VariantTable] = Field(default_factory=list)
+
+    def ends(self) -> list[tuple[str, Point]]:
+        """Name the starts and goals of the UAVs that the file writes out, in its own coordinates."""
+        return [
+            (f"uavs.{number}.{name}", (x, y))
+            for number, uav in enumerate(self.uavs)
+            for name, (x, y) in (("start", uav.start), ("goal", uav.goal))
+        ]

@@ -1,0 +1,301 @@
+"""Scenarios: problems in TOML files, some of them shipped with the toolkit."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import Field
+
+from cgla_graph._types import Bounds, FloatArray, Point
+from cgla_graph._validate import four_numbers, point
+from cgla_graph.errors import CglaError, ScenarioError
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField
+from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, Pair, read_table
+from cgla_graph.scenarios.projection import LocalProjection
+from cgla_graph.scenarios.shipped import Shelf
+from cgla_graph.scenarios.text_files import read_text
+
+#: What prints the schema of scenario files.
+SCHEMA = "cgla scenarios --schema"
+#: Those that are shipped.
+SHELF = Shelf("scenario", "maps", ".toml, .geojson, .map or .scen", ScenarioError)
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """
+    A problem with a name, and with what a comparison needs to know beside it.
+
+    Attributes
+    ----------
+    name, title
+        A short name for tables and files, and one line that says what it shows.
+    problem
+        The problem, in map units (metres where `projection` is set).
+    lattice
+        The lattice that graph solvers plan on.
+    settings
+        Settings of solvers, by the solver's name, that suit this scenario.
+    projection
+        How longitude and latitude became metres; None for a map in the plane. Lengths on its plane are a little longer
+        than on the Earth: see `stretch` and `bound_on_earth`.
+    y_down
+        Whether y grows downwards, as in grid maps; pictures follow.
+    notes
+        Where the values come from.
+
+    Examples
+    --------
+    >>> load_scenario("paper").problem.k
+    10.0
+    """
+
+    name: str
+    title: str
+    problem: Problem
+    lattice: Lattice
+    settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    projection: LocalProjection | None = None
+    y_down: bool = False
+    notes: str = ""
+
+    @property
+    def full_title(self) -> str:
+        """Name and title in one line."""
+        return f"{self.name}: {self.title}" if self.title else self.name
+
+    def bound_on_earth(self, bound: float) -> float:
+        """
+        Turn a proven lower bound of the problem's cost into one that holds on the Earth, if the map is of the Earth.
+
+        The plane of a map in longitude and latitude stretches lengths; what is proven of all paths on it (by
+        `cgla_graph.lower_bound`, by a solver) is divided by that, where paths of that cost can go. No path on the Earth
+        costs less: neither where risk is what the plane says at each place, nor where it is what the distance on the
+        Earth from each threat says. No-fly areas are as on the plane, within a metre of their edges in degrees.
+
+        Parameters
+        ----------
+        bound
+            Of ``length + k * risk``, map units.
+
+        Returns
+        -------
+        bound
+            The same for a map in the plane.
+
+        Examples
+        --------
+        >>> finland = load_scenario("finland")
+        >>> f"{1.0 - finland.bound_on_earth(240e3) / 240e3:.4%}"
+        '0.0104%'
+        """
+        if self.projection is None:
+            return bound
+        return self.projection.bound_on_earth(bound, self.problem.start, self.problem.goal, self.problem.bounds)
+
+    def stretch(self, points: FloatArray) -> float:
+        """
+        Bound how many times as long as on the Earth a path on the map is; 1 for a map in the plane.
+
+        Parameters
+        ----------
+        points
+            Of the path, shape ``(m, 2)``, map units.
+
+        Returns
+        -------
+        stretch
+            At least 1.
+
+        Examples
+        --------
+        >>> finland = load_scenario("finland")
+        >>> f"{finland.stretch(np.array([finland.problem.start])) - 1.0:.4%}"
+        '0.0056%'
+        """
+        if self.projection is None:
+            return 1.0
+        return self.projection.stretch(float(np.hypot(*np.reshape(points, (-1, 2)).T).max(initial=0.0)))
+
+
+class ScenarioTable(MapTable):
+    """A scenario file."""
+
+    start: Pair
+    goal: Pair
+    k: float = Field(ge=0, description="risk weight: cost = length + k * risk")
+    solvers: dict[str, dict[str, int | float | str | bool]] = Field(
+        default_factory=dict, description="settings of solvers that suit this scenario"
+    )
+
+    def ends(self) -> list[tuple[str, Point]]:
+        """Name start and goal, in the file's own coordinates."""
+        return list(zip(("start", "goal"), self.journey(), strict=True))
+
+    def journey(self) -> tuple[Point, Point]:
+        """Return start and goal, in the file's own coordinates."""
+        return (self.start[0], self.start[1]), (self.goal[0], self.goal[1])
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON schema of scenario files."""
+    return ScenarioTable.model_json_schema()
+
+
+def scenario_from_toml(text: str, name: str, *, folder: Path | None = None, where: str | None = None) -> Scenario:
+    r"""
+    Build a scenario from the text of a TOML file.
+
+    Parameters
+    ----------
+    text
+        The file's text.
+    name
+        Name of the scenario.
+    folder
+        Where relative paths in it start; the current folder if left out.
+    where
+        What error messages call the file.
+
+    Returns
+    -------
+    scenario
+        The scenario.
+
+    Raises
+    ------
+    ScenarioError
+        If the text is no TOML, a key is unknown, a value has the wrong type or the problem is malformed; the message
+        names the key's path and the remedy.
+
+    Examples
+    --------
+    >>> scenario_from_toml("start = [0, 0]\ngoal = [1, 1]\nk = 3", "mine").problem.k
+    3.0
+    """
+    place = where or name
+    return _build(read_table(text, ScenarioTable, place=place, command=SCHEMA), folder or Path(), name, place)
+
+
+def shipped() -> list[str]:
+    """
+    List the scenarios that the toolkit ships, the paper's map first.
+
+    Examples
+    --------
+    >>> shipped()[0]
+    'paper'
+    """
+    return sorted(SHELF.names(), key=lambda name: name != "paper")
+
+
+def load_scenario(
+    name: str | Path, *, start: Point | None = None, goal: Point | None = None, bounds: Bounds | None = None
+) -> Scenario:
+    """
+    Load a shipped scenario by name, or a scenario file by path.
+
+    Parameters
+    ----------
+    name
+        The name or the path.
+    start, goal, bounds
+        Instead of the file's own, in its coordinates (degrees where it holds longitudes and latitudes). Threats that
+        the file draws stay where they are.
+
+    Raises
+    ------
+    ScenarioError
+        If there is none (the message offers the nearest names), the file is malformed, or start or goal is not on the
+        map.
+
+    Examples
+    --------
+    >>> load_scenario("paper").problem.goal
+    (0.9, 0.9)
+    """
+    path, table = Path(name), open_table(name)
+    try:
+        changes: dict[str, list[float]] = {
+            key: list(check(key, given))
+            for key, check, given in (("start", point, start), ("goal", point, goal), ("bounds", four_numbers, bounds))
+            if given is not None
+        }
+    except CglaError as error:
+        msg = f"{path}: {error}"
+        raise ScenarioError(msg) from error
+    return _build(table, path.parent, path.stem, str(path), changes)
+
+
+def open_table(name: str | Path) -> ScenarioTable:
+    """
+    Read a shipped scenario by name, or a scenario file by path, but build nothing.
+
+    Raises
+    ------
+    ScenarioError
+        As `load_scenario`.
+
+    Examples
+    --------
+    >>> open_table("paper").start
+    [0.1, 0.1]
+    """
+    path = Path(name)
+    is_file = path.suffix.lower() == ".toml"
+    text = read_text(path, str(path), "a TOML file") if is_file else shipped_text(str(name))
+    return read_table(text, ScenarioTable, place=str(path), command=SCHEMA)
+
+
+def shipped_text(name: str) -> str:
+    """
+    Return the file of a shipped scenario.
+
+    Raises
+    ------
+    ScenarioError
+        If there is none of that name; the message offers the nearest.
+
+    Examples
+    --------
+    >>> "k = 10.0" in shipped_text("paper")
+    True
+    """
+    return SHELF.text(name, shipped())
+
+
+def _build(
+    table: ScenarioTable, folder: Path, name: str, place: str, changes: Mapping[str, list[float]] | None = None
+) -> Scenario:
+    """Return the scenario of a checked table, some of its keys changed; error messages call its file `place`."""
+    try:
+        if changes:
+            threats = [*table.threats, *MapBuilder(table, folder).drawn()]
+            table = table.model_copy(update={"threats": threats, "random_threats": None, **changes})
+        builder = MapBuilder(table, folder)
+        start, goal = (builder.end(name, list(place)) for name, place in table.ends())
+        problem = Problem(
+            start=start,
+            goal=goal,
+            field=RiskField(builder.threats(), improper=table.improper),
+            k=table.k,
+            bounds=builder.bounds,
+            no_fly=builder.no_fly(),
+        )
+        lattice = builder.lattice()
+    except (ValueError, CglaError) as error:
+        msg = f"{place}: {error}"
+        raise ScenarioError(msg) from error
+    return Scenario(
+        name=name,
+        title=table.title,
+        problem=problem,
+        lattice=lattice,
+        settings=table.solvers,
+        projection=builder.projection,
+        notes=table.notes,
+    )
