@@ -39,10 +39,10 @@ if TYPE_CHECKING:
     from cgla_graph.scenarios.mission_file import load_mission as load_mission
     from cgla_graph.scenarios.scenario import Scenario as Scenario
     from cgla_graph.scenarios.scenario import load_scenario as load_scenario
-    from cgla_graph.solvers.bridge import solve as solve
-    from cgla_graph.solvers.trade_off import pareto as pareto
-    from cgla_graph.solvers.within import plan_within_length as plan_within_length
-    from cgla_graph.solvers.within import plan_within_risk as plan_within_risk
+    from cgla_graph.solvers.solving import solve as solve
+    from cgla_graph.solvers.trade_off.constrained import plan_within_length as plan_within_length
+    from cgla_graph.solvers.trade_off.constrained import plan_within_risk as plan_within_risk
+    from cgla_graph.solvers.trade_off.pareto import pareto as pareto
 
 __version__ = "0.1.0"
 
@@ -75,10 +75,10 @@ _HOMES = {
     "load_mission": "scenarios.mission_file",
     "load_scenario": "scenarios.scenario",
     "lower_bound": "certificate.certificate",
-    "pareto": "solvers.trade_off",
-    "plan_within_length": "solvers.within",
-    "plan_within_risk": "solvers.within",
-    "solve": "solvers.bridge",
+    "pareto": "solvers.trade_off.pareto",
+    "plan_within_length": "solvers.trade_off.constrained",
+    "plan_within_risk": "solvers.trade_off.constrained",
+    "solve": "solvers.solving",
 }
 
 __all__ = [*sorted(_HOMES), "comparisons", "solvers"]  # noqa: PLE0604 - strings, all of them

@@ -27,7 +27,7 @@ from cgla_graph.scenarios.projection import LocalProjection
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.scenarios.text_files import read_text
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.bridge import solve
+from cgla_graph.solvers.solving import solve
 
 #: The solver whose path the bound is held against unless a file gives one.
 SOLVER = "hybrid"

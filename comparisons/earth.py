@@ -8,8 +8,8 @@ from cgla_graph._types import FloatArray
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario
-from cgla_graph.solvers.trade_off import ROUNDING
-from cgla_graph.solvers.within import PlanWithin
+from cgla_graph.solvers.trade_off.constrained import PlanWithin
+from cgla_graph.solvers.trade_off.pareto import ROUNDING
 
 
 def plane_tolerance(scenario: Scenario, tolerance: float, cost: float) -> float:

@@ -17,7 +17,7 @@ from cgla_graph.comparisons.plot_text import plain
 from cgla_graph.comparisons.plot_units import cost_unit, unit_scale
 from cgla_graph.comparisons.tables import figure as digits
 from cgla_graph.scenarios.scenario import Scenario
-from cgla_graph.solvers.trade_off import Front, FrontPoint
+from cgla_graph.solvers.trade_off.pareto import Front, FrontPoint
 
 _SIZE = (3.6, 3.2)  # inches: the plot of risk against length
 _BAR = 0.13  # inches: thickness of the colour bar
@@ -43,7 +43,7 @@ def pareto_figure(scenario: Scenario, front: Front) -> Figure:
     Examples
     --------
     >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> from cgla_graph.solvers.trade_off import pareto
+    >>> from cgla_graph.solvers.trade_off.pareto import pareto
     >>> scenario = load_scenario("one-threat")
     >>> figure = pareto_figure(scenario, pareto(scenario.problem, solver="cgla", resolution=6))
     >>> [axes.get_ylabel() for axes in figure.axes]

@@ -18,8 +18,8 @@ from cgla_graph.model.problem import BOUND_TOLERANCE, GraphProblem, Problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.bridge import solve, weighed
-from cgla_graph.solvers.hybrid import Hybrid
+from cgla_graph.solvers.continuous.hybrid import Hybrid
+from cgla_graph.solvers.solving import solve, weighed
 from cgla_graph.solvers.warm_up import small_problem
 from cgla_graph.solvers.warm_up import warm_up as warm_up_solver
 

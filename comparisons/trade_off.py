@@ -17,8 +17,8 @@ from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.trade_off import Front, pareto
-from cgla_graph.solvers.within import PlanWithin, plan_within_length, plan_within_risk
+from cgla_graph.solvers.trade_off.constrained import PlanWithin, plan_within_length, plan_within_risk
+from cgla_graph.solvers.trade_off.pareto import Front, pareto
 
 #: The columns of `pareto.csv`: a point's range of weights (empty: without end), and the path's numbers.
 COLUMNS = ("k_low", "k_high", "k", "length", "risk", "cost", "waypoints")

@@ -13,7 +13,7 @@ from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status, TracePoint
-from cgla_graph.solvers import bridge, registry
+from cgla_graph.solvers import registry, solving
 from cgla_graph.solvers.base import Solver, Traits, whole_setting
 
 
@@ -102,10 +102,10 @@ class Refine:
                 return Solution(Status.UNSUPPORTED, message=f"the base does not fit: {found.message}")
         else:
             resolution = 20 if self.resolution is None else self.resolution
-            found = bridge.solve(problem, base, resolution=resolution)
+            found = solving.solve(problem, base, resolution=resolution)
         if not found.status.is_path:
             return found
         if not found.trace:
             moment = TracePoint(found.seconds, found.evaluations, found.cost)
             found = dataclasses.replace(found, trace=(moment,))
-        return bridge.refined(problem, found, tolerance=self.tolerance, max_points=self.max_points)
+        return solving.refined(problem, found, tolerance=self.tolerance, max_points=self.max_points)

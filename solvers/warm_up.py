@@ -26,7 +26,7 @@ def shortened(solver: SolverT) -> SolverT:
 
     Examples
     --------
-    >>> from cgla_graph.solvers.prm_star import PrmStar
+    >>> from cgla_graph.solvers.sampling.prm_star import PrmStar
     >>> shortened(PrmStar(seed=7)).milestones, shortened(PrmStar(seed=7)).seed
     (100, 7)
     """
@@ -51,7 +51,7 @@ def warm_up(solver: Solver, *, refine: bool = False) -> None:
 
     Examples
     --------
-    >>> from cgla_graph.solvers.cgla import Cgla
+    >>> from cgla_graph.solvers.exact.cgla import Cgla
     >>> warm_up(Cgla())
     """
     kind = type(solver)

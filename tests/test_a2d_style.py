@@ -18,7 +18,7 @@ from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario
-from cgla_graph.solvers.a2d_style import A2dStyle
+from cgla_graph.solvers.reactive.a2d_style import A2dStyle
 
 U_TRAP = shapely.box(0.3, 0.3, 0.7, 0.7).difference(shapely.box(0.2, 0.35, 0.65, 0.65))
 

@@ -16,10 +16,10 @@ from cgla_graph._types import Point
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.random_map import random_scenario
-from cgla_graph.solvers import cpvs_style
-from cgla_graph.solvers.cpvs_style import BLOCKED, HYSTERESIS, CpvsStyle, SubgoalMemory
-from cgla_graph.solvers.fbcri_style import FbcriStyle
-from cgla_graph.solvers.reactive import Surroundings
+from cgla_graph.solvers.reactive import cpvs_style
+from cgla_graph.solvers.reactive.cpvs_style import BLOCKED, HYSTERESIS, CpvsStyle, SubgoalMemory
+from cgla_graph.solvers.reactive.fbcri_style import FbcriStyle
+from cgla_graph.solvers.reactive.step_by_step import Surroundings
 
 WALL = shapely.box(0.49, 0.2, 0.51, 1.0)
 

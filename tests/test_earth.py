@@ -22,7 +22,7 @@ from cgla_graph.comparisons.contender import Contender
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
-from cgla_graph.solvers.within import PlanWithin
+from cgla_graph.solvers.trade_off.constrained import PlanWithin
 
 GEOD = pyproj.Geod(ellps="WGS84")
 HELSINKI, TAMPERE = (24.94, 60.17), (23.76, 61.50)

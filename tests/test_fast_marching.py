@@ -12,7 +12,7 @@ from strategies import few, fields, points
 import cgla_graph as cg
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS
 from cgla_graph.scenarios.scenario import load_scenario, shipped
-from cgla_graph.solvers.fast_marching import FastMarching
+from cgla_graph.solvers.continuous.fast_marching import FastMarching
 
 
 def excess(problem: cg.Problem, cells: int, order: int, best: float) -> float:

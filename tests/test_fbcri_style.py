@@ -21,12 +21,12 @@ from cgla_graph.model.risk import ImproperFieldWarning, RiskField
 from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.scenarios.random_map import random_scenario
-from cgla_graph.solvers import fuzzy_steering
-from cgla_graph.solvers.cpvs_style import CpvsStyle
-from cgla_graph.solvers.fbcri_style import FbcriStyle
-from cgla_graph.solvers.fuzzy import about
-from cgla_graph.solvers.fuzzy_steering import BASE, BLUR, MOST_WRITTEN, TABLE, TURN
-from cgla_graph.solvers.reactive import Surroundings
+from cgla_graph.solvers.reactive import fuzzy_steering
+from cgla_graph.solvers.reactive.cpvs_style import CpvsStyle
+from cgla_graph.solvers.reactive.fbcri_style import FbcriStyle
+from cgla_graph.solvers.reactive.fuzzy import about
+from cgla_graph.solvers.reactive.fuzzy_steering import BASE, BLUR, MOST_WRITTEN, TABLE, TURN
+from cgla_graph.solvers.reactive.step_by_step import Surroundings
 
 SIDE = 4.0
 BOUNDS = (0.0, 0.0, SIDE, SIDE)

@@ -22,7 +22,7 @@ from cgla_graph.errors import OutputError
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
-from cgla_graph.solvers.bridge import solve
+from cgla_graph.solvers.solving import solve
 
 TEXT = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n[lattice]\nresolution = 3\n"
 DEVICE = Path("/dev/full")

@@ -28,7 +28,7 @@ from cgla_graph.comparisons.tables import comparison_table
 from cgla_graph.comparisons.trade_off import front_table
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario
-from cgla_graph.solvers.trade_off import Front, FrontPoint
+from cgla_graph.solvers.trade_off.pareto import Front, FrontPoint
 
 WIDTHS = [80, 100, 120, 160]
 SCENARIO = load_scenario("finland")

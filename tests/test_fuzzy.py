@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.solvers.fuzzy import RuleBase, Triangle, about, centroid, membership, possibility, triangles
+from cgla_graph.solvers.reactive.fuzzy import RuleBase, Triangle, about, centroid, membership, possibility, triangles
 
 INF = math.inf
 LOW, HIGH = -6, 6

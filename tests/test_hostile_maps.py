@@ -11,8 +11,8 @@ from cgla_graph._types import FloatArray
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
-from cgla_graph.solvers.milp_map import obstacles_of
-from cgla_graph.solvers.milp_model import MOST_CHOICES, Horizon, best_plan
+from cgla_graph.solvers.reactive.milp_map import obstacles_of
+from cgla_graph.solvers.reactive.milp_model import MOST_CHOICES, Horizon, best_plan
 
 # specks are warned of
 pytestmark = pytest.mark.filterwarnings("ignore::cgla_graph.model.risk.SmallSpreadWarning")

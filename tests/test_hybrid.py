@@ -20,9 +20,9 @@ from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import shipped
-from cgla_graph.solvers import hybrid, hybrid_roadmap
 from cgla_graph.solvers.checks import check_solver
-from cgla_graph.solvers.hybrid import Hybrid
+from cgla_graph.solvers.continuous import hybrid, hybrid_roadmap
+from cgla_graph.solvers.continuous.hybrid import Hybrid
 
 QUICK = Hybrid(tolerance=None)
 

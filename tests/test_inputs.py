@@ -19,7 +19,7 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.scenarios.loading import MOST_CELLS, open_scenarios
 from cgla_graph.scenarios.movingai import map_beside, read_map, read_scenario_rows
 from cgla_graph.scenarios.scenario import Scenario, shipped
-from cgla_graph.solvers.bridge import solve
+from cgla_graph.solvers.solving import solve
 
 LONLAT = 'coordinates = "lonlat"\nstart = [24.1, 60.1]\ngoal = [24.9, 60.9]\nk = 1.0\n'
 BASE = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 1.0\n"

@@ -21,9 +21,9 @@ from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import load_scenario, shipped
-from cgla_graph.solvers.eight_direction import EightDirection
-from cgla_graph.solvers.lazy_theta_star import LazyThetaStar
-from cgla_graph.solvers.theta_kernels import neighbours, squeezes
+from cgla_graph.solvers.grid.eight_direction import EightDirection
+from cgla_graph.solvers.grid.lazy_theta_star import LazyThetaStar
+from cgla_graph.solvers.grid.theta_kernels import neighbours, squeezes
 
 SIDE = 4.0
 BOUNDS = (0.0, 0.0, SIDE, SIDE)

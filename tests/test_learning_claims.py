@@ -15,7 +15,7 @@ from cgla_graph.comparisons.claims.evidence import Evidence, Scale
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
-from cgla_graph.solvers.value_iteration import decision_process, greedy, least_target_reward, value_iteration
+from cgla_graph.solvers.grid.value_iteration import decision_process, greedy, least_target_reward, value_iteration
 
 FEW = Evidence(Scale(maps=2))
 (CLAIM,) = claims.CLAIMS

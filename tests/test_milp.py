@@ -15,9 +15,9 @@ from cgla_graph._types import FloatArray
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.random_map import random_scenario
-from cgla_graph.solvers.milp import Milp
-from cgla_graph.solvers.milp_map import NEGLIGIBLE, corner_graph, obstacles_of, threat_obstacle
-from cgla_graph.solvers.milp_model import FACETS, SHADOW, Horizon, KeepOut, best_plan
+from cgla_graph.solvers.reactive.milp import Milp
+from cgla_graph.solvers.reactive.milp_map import NEGLIGIBLE, corner_graph, obstacles_of, threat_obstacle
+from cgla_graph.solvers.reactive.milp_model import FACETS, SHADOW, Horizon, KeepOut, best_plan
 
 LOW, HIGH = np.array([-0.5, -0.5]), np.array([0.5, 0.5])
 PLACES = np.array([[0.15, 0.0], [0.14, 0.06], [0.14, -0.06]])
@@ -166,7 +166,7 @@ def test_a_goal_behind_walls_is_out_of_reach() -> None:
 def test_where_the_program_has_no_plan_the_graph_of_corners_leads_on(monkeypatch: pytest.MonkeyPatch) -> None:
     wall = shapely.box(0.4, 0.0, 0.6, 0.8)
     problem = cg.Problem((0.1, 0.1), (0.9, 0.1), no_fly=wall)
-    monkeypatch.setattr("cgla_graph.solvers.milp.best_plan", lambda *_, **__: None)
+    monkeypatch.setattr("cgla_graph.solvers.reactive.milp.best_plan", lambda *_, **__: None)
     assert cg.solve(problem, Milp()).cost == pytest.approx(2.0 * math.hypot(0.3, 0.7) + 0.2, abs=1e-4)
 
 

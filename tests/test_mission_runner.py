@@ -19,8 +19,8 @@ from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, MissionStatus
 from cgla_graph.scenarios.mission_file import MissionFile, load_mission
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.bridge import solve
-from cgla_graph.solvers.dijkstra import Dijkstra
+from cgla_graph.solvers.exact.dijkstra import Dijkstra
+from cgla_graph.solvers.solving import solve
 
 #: A rule that only graph solvers can follow.
 EXCLUDE = CROSSING.replace('collisions = "record"', 'collisions = "record"\nexclude = "last"')

@@ -38,7 +38,7 @@ pytestmark = pytest.mark.ompl
 from ompl import base as ob  # noqa: E402 - only where it is installed
 from ompl import geometric as og  # noqa: E402
 
-from cgla_graph.solvers import ompl_run, ompl_space  # noqa: E402
+from cgla_graph.solvers.sampling import ompl_run, ompl_space  # noqa: E402
 
 QUICK: dict[str, dict[str, Any]] = {
     "rrt-star": {"iterations": 200},

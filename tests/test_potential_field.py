@@ -20,8 +20,8 @@ from cgla_graph.mission.world import World
 from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario, shipped
-from cgla_graph.solvers.potential_field import PotentialField
-from cgla_graph.solvers.reactive import Surroundings
+from cgla_graph.solvers.reactive.potential_field import PotentialField
+from cgla_graph.solvers.reactive.step_by_step import Surroundings
 
 CELL = shapely.box(0.29, 0.49, 0.31, 0.51).difference(shapely.box(0.295, 0.495, 0.305, 0.505))
 

@@ -25,10 +25,10 @@ from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario, shipped
-from cgla_graph.solvers import q_learning_kernels as kernels
-from cgla_graph.solvers.eight_direction import EightDirection
-from cgla_graph.solvers.q_learning import QLearning
-from cgla_graph.solvers.value_iteration import (
+from cgla_graph.solvers.grid import q_learning_kernels as kernels
+from cgla_graph.solvers.grid.eight_direction import EightDirection
+from cgla_graph.solvers.grid.q_learning import QLearning
+from cgla_graph.solvers.grid.value_iteration import (
     REWARD_TOLERANCE,
     DecisionProcess,
     Reward,

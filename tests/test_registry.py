@@ -181,13 +181,13 @@ def test_a_process_without_ompl_runs_everything_else(tmp_path: Path) -> None:
 
 
 def test_a_plug_in_is_a_solver_like_any_other(plug_ins: PlugIns) -> None:
-    plug_ins(mine="cgla_graph.solvers.dijkstra:Dijkstra")
+    plug_ins(mine="cgla_graph.solvers.exact.dijkstra:Dijkstra")
     assert registry.names()[-1] == "mine"
     assert registry.get("mine") == registry.get("dijkstra")
 
 
 def test_a_built_in_wins_over_a_plug_in(plug_ins: PlugIns) -> None:
-    plug_ins(cgla="cgla_graph.solvers.dijkstra:Dijkstra")
+    plug_ins(cgla="cgla_graph.solvers.exact.dijkstra:Dijkstra")
     assert registry.traits("cgla").name == "cgla"
     assert registry.names().count("cgla") == 1
 
@@ -201,7 +201,7 @@ def test_a_plug_in_that_cannot_be_imported_is_missing(plug_ins: PlugIns) -> None
         registry.get("broken")
 
 
-@pytest.mark.parametrize("value", ["cgla_graph.solvers.dijkstra:NoSuchClass", "json:loads", "json"])
+@pytest.mark.parametrize("value", ["cgla_graph.solvers.exact.dijkstra:NoSuchClass", "json:loads", "json"])
 def test_a_plug_in_that_is_no_solver_is_missing(plug_ins: PlugIns, value: str) -> None:
     plug_ins(broken=value)
     assert "broken" not in registry.names()

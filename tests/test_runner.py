@@ -25,7 +25,7 @@ from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.base import Traits
-from cgla_graph.solvers.bridge import solve
+from cgla_graph.solvers.solving import solve
 
 SMALL = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\nthreats = [{ x = 0.5, y = 0.5, spread = 0.1 }]\n"
 LATTICE = "[lattice]\nresolution = 6\n"

@@ -20,7 +20,7 @@ from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.mission_file import mission_from_toml
 from cgla_graph.scenarios.projection import LocalProjection
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml, schema, shipped, shipped_text
-from cgla_graph.solvers.bridge import solve
+from cgla_graph.solvers.solving import solve
 
 ENDS = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\n"
 BASE = f"{ENDS}k = 1.0\n"

@@ -11,9 +11,9 @@ from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.base import Traits
-from cgla_graph.solvers.cgla import Cgla
 from cgla_graph.solvers.checks import check_solver
-from cgla_graph.solvers.straight_line import StraightLine
+from cgla_graph.solvers.continuous.straight_line import StraightLine
+from cgla_graph.solvers.exact.cgla import Cgla
 
 QUICK: dict[str, dict[str, Any]] = {
     "rrt-star": {"iterations": 300},

@@ -18,10 +18,10 @@ from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS
 from cgla_graph.scenarios.scenario import load_scenario
-from cgla_graph.solvers.constrained_search import constrained_path
-from cgla_graph.solvers.reweighing import Reweighed
-from cgla_graph.solvers.trade_off import Front, lower_hull
-from cgla_graph.solvers.within import PlanWithin
+from cgla_graph.solvers.trade_off.constrained import PlanWithin
+from cgla_graph.solvers.trade_off.label_search import constrained_path
+from cgla_graph.solvers.trade_off.pareto import Front, lower_hull
+from cgla_graph.solvers.trade_off.reweighing import Reweighed
 
 #: Up to rounding of line integrals on maps of unit size.
 NEAR = 1e-9
@@ -220,7 +220,7 @@ def test_where_a_front_ends_more_weight_sheds_next_to_no_risk() -> None:
 def test_a_lattice_too_large_to_keep_is_weighed_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = load_scenario("one-threat").problem
     kept = cg.pareto(problem, solver="cgla", resolution=6)
-    monkeypatch.setattr("cgla_graph.solvers.reweighing.MATRICES_UP_TO", 10)
+    monkeypatch.setattr("cgla_graph.solvers.trade_off.reweighing.MATRICES_UP_TO", 10)
     anew = cg.pareto(problem, solver="cgla", resolution=6)
     assert anew.status is cg.Status.OPTIMAL
     assert [point.length for point in anew] == pytest.approx([point.length for point in kept])

@@ -19,7 +19,7 @@ from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario, shipped
-from cgla_graph.solvers.visibility_graph import VisibilityGraph
+from cgla_graph.solvers.geometric.visibility_graph import VisibilityGraph
 
 RING = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
 

@@ -22,9 +22,9 @@ from cgla_graph.model.solution import NEGATIVE_WEIGHTS
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario, shipped
-from cgla_graph.solvers import elastic
-from cgla_graph.solvers.elastic import relaxed
-from cgla_graph.solvers.voronoi import VoronoiRoadmap, _sites, voronoi_edges
+from cgla_graph.solvers.geometric import elastic
+from cgla_graph.solvers.geometric.elastic import relaxed
+from cgla_graph.solvers.geometric.voronoi import VoronoiRoadmap, _sites, voronoi_edges
 
 # The diagram
 

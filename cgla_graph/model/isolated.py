@@ -70,7 +70,7 @@ def run(solver: Any, problem: Problem | GraphProblem) -> tuple[Solution, float]:
 
     Examples
     --------
-    >>> from cgla_graph.solvers.straight_line import StraightLine
+    >>> from cgla_graph.solvers.continuous.straight_line import StraightLine
     >>> answer, seconds = run(StraightLine(), Problem((0, 0), (1, 1)))
     >>> answer.status.label, seconds < 60.0
     ('found', True)

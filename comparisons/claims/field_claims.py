@@ -15,8 +15,8 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import Reading, RiskField, Threat
 from cgla_graph.scenarios.scenario import Scenario
-from cgla_graph.solvers.cgla import Cgla
-from cgla_graph.solvers.eight_direction import EightDirection
+from cgla_graph.solvers.exact.cgla import Cgla
+from cgla_graph.solvers.grid.eight_direction import EightDirection
 
 #: The readings of Eq. 1 (E1, E2): the toolkit's own, and those that are printed or usual.
 READINGS: tuple[Reading, ...] = ("membership", "literal", "sigma2", "gauss2d")

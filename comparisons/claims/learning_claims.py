@@ -17,7 +17,12 @@ from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.scenarios.random_map import random_scenario
-from cgla_graph.solvers.value_iteration import DecisionProcess, decision_process, least_target_reward, value_iteration
+from cgla_graph.solvers.grid.value_iteration import (
+    DecisionProcess,
+    decision_process,
+    least_target_reward,
+    value_iteration,
+)
 
 #: Risk weights: none, and the paper's.
 WEIGHTS = (0.0, 10.0, 50.0, 200.0)

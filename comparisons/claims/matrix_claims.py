@@ -14,8 +14,8 @@ from cgla_graph.comparisons.claims.proving import improper_allowed, require
 from cgla_graph.comparisons.claims.random_graphs import SAME, are_close, eq_9, least_costs, random_graph, zero_diagonal
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.model.problem import GraphProblem
-from cgla_graph.solvers.cgla import Cgla
-from cgla_graph.solvers.dijkstra import Dijkstra
+from cgla_graph.solvers.exact.cgla import Cgla
+from cgla_graph.solvers.exact.dijkstra import Dijkstra
 
 
 def check_lemma_1(evidence: Evidence) -> Finding:

@@ -17,8 +17,8 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.scenarios.random_map import random_scenario
-from cgla_graph.solvers.bridge import solve
-from cgla_graph.solvers.cgla import Cgla
+from cgla_graph.solvers.exact.cgla import Cgla
+from cgla_graph.solvers.solving import solve
 
 _UNIT = (0.0, 0.0, 1.0, 1.0)
 

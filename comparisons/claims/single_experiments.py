@@ -18,7 +18,7 @@ from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import solve
-from cgla_graph.solvers.reweighing import Reweighed
+from cgla_graph.solvers.trade_off.reweighing import Reweighed
 
 #: The risk weights of Fig. 5 and Table 1, and of Fig. 6 and Table 2.
 ONLINE_K = (10.0, 50.0, 200.0)

@@ -21,7 +21,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario
-from cgla_graph.solvers.bridge import solve
+from cgla_graph.solvers.solving import solve
 
 #: The paper's sizes of C47.
 TIMED_SIZES = (15, 20, 25)

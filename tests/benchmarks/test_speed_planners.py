@@ -9,9 +9,9 @@ from test_speed import report, seconds
 
 import cgla_graph as cg
 from cgla_graph.scenarios.scenario import load_scenario
-from cgla_graph.solvers import q_learning_kernels as kernels
-from cgla_graph.solvers.q_learning import QLearning
-from cgla_graph.solvers.value_iteration import decision_process
+from cgla_graph.solvers.grid import q_learning_kernels as kernels
+from cgla_graph.solvers.grid.q_learning import QLearning
+from cgla_graph.solvers.grid.value_iteration import decision_process
 
 #: CGLA's 7.636752 s and Q-Learning's 26.4662 s, in the paper's section 5.1.
 RATIO_OF_THE_PAPER = 26.4662 / 7.636752

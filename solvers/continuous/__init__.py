@@ -1,0 +1,1 @@
+"""Solvers that plan in the plane itself."""

@@ -1,0 +1,232 @@
+"""The solver for people who just want the best path: search widely, then refine what was found."""
+
+import dataclasses
+import time
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import shapely
+from scipy.sparse import csgraph
+
+from cgla_graph._types import FloatArray, IntArray
+from cgla_graph._validate import positive_number
+from cgla_graph.certificate.certificate import lower_bound
+from cgla_graph.errors import ProblemError, SolverSettingError
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status, TracePoint
+from cgla_graph.refine.refine import refine_path
+from cgla_graph.solvers.base import Traits, whole_setting
+from cgla_graph.solvers.continuous import hybrid_roadmap
+
+#: Candidates cost at most so much more than the best one before refinement, relative to it.
+SLACK = 0.25
+#: The same without risk, where the corners are nodes and refinement only straightens.
+SLACK_WITHOUT_RISK = 0.02
+#: Candidates that are refined to the end cost at most so much more than the best one after a rough refinement.
+CLOSE = 0.01
+#: Threats and polygons that tell candidates apart, at most.
+MOST_POLES = 64
+#: The first look is taken on so many times fewer lattice points, unless they are fewer than so many.
+FEWER, FEWEST_POINTS = 7, 100
+#: Angles that are computed, at most: poles times nodes.
+MOST_ANGLES = 1_000_000
+
+
+@dataclass(frozen=True)
+class Hybrid:
+    """
+    A sparse search that sees every way around the threats, then refinement of the best few.
+
+    First, a graph with many directions is laid over the map, the corners of no-fly areas among its nodes (see
+    `hybrid_roadmap`). Least-cost trees from the start and from the goal give, for every node, the
+    best path through it. Two paths are different candidates if they pass some threat or polygon on different sides:
+    that is, if the angles that they sweep around it differ by a full turn (the H-signature of Bhattacharya, Kumar,
+    Likhachev, AAAI 2010). The cheapest candidates are refined (`cgla_graph.refine.refine.refine_path`), and the best
+    one wins.
+
+    To have a path soon, a quick search over a seventh of the lattice points comes before all that, where the map has
+    few corners.
+
+    Last, and not counted in `Solution.seconds`, a lower bound proves how good it is.
+
+    Attributes
+    ----------
+    points
+        Lattice points, about. The default resolves valleys of a fortieth of a square map's side.
+    radius
+        Longest step over the lattice, in spacings along each side; 3 gives 32 directions.
+    candidates
+        Paths that are refined, at most.
+    tolerance
+        Proven distance from the optimum to aim at, relative to the bound; None: no certificate.
+
+    Raises
+    ------
+    SolverSettingError
+        If a setting is out of range.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField, Threat
+    >>> problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0)
+    >>> round(Hybrid(tolerance=None).solve(problem).cost, 4)
+    1.3516
+    """
+
+    points: int = 1600
+    radius: int = 3
+    candidates: int = 12
+    tolerance: float | None = 0.01
+
+    traits: ClassVar[Traits] = Traits(
+        "hybrid", "wide search, then refinement of the best few, with a certificate", domain="plane", anytime=True
+    )
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        whole_setting("hybrid", "points", self.points, at_least=25, at_most=10**6)
+        whole_setting("hybrid", "radius", self.radius, at_least=1, at_most=10)
+        whole_setting("hybrid", "candidates", self.candidates, at_least=1)
+        try:
+            if self.tolerance is not None:
+                positive_number("tolerance", self.tolerance)
+        except ProblemError as error:
+            msg = f"hybrid: {error}, or None for no certificate"
+            raise SolverSettingError(msg) from error
+
+    def solve(self, problem: Problem) -> Solution:
+        """Search, refine, certify."""
+        if not problem.field.is_probability:
+            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
+        answer = _Search(problem, self).run()
+        if self.tolerance is None or not answer.status.is_path:
+            return answer
+        certificate = lower_bound(problem, self.tolerance, path=answer.path)
+        return dataclasses.replace(answer, lower_bound=certificate.lower_bound, certificate_seconds=certificate.seconds)
+
+
+class _Search:
+    """The state of one run: the best path so far, and what it took."""
+
+    def __init__(self, problem: Problem, settings: Hybrid) -> None:
+        self.began = time.perf_counter()
+        self.problem, self.settings = problem, settings
+        self.best: FloatArray = np.empty((0, 2))
+        self.cost = np.inf
+        self.evaluations = 0
+        self.trace: list[TracePoint] = []
+
+    def run(self) -> Solution:
+        first = self._first_look()
+        roadmap = hybrid_roadmap.lay(self.problem, self.settings.points, self.settings.radius)
+        self.evaluations += roadmap.evaluations
+        guesses = self._candidates(roadmap)
+        if not guesses:
+            return Solution(Status.NOT_FOUND, evaluations=self.evaluations, message="the goal cannot be reached")
+        self._offer(guesses[0])
+        rough = first + [self._refined(path, tolerance=1e-3, max_points=64) for path in guesses]
+        least = min(cost for _, cost in rough)
+        apart = roadmap.spacing
+        chosen: list[shapely.LineString] = []
+        for path, cost in sorted(rough, key=lambda pair: pair[1]):
+            line = shapely.LineString(path)
+            # candidates on different sides of a weak threat end up as the same path
+            if cost <= least * (1.0 + CLOSE) and all(line.hausdorff_distance(other) > apart for other in chosen):
+                chosen.append(line)
+                self._refined(path, tolerance=1e-5, max_points=1000)
+        message = f"{len(guesses)} candidates, {len(chosen)} refined to the end"
+        return Solution(
+            Status.FOUND,
+            path=self.best,
+            cost=self.cost,
+            evaluations=self.evaluations,
+            trace=tuple(self.trace),
+            message=message,
+        )
+
+    def _first_look(self) -> list[tuple[FloatArray, float]]:
+        """Find a path on a few lattice points, to have one soon; where there are many corners, it would not be soon."""
+        points = self.settings.points // FEWER
+        if points < FEWEST_POINTS or shapely.get_num_coordinates(self.problem.model.area.geometry) > MOST_POLES:
+            return []
+        roadmap = hybrid_roadmap.lay(self.problem, points, self.settings.radius)
+        self.evaluations += roadmap.evaluations
+        values, trees = csgraph.dijkstra(roadmap.weights, indices=[0], return_predecessors=True)
+        if not np.isfinite(values[0, 1]):
+            return []
+        path = roadmap.positions[_to_root(1, trees[0])[::-1]]
+        self._offer(path)
+        return [self._refined(path, tolerance=1e-3, max_points=40)]
+
+    def _offer(self, path: FloatArray) -> None:
+        found = self.problem.evaluate(path)
+        self.evaluations += len(path) - 1
+        if found.feasible and found.cost < self.cost:
+            self.best, self.cost = path, found.cost
+        self.trace.append(TracePoint(time.perf_counter() - self.began, self.evaluations, self.cost))
+
+    def _refined(self, path: FloatArray, *, tolerance: float, max_points: int) -> tuple[FloatArray, float]:
+        refined = refine_path(self.problem, path, tolerance=tolerance, max_points=max_points)
+        self.evaluations += refined.evaluations
+        self._offer(refined.path)
+        return refined.path, refined.cost
+
+    def _candidates(self, roadmap: hybrid_roadmap.Roadmap) -> list[FloatArray]:
+        """Find the cheapest path of each kind, cheapest first."""
+        values, trees = csgraph.dijkstra(roadmap.weights, indices=[0, 1], return_predecessors=True)
+        before = trees.astype(np.int64)
+        through = values[0] + values[1]
+        if not np.isfinite(through[0]):
+            return []
+        order = np.argsort(through, kind="stable")
+        slack = SLACK if len(self.problem.field) and self.problem.k > 0.0 else SLACK_WITHOUT_RISK
+        order = order[through[order] <= (1.0 + slack) * through[0]]
+        poles = _poles(self.problem, through[0])[: MOST_ANGLES // len(through)]
+        # the second half is walked from the node to the goal, against the goal's tree
+        there, back = (_swept(roadmap.positions, poles, values[i], before[i])[order] for i in range(2))
+        swept = there - back
+        turns = np.round((swept - swept[0]) / (2.0 * np.pi)).astype(np.int64)
+        first = np.unique(turns, axis=0, return_index=True)[1] if len(poles) else np.zeros(1, dtype=np.int64)
+        vias = order[np.sort(first)][: self.settings.candidates]
+        return [_through(int(via), before, roadmap.positions) for via in vias]
+
+
+def _poles(problem: Problem, cost: float) -> FloatArray:
+    """Return a point in each threat that matters and in each polygon, the greatest first, shape ``(p, 2)``."""
+    # through the middle of a threat, a path gathers at most about 2.5 peak * spread
+    rows = [(problem.k * t.peak * t.spread, t.x, t.y) for t in problem.field.threats]
+    rows = [row for row in rows if row[0] > 1e-3 * cost]
+    for polygon in getattr(problem.model.area.geometry, "geoms", [problem.model.area.geometry]):
+        if not polygon.is_empty:
+            inner = polygon.representative_point()
+            rows.append((polygon.length, inner.x, inner.y))
+    return np.array(sorted(rows, reverse=True)[:MOST_POLES]).reshape(-1, 3)[:, 1:]
+
+
+def _swept(positions: FloatArray, poles: FloatArray, values: FloatArray, before: IntArray) -> FloatArray:
+    """Return the angle that the tree's path to each node sweeps around each pole, shape ``(n, p)``."""
+    swept = np.zeros((len(positions), len(poles)))
+    order = np.argsort(values, kind="stable")
+    order = order[before[order] >= 0]
+    first, second = positions[before[order], None] - poles, positions[order, None] - poles
+    cross = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
+    turns = np.arctan2(cross, (first * second).sum(axis=-1))
+    for node, parent, turn in zip(order.tolist(), before[order].tolist(), turns, strict=True):
+        swept[node] = swept[parent] + turn
+    return swept
+
+
+def _through(via: int, before: IntArray, positions: FloatArray) -> FloatArray:
+    """Read the best path through a node off the two trees."""
+    there, back = (_to_root(via, tree) for tree in before)
+    return positions[there[::-1] + back[1:]]
+
+
+def _to_root(node: int, before: IntArray) -> list[int]:
+    """List the nodes from one of a tree to its root."""
+    nodes = []
+    while node >= 0:
+        nodes.append(node)
+        node = int(before[node])
+    return nodes

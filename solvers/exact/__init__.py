@@ -1,0 +1,1 @@
+"""Solvers that find the optimum of any graph."""

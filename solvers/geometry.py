@@ -1,0 +1,114 @@
+"""Plane geometry that several solvers use: directions, points on the unit circle, corners of areas."""
+
+import math
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import FloatArray, Point
+
+
+def bearing(here: Point, there: Point) -> float:
+    """
+    Return the direction from one place to another, radians counterclockwise from east.
+
+    Examples
+    --------
+    >>> bearing((1.0, 1.0), (1.0, 3.0)) == math.pi / 2
+    True
+    """
+    return math.atan2(there[1] - here[1], there[0] - here[0])
+
+
+def wrapped(angle: float) -> float:
+    """
+    Return the same direction as an angle from -pi to pi.
+
+    Examples
+    --------
+    >>> wrapped(1.5 * math.pi) == -0.5 * math.pi
+    True
+    """
+    return math.remainder(angle, math.tau)
+
+
+def unit_vectors(headings: FloatArray) -> FloatArray:
+    """
+    Return the vectors of length 1 in some directions.
+
+    Parameters
+    ----------
+    headings
+        Radians counterclockwise from east, shape ``(...)``.
+
+    Returns
+    -------
+    vectors
+        Shape ``(..., 2)``, no unit.
+
+    Examples
+    --------
+    >>> unit_vectors(np.array([0.0, math.pi / 2.0])).round(9).tolist()
+    [[1.0, 0.0], [0.0, 1.0]]
+    """
+    return np.stack([np.cos(headings), np.sin(headings)], axis=-1)
+
+
+def around_circle(count: int, *, first: float = 0.0) -> FloatArray:
+    """
+    Return points evenly around the unit circle, counterclockwise: the corners of a regular polygon.
+
+    Parameters
+    ----------
+    count
+        How many, at least 1.
+    first
+        How far the first one is beyond east, in parts of the circle: with 0.5, points face the sides of the polygon
+        that begins in the east.
+
+    Returns
+    -------
+    points
+        Shape ``(count, 2)``, no unit.
+
+    Examples
+    --------
+    >>> around_circle(4).round(9).tolist()
+    [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [-0.0, -1.0]]
+    """
+    return unit_vectors(2.0 * math.pi * (np.arange(count) + first) / count)
+
+
+def convex_corners(geometry: BaseGeometry, *, straight: float = 0.0) -> FloatArray:
+    """
+    Return the corners of polygons that a shortest path around them may bend in (Lozano-Perez and Wesley 1979).
+
+    Parameters
+    ----------
+    geometry
+        Polygons, with or without holes; of a hole, the corners that reach into it.
+    straight
+        Corners that turn in by less than this, radians, count as turning out.
+
+    Returns
+    -------
+    corners
+        Shape ``(c, 2)``, map units, each once, by x and then y.
+
+    Examples
+    --------
+    >>> ell = shapely.Polygon([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)])
+    >>> convex_corners(ell).tolist()
+    [[0.0, 0.0], [0.0, 2.0], [1.0, 2.0], [2.0, 0.0], [2.0, 1.0]]
+    """
+    corners = [np.empty((0, 2))]
+    for ring in shapely.get_rings(shapely.get_parts(shapely.orient_polygons(geometry))):
+        around = shapely.get_coordinates(ring)
+        # no edge leads nowhere; a closed ring repeats its first point
+        around = around[1:][(np.diff(around, axis=0) != 0.0).any(axis=1)]
+        back, ahead = around - np.roll(around, 1, axis=0), np.roll(around, -1, axis=0) - around
+        # the area is on the left
+        turn = back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0]
+        corners.append(around[turn > -straight * np.hypot(*back.T) * np.hypot(*ahead.T)])
+    return np.unique(np.vstack(corners), axis=0)

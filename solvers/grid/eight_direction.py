@@ -1,0 +1,68 @@
+"""The best path on the 8-connected lattice: what Q-Learning's eight moves can reach at best."""
+
+import time
+from dataclasses import dataclass
+from typing import ClassVar
+
+from cgla_graph.model.adjacency import CornerRule
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution
+from cgla_graph.solvers.base import Traits, check_lattice
+from cgla_graph.solvers.exact.dijkstra import Dijkstra
+
+
+@dataclass(frozen=True)
+class EightDirection:
+    """
+    Least cost over moves to the eight neighbours of a lattice point.
+
+    In free space, between points of a lattice of equal spacing along both sides, its path is at most 1.0824 times as
+    long as the straight line (``1 / cos(pi / 8)``), whatever the resolution; with unequal spacing, up to 1.4142 times.
+    Start and goal off the lattice are joined to the corners of their cell.
+
+    Attributes
+    ----------
+    resolution
+        Points a side of a closed lattice, or a `Lattice`; None: what `solve` is asked for, else 20.
+    corner_rule
+        ``touch``: a diagonal move may touch a corner of a no-fly area; ``both-free``: both lattice points beside it
+        must be outside, the rule of grid benchmarks.
+
+    Raises
+    ------
+    SolverSettingError
+        If the resolution is below 2 or the rule is unknown.
+
+    Examples
+    --------
+    >>> problem = Problem(start=(0, 0), goal=(1, 0.5))
+    >>> round(EightDirection(resolution=3).solve(problem).cost, 4)
+    1.2071
+    """
+
+    resolution: int | tuple[int, int] | Lattice | None = None
+    corner_rule: CornerRule = "touch"
+
+    traits: ClassVar[Traits] = Traits("eight-direction", "optimum of the 8-connected lattice", domain="plane")
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        check_lattice(self.traits.name, self.resolution, self.corner_rule)
+
+    def solve(self, problem: Problem) -> Solution:
+        """Lay the lattice, which is reported as time to build, and search it."""
+        began = time.perf_counter()
+        resolution = 20 if self.resolution is None else self.resolution
+        on = problem.on_eight_connected(resolution, corner_rule=self.corner_rule)
+        laid = time.perf_counter() - began
+        answer = on.judge(Dijkstra().solve(on))
+        return Solution(
+            answer.status,
+            path=answer.path,
+            nodes=answer.nodes,
+            cost=answer.cost,
+            build_seconds=laid + answer.build_seconds,
+            evaluations=on.graph.n_pairs,
+            message=answer.message,
+        )

@@ -1,0 +1,6 @@
+"""Solvers that decide step by step on what is around them."""
+
+# where those who write a solver of this kind have imported it from
+from cgla_graph.solvers.reactive.step_by_step import Reactive
+
+__all__ = ["Reactive"]

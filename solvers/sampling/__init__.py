@@ -1,0 +1,1 @@
+"""Solvers that draw samples: PRM*, and OMPL's planners."""

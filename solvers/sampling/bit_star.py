@@ -1,0 +1,91 @@
+"""BIT* of OMPL over the exact segment cost."""
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, ClassVar
+
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution
+from cgla_graph.solvers.base import LARGEST_SEED, Traits, positive_setting, whole_setting
+from cgla_graph.solvers.budget import Budget
+
+
+@dataclass(frozen=True)
+class BitStar:
+    """
+    OMPL's BIT* (Gammell, Barfoot, Srinivasa, IJRR 39(5), 2020): batches of samples, searched like by A*.
+
+    The lengths of segments are its heuristic, so that it weighs few segments; where risk makes the cost far greater
+    than the length, it looks at many edges before it weighs one.
+
+    Attributes
+    ----------
+    iterations
+        Budget of steps of its queue; None: no limit. It is the default budget, so that a seed gives the same path on
+        every machine.
+    seconds
+        Budget of time, in seconds; None: no limit. Once it ends the run, the same seed may give another path each time.
+    evaluations
+        Budget of segments weighed by Eq. 5; None: no limit. Whichever budget is used up first ends the run. BIT* also
+        ends when its path is as short as the straight line, or as good as nothing near enough is left to sample.
+    seed
+        From 1 (OMPL refuses 0) to 2^32 - 1.
+    samples_per_batch
+        Samples of a batch, at least 1.
+    rewire_factor
+        Scales the number of neighbours looked at; OMPL's default is 1.1. Below 1 the proof of optimality is void.
+
+    Raises
+    ------
+    SolverSettingError
+        If a setting is out of range, or the budget has no limit.
+
+    Examples
+    --------
+    >>> problem = Problem(start=(0.1, 0.1), goal=(0.9, 0.9))
+    >>> BitStar(iterations=200, seed=1).solve(problem).status.label
+    'found'
+    """
+
+    iterations: int | None = 20_000
+    seconds: float | None = None
+    evaluations: int | None = None
+    seed: int = 1
+    samples_per_batch: int = 100
+    rewire_factor: float = 1.1
+
+    traits: ClassVar[Traits] = Traits(
+        "bit-star",
+        "OMPL's BIT* over the same cost",
+        domain="plane",
+        anytime=True,
+        seeded=True,
+        needs=("ompl",),
+        isolated=True,
+    )
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        self._budget.check("bit-star")
+        whole_setting("bit-star", "seed", self.seed, at_least=1, at_most=LARGEST_SEED)
+        whole_setting("bit-star", "samples_per_batch", self.samples_per_batch, at_least=1, at_most=1_000_000)
+        positive_setting(self.traits.name, "rewire_factor", self.rewire_factor)
+
+    @property
+    def _budget(self) -> Budget:
+        return Budget(self.iterations, self.seconds, self.evaluations)
+
+    def solve(self, problem: Problem) -> Solution:
+        """Search batch after batch until the budget is used up."""
+        from cgla_graph.solvers.sampling import ompl_run, ompl_space  # noqa: PLC0415 - needs the optional package
+
+        cost = partial(ompl_space.PruningCost, samples_per_batch=self.samples_per_batch)
+        return ompl_run.run_anytime(problem, self._planner, self._budget, self.seed, cost)
+
+    def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
+        from ompl import geometric as og  # noqa: PLC0415 - optional
+
+        planner = og.BITstar(si)
+        planner.setSamplesPerBatch(self.samples_per_batch)
+        planner.setRewireFactor(self.rewire_factor)
+        return planner

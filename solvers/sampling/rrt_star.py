@@ -1,0 +1,81 @@
+"""RRT* of OMPL over the exact segment cost."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution
+from cgla_graph.solvers.base import LARGEST_SEED, Traits, positive_setting, whole_setting
+from cgla_graph.solvers.budget import Budget
+
+
+@dataclass(frozen=True)
+class RrtStar:
+    """
+    OMPL's RRT* (Karaman, Frazzoli, IJRR 30(7), 2011): an anytime tree that approaches the continuous optimum.
+
+    Attributes
+    ----------
+    iterations
+        Budget of samples; None: no limit. It is the default budget, so that a seed gives the same path on every
+        machine.
+    seconds
+        Budget of time, in seconds; None: no limit. Once it ends the run, the same seed may give another path each time.
+    evaluations
+        Budget of segments weighed by Eq. 5; None: no limit. Whichever budget is used up first ends the run.
+    seed
+        From 1 (OMPL refuses 0) to 2^32 - 1.
+    rewire_factor
+        Scales the number of neighbours looked at; OMPL's default is 1.1. Below 1 the proof of optimality is void,
+        yet more iterations fit into the same time.
+
+    Raises
+    ------
+    SolverSettingError
+        If a setting is out of range, or the budget has no limit.
+
+    Examples
+    --------
+    >>> problem = Problem(start=(0.1, 0.1), goal=(0.9, 0.9))
+    >>> RrtStar(iterations=200, seed=1).solve(problem).status.label
+    'found'
+    """
+
+    iterations: int | None = 2000
+    seconds: float | None = None
+    evaluations: int | None = None
+    seed: int = 1
+    rewire_factor: float = 1.1
+
+    traits: ClassVar[Traits] = Traits(
+        "rrt-star",
+        "OMPL's RRT* over the same cost",
+        domain="plane",
+        anytime=True,
+        seeded=True,
+        needs=("ompl",),
+        isolated=True,
+    )
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        self._budget.check(self.traits.name)
+        whole_setting(self.traits.name, "seed", self.seed, at_least=1, at_most=LARGEST_SEED)
+        positive_setting(self.traits.name, "rewire_factor", self.rewire_factor)
+
+    @property
+    def _budget(self) -> Budget:
+        return Budget(self.iterations, self.seconds, self.evaluations)
+
+    def solve(self, problem: Problem) -> Solution:
+        """Grow the tree until the budget is used up."""
+        from cgla_graph.solvers.sampling import ompl_run  # noqa: PLC0415 - needs the optional package
+
+        return ompl_run.run_anytime(problem, self._planner, self._budget, self.seed)
+
+    def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
+        from ompl import geometric as og  # noqa: PLC0415 - optional
+
+        planner = og.RRTstar(si)
+        planner.setRewireFactor(self.rewire_factor)
+        return planner

@@ -1,0 +1,416 @@
+"""The shortest path within a risk budget, the least risk within a length, and a proof of how good the answer is."""
+
+import dataclasses
+import math
+import time
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from cgla_graph._types import FloatArray
+from cgla_graph._validate import non_negative_number, positive_number
+from cgla_graph.certificate.certificate import lower_bound
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Evaluation, Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.refine.refine import refine_path
+from cgla_graph.solvers.base import Solver
+from cgla_graph.solvers.trade_off.label_search import constrained_path
+from cgla_graph.solvers.trade_off.pareto import ROUNDING, chord_weight, growing_weights, is_risk_free
+from cgla_graph.solvers.trade_off.reweighing import Reweighed
+
+#: Solver runs between the two weights that enclose the budget, at most.
+MOST_SOLVES = 60
+#: With a solver of the plane: end when the path is this close to what its own costs say is possible.
+CLOSE = 1e-5
+#: With a solver of the plane: look for more than risk weights find where they leave a greater gap than this.
+SMALL_GAP = 1e-3
+#: A lattice's best path is refined as well, up to this many nodes.
+SEEDS_UP_TO = 1000
+#: Weights that a path is refined under: how far from the one that prices the budget, and how many.
+MOST_SHIFT, SHIFTS = 64.0, 12
+#: Halvings on the way from a path that keeps the budget towards one that does not.
+HALVINGS = 30
+
+
+@dataclass(frozen=True, eq=False)
+class PlanWithin:
+    """
+    A path that keeps a budget, and what is proven of all paths that do.
+
+    Attributes
+    ----------
+    solution
+        The path, judged under the problem's own weight. ``OPTIMAL``: no path on the lattice that keeps the budget is
+        better.
+    limited
+        What the budget limits, ``risk`` or ``length``; the other is made small.
+    budget
+        How much of it there is.
+    k
+        The risk weight that prices the budget: the one that proves `dual_bound`. Infinite where risk alone counts.
+    dual_bound
+        Proven by Lagrangian duality: no path that keeps the budget has less length (or risk) than this. Infinite if
+        no path keeps it.
+    scope
+        Of which paths that is proven: all on the ``lattice``, or all in the ``plane`` inside the bounds.
+    n_solves
+        Solver runs it took.
+    """
+
+    solution: Solution
+    limited: Literal["risk", "length"]
+    budget: float
+    k: float
+    dual_bound: float
+    scope: Literal["lattice", "plane"]
+    n_solves: int
+
+    @property
+    def status(self) -> Status:
+        """How it ended."""
+        return self.solution.status
+
+    @property
+    def message(self) -> str:
+        """What else there is to say: of a budget that is too small, what is possible."""
+        return self.solution.message
+
+    @property
+    def gap(self) -> float:
+        """
+        The duality gap: length (or risk) over `dual_bound`, minus 1; NaN without a path.
+
+        At least as large as the distance from the best path within the budget. It stays above 0 where no risk weight
+        asks for that path.
+        """
+        if not self.status.is_path:
+            return math.nan
+        value = self.solution.length if self.limited == "risk" else self.solution.risk
+        if value <= self.dual_bound:
+            return 0.0
+        return value / self.dual_bound - 1.0 if self.dual_bound > 0.0 else math.inf
+
+
+def plan_within_risk(
+    problem: Problem,
+    max_risk: float,
+    *,
+    solver: str | Solver | None = None,
+    resolution: int | tuple[int, int] | Lattice = 20,
+    tolerance: float | None = 0.01,
+    **settings: Any,  # noqa: ANN401 - each solver has settings of its own
+) -> PlanWithin:
+    """
+    Find the shortest path whose risk is at most `max_risk`: the budget instead of a weight.
+
+    The Lagrangian dual, ``max over k of (least cost under k) - k * max_risk``, bounds the length from below; its
+    best weight is found between a path that breaks the budget and one that keeps it (Handler, Zang, Networks 10(4),
+    1980). What the best weight leaves between the two is searched as well: on a lattice by labels, up to the
+    optimum (`constrained_search`); in the plane by bending the path that keeps the budget towards the one that does
+    not, and by refining it and a lattice's best path until they use the budget up.
+
+    Parameters
+    ----------
+    problem
+        The map; its own `k` plays no part but in the cost that is reported.
+    max_risk
+        The budget, at least 0: the most that the line integral of the risk field may be.
+    solver
+        A name or a solver; None: `hybrid` where it is installed, else `cgla`.
+    resolution
+        For solvers that need a lattice, as in `solve`.
+    tolerance
+        Ratio above 0 that the lower bound of the cost (`cgla_graph.certificate.certificate.lower_bound`) aims at, with
+        a solver that is not exact on a lattice. None: prove only what the straight line does.
+    settings
+        Settings of a solver given by name.
+
+    Returns
+    -------
+    plan
+        Judged by the oracle. That no path keeps the budget is a status, whose message says what is possible.
+
+    Raises
+    ------
+    UnknownSolverError, SolverUnavailableError, SolverSettingError
+        If there is no such solver, it cannot run here, or a setting is wrong.
+    ProblemError
+        If the problem, the resolution or the budget is malformed.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField, Threat
+    >>> problem = Problem((0, 0.5), (1, 0.5), RiskField([Threat(0.5, 0.5, spread=0.1)]))
+    >>> plan = plan_within_risk(problem, 0.1, solver="cgla", resolution=9)
+    >>> plan.status.label, bool(plan.solution.risk <= 0.1), round(plan.solution.length, 3), round(plan.gap, 3)
+    ('optimal', True, 1.118, 0.055)
+    """
+    budget = non_negative_number("max_risk", max_risk)
+    return _Search(Reweighed(problem, solver, resolution=resolution, **settings), "risk", budget, tolerance).run()
+
+
+def plan_within_length(
+    problem: Problem,
+    max_length: float,
+    *,
+    solver: str | Solver | None = None,
+    resolution: int | tuple[int, int] | Lattice = 20,
+    tolerance: float | None = 0.01,
+    **settings: Any,  # noqa: ANN401 - each solver has settings of its own
+) -> PlanWithin:
+    """
+    Find the path of least risk whose length is at most `max_length`, map units; else like `plan_within_risk`.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField, Threat
+    >>> problem = Problem((0, 0.5), (1, 0.5), RiskField([Threat(0.5, 0.5, spread=0.1)]))
+    >>> plan = plan_within_length(problem, 1.1, solver="cgla", resolution=9)
+    >>> plan.status.label, bool(plan.solution.length <= 1.1), round(plan.solution.risk, 4)
+    ('optimal', True, 0.115)
+    """
+    budget = non_negative_number("max_length", max_length)
+    return _Search(Reweighed(problem, solver, resolution=resolution, **settings), "length", budget, tolerance).run()
+
+
+class _Search:
+    """One search: the paths at hand are the solver's under the weights tried so far."""
+
+    def __init__(
+        self, reweighed: Reweighed, limited: Literal["risk", "length"], budget: float, tolerance: float | None
+    ) -> None:
+        self.began = time.perf_counter()
+        self.reweighed, self.problem = reweighed, reweighed.problem
+        self.limited, self.budget = limited, budget
+        self.tolerance = None if tolerance is None else positive_number("tolerance", tolerance)
+        self.on_risk = limited == "risk"
+        #: The budget as it is kept and proven: the same path may differ by rounding from solve to solve.
+        self.room = budget * (1.0 + ROUNDING)
+
+    def run(self) -> PlanWithin:
+        """Search, unless the shortest path settles it."""
+        if not self.problem.field.is_probability:
+            return self._plan(Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS), 0.0, math.nan)
+        shortest = self.reweighed.at(0.0)
+        if not shortest.status.is_path:
+            return self._plan(shortest, 0.0, math.inf if shortest.status is Status.NO_PATH else math.nan)
+        if self.keeps(shortest) == self.on_risk:
+            return self._plan(shortest, *self._dual(0.0)) if self.on_risk else self._too_short(shortest)
+        return self._search(shortest)
+
+    def _search(self, shortest: Solution) -> PlanWithin:
+        """Enclose the budget between two paths, and search between them."""
+        if not self.on_risk and is_risk_free(shortest):
+            return self._plan(shortest, math.inf, 0.0)
+        short, safe = self._enclose(shortest)
+        if self.keeps(safe) == self.on_risk:
+            return self._between(short, safe)
+        if self.on_risk:
+            return self._too_safe(safe)
+        if self.reweighed.matrices is not None:
+            # nothing on the lattice has less risk, whatever its length
+            return self._plan(safe, math.inf, safe.risk)
+        return self._plan(safe, *self._dual(max(self.reweighed.solved)))
+
+    def keeps(self, path: Solution | Evaluation) -> bool:
+        """Whether a path keeps the budget, up to rounding."""
+        return (path.risk if self.on_risk else path.length) <= self.room
+
+    def value(self, path: Solution | Evaluation) -> float:
+        """Return what is to be small."""
+        return path.length if self.on_risk else path.risk
+
+    def _enclose(self, shortest: Solution) -> tuple[Solution, Solution]:
+        """Grow the weight until the budget lies between two paths, or no risk is left to shed."""
+        short = safe = shortest
+        for k in growing_weights(shortest):
+            found = self.reweighed.at(k)
+            if found.status.is_path and found.risk < safe.risk:
+                short, safe = safe, found
+            if self.keeps(safe) == self.on_risk or safe.risk == 0.0:
+                return short, safe
+        least = self.reweighed.least_risk()
+        return (short, safe) if least is None or least.risk >= safe.risk else (safe, least)
+
+    def _between(self, short: Solution, safe: Solution) -> PlanWithin:
+        """Solve where the two cost the same, until nothing costs less there: that weight prices the budget best."""
+        k = 0.0
+        for _ in range(MOST_SOLVES):
+            if not (short.risk > safe.risk and short.length < safe.length):
+                break
+            k = chord_weight(short, safe)
+            now = self.reweighed.at(k)
+            cost = short.length + k * short.risk
+            if not now.status.is_path or now.cost >= cost * (1.0 - ROUNDING):
+                break
+            short, safe = (short, now) if self.keeps(now) == self.on_risk else (now, safe)
+            if not self.reweighed.exact and self._is_close(safe if self.on_risk else short, now, k):
+                break
+        broken = short if self.on_risk else safe
+        found = [path for path in (short, safe, *self.reweighed.solved.values()) if path.status.is_path]
+        kept = min(filter(self.keeps, found), key=self.value)
+        if self.reweighed.exact:
+            return self._on_lattice(kept)
+        return self._plan(self._in_plane(kept, broken, k), *self._dual(k))
+
+    def _is_close(self, kept: Solution, now: Solution, k: float) -> bool:
+        """Whether a path is as good as the solver's own costs say that any within the budget can be."""
+        return self.value(kept) <= self._bound(now.cost, k) * (1.0 + CLOSE)
+
+    def _bound(self, cost: float, k: float) -> float:
+        """Bound what is to be small from below, where no path costs less than `cost` under the weight `k`."""
+        if self.on_risk:
+            return cost - k * self.room
+        return (cost - self.room) / k if k > 0.0 else 0.0
+
+    def _dual(self, k: float) -> tuple[float, float]:
+        """Return the weight that bounds best and its bound: of all solved on a lattice, else that of `k`, proven."""
+        if self.reweighed.exact:
+            solved = [(weight, found) for weight, found in self.reweighed.solved.items() if found.status.is_path]
+            # length alone says nothing of risk
+            solved = solved if self.on_risk else [pair for pair in solved if pair[0] > 0.0]
+            bounds = [(self._bound(found.cost * (1.0 - ROUNDING), weight), weight) for weight, found in solved]
+            bound, k = max(bounds, key=lambda pair: pair[0])
+            return k, max(0.0, bound)
+        straight = math.dist(self.problem.start, self.problem.goal) if self.on_risk else 0.0
+        return k, max(straight * (1.0 - ROUNDING), self._bound(self._certified(k), k))
+
+    def _certified(self, k: float) -> float:
+        """Bound the cost of every path inside the bounds under a weight; the straight line's length where unasked."""
+        straight = math.dist(self.problem.start, self.problem.goal) * (1.0 - ROUNDING)
+        if self.tolerance is None or straight == 0.0:
+            return straight
+        weighted = dataclasses.replace(self.problem, k=k)
+        paths = [found.path for found in self.reweighed.solved.values() if found.status.is_path]
+        path = min(paths, key=lambda path: weighted.evaluate(path).cost)
+        return max(straight, lower_bound(weighted, self.tolerance, path=path).lower_bound)
+
+    def _on_lattice(self, kept: Solution) -> PlanWithin:
+        """Search by labels for what no risk weight finds."""
+        k, bound = self._dual(0.0)
+        matrices, on = self.reweighed.matrices, self.reweighed.on_lattice
+        if matrices is None or on is None:
+            return self._plan(dataclasses.replace(kept, status=Status.FOUND), k, bound)
+        lengths, risks = matrices
+        ends = on.graph.index_of(on.source), on.graph.index_of(on.target)
+        known = self.value(kept) * (1.0 - ROUNDING)
+        if self.on_risk:
+            found = constrained_path(lengths, risks, ends, self.room, price=k, known=known)
+        else:
+            found = constrained_path(risks, lengths, ends, self.room, price=1.0 / k, known=known)
+        if found.nodes and on.graph.positions is not None:
+            path = on.graph.positions[list(found.nodes)]
+            # the search adds up matrices; what counts is what the oracle says
+            if self.keeps(self.problem.evaluate(path)):
+                return self._plan(Solution(Status.OPTIMAL, path=path), k, bound)
+        proven = found.finished and not found.nodes
+        return self._plan(kept if proven else dataclasses.replace(kept, status=Status.FOUND), k, bound)
+
+    def _in_plane(self, kept: Solution, broken: Solution, k: float) -> Solution:
+        """Search for what no risk weight finds: near the path that keeps the budget, and near the lattice's best."""
+        best = self._bent(kept, broken)
+        known = max(self._bound(path.cost, k) for k, path in self.reweighed.solved.items() if path.status.is_path)
+        if self.value(best) <= known * (1.0 + SMALL_GAP):
+            return best
+        seeds = [kept]
+        if self.problem.on_lattice(self.reweighed.resolution).graph.n_nodes <= SEEDS_UP_TO:
+            lattice = Reweighed(self.problem, "cgla", resolution=self.reweighed.resolution)
+            seed = _Search(lattice, self.limited, self.budget, self.tolerance).run().solution
+            seeds.append(dataclasses.replace(seed, status=Status.FOUND) if seed.status.is_path else seed)
+        found = [self._refined(seed, k) for seed in seeds if seed.status.is_path]
+        return min([best, *found], key=self.value)
+
+    def _refined(self, kept: Solution, k: float) -> Solution:
+        """Refine a path under the weight that uses the budget up, found by bisection of its logarithm."""
+        best, broken = kept, None
+        low, high = k / MOST_SHIFT, k * MOST_SHIFT
+        for _ in range(SHIFTS):
+            middle = math.sqrt(low * high)
+            refined = refine_path(dataclasses.replace(self.problem, k=middle), kept.path, tolerance=1e-5)
+            judged = self.problem.evaluate(refined.path)
+            found = dataclasses.replace(kept, path=refined.path, length=judged.length, risk=judged.risk)
+            if not self.keeps(found):
+                broken = found
+            elif self.value(found) < self.value(best):
+                best = found
+            low, high = (low, middle) if self.keeps(found) == self.on_risk else (middle, high)
+        return best if broken is None else self._bent(best, broken)
+
+    def _bent(self, kept: Solution, broken: Solution) -> Solution:
+        """
+        Bend a path that keeps the budget towards one that does not, as far as the budget goes.
+
+        Where an obstacle or a threat is between the two, that is not far.
+        """
+        shares = [_shares(path.path) for path in (kept, broken)]
+        at = np.union1d(*shares)
+        ends = [
+            np.column_stack([np.interp(at, share, axis) for axis in path.path.T])
+            for share, path in zip(shares, (kept, broken), strict=True)
+        ]
+        best, best_value = kept, self.value(kept)
+        low, high = 0.0, 1.0
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            path = (1.0 - middle) * ends[0] + middle * ends[1]
+            path[0], path[-1] = self.problem.start, self.problem.goal
+            judged = self.problem.evaluate(path)
+            fits = judged.feasible and self.keeps(judged)
+            low, high = (middle, high) if fits else (low, middle)
+            if fits and self.value(judged) < best_value:
+                best = dataclasses.replace(kept, path=path, length=judged.length, risk=judged.risk)
+                best_value = self.value(judged)
+        return best
+
+    def _too_short(self, shortest: Solution) -> PlanWithin:
+        """Say that even the shortest path is too long."""
+        if self.reweighed.exact:
+            msg = f"no path on the lattice is at most {self.budget:g} long: the shortest is {shortest.length:.9g}"
+            return self._plan(Solution(Status.NO_PATH, message=msg), 0.0, math.inf)
+        proven = self._certified(0.0)
+        impossible = proven > self.room
+        msg = (
+            f"no path of length at most {self.budget:g} {'exists' if impossible else 'was found'}: "
+            f"the shortest found is {shortest.length:.9g} long, and none is shorter than {proven:.9g} (proven)"
+        )
+        return self._plan(Solution(Status.NOT_FOUND, message=msg), 0.0, math.inf if impossible else 0.0)
+
+    def _too_safe(self, safest: Solution) -> PlanWithin:
+        """Say that even the path of least risk has too much."""
+        least = f"{safest.risk:.9g}, at length {safest.length:.9g}"
+        if self.reweighed.exact and self.reweighed.matrices is not None:
+            msg = f"no path on the lattice has a risk of at most {self.budget:g}: the least is {least}"
+            return self._plan(Solution(Status.NO_PATH, message=msg), math.inf, math.inf)
+        k, bound = self._dual(max(self.reweighed.solved))
+        msg = (
+            f"no path of risk at most {self.budget:g} was found: the least found is {least}; "
+            f"any that has no more is longer than {bound:.9g} (proven)"
+        )
+        return self._plan(Solution(Status.NOT_FOUND, message=msg), k, bound)
+
+    def _plan(self, solution: Solution, k: float, bound: float) -> PlanWithin:
+        """Judge the path under the problem's own weight."""
+        if solution.status.is_path:
+            cost = self.problem.evaluate(solution.path).cost
+            solution = dataclasses.replace(solution, cost=cost, lower_bound=math.nan, message="")
+        seconds = time.perf_counter() - self.began
+        solution = dataclasses.replace(
+            solution, solver=self.reweighed.solver.traits.name, seconds=seconds, build_seconds=0.0
+        )
+        return PlanWithin(
+            self.problem.judge(solution),
+            self.limited,
+            self.budget,
+            k,
+            bound,
+            "lattice" if self.reweighed.exact else "plane",
+            len(self.reweighed.solved),
+        )
+
+
+def _shares(path: FloatArray) -> FloatArray:
+    """How far along a path each waypoint is, from 0 to 1, shape ``(m,)``."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    return np.asarray(along / along[-1])
