@@ -4,28 +4,28 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cgla_graph.comparisons.contender import Contender as Contender
-    from cgla_graph.comparisons.performance import performances as performances
-    from cgla_graph.comparisons.rows import rows_of as rows_of
-    from cgla_graph.comparisons.rows import summaries as summaries
-    from cgla_graph.comparisons.runner import Run as Run
-    from cgla_graph.comparisons.runner import compare as compare
-    from cgla_graph.comparisons.standing import standings as standings
+    from cgla_graph.comparisons.leaderboard.leaderboard import standings as standings
+    from cgla_graph.comparisons.leaderboard.performance import performances as performances
+    from cgla_graph.comparisons.study.entrant import Contender as Contender
     from cgla_graph.comparisons.study.execution import run_study as run_study
+    from cgla_graph.comparisons.study.rows import rows_of as rows_of
+    from cgla_graph.comparisons.study.rows import summaries as summaries
+    from cgla_graph.comparisons.study.runner import Run as Run
+    from cgla_graph.comparisons.study.runner import compare as compare
     from cgla_graph.comparisons.study.stored import load as load
     from cgla_graph.comparisons.study.study import Study as Study
 
 _HOMES = {
-    "Contender": "contender",
-    "Run": "runner",
+    "Contender": "study.entrant",
+    "Run": "study.runner",
     "Study": "study.study",
-    "compare": "runner",
+    "compare": "study.runner",
     "load": "study.stored",
-    "performances": "performance",
-    "rows_of": "rows",
+    "performances": "leaderboard.performance",
+    "rows_of": "study.rows",
     "run_study": "study.execution",
-    "standings": "standing",
-    "summaries": "rows",
+    "standings": "leaderboard.leaderboard",
+    "summaries": "study.rows",
 }
 __all__ = [
     "Contender",

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import pytest
 
-from cgla_graph.comparisons.cli import main
+from cgla_graph.comparisons.commands.app import main
 
 
 class Answer(NamedTuple):

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from cgla_graph.comparisons.flown import Flown
-from cgla_graph.comparisons.fly import StopRequest, fly_one, open_mission
+from cgla_graph.comparisons.missions.fly import StopRequest, fly_one, open_mission
+from cgla_graph.comparisons.study.mission_run import Flown
 
 #: Two UAVs that cross, told apart by sharing; a threat that comes and moves, an area that comes and goes.
 CROSSING = """

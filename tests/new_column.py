@@ -23,7 +23,7 @@ def write_study_with_it(folder: Path) -> None:
 
 
 def _add_entry() -> None:
-    spec = find_spec("cgla_graph.comparisons.run_columns")
+    spec = find_spec("cgla_graph.comparisons.study.columns")
     assert spec is not None
     assert spec.origin is not None
     source = Path(spec.origin).read_text(encoding="utf-8")
@@ -36,13 +36,13 @@ def _write(folder: Path) -> None:
     from report_studies import stored_of
     from rich.console import Console
 
-    from cgla_graph.comparisons.contender import Contender
     from cgla_graph.comparisons.files import csv_text
     from cgla_graph.comparisons.report.page import write_report
     from cgla_graph.comparisons.results.exports import export
     from cgla_graph.comparisons.results.tables import runs_table
-    from cgla_graph.comparisons.rows import rows_of
-    from cgla_graph.comparisons.runner import compare
+    from cgla_graph.comparisons.study.entrant import Contender
+    from cgla_graph.comparisons.study.rows import COLUMNS, rows_of
+    from cgla_graph.comparisons.study.runner import compare
     from cgla_graph.model.solution import Solution, Status
     from cgla_graph.scenarios.scenario import load_scenario
 
@@ -50,7 +50,7 @@ def _write(folder: Path) -> None:
     runs = list(compare([load_scenario("one-threat")], contenders, tolerance=None))
     lost = dataclasses.replace(runs[0], solver="lost", solution=Solution(Status.NOT_FOUND))
     stored = stored_of([*runs, lost])
-    (folder / "rows.csv").write_text(csv_text(rows_of(stored.runs)), encoding="utf-8")
+    (folder / "rows.csv").write_text(csv_text(rows_of(stored.runs), COLUMNS), encoding="utf-8")
     for ending in ("csv", "jsonl"):
         export(folder / f"export.{ending}", stored, stored.runs)
     with (folder / "runs.txt").open("w", encoding="utf-8") as file:

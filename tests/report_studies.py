@@ -9,10 +9,10 @@ import numpy as np
 import shapely
 
 import cgla_graph as cg
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.runner import Run, compare
-from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.comparisons.study.stored import Session, Stored
+from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario, load_scenario

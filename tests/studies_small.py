@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.runner import Run, run_of
 from cgla_graph.comparisons.study.database import Database, Stored, load
+from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.runner import Run, run_of
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml

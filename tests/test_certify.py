@@ -19,10 +19,12 @@ from matplotlib.transforms import Bbox
 
 import cgla_graph as cg
 from cgla_graph.certificate.certificate import Grid
-from cgla_graph.comparisons import certify, files
-from cgla_graph.comparisons.plot_certificate import certificate_figure
-from cgla_graph.comparisons.plots import save
-from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons import files
+from cgla_graph.comparisons.commands import certify
+from cgla_graph.comparisons.plots.certificate import certificate_figure
+from cgla_graph.comparisons.plots.pictures import save
+from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.tables import certificate as words
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario, load_scenario
@@ -114,7 +116,7 @@ def test_certify_as_json(cgla: Call, tmp_path: Path) -> None:
     assert found["lower_bound"] == proof["lower_bound"] == grids[-1]["lower_bound"]
     assert found["gap"] == proof["gap"] == judged.cost / proof["lower_bound"] - 1.0
     # the bracket only ever closes, while the grid step halves
-    assert all(tuple(grid) == certify.COLUMNS for grid in grids)
+    assert all(tuple(grid) == words.COLUMNS for grid in grids)
     lower = [grid["lower_bound"] for grid in grids]
     assert lower == sorted(lower)
     assert lower[-1] <= judged.cost
@@ -281,16 +283,16 @@ def test_from_a_point_to_itself(cgla: Call) -> None:
 
 @given(st.floats(1e-6, 1e12), st.integers(3, 9))
 def test_a_bound_is_rounded_down(value: float, digits: int) -> None:
-    shown = float(certify.rounded_down(value, digits))
+    shown = float(words.rounded_down(value, digits))
     assert shown <= value
     assert shown >= value * (1.0 - 2.0 * 10.0 ** (1 - digits))
     # rounding to the nearest would be caught
-    assert float(certify.rounded_down(1.49996, 5)) < 1.49996 < float(f"{1.49996:.5g}")
+    assert float(words.rounded_down(1.49996, 5)) < 1.49996 < float(f"{1.49996:.5g}")
 
 
 @given(st.floats(0.0, 10.0))
 def test_a_gap_is_rounded_up(ratio: float) -> None:
-    shown = float(certify.at_most(ratio).split()[0])
+    shown = float(words.at_most(ratio).split()[0])
     assert 100.0 * ratio <= shown + 1e-12
     assert shown <= 100.0 * ratio + 0.01 + 1e-9
 
@@ -341,7 +343,7 @@ def test_the_bracket_is_the_certificates(run: Run) -> None:
         np.testing.assert_array_equal(line.get_xdata(), cells)
         np.testing.assert_array_equal(line.get_ydata(), [getattr(grid, side) for grid in grids])
     assert axes.get_xscale() == "log"
-    assert certify.at_most(certify.proof_of(run).gap) in axes.texts[-1].get_text()
+    assert words.at_most(words.proof_of(run).gap) in axes.texts[-1].get_text()
 
 
 @pytest.mark.parametrize("height", [0.7, 1.0, 4.0])
@@ -375,7 +377,7 @@ def test_the_same_run_gives_the_same_picture(run: Run, tmp_path: Path) -> None:
 
 def test_a_bound_without_a_path_is_drawn(run: Run) -> None:
     """While no path is known, there is a lower bound and no upper one."""
-    proof = certify.proof_of(run)
+    proof = words.proof_of(run)
     grids = tuple(replace(grid, upper_bound=math.inf) for grid in proof.grids)
     blind = replace(proof, upper_bound=math.inf, grids=grids)
     figure = certificate_figure(replace(run, solution=Solution(Status.NO_PATH), certificate=blind))

@@ -18,14 +18,25 @@ from scipy.integrate import quad
 from strategies import examples, few, points, seeds
 from test_plots import assert_tidy
 
-from cgla_graph.comparisons.claims import figure_page, single_figures, team_figures, ways
+from cgla_graph.comparisons.claims import figure_page
 from cgla_graph.comparisons.claims.exhibit import Exhibit, Picture
 from cgla_graph.comparisons.claims.figure_page import NARROW, SELECTED, WIDE, add_map, draw_way, finish, page
+from cgla_graph.comparisons.claims.paper import single_figures, team_figures, ways
+from cgla_graph.comparisons.claims.paper.single_figures import HIGH, LOW, READINGS, SIGMAS, weights_from_origin
+from cgla_graph.comparisons.claims.paper.ways import (
+    Way,
+    Ways,
+    arrived,
+    escape,
+    flown,
+    fly,
+    of_weights,
+    paper_field,
+    planned,
+)
 from cgla_graph.comparisons.claims.paper_flight import GOAL, START, STEP, paper_lattice
-from cgla_graph.comparisons.claims.single_figures import HIGH, LOW, READINGS, SIGMAS, weights_from_origin
-from cgla_graph.comparisons.claims.ways import Way, Ways, arrived, escape, flown, fly, of_weights, paper_field, planned
-from cgla_graph.comparisons.flown import Flown
-from cgla_graph.comparisons.plot_scene import line_key
+from cgla_graph.comparisons.plots.scene import line_key
+from cgla_graph.comparisons.study.mission_run import Flown
 from cgla_graph.mission.records import MissionStatus
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.scenarios.mission_file import load_mission

@@ -25,10 +25,10 @@ import shapely
 from command_line import Call, caller
 from map_files import AREAS, name_of
 
-from cgla_graph.comparisons import options
-from cgla_graph.comparisons.rows import COLUMNS
-from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.study import options
 from cgla_graph.comparisons.study.database import load
+from cgla_graph.comparisons.study.rows import COLUMNS
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
@@ -84,11 +84,11 @@ def enter(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[Problem], Any]
 @pytest.fixture
 def pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Replace pictures by empty files: what they show is tested elsewhere."""
-    from cgla_graph.comparisons import plots  # noqa: PLC0415 - heavy
+    from cgla_graph.comparisons.plots import pictures  # noqa: PLC0415 - heavy
 
-    monkeypatch.setattr(plots, "map_figure", lambda *_: object())
-    monkeypatch.setattr(plots, "trace_figure", lambda *_: object())
-    monkeypatch.setattr(plots, "save", lambda _, path: path.touch())
+    monkeypatch.setattr(pictures, "map_figure", lambda *_: object())
+    monkeypatch.setattr(pictures, "trace_figure", lambda *_: object())
+    monkeypatch.setattr(pictures, "save", lambda _, path: path.touch())
 
 
 def straight(problem: Problem) -> Solution:
@@ -127,7 +127,7 @@ def test_help_of_a_command(cgla: Call, command: str) -> None:
 
 def test_help_imports_nothing_heavy() -> None:
     code = (
-        "import sys; from cgla_graph.comparisons.cli import main; sys.argv = ['cgla', '--help']\n"
+        "import sys; from cgla_graph.comparisons.commands.app import main; sys.argv = ['cgla', '--help']\n"
         "try: main()\n"
         "except SystemExit: pass\n"
         "heavy = {'numpy', 'scipy', 'numba', 'matplotlib', 'ompl', 'pydantic', 'networkx', 'shapely', 'pyproj'}\n"
@@ -788,7 +788,7 @@ def test_an_interrupt_keeps_what_is_done(cgla: Call, small: Path, enter: Callabl
 @pytest.mark.parametrize("command", ["compare", "plan"])
 def test_an_interrupt_at_the_beginning_is_said(cgla: Call, monkeypatch: pytest.MonkeyPatch, command: str) -> None:
     monkeypatch.setattr(
-        "cgla_graph.comparisons.options.open_scenarios", lambda *_, **__: signal.raise_signal(signal.SIGINT)
+        "cgla_graph.comparisons.study.options.open_scenarios", lambda *_, **__: signal.raise_signal(signal.SIGINT)
     )
     answer = cgla(command, "paper")
     assert (answer.code, answer.out) == (130, "")
@@ -881,7 +881,7 @@ def test_a_full_disk(cgla: Call, small: Path, tiny_disk: Path) -> None:
 IMPROPER = """
 import resource, sys
 resource.setrlimit(resource.RLIMIT_AS, (3 * 2**30, 3 * 2**30))
-from cgla_graph.comparisons.cli import main
+from cgla_graph.comparisons.commands.app import main
 sys.argv = ["cgla", "compare", sys.argv[1], "--solvers", "dijkstra", "--json"]
 main()
 """
@@ -917,7 +917,7 @@ def test_a_closed_standard_output_is_no_traceback() -> None:
     """As ``cgla scenarios >&-`` in a shell."""
     code = (
         "import sys; sys.argv = ['cgla', 'scenarios']; sys.stdout = None;"
-        "from cgla_graph.comparisons.cli import main; main()"
+        "from cgla_graph.comparisons.commands.app import main; main()"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")

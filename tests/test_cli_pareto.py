@@ -9,9 +9,9 @@ import pytest
 from command_line import Call, caller
 
 import cgla_graph as cg
-from cgla_graph.comparisons import trade_off
-from cgla_graph.comparisons.plot_pareto import pareto_figure
-from cgla_graph.comparisons.plots import save
+from cgla_graph.comparisons.commands import pareto
+from cgla_graph.comparisons.plots.pareto import pareto_figure
+from cgla_graph.comparisons.plots.pictures import save
 from cgla_graph.scenarios.scenario import load_scenario
 
 SMALL = """
@@ -60,7 +60,7 @@ def test_pareto_writes_its_files_and_json(cgla: Call, tmp_path: Path) -> None:
     assert (tmp_path / "out" / "pareto.png").read_bytes().startswith(b"\x89PNG")
     with (tmp_path / "out" / "pareto.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert tuple(rows[0]) == trade_off.COLUMNS
+    assert tuple(rows[0]) == pareto.COLUMNS
     assert (found["status"], found["scenario"], found["solver"]) == ("optimal", "small", "cgla")
     problem = load_scenario("small.toml").problem
     for row, point in zip(rows, found["points"], strict=True):

@@ -19,13 +19,13 @@ import awkward_calls
 import pytest
 from awkward_calls import alive, until
 
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.study import cluster
-from cgla_graph.comparisons.study.cluster import CONNECT_SECONDS, spread
 from cgla_graph.comparisons.study.database import Database, load
+from cgla_graph.comparisons.study.entrant import Contender
 from cgla_graph.comparisons.study.execution import run_study
-from cgla_graph.comparisons.study.isolation import Call, Failure, NextCall, Outcome, isolated
 from cgla_graph.comparisons.study.study import Cell, Study
+from cgla_graph.comparisons.workers import cluster
+from cgla_graph.comparisons.workers.cluster import CONNECT_SECONDS, spread
+from cgla_graph.comparisons.workers.pool import Call, Failure, NextCall, Outcome, isolated
 from cgla_graph.errors import CglaError, WorkerError
 from cgla_graph.scenarios.random_map import random_scenario
 

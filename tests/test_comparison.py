@@ -8,8 +8,8 @@ import plug_ins
 import pytest
 from command_line import Call, caller
 
-from cgla_graph.comparisons import output
-from cgla_graph.comparisons.comparison import read_request
+from cgla_graph.comparisons.commands import output
+from cgla_graph.comparisons.commands.compare import read_request
 from cgla_graph.comparisons.study.database import load
 from cgla_graph.comparisons.study.study_file import study_from_toml
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cgla_graph.comparisons.contender import BUDGETS, Contender, budget_note, every_solver, parse_budget
-from cgla_graph.comparisons.options import read_contender, read_contenders, read_tolerance
+from cgla_graph.comparisons.study.entrant import BUDGETS, Contender, budget_note, every_solver, parse_budget
+from cgla_graph.comparisons.study.options import read_contender, read_contenders, read_tolerance
 from cgla_graph.errors import CglaError, SolverSettingError, UnknownSolverError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status

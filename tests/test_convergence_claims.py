@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from strategies import few, seeds
 
-from cgla_graph.comparisons.claims import convergence_claims as claims
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Claim, Finding, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
-from cgla_graph.comparisons.claims.team_experiments import EXCLUSIONS, same_trace
+from cgla_graph.comparisons.claims.paper import convergence_claims as claims
+from cgla_graph.comparisons.claims.paper.team_experiments import EXCLUSIONS, same_trace
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight
 from cgla_graph.mission.simulation import Simulation

@@ -18,7 +18,6 @@ from strategies import fields, lattices, polygons, usual
 
 from cgla_graph._types import Bounds
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.study.codec import MARK, decode, dumps, encode
 from cgla_graph.comparisons.study.documents import (
     Document,
@@ -29,6 +28,7 @@ from cgla_graph.comparisons.study.documents import (
     scenario_document,
     scenario_from,
 )
+from cgla_graph.comparisons.study.entrant import Contender
 from cgla_graph.errors import StudyError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem

@@ -16,9 +16,9 @@ from map_files import AREAS, name_of
 from strategies import few
 
 from cgla_graph.certificate.certificate import Certificate, Grid, lower_bound
-from cgla_graph.comparisons import earth, runner
-from cgla_graph.comparisons.certify import certify
-from cgla_graph.comparisons.contender import Contender
+from cgla_graph.comparisons.commands.certify import certify
+from cgla_graph.comparisons.study import earth, runner
+from cgla_graph.comparisons.study.entrant import Contender
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml

@@ -9,13 +9,13 @@ import numpy as np
 import plug_ins
 import pytest
 
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.runner import Run, compare
 from cgla_graph.comparisons.study import execution, worker
 from cgla_graph.comparisons.study.database import Database, load
+from cgla_graph.comparisons.study.entrant import Contender
 from cgla_graph.comparisons.study.execution import run_study
-from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.comparisons.study.study import Study
+from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
 

@@ -20,9 +20,9 @@ from strategies import examples
 from studies_small import by_number, found, small_study, write_study
 
 from cgla_graph.comparisons.results.exports import RUN_COLUMNS, check_targets, export, run_rows
-from cgla_graph.comparisons.results.latex import booktabs, latex
-from cgla_graph.comparisons.rows import row
 from cgla_graph.comparisons.study.database import FILE, Database, Stored
+from cgla_graph.comparisons.study.rows import row
+from cgla_graph.comparisons.tables.latex import booktabs, latex
 from cgla_graph.errors import CglaError, OutputError
 from cgla_graph.model.solution import Solution, Status, TracePoint
 

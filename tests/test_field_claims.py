@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from cgla_graph.comparisons.claims import field_claims
 from cgla_graph.comparisons.claims.claim import Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
+from cgla_graph.comparisons.claims.paper import field_claims
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.risk import RiskField, Threat
 

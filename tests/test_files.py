@@ -15,9 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgla_graph.comparisons import files
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.rows import COLUMNS, row
-from cgla_graph.comparisons.runner import Run, compare
+from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.rows import COLUMNS, row
+from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.errors import OutputError
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.geojson import read_areas
@@ -200,7 +200,7 @@ def test_json_lines_know_no_nan() -> None:
 def test_csv_can_be_read_back(texts: tuple[str, str, str], number: float | None) -> None:
     line: dict[str, Any] = dict.fromkeys(COLUMNS)
     line |= {"scenario": texts[0], "solver": texts[1], "message": texts[2], "cost": number}
-    (found,) = csv.DictReader(io.StringIO(files.csv_text([line]), newline=""))
+    (found,) = csv.DictReader(io.StringIO(files.csv_text([line], COLUMNS), newline=""))
     assert (found["scenario"], found["solver"], found["message"]) == texts
     assert found["cost"] == ("" if number is None else repr(number))
     assert tuple(found) == COLUMNS
@@ -208,12 +208,12 @@ def test_csv_can_be_read_back(texts: tuple[str, str, str], number: float | None)
 
 def test_csv_with_carriage_returns_can_be_read_back() -> None:
     line = dict.fromkeys(COLUMNS) | {"scenario": "a\rb", "message": "c\r"}
-    (found,) = csv.DictReader(io.StringIO(files.csv_text([line]), newline=""))
+    (found,) = csv.DictReader(io.StringIO(files.csv_text([line], COLUMNS), newline=""))
     assert (found["scenario"], found["message"]) == ("a\rb", "c\r")
 
 
 def test_csv_holds_what_the_rows_hold(one: Run) -> None:
-    (found,) = csv.DictReader(io.StringIO(files.csv_text([row(one)])))
+    (found,) = csv.DictReader(io.StringIO(files.csv_text([row(one)], COLUMNS)))
     assert {key: value for key, value in found.items() if value} == {
         key: str(value) for key, value in row(one).items() if value is not None and value != ""
     }

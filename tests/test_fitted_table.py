@@ -18,14 +18,15 @@ from rich.console import RenderableType
 from strategies import few
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons import output, terminal
+from cgla_graph.comparisons import console
 from cgla_graph.comparisons.claims import printing
 from cgla_graph.comparisons.claims.claim import Table
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.fitted_table import FittedTable
-from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.tables import comparison_table
-from cgla_graph.comparisons.trade_off import front_table
+from cgla_graph.comparisons.commands import output
+from cgla_graph.comparisons.commands.pareto import front_table
+from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.tables.fitted_table import FittedTable
+from cgla_graph.comparisons.tables.tables import comparison_table
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers.trade_off.pareto import Front, FrontPoint
@@ -90,7 +91,7 @@ def assert_fits(table: FittedTable, text: str, width: int) -> None:
 
 
 def shown(capfd: pytest.CaptureFixture[str], table: RenderableType) -> str:
-    terminal.out_table(table)
+    console.out_table(table)
     return capfd.readouterr().out
 
 
@@ -178,8 +179,8 @@ def test_where_nothing_helps_numbers_run_over(width: int, numbers: Sequence[str]
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("COLUMNS", str(width))
         written: list[str] = []
-        patch.setattr(terminal, "out", written.append)
-        terminal.out_table(table)
+        patch.setattr(console, "out", written.append)
+        console.out_table(table)
     _, rows = lines_of("".join(written))
     assert rows[0][1] == numbers[0]
     assert "…" not in "".join(written)

@@ -21,11 +21,12 @@ from hypothesis import strategies as st
 from missions_small import CROSSING, DEGREES, flown_of
 from rich.console import Console
 
-from cgla_graph.comparisons import animation_file, fly, plots
-from cgla_graph.comparisons.fitted_table import FittedTable
-from cgla_graph.comparisons.flight_files import plain_json, whole_log
-from cgla_graph.comparisons.flight_tables import closest_note, flight_table, variants_table
-from cgla_graph.comparisons.flown import Flown
+from cgla_graph.comparisons.missions import fly
+from cgla_graph.comparisons.missions.files import plain_json, whole_log
+from cgla_graph.comparisons.missions.tables import closest_note, flight_table, variants_table
+from cgla_graph.comparisons.plots import animation_file, pictures
+from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import OutputError
 from cgla_graph.mission.records import MissionStatus
 from cgla_graph.mission.simulation import Simulation
@@ -432,7 +433,7 @@ def test_what_was_flown_is_shown_where_a_file_cannot_be_written(cgla: Call, monk
         msg = f"{path}: cannot be written: No space left on device"
         raise OutputError(msg)
 
-    monkeypatch.setattr(plots, "save", full)
+    monkeypatch.setattr(pictures, "save", full)
     answer = cgla("fly", "small.toml", "--no-value", "--out", "out")
     assert answer.code == 2
     assert answer.err.startswith("cgla: out/small-alone.png: cannot be written: No space left")

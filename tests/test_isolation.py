@@ -24,8 +24,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import examples
 
-from cgla_graph.comparisons.study import slot
-from cgla_graph.comparisons.study.isolation import Call, Failure, NextCall, Outcome, here, isolated, limited, shares
+from cgla_graph.comparisons.workers import process
+from cgla_graph.comparisons.workers.pool import Call, Failure, NextCall, Outcome, here, isolated, limited, shares
 from cgla_graph.errors import WorkerError
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="looks at processes as Linux has them")
@@ -263,7 +263,7 @@ def test_here_isolates_nothing(awkward: ModuleType) -> None:
 
 GUARDED = """
 import sys, importlib
-from cgla_graph.comparisons.study.isolation import Call, isolated
+from cgla_graph.comparisons.workers.pool import Call, isolated
 
 def main():
     import awkward
@@ -394,7 +394,7 @@ def test_a_script_that_guards_nothing_is_told_so(script: Path) -> None:
 def test_functions_of_the_script_itself(script: Path) -> None:
     script.write_text(
         textwrap.dedent("""
-        from cgla_graph.comparisons.study.isolation import Call, isolated
+        from cgla_graph.comparisons.workers.pool import Call, isolated
         def double(x):
             return 2 * x
         if __name__ == "__main__":
@@ -409,7 +409,7 @@ def test_functions_of_the_script_itself(script: Path) -> None:
 
 
 def test_workers_that_do_not_start(awkward: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(slot, "_begin", awkward.leave)
+    monkeypatch.setattr(process, "_begin", awkward.leave)
     with pytest.raises(WorkerError, match="3 worker processes in a row died while they started"):
         ends((awkward.where,))
 
@@ -418,22 +418,22 @@ def test_workers_that_do_not_start(awkward: ModuleType, monkeypatch: pytest.Monk
 def test_the_fences_are_what_holds(awkward: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without what tells pebble of it, a worker that leaves with the code 0 is waited for until its time is up."""
     assert ends((awkward.leave, 0), seconds=1.0)[0].failure is Failure.CRASHED
-    monkeypatch.setattr(slot, "_LEFT_QUIETLY", 0)
+    monkeypatch.setattr(process, "_LEFT_QUIETLY", 0)
     assert ends((awkward.leave, 0), seconds=1.0)[0].failure is Failure.TIMED_OUT
 
 
-@pytest.mark.skipif(slot._METHOD != "forkserver", reason="other ways of starting processes have no such reader")
+@pytest.mark.skipif(process._METHOD != "forkserver", reason="other ways of starting processes have no such reader")
 def test_how_a_worker_ended_is_read_once_whoever_asks() -> None:
     """Asked by several threads at the same time, each of which would take the only answer away from the others."""
     codes: list[int] = []
 
-    def ask(worker: slot._Worker) -> None:
+    def ask(worker: process._Worker) -> None:
         while (code := worker.exitcode) is None:
             time.sleep(0)
         codes.append(code)
 
     for _ in range(20):
-        worker = slot._Worker(target=os._exit, args=(7,))
+        worker = process._Worker(target=os._exit, args=(7,))
         worker.start()
         askers = [threading.Thread(target=ask, args=(worker,)) for _ in range(6)]
         for asker in askers:

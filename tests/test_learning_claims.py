@@ -9,9 +9,9 @@ from hypothesis import given
 from strategies import few, seeds
 
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims import learning_claims as claims
 from cgla_graph.comparisons.claims.claim import Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
+from cgla_graph.comparisons.claims.paper import learning_claims as claims
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat

@@ -11,9 +11,11 @@ import pytest
 from command_line import Call, caller
 from missions_small import CROSSING, DEGREES
 
-from cgla_graph.comparisons import flight_runs, mission_runner, runner
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.comparisons.missions import compare
+from cgla_graph.comparisons.missions import runs as flight_runs
+from cgla_graph.comparisons.study import runner
+from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, MissionStatus
@@ -46,7 +48,7 @@ def contenders(*names: str) -> list[Contender]:
 
 
 def test_a_row_says_what_the_flight_came_to(small: MissionFile) -> None:
-    runs = list(mission_runner.compare([small], contenders("cgla")))
+    runs = list(compare.compare([small], contenders("cgla")))
     assert len(runs) == 2
     for run, (variant, mission) in zip(runs, small.missions(registry.get).items(), strict=True):
         flight = mission.fly()
@@ -63,7 +65,7 @@ def test_a_row_says_what_the_flight_came_to(small: MissionFile) -> None:
 
 def test_exact_solvers_fly_at_one_cost(small: MissionFile) -> None:
     alone = dataclasses.replace(small, variants={"alone": small.variants["alone"]})
-    costs = [run.row()["cost"] for run in mission_runner.compare([alone], contenders("cgla", "dijkstra"))]
+    costs = [run.row()["cost"] for run in compare.compare([alone], contenders("cgla", "dijkstra"))]
     # ties may be broken differently, after which the two flights see different things
     assert costs[0] == pytest.approx(costs[1], rel=0.2)
 
@@ -71,11 +73,11 @@ def test_exact_solvers_fly_at_one_cost(small: MissionFile) -> None:
 def test_seeds(small: MissionFile) -> None:
     of = contenders("cgla", "prm-star:milestones=60", "prm-star:milestones=60:seed=9")
     alone = dataclasses.replace(small, variants={"alone": small.variants["alone"]})
-    runs = list(mission_runner.compare([alone], of, 2))
+    runs = list(compare.compare([alone], of, 2))
     assert [run.seed for run in runs] == [None, 1, 2, 9]
-    assert mission_runner.count([alone], of, 2) == 4
-    assert mission_runner.count([small], of, 2) == 8
-    again = [run.row()["cost"] for run in mission_runner.compare([alone], of, 2)]
+    assert compare.count([alone], of, 2) == 4
+    assert compare.count([small], of, 2) == 8
+    again = [run.row()["cost"] for run in compare.compare([alone], of, 2)]
     assert [run.row()["cost"] for run in runs] == again
 
 
@@ -93,7 +95,7 @@ class Angry(Dijkstra):
 def test_a_solver_that_raises_is_a_row(small: MissionFile, monkeypatch: pytest.MonkeyPatch) -> None:
     get = registry.get
     monkeypatch.setattr(registry, "get", lambda name, **how: Angry() if name == "dijkstra" else get(name, **how))
-    runs = list(mission_runner.compare([small], contenders("dijkstra", "cgla")))
+    runs = list(compare.compare([small], contenders("dijkstra", "cgla")))
     assert [run.status for run in runs] == ["no-path", "arrived"] * 2
     assert runs[0].message == "a: at tick 0: RuntimeError: no"
     assert runs[0].row()["cost"] is None
@@ -109,7 +111,7 @@ def test_a_flight_that_raises_is_a_row(small: MissionFile, monkeypatch: pytest.M
         return fly(self)
 
     monkeypatch.setattr(Mission, "fly", unlucky)
-    runs = list(mission_runner.compare([small], contenders("cgla")))
+    runs = list(compare.compare([small], contenders("cgla")))
     assert [(run.status, run.message) for run in runs] == [("arrived", ""), ("failed", "RuntimeError: no")]
     assert runs[1].row()["arrived"] is None
     assert not runs[1].all_arrived
@@ -117,26 +119,26 @@ def test_a_flight_that_raises_is_a_row(small: MissionFile, monkeypatch: pytest.M
 
 def test_a_solver_that_is_not_installed_is_a_row(small: MissionFile, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "missing", lambda name: "needs luck" if name == "dijkstra" else None)
-    runs = list(mission_runner.compare([small], contenders("dijkstra")))
+    runs = list(compare.compare([small], contenders("dijkstra")))
     assert [(run.status, run.message) for run in runs] == [("unavailable", "needs luck")] * 2
 
 
 def test_the_usual_pilots_need_nothing_and_are_fast() -> None:
     every = [Contender.parse(name) for name in registry.names()]
-    names = {one.name for one in mission_runner.pilots(every, chosen=False)}
+    names = {one.name for one in compare.pilots(every, chosen=False)}
     assert {"cgla", "dijkstra", "hybrid"} <= names
     assert not names & {"networkx", "networkx-astar"}
     assert all(not registry.traits(name).needs for name in names)
-    assert mission_runner.pilots(every, chosen=True) == every
+    assert compare.pilots(every, chosen=True) == every
 
 
 def test_missions_are_told_from_maps() -> None:
-    maps, missions = mission_runner.split(["paper", "fig4", "finland", "fig6"], start=None, refine=False)
+    maps, missions = compare.split(["paper", "fig4", "finland", "fig6"], start=None, refine=False)
     assert maps == ["paper", "finland"]
     assert [mission.name for mission in missions] == ["fig4", "fig6"]
-    assert mission_runner.split(["paper"], refine=True) == (["paper"], [])
+    assert compare.split(["paper"], refine=True) == (["paper"], [])
     with pytest.raises(CglaError, match=r"--refine is for maps, and fig4 is a mission; name refine:base=NAME"):
-        mission_runner.split(["paper", "fig4"], refine=True)
+        compare.split(["paper", "fig4"], refine=True)
 
 
 # the command
@@ -182,7 +184,7 @@ def test_missions_alone_do_not_warm_up_solvers_for_maps(cgla: Call, monkeypatch:
 
 def test_the_cheapest_stands_first_and_who_did_not_fly_last(small: MissionFile) -> None:
     limited = dataclasses.replace(small, variants={"told": small.variants["told"]})
-    (run,) = mission_runner.compare([limited], contenders("cgla"))
+    (run,) = compare.compare([limited], contenders("cgla"))
     assert run.flown is not None
     first, second = run.flown.flight.uavs.values()
 
@@ -231,14 +233,14 @@ def test_a_map_in_degrees(cgla: Call) -> None:
 
 
 def test_ctrl_c_keeps_the_flights_so_far(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    run, calls = mission_runner._run, iter(range(99))
+    run, calls = compare._run, iter(range(99))
 
     def third(*names: Any) -> flight_runs.FlightRun:  # noqa: ANN401 - as `_run`
         if next(calls) == 2:
             raise KeyboardInterrupt
         return run(*names)
 
-    monkeypatch.setattr(mission_runner, "_run", third)
+    monkeypatch.setattr(compare, "_run", third)
     answer = cgla("compare", "small.toml", "--solvers", "cgla,dijkstra", "--out", "out")
     assert answer.code == 130
     assert "2 of 4 runs are done and kept in out" in answer.err
@@ -265,8 +267,8 @@ def test_bad_words(cgla: Call, words: list[str], said: list[str]) -> None:
 @pytest.mark.slow
 def test_flights_in_processes_of_their_own_are_the_same(small: MissionFile) -> None:
     of = [Contender.parse("cgla"), Contender.parse("eight-direction")]
-    here = {(run.variant, run.solver): run.row() for run in mission_runner.compare([small], of)}
-    far = {(run.variant, run.solver): run.row() for run in mission_runner.compare([small], of, workers=2)}
+    here = {(run.variant, run.solver): run.row() for run in compare.compare([small], of)}
+    far = {(run.variant, run.solver): run.row() for run in compare.compare([small], of, workers=2)}
     assert here.keys() == far.keys()
     for key, row in here.items():
         assert {**row, "planning_seconds": 0} == {**far[key], "planning_seconds": 0}
@@ -275,7 +277,7 @@ def test_flights_in_processes_of_their_own_are_the_same(small: MissionFile) -> N
 @pytest.mark.slow
 def test_a_flight_that_takes_too_long_is_a_row(small: MissionFile) -> None:
     limits = Limits(seconds=1e-3)
-    runs = list(mission_runner.compare([small], [Contender.parse("cgla")], workers=1, limits=limits))
+    runs = list(compare.compare([small], [Contender.parse("cgla")], workers=1, limits=limits))
     assert {run.status for run in runs} == {"timed-out"}
     assert "stopped after 0.001 s" in runs[0].message
     assert not runs[0].all_arrived

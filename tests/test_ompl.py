@@ -23,8 +23,8 @@ from strategies import few, fields, points, usual
 
 import cgla_graph as cg
 from cgla_graph.certificate.certificate import lower_bound
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.runner import compare
+from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.runner import compare
 from cgla_graph.model import isolated
 from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.model.solution import Solution, Status

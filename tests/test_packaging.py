@@ -53,7 +53,7 @@ def test_the_wheel_works_without_the_tree(wheel: Path, tmp_path: Path) -> None:
     install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", str(site), str(wheel)]
     subprocess.run(install, check=True, capture_output=True)
     script = (
-        "import cgla_graph as cg, sys; from cgla_graph.comparisons.cli import main; "
+        "import cgla_graph as cg, sys; from cgla_graph.comparisons.commands.app import main; "
         "print(cg.__file__, file=sys.stderr); "
         "sys.argv[1:] = ['plan', 'one-threat', '--json']; main()"
     )

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import costs, usual
 
-from cgla_graph.comparisons.cost_table import cost_table, log_ratios, same_cost
-from cgla_graph.comparisons.paired import (
+from cgla_graph.comparisons.statistics.cost_table import cost_table, log_ratios, same_cost
+from cgla_graph.comparisons.statistics.paired import (
     Paired,
     SignedRank,
     against,
@@ -23,7 +23,7 @@ from cgla_graph.comparisons.paired import (
     sign_test,
     signed_rank,
 )
-from cgla_graph.comparisons.ranking import ranking
+from cgla_graph.comparisons.statistics.ranking import ranking
 
 whole = st.integers(-4, 4).map(float)
 probabilities = st.floats(0.0, 1.0)

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import usual
 
-from cgla_graph.comparisons.claims import paper_tables
 from cgla_graph.comparisons.claims.exhibit import Comparison, TableRow
-from cgla_graph.comparisons.claims.paper_tables import EXHIBITS, Reason, reason, rows
+from cgla_graph.comparisons.claims.paper import paper_tables
+from cgla_graph.comparisons.claims.paper.paper_tables import EXHIBITS, Reason, reason, rows
+from cgla_graph.comparisons.claims.paper.ways import Way, Ways, fly
 from cgla_graph.comparisons.claims.paper_values import START, TABLES, PaperValue
-from cgla_graph.comparisons.claims.ways import Way, Ways, fly
 from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.solvers import get
 

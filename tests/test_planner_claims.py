@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import few
 
-from cgla_graph.comparisons.claims import introduction_claims, planner_claims, planner_experiments
 from cgla_graph.comparisons.claims.cells import CELLS, RADII, adjusted, all_hold
 from cgla_graph.comparisons.claims.claim import Finding, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
-from cgla_graph.comparisons.claims.planner_experiments import COMPANY, NAMED, PLANNERS, THREATS, TRAINING
+from cgla_graph.comparisons.claims.paper import introduction_claims, planner_claims, planner_experiments
+from cgla_graph.comparisons.claims.paper.planner_experiments import COMPANY, NAMED, PLANNERS, THREATS, TRAINING
 from cgla_graph.solvers import get
 
 CLAIMS = {claim.id: claim for claim in planner_claims.CLAIMS}

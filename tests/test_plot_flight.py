@@ -22,15 +22,15 @@ from missions_small import CROSSING, DEGREES, flown_of
 from PIL import Image, ImageSequence
 from test_plots import HOSTILE, assert_tidy
 
-from cgla_graph.comparisons import animation_file, plots
-from cgla_graph.comparisons.animation import MOST_FRAMES, Film, frame_ticks, plan_ahead, state_at
-from cgla_graph.comparisons.animation_file import LAST_SECONDS, SECONDS, animate, frame_milliseconds
-from cgla_graph.comparisons.flown import Flown
-from cgla_graph.comparisons.plot_flight import flight_figure
-from cgla_graph.comparisons.plot_moment import mark_spacing, place_at, telling_tick
-from cgla_graph.comparisons.plot_page import style
-from cgla_graph.comparisons.plot_scene import NEAR_COLOUR, arrowhead, colour_of, dashes_of, life, outline
-from cgla_graph.comparisons.plot_text import plain
+from cgla_graph.comparisons.plots import animation_file, pictures
+from cgla_graph.comparisons.plots.animation import MOST_FRAMES, Film, frame_ticks, plan_ahead, state_at
+from cgla_graph.comparisons.plots.animation_file import LAST_SECONDS, SECONDS, animate, frame_milliseconds
+from cgla_graph.comparisons.plots.flight import flight_figure
+from cgla_graph.comparisons.plots.moment import mark_spacing, place_at, telling_tick
+from cgla_graph.comparisons.plots.page import style
+from cgla_graph.comparisons.plots.scene import NEAR_COLOUR, arrowhead, colour_of, dashes_of, life, outline
+from cgla_graph.comparisons.plots.text import plain
+from cgla_graph.comparisons.study.mission_run import Flown
 from cgla_graph.errors import OutputError
 from cgla_graph.mission.records import MissionStatus
 from cgla_graph.mission.world import TimedThreat
@@ -183,7 +183,7 @@ def test_a_crowd_keeps_its_colours_apart() -> None:
 
 
 def test_a_picture_is_the_same_every_time(told: Flown, tmp_path: Path) -> None:
-    first, second = (plots.save(flight_figure([told]), tmp_path / f"{i}.svg").read_bytes() for i in range(2))
+    first, second = (pictures.save(flight_figure([told]), tmp_path / f"{i}.svg").read_bytes() for i in range(2))
     assert first == second
 
 

@@ -25,16 +25,16 @@ from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons import plots
-from cgla_graph.comparisons.median_run import median_run
-from cgla_graph.comparisons.plot_lines import one_line
-from cgla_graph.comparisons.plot_risk import risk_colours
-from cgla_graph.comparisons.plot_solvers import COLOURS, GREY, entries_of
-from cgla_graph.comparisons.plot_text import plain
+from cgla_graph.comparisons.plots import pictures as plots
+from cgla_graph.comparisons.plots.lines import one_line
+from cgla_graph.comparisons.plots.looks import COLOURS, GREY, entries_of
+from cgla_graph.comparisons.plots.risk import risk_colours
+from cgla_graph.comparisons.plots.text import plain
 from cgla_graph.comparisons.report.payload import scenarios_document
-from cgla_graph.comparisons.rows import summaries
-from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.statistics import path_cost
+from cgla_graph.comparisons.statistics.intervals import path_cost
+from cgla_graph.comparisons.study.median_run import median_run
+from cgla_graph.comparisons.study.rows import summaries
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import OutputError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from strategies import costs
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.profiles import (
+from cgla_graph.comparisons.leaderboard.profiles import (
     StepFunction,
     finite_bound,
     instance_costs,
@@ -19,8 +19,8 @@ from cgla_graph.comparisons.profiles import (
     shared_scenarios,
     success_curve,
 )
-from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.statistics import path_cost, success_interval
+from cgla_graph.comparisons.statistics.intervals import path_cost, success_interval
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import costs
 
-from cgla_graph.comparisons.paired import all_pairs
-from cgla_graph.comparisons.ranking import Ranking, instance_ranks, rank_diagram, ranking
-from cgla_graph.comparisons.told_apart import fewest_instances, least_p, told_apart
+from cgla_graph.comparisons.statistics.paired import all_pairs
+from cgla_graph.comparisons.statistics.ranking import Ranking, instance_ranks, rank_diagram, ranking
+from cgla_graph.comparisons.statistics.told_apart import fewest_instances, least_p, told_apart
 
 # Area under the curve of four classifiers on 14 data sets: Demsar, JMLR 7, 2006, table 6 (also in scipy's own tests).
 AREAS = {

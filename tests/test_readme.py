@@ -17,9 +17,12 @@ from pages import INDEX, PAGES, README, ROOT, Block, Page, agrees
 
 import cgla_graph as cg
 from cgla_graph import comparisons
-from cgla_graph.comparisons import certify, flight_files, flight_runs, performance, run_columns, trade_off
 from cgla_graph.comparisons.claims import summary
-from cgla_graph.comparisons.cli import app
+from cgla_graph.comparisons.commands import certify, pareto
+from cgla_graph.comparisons.commands.app import app
+from cgla_graph.comparisons.leaderboard import performance
+from cgla_graph.comparisons.missions import files, runs
+from cgla_graph.comparisons.study import columns
 from cgla_graph.comparisons.study.study_file import is_study_file, read_study, study_schema
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import MissionStatus
@@ -251,9 +254,9 @@ def keys_of(table: dict[str, Any]) -> set[str]:
             [one.name for kind in (Mission, Uav, Sharing, VirtualObstacle) for one in dataclasses.fields(kind)],
             id="settings of missions",
         ),
-        pytest.param([one.key for one in run_columns.COLUMNS], id="columns of runs"),
-        pytest.param([*flight_runs.COLUMNS, *flight_files.TRACE_COLUMNS], id="columns of flights"),
-        pytest.param([*certify.COLUMNS, *trade_off.COLUMNS], id="columns of proofs and fronts"),
+        pytest.param([one.key for one in columns.COLUMNS], id="columns of runs"),
+        pytest.param([*runs.COLUMNS, *files.TRACE_COLUMNS], id="columns of flights"),
+        pytest.param([*certify.COLUMNS, *pareto.COLUMNS], id="columns of proofs and fronts"),
         pytest.param(
             [re.sub("_(low|high)$", "", one) for one in performance.PERFORMANCE_COLUMNS], id="columns of summaries"
         ),

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import usual
 
-from cgla_graph.comparisons.paired import holm, mcnemar
-from cgla_graph.comparisons.regression import Regression, RunKey, Verdict, regression, same_task
-from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.leaderboard.regression import Regression, RunKey, Verdict, regression, same_task
+from cgla_graph.comparisons.statistics.paired import holm, mcnemar
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 

@@ -19,19 +19,19 @@ from report_studies import ODD, failing, large_study, odd_runs, small_runs, stor
 from strategies import few
 
 import cgla_graph as cg
-from cgla_graph.comparisons.overview import overview
-from cgla_graph.comparisons.profiles import instance_costs
-from cgla_graph.comparisons.ranking import ranking
+from cgla_graph.comparisons.leaderboard.leaderboard import standings
+from cgla_graph.comparisons.leaderboard.profiles import instance_costs
 from cgla_graph.comparisons.report.maps import MOST_CORNERS, MOST_WAYPOINTS, SLACK, STEPS, map_document, path_steps
 from cgla_graph.comparisons.report.page import report_html, write_report
 from cgla_graph.comparisons.report.parts import failures, ranking_table
 from cgla_graph.comparisons.report.pictures import failure_grid, rank_picture
 from cgla_graph.comparisons.report.steps import thinned
-from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.standing import standings
-from cgla_graph.comparisons.standing_columns import standing_notes
+from cgla_graph.comparisons.statistics.ranking import ranking
+from cgla_graph.comparisons.statistics.told_apart import fewest_instances
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.stored import Stored
-from cgla_graph.comparisons.told_apart import fewest_instances
+from cgla_graph.comparisons.tables.leaderboard_columns import standing_notes
+from cgla_graph.comparisons.tables.overview import overview
 from cgla_graph.errors import OutputError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import Solution, Status

@@ -18,7 +18,7 @@ from new_column import write_study_with_it
 from report_studies import ODD, failing, odd_runs, small_runs, stored_of
 
 from cgla_graph.comparisons.report.page import report_html, write_report
-from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.stored import Stored
 from cgla_graph.model.solution import Status
 

@@ -16,18 +16,18 @@ from rich.cells import cell_len
 from rich.console import Console
 from studies_small import by_number, named, runs_of, small_study, write_study
 
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.fitted_table import FittedTable
-from cgla_graph.comparisons.regression import regression
+from cgla_graph.comparisons.leaderboard.leaderboard import standings
+from cgla_graph.comparisons.leaderboard.regression import regression
 from cgla_graph.comparisons.results import lookup
 from cgla_graph.comparisons.results.filters import Filters
 from cgla_graph.comparisons.results.regression_table import regression_table
 from cgla_graph.comparisons.results.rerun import Rerun
 from cgla_graph.comparisons.results.tables import failure_lines, runs_table, solver_tables, standings_table
-from cgla_graph.comparisons.standing import standings
 from cgla_graph.comparisons.study.database import FILE, Database, Stored, load
+from cgla_graph.comparisons.study.entrant import Contender
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.study import Study
+from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario

@@ -12,9 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.median_run import median_run
-from cgla_graph.comparisons.rows import (
+from cgla_graph.comparisons.study.columns import excess_over
+from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.median_run import median_run
+from cgla_graph.comparisons.study.rows import (
     COLUMNS,
     best_exact,
     by_scenario,
@@ -24,8 +25,7 @@ from cgla_graph.comparisons.rows import (
     summaries,
     trace_row,
 )
-from cgla_graph.comparisons.run_columns import excess_over
-from cgla_graph.comparisons.runner import Run, compare
+from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons import runner
-from cgla_graph.comparisons.contender import Contender, every_solver
-from cgla_graph.comparisons.rows import row, rows_of
-from cgla_graph.comparisons.runner import Run, compare
+from cgla_graph.comparisons.study import runner
+from cgla_graph.comparisons.study.entrant import Contender, every_solver
+from cgla_graph.comparisons.study.rows import row, rows_of
+from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import Solution, Status

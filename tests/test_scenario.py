@@ -245,7 +245,7 @@ def test_start_on_the_border_in_degrees() -> None:
 def test_settings_of_solvers_are_checked(
     tmp_path: Path, table: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from cgla_graph.comparisons.cli import main  # noqa: PLC0415 - only here
+    from cgla_graph.comparisons.commands.app import main  # noqa: PLC0415 - only here
 
     file = tmp_path / "mine.toml"
     file.write_text(f"{BASE}[lattice]\nresolution = 3\n{table}", encoding="utf-8")

@@ -13,15 +13,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import few, seeds, usual
 
-from cgla_graph.comparisons.claims import paper_values, printed_tables, single_claims, single_experiments, weight_claims
+from cgla_graph.comparisons.claims import paper_values
 from cgla_graph.comparisons.claims.cells import CELLS, Contrast, adjusted, all_hold, contrast, rate_contrasts
 from cgla_graph.comparisons.claims.claim import Finding, Verdict
 from cgla_graph.comparisons.claims.counterexamples import mission, text
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
+from cgla_graph.comparisons.claims.paper import printed_tables, single_claims, single_experiments, weight_claims
+from cgla_graph.comparisons.claims.paper.single_experiments import OFFLINE_K, ONLINE_K, POPUP_K, farthest_pair
 from cgla_graph.comparisons.claims.paper_flight import fly_alone, measures, positions_at_steps, risk_sum
 from cgla_graph.comparisons.claims.paper_values import TABLE_1, rows_with_length, value
-from cgla_graph.comparisons.claims.single_experiments import OFFLINE_K, ONLINE_K, POPUP_K, farthest_pair
 from cgla_graph.mission.records import UavFlight
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.scenarios.random_map import random_scenario

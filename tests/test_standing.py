@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from strategies import usual
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.paired import against, all_pairs
-from cgla_graph.comparisons.profiles import instance_costs
-from cgla_graph.comparisons.ranking import ranking
-from cgla_graph.comparisons.runner import Run, compare
-from cgla_graph.comparisons.standing import Standing, standings
-from cgla_graph.comparisons.statistics import Estimate, success_interval
+from cgla_graph.comparisons.leaderboard.leaderboard import Standing, standings
+from cgla_graph.comparisons.leaderboard.profiles import instance_costs
+from cgla_graph.comparisons.statistics.intervals import Estimate, success_interval
+from cgla_graph.comparisons.statistics.paired import against, all_pairs
+from cgla_graph.comparisons.statistics.ranking import ranking
+from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 

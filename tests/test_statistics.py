@@ -14,10 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.curves import median_curve
-from cgla_graph.comparisons.performance import PERFORMANCE_COLUMNS, TARGETS, performances
-from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.statistics import (
+from cgla_graph.comparisons.leaderboard.performance import PERFORMANCE_COLUMNS, TARGETS, performances
+from cgla_graph.comparisons.statistics.curves import median_curve
+from cgla_graph.comparisons.statistics.intervals import (
     CONFIDENCE,
     FEWEST_RUNS,
     estimate,
@@ -27,6 +26,7 @@ from cgla_graph.comparisons.statistics import (
     success_interval,
     to_target,
 )
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import scenario_from_toml
 

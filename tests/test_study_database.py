@@ -26,14 +26,14 @@ from strategies import seeds as random_seeds
 from studies_small import found, named, runs_of, small_study, write_study
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.study import database as database_module
 from cgla_graph.comparisons.study import schema, stored
 from cgla_graph.comparisons.study.database import FILE, Database, load, load_study
-from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.comparisons.study.entrant import Contender
 from cgla_graph.comparisons.study.provenance import Revision, provenance
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.study import Cell, Study
+from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError, OutputError, StudyError
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.loading import open_scenarios

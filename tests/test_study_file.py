@@ -13,11 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import usual
 
-from cgla_graph.comparisons import runner
-from cgla_graph.comparisons.contender import Contender, every_solver
-from cgla_graph.comparisons.options import number_names
-from cgla_graph.comparisons.study import study_file
-from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.comparisons.study import runner, study_file
+from cgla_graph.comparisons.study.entrant import Contender, every_solver
+from cgla_graph.comparisons.study.options import number_names
 from cgla_graph.comparisons.study.study import SEEDS, Study
 from cgla_graph.comparisons.study.study_file import (
     EXAMPLE,
@@ -26,6 +24,7 @@ from cgla_graph.comparisons.study.study_file import (
     study_from_toml,
     study_schema,
 )
+from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError, StudyError
 from cgla_graph.scenarios.random_map import difficulty, random_scenario
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml, shipped
@@ -225,7 +224,7 @@ def test_a_text_stays_a_text_in_the_label(value: str) -> None:
     from cgla_graph.comparisons.study.study_tables import _written  # noqa: PLC0415 - only here
 
     written = _written(value)
-    from cgla_graph.comparisons.contender import _literal  # noqa: PLC0415 - only here
+    from cgla_graph.comparisons.study.entrant import _literal  # noqa: PLC0415 - only here
 
     assert _literal(written) == value
 

@@ -12,10 +12,10 @@ from rich.console import Console
 from rich.table import Table
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.performance import performances
-from cgla_graph.comparisons.runner import Run, compare
-from cgla_graph.comparisons.tables import (
+from cgla_graph.comparisons.leaderboard.performance import performances
+from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.runner import Run, compare
+from cgla_graph.comparisons.tables.tables import (
     bound_note,
     comparison_table,
     duration,

@@ -11,12 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import examples, seeds
 
-from cgla_graph.comparisons.claims import counterexamples, obstacle_checks, sharing_checks, team_experiments
-from cgla_graph.comparisons.claims import team_claims as claims
+from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.cells import CELLS
 from cgla_graph.comparisons.claims.claim import Finding, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
-from cgla_graph.comparisons.claims.team_experiments import (
+from cgla_graph.comparisons.claims.paper import obstacle_checks, sharing_checks, team_experiments
+from cgla_graph.comparisons.claims.paper import team_claims as claims
+from cgla_graph.comparisons.claims.paper.team_experiments import (
     FEW_THREATS,
     NO_OBSTACLE,
     SHARING_KS,

@@ -512,7 +512,7 @@ def test_the_browser_is_opened_where_it_is_served(folder: Path, monkeypatch: pyt
     monkeypatch.setattr(view.webbrowser, "open", browse)
     monkeypatch.setattr(ViewServer, "serve_forever", forever)
     said: list[str] = []
-    monkeypatch.setattr(view.terminal, "out", said.append)
+    monkeypatch.setattr(view.console, "out", said.append)
     view.serve(folder, open_browser=True)
     assert opened[0].startswith("http://127.0.0.1:")
     assert opened[0] in said[0]

@@ -12,10 +12,14 @@ from hypothesis import strategies as st
 from strategies import usual
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons import walsh
-from cgla_graph.comparisons.paired import signed_rank
-from cgla_graph.comparisons.statistics import Estimate
-from cgla_graph.comparisons.walsh import hodges_lehmann, signed_rank_distribution, subset_sums, walsh_rank
+from cgla_graph.comparisons.statistics.hodges_lehmann import (
+    hodges_lehmann,
+    signed_rank_distribution,
+    subset_sums,
+    walsh_rank,
+)
+from cgla_graph.comparisons.statistics.intervals import Estimate
+from cgla_graph.comparisons.statistics.paired import signed_rank
 
 numbers = st.floats(-10.0, 10.0) | st.integers(-3, 3).map(float)
 differences = st.lists(numbers | st.sampled_from([math.inf, -math.inf]), min_size=1, max_size=25)
@@ -51,7 +55,7 @@ def test_searching_for_an_average_finds_the_one_that_sorting_finds(few: int, mon
     rng = np.random.default_rng(few)
     samples = [rng.normal(size=40), rng.integers(-3, 4, 41), np.zeros(30), rng.choice([-np.inf, 0.5, np.inf], 33)]
     expected = [by_definition(sample.tolist()) for sample in samples]
-    monkeypatch.setattr(walsh, "_FEW", few)
+    monkeypatch.setattr("cgla_graph.comparisons.statistics.hodges_lehmann._FEW", few)
     for sample, one in zip(samples, expected, strict=True):
         assert hodges_lehmann(sample.tolist()) == pytest.approx(one, rel=1e-14, abs=1e-14)
 

@@ -24,7 +24,7 @@ EXPERIMENTS = (
     "planner_experiments",
     "team_experiments",
 )
-_PACKAGE = "cgla_graph.comparisons.claims"
+_PACKAGE = "cgla_graph.comparisons.claims.paper"
 
 
 @cache

@@ -18,7 +18,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims.claim import Table
 from cgla_graph.comparisons.claims.evidence import Samples
 from cgla_graph.comparisons.claims.inference import Shift, log_shift, paired_rates, paired_shift
-from cgla_graph.comparisons.paired import holm
+from cgla_graph.comparisons.statistics.paired import holm
 
 #: Below this an adjusted p-value counts.
 ALPHA = 0.05

@@ -13,8 +13,8 @@ from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.store import Measured, Store
 from cgla_graph.comparisons.study.execution import limits_where, made
-from cgla_graph.comparisons.study.isolation import Call, Outcome, limited
-from cgla_graph.comparisons.study.limits import Limits, lost
+from cgla_graph.comparisons.workers.limits import Limits, lost
+from cgla_graph.comparisons.workers.pool import Call, Outcome, limited
 
 #: What one map of an experiment, or one check, may take.
 LIMITS = Limits(seconds=1800.0)
@@ -101,7 +101,7 @@ def check_claims(
     limits = limits_where(LIMITS, workers=workers, scheduler=scheduler)
     agenda = _Agenda.of(claims, store, limits)
     yield from agenda.known()
-    modules = [f"cgla_graph.comparisons.claims.{name}" for name in (*catalogue.TOPICS, *catalogue.EXPERIMENTS)]
+    modules = [f"cgla_graph.comparisons.claims.paper.{name}" for name in (*catalogue.TOPICS, *catalogue.EXPERIMENTS)]
     with closing(made(agenda.next_call, limits, workers=workers, scheduler=scheduler, preload=modules)) as outcomes:
         for call, outcome in outcomes:
             yield agenda.take(call, outcome)

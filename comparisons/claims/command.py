@@ -5,7 +5,7 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from cgla_graph.comparisons import terminal
+from cgla_graph.comparisons import console
 from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.checking import Result, check_claims, count_steps
 from cgla_graph.comparisons.claims.claim import Claim, Verdict
@@ -107,7 +107,7 @@ def check_all(request: Request) -> Checked:
     with Store(request.folder, request.scale, resume=request.resume, overwrite=request.overwrite) as store:
         try:
             total = count_steps(request.claims, store) + len(request.exhibits)
-            with terminal.running_solvers(), terminal.progress(total) as tick:
+            with console.running_solvers(), console.progress(total) as tick:
                 with closing(check_claims(request.claims, store, workers=workers, scheduler=scheduler)) as steps:
                     for step in steps:
                         if step.result is not None:

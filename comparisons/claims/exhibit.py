@@ -111,6 +111,6 @@ def exhibits() -> Sequence[Exhibit]:
     >>> [exhibit.label for exhibit in exhibits()][::8]
     ['Fig. 1', 'Fig. 9', 'Table 5']
     """
-    modules = [importlib.import_module(f"cgla_graph.comparisons.claims.{name}") for name in MODULES]
+    modules = [importlib.import_module(f"cgla_graph.comparisons.claims.paper.{name}") for name in MODULES]
     found: list[Exhibit] = [exhibit for module in modules for exhibit in module.EXHIBITS]
     return sorted(found, key=lambda one: (one.label.startswith("Table"), int(one.label.split()[-1])))

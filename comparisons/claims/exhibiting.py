@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from cgla_graph.comparisons.claims.exhibit import MODULES, Comparison, Exhibit, Picture, exhibits
 from cgla_graph.comparisons.study.execution import limits_where, made
-from cgla_graph.comparisons.study.isolation import Call, limited
-from cgla_graph.comparisons.study.limits import Limits, lost
+from cgla_graph.comparisons.workers.limits import Limits, lost
+from cgla_graph.comparisons.workers.pool import Call, limited
 
 #: What one exhibit may take.
 LIMITS = Limits()
@@ -53,7 +53,7 @@ def make_exhibits(wanted: Sequence[Exhibit], *, workers: int = 1, scheduler: str
     limits = limits_where(LIMITS, workers=workers, scheduler=scheduler)
     calls = deque(Call(exhibit.label, _make, (exhibit.label, limits)) for exhibit in wanted)
     by_label = {exhibit.label: exhibit for exhibit in wanted}
-    modules = [f"cgla_graph.comparisons.claims.{name}" for name in MODULES]
+    modules = [f"cgla_graph.comparisons.claims.paper.{name}" for name in MODULES]
 
     def next_call() -> Call | None:
         return calls.popleft() if calls else None

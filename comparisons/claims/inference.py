@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.paired import mcnemar, signed_rank
-from cgla_graph.comparisons.statistics import CONFIDENCE, Estimate, Interval, success_interval
-from cgla_graph.comparisons.walsh import hodges_lehmann
+from cgla_graph.comparisons.statistics.hodges_lehmann import hodges_lehmann
+from cgla_graph.comparisons.statistics.intervals import CONFIDENCE, Estimate, Interval, success_interval
+from cgla_graph.comparisons.statistics.paired import mcnemar, signed_rank
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ from rich.padding import Padding
 from rich.table import Table as RichTable
 from rich.text import Text
 
-from cgla_graph.comparisons import terminal
+from cgla_graph.comparisons import console
 from cgla_graph.comparisons.claims.checking import Result
 from cgla_graph.comparisons.claims.claim import Table, Verdict, finding_document
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.texts import counted, is_number, rerun, sampled, scale_words, written
-from cgla_graph.comparisons.fitted_table import FittedTable
+from cgla_graph.comparisons.tables.fitted_table import FittedTable
 
 #: Up to this many claims, all that is known of them is printed.
 FEW = 3
@@ -31,7 +31,7 @@ def print_results(results: Sequence[Result], scale: Scale) -> None:
     """Print a row for each claim; of a few claims the evidence as well."""
     if len(results) <= FEW:
         for result in results:
-            terminal.out_table(_in_full(result, scale))
+            console.out_table(_in_full(result, scale))
         return
     table = RichTable(title=Text(f"the paper's claims ({scale_words(scale)})"), title_justify="left", expand=True)
     table.add_column("claim", no_wrap=True)
@@ -42,8 +42,8 @@ def print_results(results: Sequence[Result], scale: Scale) -> None:
         verdict = result.finding.verdict
         cells = (result.claim.sentence, result.finding.result)
         table.add_row(result.claim.id, Text(verdict.label, style=_STYLES[verdict]), *(Text(cell) for cell in cells))
-    terminal.out_table(table)
-    terminal.out(f"{counted(results)}\n")
+    console.out_table(table)
+    console.out(f"{counted(results)}\n")
 
 
 def _in_full(result: Result, scale: Scale) -> RenderableType:

@@ -14,9 +14,8 @@ import numpy as np
 from markupsafe import Markup
 
 from cgla_graph.comparisons.files import write_text
-from cgla_graph.comparisons.overview import overview
-from cgla_graph.comparisons.profiles import instance_costs, performance_profile, success_curve
-from cgla_graph.comparisons.ranking import ranking
+from cgla_graph.comparisons.leaderboard.leaderboard import Standing, standings
+from cgla_graph.comparisons.leaderboard.profiles import instance_costs, performance_profile, success_curve
 from cgla_graph.comparisons.report.parts import failures, ranking_table
 from cgla_graph.comparisons.report.payload import (
     columns_document,
@@ -27,10 +26,11 @@ from cgla_graph.comparisons.report.payload import (
 )
 from cgla_graph.comparisons.report.pictures import failure_grid, rank_picture
 from cgla_graph.comparisons.report.steps import MOST_POINTS_OVERALL, rounded_all, thinned
-from cgla_graph.comparisons.rows import by_scenario, by_solver
-from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.standing import Standing, standings
+from cgla_graph.comparisons.statistics.ranking import ranking
+from cgla_graph.comparisons.study.rows import by_scenario, by_solver
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.stored import Session, Stored
+from cgla_graph.comparisons.tables.overview import overview
 
 NOTES = (
     ("cost", "Length plus k times the risk of a path, re-evaluated by the oracle; no solver is trusted about its own."),

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from cgla_graph.comparisons.curves import median_curve
-from cgla_graph.comparisons.median_run import median_run
 from cgla_graph.comparisons.report.maps import map_document, map_key, path_steps, steps_of
 from cgla_graph.comparisons.report.steps import rounded, rounded_all, thinned
-from cgla_graph.comparisons.rows import by_solver, row, scenario_bound
-from cgla_graph.comparisons.run_columns import SHOWN
-from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.statistics import Estimate, estimate, path_cost, to_target
+from cgla_graph.comparisons.statistics.curves import median_curve
+from cgla_graph.comparisons.statistics.intervals import Estimate, estimate, path_cost, to_target
+from cgla_graph.comparisons.study.columns import SHOWN
+from cgla_graph.comparisons.study.median_run import median_run
+from cgla_graph.comparisons.study.rows import by_solver, row, scenario_bound
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario
 

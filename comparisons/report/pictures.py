@@ -4,10 +4,10 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from cgla_graph.comparisons.ranking import Ranking, rank_diagram
-from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.standing import Standing
-from cgla_graph.comparisons.words import listed, too_few_note
+from cgla_graph.comparisons.leaderboard.leaderboard import Standing
+from cgla_graph.comparisons.statistics.ranking import Ranking, rank_diagram
+from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.tables.words import listed, too_few_note
 
 _SIDE, _AXIS = 240, 420  # pixels: room for names on either side, and the axis between
 _LINE, _BAR_LINE = 20, 10  # pixels: between names, and between bars
@@ -23,7 +23,7 @@ def rank_picture(ranks: Ranking) -> dict[str, Any] | None:
 
     Examples
     --------
-    >>> from cgla_graph.comparisons.ranking import ranking
+    >>> from cgla_graph.comparisons.statistics.ranking import ranking
     >>> picture = rank_picture(ranking({"a": [1, 1, 1], "b": [2, 2, 2], "c": [3, 3, 3]}))
     >>> [(label["solver"], label["x"]) for label in picture["labels"]]
     [('a', 240.0), ('b', 450.0), ('c', 660.0)]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.comparisons.rows import json_number
+from cgla_graph.comparisons.study.rows import json_number
 
 #: Most points of a curve of one solver on one scenario, and of one over all scenarios.
 MOST_POINTS, MOST_POINTS_OVERALL = 40, 160

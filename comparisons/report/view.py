@@ -20,7 +20,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from cgla_graph.comparisons import terminal
+from cgla_graph.comparisons import console
 from cgla_graph.errors import CglaError, OutputError
 
 #: The only address that is listened on.
@@ -266,7 +266,7 @@ class ViewServer(ThreadingHTTPServer):
         """Pass over browsers that went away; what else goes wrong with a request is said in one line."""
         error = sys.exc_info()[1]
         if not isinstance(error, (ConnectionError, TimeoutError)):
-            terminal.say(f"cgla view: {type(error).__name__}: {error}")
+            console.say(f"cgla view: {type(error).__name__}: {error}")
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -306,7 +306,7 @@ class _Handler(BaseHTTPRequestHandler):
                 state = json.dumps(asdict(self.server.viewed.state()))
                 return Response(HTTPStatus.OK, _JSON, state.encode())
         except Exception as error:  # noqa: BLE001 - one page that fails does not end the service
-            terminal.say(f"cgla view: the report cannot be made: {type(error).__name__}: {error}")
+            console.say(f"cgla view: the report cannot be made: {type(error).__name__}: {error}")
             return _refusal(HTTPStatus.INTERNAL_SERVER_ERROR, f"the report cannot be made: {error}")
         return _refusal(HTTPStatus.NOT_FOUND, "there is only / and /state")
 
@@ -355,9 +355,9 @@ def serve(folder: Path, *, port: int = 0, open_browser: bool = False) -> None:
     """
     with ViewServer(Viewed(folder), port) as server:
         try:
-            terminal.out(f"{folder} is shown at {server.url} (Ctrl-C ends it)\n")
+            console.out(f"{folder} is shown at {server.url} (Ctrl-C ends it)\n")
             if not read_state(folder).stamp:
-                terminal.say(f"cgla view: there is no study in {folder} yet; the page waits for it")
+                console.say(f"cgla view: there is no study in {folder} yet; the page waits for it")
             if open_browser:
                 # text browsers return only when their user leaves
                 threading.Thread(target=_open, args=(server.url,), daemon=True).start()
@@ -369,4 +369,4 @@ def serve(folder: Path, *, port: int = 0, open_browser: bool = False) -> None:
 
 def _open(url: str) -> None:
     if not webbrowser.open(url):
-        terminal.say(f"cgla view: no browser was found; open {url} in yours")
+        console.say(f"cgla view: no browser was found; open {url} in yours")

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph.comparisons import files
-from cgla_graph.comparisons.results.latex import booktabs
-from cgla_graph.comparisons.rows import best_exact, by_scenario, row
-from cgla_graph.comparisons.run_columns import COLUMNS, Kind
-from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.standing import standings
-from cgla_graph.comparisons.standing_columns import standing_cells, standing_heads, standing_notes
+from cgla_graph.comparisons.leaderboard.leaderboard import standings
+from cgla_graph.comparisons.study.columns import COLUMNS, Kind
+from cgla_graph.comparisons.study.rows import best_exact, by_scenario, row
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.stored import FILE, Stored, reading
+from cgla_graph.comparisons.tables.latex import booktabs
+from cgla_graph.comparisons.tables.leaderboard_columns import standing_cells, standing_heads, standing_notes
 from cgla_graph.errors import CglaError, OutputError
 
 #: What is said of a run of a study.
@@ -45,8 +45,8 @@ def run_rows(runs: Sequence[Run], every: Sequence[Run]) -> list[dict[str, Any]]:
 
     Examples
     --------
-    >>> from cgla_graph.comparisons.contender import Contender
-    >>> from cgla_graph.comparisons.runner import compare
+    >>> from cgla_graph.comparisons.study.entrant import Contender
+    >>> from cgla_graph.comparisons.study.runner import compare
     >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> runs = list(compare([load_scenario("one-threat")], [Contender.parse("straight-line")], tolerance=None))
     >>> [(row["solver"], row["status"], row["exact"]) for row in run_rows(runs, runs)]

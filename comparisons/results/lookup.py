@@ -7,10 +7,10 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from cgla_graph.comparisons import terminal
-from cgla_graph.comparisons.failures import failed
-from cgla_graph.comparisons.overview import overview
-from cgla_graph.comparisons.regression import Regression, regression
+from cgla_graph.comparisons import console
+from cgla_graph.comparisons.leaderboard.failures import failed
+from cgla_graph.comparisons.leaderboard.leaderboard import Standing, standings
+from cgla_graph.comparisons.leaderboard.regression import Regression, regression
 from cgla_graph.comparisons.results import exports
 from cgla_graph.comparisons.results.filters import Filters
 from cgla_graph.comparisons.results.regression_table import regression_table, summary_line
@@ -23,11 +23,11 @@ from cgla_graph.comparisons.results.tables import (
     solver_tables,
     standings_table,
 )
-from cgla_graph.comparisons.rows import json_number
-from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.standing import Standing, standings
+from cgla_graph.comparisons.study.rows import json_number
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.stored import Stored, load
-from cgla_graph.comparisons.words import counted
+from cgla_graph.comparisons.tables.overview import overview
+from cgla_graph.comparisons.tables.words import counted
 from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Status
 
@@ -153,22 +153,22 @@ def _is_tex(target: Path) -> bool:
 def print_results(found: Results) -> None:
     """Print what was found: tables and lines on standard output (errors as `terminal.out`)."""
     if found.rerun is not None:
-        terminal.out_table(rerun_table(found.rerun))
+        console.out_table(rerun_table(found.rerun))
         return
     for line in _heading(found):
-        terminal.out(f"{line}\n")
+        console.out(f"{line}\n")
     if found.regression is not None:
         _print_regression(found, found.regression)
     elif found.standings is None:
-        terminal.out("no standings: of runs picked by how they ended, nothing can be said of solvers\n")
+        console.out("no standings: of runs picked by how they ended, nothing can be said of solvers\n")
     else:
         _print_standings(found, found.standings)
     if found.lists_runs and found.runs:
-        terminal.out_table(runs_table("runs", found.runs))
+        console.out_table(runs_table("runs", found.runs))
     if found.regression is None:
         _print_lines("failures", failure_lines(found.runs))
     for path in found.written:
-        terminal.out(f"written: {path}\n")
+        console.out(f"written: {path}\n")
 
 
 def _heading(found: Results) -> list[str]:
@@ -186,35 +186,35 @@ def _heading(found: Results) -> list[str]:
 
 def _print_standings(found: Results, ranked: Sequence[Standing]) -> None:
     if not ranked:
-        terminal.out("no runs yet\n" if not found.filters.is_on else "no run is left\n")
+        console.out("no runs yet\n" if not found.filters.is_on else "no run is left\n")
         return
     by_name = found.filters.solvers is not None
     n_lines = len({(run.scenario.name, run.solver) for run in found.runs})
     if by_name or n_lines <= MOST_LINES:
         for table in solver_tables(found.runs):
-            terminal.out_table(table)
+            console.out_table(table)
     else:
-        terminal.out(f"a table of {n_lines} lines for each solver is not shown; --solver NAME shows one\n")
+        console.out(f"a table of {n_lines} lines for each solver is not shown; --solver NAME shows one\n")
     # last, as the end is what is seen first on a terminal
     print_standings(found.runs, ranked)
 
 
 def print_standings(runs: Sequence[Run], ranked: Sequence[Standing]) -> None:
     """Print who wins, by how much, how sure that is, and where each solver fails (errors as `terminal.out`)."""
-    terminal.out_table(standings_table("standings", ranked))
+    console.out_table(standings_table("standings", ranked))
     n_scenarios = len({run.scenario.name for run in runs})
     _print_lines("", overview_lines(overview(ranked, n_scenarios)))
 
 
 def _print_regression(found: Results, changes: Regression) -> None:
     old = found.old.folder if found.old is not None else ""
-    terminal.out_table(regression_table(f"{found.stored.folder} (new) against {old} (old)", changes))
+    console.out_table(regression_table(f"{found.stored.folder} (new) against {old} (old)", changes))
     _print_lines("", [summary_line(changes)] if changes.changes else [])
 
 
 def _print_lines(title: str, lines: Sequence[str]) -> None:
     if lines:
-        terminal.out("".join(f"{line}\n" for line in ([f"{title}:"] if title else []) + [*lines]))
+        console.out("".join(f"{line}\n" for line in ([f"{title}:"] if title else []) + [*lines]))
 
 
 def document(found: Results) -> dict[str, Any]:

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from cgla_graph.comparisons.fitted_table import FittedTable
-from cgla_graph.comparisons.regression import SIGNIFICANT, Change, Regression, RunKey, Verdict
-from cgla_graph.comparisons.words import counted, estimate_cell, listed, p_value, ratio
+from cgla_graph.comparisons.leaderboard.regression import SIGNIFICANT, Change, Regression, RunKey, Verdict
+from cgla_graph.comparisons.tables.fitted_table import FittedTable
+from cgla_graph.comparisons.tables.words import counted, estimate_cell, listed, p_value, ratio
 
 _HEADS = (
     "pairs",

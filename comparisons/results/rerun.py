@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from cgla_graph.comparisons import runner, terminal
-from cgla_graph.comparisons.fitted_table import FittedTable
-from cgla_graph.comparisons.rows import row
-from cgla_graph.comparisons.runner import Run
+from cgla_graph.comparisons import console
+from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.execution import run_study
+from cgla_graph.comparisons.study.rows import row
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.stored import Stored, load_study
 from cgla_graph.comparisons.study.study import Study
-from cgla_graph.comparisons.tables import duration, figure, percent
+from cgla_graph.comparisons.tables.fitted_table import FittedTable
+from cgla_graph.comparisons.tables.tables import duration, figure, percent
 from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Status
 
@@ -98,7 +99,7 @@ def rerun(stored: Stored, number: int) -> Rerun:
     contenders = {contender.label: contender for contender in load_study(stored.folder).contenders}
     seeds = () if before.seed is None else (before.seed,)
     alone = Study([before.scenario], [contenders[before.solver]], seeds, tolerance=None, limits=stored.limits)
-    with terminal.running_solvers(), closing(run_study(alone, workers=1)) as runs:
+    with console.running_solvers(), closing(run_study(alone, workers=1)) as runs:
         now = next(runs)
     solution = runner.bounded(now.solution, before.certificate)
     return Rerun(before, dataclasses.replace(now, solution=solution, certificate=before.certificate))

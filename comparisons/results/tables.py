@@ -3,16 +3,16 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from cgla_graph.comparisons.failures import FailureGroup, failure_groups
-from cgla_graph.comparisons.fitted_table import FittedTable
-from cgla_graph.comparisons.overview import Overview
-from cgla_graph.comparisons.rows import Summary, by_scenario, row, summaries
-from cgla_graph.comparisons.run_columns import SHOWN, Format, RunColumn
-from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.standing import Standing
-from cgla_graph.comparisons.standing_columns import SPARE, standing_cells, standing_heads, standing_notes
-from cgla_graph.comparisons.tables import duration, figure, percent
-from cgla_graph.comparisons.words import DASH, counted, listed
+from cgla_graph.comparisons.leaderboard.failures import FailureGroup, failure_groups
+from cgla_graph.comparisons.leaderboard.leaderboard import Standing
+from cgla_graph.comparisons.study.columns import SHOWN, Format, RunColumn
+from cgla_graph.comparisons.study.rows import Summary, by_scenario, row, summaries
+from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.tables.fitted_table import FittedTable
+from cgla_graph.comparisons.tables.leaderboard_columns import SPARE, standing_cells, standing_heads, standing_notes
+from cgla_graph.comparisons.tables.overview import Overview
+from cgla_graph.comparisons.tables.tables import duration, figure, percent
+from cgla_graph.comparisons.tables.words import DASH, counted, listed
 from cgla_graph.model.solution import Status
 
 #: So many messages of a solver are shown for each way to fail.

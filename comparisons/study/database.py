@@ -14,13 +14,13 @@ from filelock import FileLock
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.files import locked, make_folder
-from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.study import schema
 from cgla_graph.comparisons.study.codec import decode, dumps
 from cgla_graph.comparisons.study.documents import certificate_document
 from cgla_graph.comparisons.study.entry import add_experiment, enter, visible
 from cgla_graph.comparisons.study.provenance import Provenance, provenance
 from cgla_graph.comparisons.study.records import RUN_COLUMNS, answer, progress_rows, run_row
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.stored import (
     FILE,
     Content,
@@ -65,8 +65,8 @@ class Database:
     Examples
     --------
     >>> import tempfile
-    >>> from cgla_graph.comparisons.contender import Contender
-    >>> from cgla_graph.comparisons.runner import compare
+    >>> from cgla_graph.comparisons.study.entrant import Contender
+    >>> from cgla_graph.comparisons.study.runner import compare
     >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> study = Study([load_scenario("one-threat")], [Contender.parse("cgla"), Contender.parse("dijkstra")])
     >>> with tempfile.TemporaryDirectory() as folder:

@@ -8,8 +8,8 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.contender import Contender
 from cgla_graph.comparisons.study.codec import decode, encode, lattice_document, lattice_from
+from cgla_graph.comparisons.study.entrant import Contender
 from cgla_graph.errors import CglaError, StudyError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat

@@ -13,10 +13,10 @@ import shapely
 
 from cgla_graph.comparisons.study.codec import dumps, encode
 from cgla_graph.comparisons.study.documents import Document, contender_document, scenario_document
-from cgla_graph.comparisons.study.limits import Limits
 from cgla_graph.comparisons.study.provenance import Provenance
 from cgla_graph.comparisons.study.stored import Content
 from cgla_graph.comparisons.study.study import Study
+from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import StudyError
 from cgla_graph.scenarios.scenario import Scenario
 

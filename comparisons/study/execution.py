@@ -7,15 +7,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons import runner
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.study import worker
-from cgla_graph.comparisons.study.cluster import spread
+from cgla_graph.comparisons.study import runner, worker
 from cgla_graph.comparisons.study.database import Database
-from cgla_graph.comparisons.study.isolation import Call, Failure, NextCall, Outcome, here, isolated
-from cgla_graph.comparisons.study.limits import NO_LIMITS, PREPARATION, Limits, lost
+from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.study import Cell, Study
+from cgla_graph.comparisons.workers.cluster import spread
+from cgla_graph.comparisons.workers.limits import NO_LIMITS, PREPARATION, Limits, lost
+from cgla_graph.comparisons.workers.pool import Call, Failure, NextCall, Outcome, here, isolated
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.scenario import Scenario
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.runner import Run
-from cgla_graph.comparisons.statistics import progress
+from cgla_graph.comparisons.statistics.intervals import progress
 from cgla_graph.comparisons.study.codec import decode, dumps, encode
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.schema import STATUS
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario

@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.runner import Run
 from cgla_graph.comparisons.study import schema
 from cgla_graph.comparisons.study.codec import decode
 from cgla_graph.comparisons.study.documents import certificate_from, contender_from, scenario_from
-from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.comparisons.study.entrant import Contender
 from cgla_graph.comparisons.study.records import Answer, restored
+from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.study import Study
+from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import StudyError
 from cgla_graph.scenarios.scenario import Scenario
 

@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.runner import TOLERANCE, seeds_of
-from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.runner import TOLERANCE, seeds_of
+from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.scenarios.scenario import Scenario
 
 #: The seeds of a study that names none.

@@ -7,11 +7,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from cgla_graph.comparisons.contender import Contender, every_solver
-from cgla_graph.comparisons.options import number_names, open_all
-from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.comparisons.study.entrant import Contender, every_solver
+from cgla_graph.comparisons.study.options import number_names, open_all
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.study.study_tables import RandomTable, SolverTable, StudyTable, seed_list
+from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError, StudyError
 from cgla_graph.scenarios.map_tables import read_table
 from cgla_graph.scenarios.mission_file import is_mission_file

@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
 
-from cgla_graph.comparisons.contender import BUDGETS, Contender
-from cgla_graph.comparisons.runner import TOLERANCE
-from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.comparisons.study.entrant import BUDGETS, Contender
+from cgla_graph.comparisons.study.runner import TOLERANCE
 from cgla_graph.comparisons.study.study import SEEDS
+from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import StudyError
 from cgla_graph.scenarios import random_map
 from cgla_graph.scenarios.map_tables import Pair, Range, Table

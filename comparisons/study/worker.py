@@ -13,15 +13,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons import runner
-from cgla_graph.comparisons.contender import Contender
-from cgla_graph.comparisons.study.isolation import limited, use_up
-from cgla_graph.comparisons.study.limits import Limits
+from cgla_graph.comparisons.study import runner
+from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.workers.limits import Limits
+from cgla_graph.comparisons.workers.pool import limited, use_up
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario
 
 #: What a worker needs, whatever it is asked for: loaded once, before workers part from each other.
-PRELOAD = (__name__, "cgla_graph.comparisons.cli")
+PRELOAD = (__name__, "cgla_graph.comparisons.commands.app")
 #: What has been made ready in this process: labels of contenders, and the proof (None).
 _ready: set[str | None] = set()
 #: The scenario of the last run in this process, by its key.

@@ -1,0 +1,320 @@
+"""The paper's figures of the model and of a single UAV, remade: Figs 1, 2, 3, 5, 6 and 11."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
+
+from cgla_graph._types import FloatArray, Point
+from cgla_graph.comparisons.claims.exhibit import Exhibit, Picture
+from cgla_graph.comparisons.claims.figure_page import (
+    NARROW,
+    SELECTED,
+    WIDE,
+    Key,
+    add_map,
+    draw_end,
+    draw_way,
+    finish,
+    page,
+    picture,
+    write_beside,
+)
+from cgla_graph.comparisons.claims.paper.single_experiments import SIZES, farthest_pair
+from cgla_graph.comparisons.claims.paper.ways import Way, Ways, escape, flown, of_weights, paper_field, planned
+from cgla_graph.comparisons.claims.paper.weight_claims import REGIONS
+from cgla_graph.comparisons.claims.paper_flight import GOAL, RADIUS, START, paper_lattice
+from cgla_graph.comparisons.claims.proving import improper_field, require
+from cgla_graph.comparisons.plots.risk import risk_colours
+from cgla_graph.comparisons.plots.scene import (
+    NEAR_COLOUR,
+    OUTLINE_SPREADS,
+    TIMED_LOOK,
+    Look,
+    colour_of,
+    draw_ring,
+    line_key,
+    patch_key,
+)
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.risk import Reading, RiskField, Threat
+
+#: What Fig. 1 shows: one threat, and several of which two overlap.
+ONE = (Threat(0.5, 0.5, 0.1),)
+SEVERAL = (Threat(0.25, 0.5, 0.08), Threat(0.45, 0.5, 0.1), Threat(0.75, 0.35, 0.06), Threat(0.7, 0.75, 0.08))
+#: The two K of Fig. 3, and the sigma that is drawn of those that are reckoned.
+LOW, HIGH = 10.0, 200.0
+SIGMAS, SHOWN_SIGMA = (0.05, 0.1, 0.2), 0.1
+READINGS: tuple[tuple[Reading, str], ...] = (
+    ("membership", "peak 1 (our default)"),
+    ("sigma2", "printed peak, usual exponent"),
+    ("literal", "Eq. 1 as printed"),
+)
+_CROSS: Look = {
+    "linestyle": "none",
+    "marker": "P",
+    "markersize": 8.0,
+    "markerfacecolor": NEAR_COLOUR,
+    "markeredgecolor": "white",
+}
+
+
+def fig_1() -> Picture:
+    """Draw the risk of one threat and of several, and a cut through each."""
+    with page() as figure:
+        maps = [
+            add_map(figure, RiskField(ONE), "one threat"),
+            add_map(figure, RiskField(SEVERAL), "several threats", bar=True),
+        ]
+        for axes in maps:
+            axes.axhline(0.5, color="0.2", linewidth=0.9, linestyle=(0, (4, 3)), zorder=2.6)
+        cut = figure.add_subplot()
+        x = np.linspace(0.0, 1.0, 401)
+        line = np.column_stack([x, np.full_like(x, 0.5)])
+        alone = np.array([RiskField([threat]).density(line) for threat in SEVERAL])
+        both = RiskField(SEVERAL).density(line)
+        for one in alone:
+            cut.plot(x, one, color="0.55", linewidth=0.9, linestyle=(0, (2, 1.5)))
+        cut.plot(x, alone.sum(axis=0), color=colour_of(1), linewidth=1.2, linestyle=(0, (5, 2)))
+        cut.plot(x, both, color=colour_of(0), linewidth=1.8)
+        _frame(cut, "x", "along y = 0.5", xlim=(0.0, 1.0), ylim=(0.0, 1.3))
+        keys: list[Key] = [
+            (line_key(color="0.2", linewidth=0.9, linestyle=(0, (4, 3))), "y = 0.5"),
+            (line_key(color="0.55", linewidth=0.9, linestyle=(0, (2, 1.5))), "each threat, Eq. 1"),
+            (line_key(color=colour_of(0), linewidth=1.8), "together, Eq. 2"),
+            (line_key(color=colour_of(1), linewidth=1.2, linestyle=(0, (5, 2))), "their sum"),
+        ]
+        sizes = [(axes, (NARROW, NARROW)) for axes in maps]
+        finish(
+            figure,
+            ("Fig. 1", "The risk of one threat, and of several together"),
+            [sizes, [(cut, (2 * NARROW + 0.75, 1.5))]],
+            keys,
+            columns=4,
+        )
+    return picture(
+        figure,
+        "One threat (spread 0.1) and four; places and spreads are ours, as the paper prints none. Several threats "
+        f"together (Eq. 2) stay a probability: at most {both.max():.3f} along y = 0.5, where their sum reaches "
+        f"{alone.sum(axis=0).max():.3f}. Threats have peak 1; with the factor that Eq. 1 prints, a sigma below 0.399 "
+        "gives a peak above 1.",
+    )
+
+
+def fig_2() -> Picture:
+    """Draw the straight segment beside the shortest path in eight directions."""
+    eight = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 1.0], [3.0, 1.0], [4.0, 2.0], [5.0, 2.0]])
+    ends = eight[[0, -1]]
+    straight, octile = (Way(path, 0.0).length for path in (ends, eight))
+    with page() as figure:
+        axes = figure.add_subplot()
+        points = np.mgrid[0:6, 0:3].reshape(2, -1)
+        axes.plot(*points, linestyle="none", marker="o", markersize=3.5, color="0.6")
+        keys: list[Key] = [
+            (draw_way(axes, eight, 0, 2), f"eight directions: {octile:.4f} cells"),
+            (draw_way(axes, ends, 1, 2), f"straight: {straight:.4f} cells"),
+        ]
+        axes.plot(*eight[1:-1].T, linestyle="none", marker="o", markersize=5.0, color=colour_of(0), zorder=4.0)
+        draw_end(axes, (0.0, 0.0))
+        draw_end(axes, (5.0, 2.0))
+        for name, (x, y) in zip("acdefb", eight.tolist(), strict=True):
+            write_beside(axes, name, (x, y), (0.0, 10.0 if name in "adf" else -10.0), fontstyle="italic", fontsize=9.5)
+        axes.set(xticks=range(6), yticks=range(3))
+        _frame(axes, "cells", "cells", xlim=(-0.5, 5.5), ylim=(-0.5, 2.5), aspect="equal")
+        finish(figure, ("Fig. 2", "A straight segment and eight directions"), [[(axes, (6.0, 3.0))]], keys, columns=2)
+    return picture(
+        figure,
+        f"From a to b, 5 cells east and 2 north: {straight:.4f} cells straight, {octile:.4f} in eight directions, "
+        f"{octile / straight - 1.0:.2%} more. The most that eight directions can add without risk is "
+        f"{1.0 / np.cos(np.pi / 8.0) - 1.0:.2%} (1 / cos(pi / 8)). The comparison is the paper's, the numbers of cells "
+        "are ours.",
+    )
+
+
+def fig_3() -> Picture:
+    """Draw the weights of the segments from (0, 0) to all lattice points, for two K and three readings of Eq. 1."""
+    lattice = paper_lattice()
+    half = 0.5 / lattice.shape[0]
+    tables = {reading: weights_from_origin(reading, SHOWN_SIGMA) for reading, _ in READINGS}
+    with page() as figure:
+        norm = LogNorm(0.05, max(float(high.max()) for _, high in tables.values()))
+        rows: list[list[tuple[Axes, tuple[float, float]]]] = []
+        for number, k in enumerate((LOW, HIGH)):
+            rows.append([])
+            for reading, words in READINGS:
+                axes = figure.add_subplot()
+                weights = tables[reading][number].reshape(lattice.shape)
+                image = axes.imshow(
+                    weights, cmap=risk_colours(), norm=norm, origin="lower", extent=(half, 1.0 + half) * 2
+                )
+                axes.plot(0.5, 0.5, **_CROSS)
+                _frame(axes, "x", "y", xlim=(0.0, 1.0 + half), ylim=(0.0, 1.0 + half), aspect="equal", grid=False)
+                axes.set_title(f"K = {k:g}: {words}", fontsize=8.5, loc="left")
+                rows[-1].append((axes, (NARROW - 0.2, NARROW - 0.2)))
+        bar = figure.colorbar(
+            image, cax=figure.add_axes((0.0, 0.0, 0.1, 0.1)), format=FuncFormatter(lambda weight, _: f"{weight:g}")
+        )
+        bar.set_label("weight A from (0, 0), logarithmic")
+        heading = ("Fig. 3", f"Weights of the segments from (0, 0), one threat at (0.5, 0.5), sigma = {SHOWN_SIGMA}")
+        finish(figure, heading, rows, [(line_key(**_CROSS), "the threat")])
+    shares = {reading: [doubled(reading, sigma) for sigma in SIGMAS] for reading, _ in READINGS}
+    told = "; ".join(f"{words}: {', '.join(f'{s:.0%}' for s in shares[reading])}" for reading, words in READINGS)
+    sigmas = ", ".join(f"{sigma:g}" for sigma in SIGMAS)
+    return picture(
+        figure,
+        "To the 400 points of the paper's lattice (N = 20). The paper says that K = 200 weighs much more than K = 10 "
+        f"for each point, and prints neither sigma nor a number. At least twice as much weigh, for sigma = {sigmas}: "
+        f"{told}. Behind the threat the weight is up to 20 times as much; points whose segment passes it by weigh "
+        "their distance, whatever K.",
+    )
+
+
+def weights_from_origin(reading: Reading, sigma: float) -> tuple[FloatArray, FloatArray]:
+    """
+    Return the weights of the segments from (0, 0) to the points of the lattice, for both K of Fig. 3.
+
+    Parameters
+    ----------
+    reading
+        Of Eq. 1.
+    sigma
+        Of its one threat.
+
+    Returns
+    -------
+    low, high
+        Shape ``(400,)`` each, map units.
+    """
+    points = paper_lattice().points
+    field = improper_field([Threat.from_eq1(0.5, 0.5, sigma, reading=reading)])
+    low, high = (CostModel(field, k).weights(np.zeros_like(points), points) for k in (LOW, HIGH))
+    return low, high
+
+
+def doubled(reading: Reading, sigma: float) -> float:
+    """
+    Return the share of lattice points that weigh at least twice as much with the greater K.
+
+    Examples
+    --------
+    >>> doubled("membership", 0.05) < doubled("membership", 0.2)
+    True
+    """
+    low, high = weights_from_origin(reading, sigma)
+    return float((high >= 2.0 * low).mean())
+
+
+def fig_5() -> Picture:
+    """Draw the ways of three K, planned with the whole map known and flown, and the flight of BCV-style."""
+    field = paper_field()
+    found = of_weights([10.0, 50.0, 200.0])
+    bcv = Ways("bcv-style", None, flown(field, k=10.0, solver="bcv-style"))
+    heading = ("Fig. 5", "Ways on the reconstructed map, length / risk sum")
+    figure = _known_and_flown(heading, field, [*found, bcv], regions=True)
+    passed = "; ".join(f"{way.label}: {_nearest(way.online)}" for way in found)
+    return picture(
+        figure,
+        "Risk sum is F summed over positions 0.02 apart; lengths are in sides of the map. In the paper K = 10 passes "
+        f"the regions (0.5, 0.5) and (0.8, 0.8), greater K avoid them; here flights come as near as {passed}. "
+        "bcv-style is a planner in the style of BCV, not the original, whose text is not public; its way here is "
+        f"short, the paper's way of BCV is long. Start, goal, N, step and K are the paper's, the detection radius "
+        f"({RADIUS:g}) is ours. {SELECTED}",
+    )
+
+
+def _nearest(way: Way) -> str:
+    """Say how near a way comes to the two regions."""
+    line = shapely.LineString(way.path)
+    return " and ".join(f"{line.distance(shapely.Point(region)):.3f}" for region in REGIONS)
+
+
+def fig_6() -> Picture:
+    """Draw the escape from a sudden threat."""
+    found = escape()
+    heading = ("Fig. 6", "The escape from a sudden threat at (0.6, 0.5), length / risk sum")
+    figure = _known_and_flown(heading, found.field, found.ways, start=found.start, sudden=found.sudden.threat)
+    low, high = (way.online for way in found.ways)
+    require(high.length > low.length and high.risk_sum < low.risk_sum, "Fig. 6: K = 100 is not longer and safer")
+    return picture(
+        figure,
+        f"The threat appears on tick {found.sudden.appears}. As in the paper, K = 100 flies farther than K = 10 and "
+        f"with less risk; here it is {high.length / low.length - 1.0:+.0%} length and "
+        f"{high.risk_sum / low.risk_sum - 1.0:+.0%} risk sum, more than Table 2 has. Threat, goal, N, step and K are "
+        "the paper's; where the UAV is when the threat appears, (0.5, 0.4), the spread of the threat, the other "
+        "threats (those of the map of Fig. 5 without two) and the detection radius are ours.",
+    )
+
+
+def fig_11() -> Picture:
+    """Draw the ways on three lattices."""
+    field = paper_field()
+    found = [Ways(f"N = {n}", planned(field, k=40.0, n=n), flown(field, k=40.0, n=n)) for n in SIZES]
+    figure = _known_and_flown(("Fig. 11", "Ways on lattices of N x N points, K = 40, length / risk sum"), field, found)
+    apart = [
+        farthest_pair([way.path for way in paths if way is not None])
+        for paths in ([way.offline for way in found], [way.online for way in found])
+    ]
+    return picture(
+        figure,
+        "The paper finds nearly the same way with N = 15, 20 and 25. Here no two are farther apart than "
+        f"{apart[0]:.3f} with the whole map known and {apart[1]:.3f} flown (Frechet distance); a cell is "
+        f"{1.0 / SIZES[0]:.3f} to {1.0 / SIZES[-1]:.3f}. N and K are the paper's; start and goal are nodes of each "
+        f"lattice, and a step is 0.02 with each N. {SELECTED}",
+    )
+
+
+def _known_and_flown(
+    heading: tuple[str, str],
+    field: RiskField,
+    found: Sequence[Ways],
+    *,
+    start: Point = START,
+    sudden: Threat | None = None,
+    regions: bool = False,
+) -> Figure:
+    """Draw the ways with the whole map known beside those that are flown with limited sight."""
+    with page() as figure:
+        panels = [
+            add_map(figure, field, "planned, the whole map known"),
+            add_map(figure, field, f"flown, with sight as far as {RADIUS:g}", bar=True),
+        ]
+        keys: list[Key] = []
+        for number, way in enumerate(found):
+            if way.offline is not None:
+                draw_way(panels[0], way.offline.path, number, len(found))
+            keys.append((draw_way(panels[1], way.online.path, number, len(found)), way.words))
+        ends: list[Key] = []
+        for axes in panels:
+            ends = [(draw_end(axes, start), "start"), (draw_end(axes, GOAL, goal=True), "goal")]
+            if sudden is not None:
+                draw_ring(axes, (sudden.x, sudden.y), OUTLINE_SPREADS * sudden.spread, zorder=2.2, **TIMED_LOOK)
+            if regions:
+                axes.plot(*np.transpose(REGIONS), zorder=2.8, **_CROSS)
+        keys += ends
+        if sudden is not None:
+            keys.append((patch_key(**TIMED_LOOK), "the sudden threat"))
+        if regions:
+            keys.append((line_key(**_CROSS), "regions that K = 10 passes in the paper"))
+        return finish(figure, heading, [[(axes, (WIDE, WIDE)) for axes in panels]], keys, columns=2)
+
+
+def _frame(axes: Axes, x: str, y: str, *, grid: bool = True, **limits: object) -> None:
+    """Label axes that are no map."""
+    axes.set(xlabel=x, ylabel=y, **limits)
+    axes.set_axisbelow(True)
+    if grid:
+        axes.grid(color="0.92", linewidth=0.5)
+
+
+EXHIBITS: tuple[Exhibit, ...] = (
+    Exhibit("fig-1", "Fig. 1", "the risk of one threat and of several", fig_1),
+    Exhibit("fig-2", "Fig. 2", "a straight segment and eight directions", fig_2),
+    Exhibit("fig-3", "Fig. 3", "weights of segments for K = 10 and 200", fig_3),
+    Exhibit("fig-5", "Fig. 5", "ways for K = 10, 50 and 200", fig_5),
+    Exhibit("fig-6", "Fig. 6", "a sudden threat, K = 10 and 100", fig_6),
+    Exhibit("fig-11", "Fig. 11", "lattices of N = 15, 20 and 25", fig_11),
+)

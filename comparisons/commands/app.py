@@ -1,0 +1,629 @@
+"""
+The command line, `cgla`.
+
+Everything heavy is imported where it is used, so that ``cgla --help`` answers at once.
+"""
+
+import dataclasses
+import io
+import json
+import shlex
+import sys
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from cgla_graph.comparisons import console
+from cgla_graph.comparisons.commands.parameters import (
+    BoundsOption,
+    DaskOption,
+    GoalOption,
+    JsonOption,
+    NoCertificateOption,
+    OneScenarioArg,
+    OutOption,
+    OverwriteOption,
+    RefineOption,
+    ResolutionOption,
+    ResumeOption,
+    ScenarioArg,
+    StartOption,
+    StudyArg,
+    ToleranceOption,
+    WorkersOption,
+)
+
+DONE, MISSING, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+
+def _version(asked: bool) -> None:
+    """Print the version and leave."""
+    if asked:
+        from cgla_graph import __version__
+
+        console.out(f"cgla-graph {__version__}\n")
+        raise typer.Exit
+
+
+@app.callback()
+def cgla(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version and exit")
+    ] = False,
+) -> None:
+    """Plan over risk maps with every solver, over one and the same cost: length + k * risk."""
+    del version
+
+
+@app.command()
+def compare(
+    scenarios: ScenarioArg = None,
+    solvers: Annotated[
+        str | None,
+        typer.Option("--solvers", metavar="A,B", help="names, with settings as NAME:A=1:B=2 (default: all)"),
+    ] = None,
+    seeds: Annotated[
+        int | None,
+        typer.Option("--seeds", metavar="N", min=1, help="runs of each solver that draws random numbers (default: 3)"),
+    ] = None,
+    budget: Annotated[
+        str | None,
+        typer.Option(
+            "--budget", metavar="seconds=S,…", help="seconds, iterations or evaluations, for all solvers that take it"
+        ),
+    ] = None,
+    limits: Annotated[
+        str | None,
+        typer.Option(
+            "--limits", metavar="seconds=S,memory=MB", help="what kills a run (default: 600 seconds, 4096 megabytes)"
+        ),
+    ] = None,
+    out: OutOption = None,
+    resume: ResumeOption = False,
+    overwrite: OverwriteOption = False,
+    workers: WorkersOption = None,
+    dask: DaskOption = None,
+    start: StartOption = None,
+    goal: GoalOption = None,
+    bounds: BoundsOption = None,
+    resolution: ResolutionOption = None,
+    refine: RefineOption = False,
+    tolerance: ToleranceOption = None,
+    no_certificate: NoCertificateOption = False,
+    pictures: Annotated[
+        int | None,
+        typer.Option("--pictures", metavar="N", min=0, help="draw the first N scenarios (default: 20; of a study: 0)"),
+    ] = None,
+    highlight: Annotated[
+        str | None,
+        typer.Option(
+            "--highlight", metavar="A,B", help="draw these in colour, too (default: the best 5 of more than 8)"
+        ),
+    ] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a run has no path")] = False,
+    example: Annotated[bool, typer.Option("--example", help="print a study file as a start for your own")] = False,
+    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of study files")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Compare all solvers on any maps.
+
+    Without arguments: every installed solver on the paper's map. Takes a study file (STUDY.toml) as well. Prints
+    tables: how far each path is from the best possible, and how soon solvers that draw random numbers or improve with
+    time get there. Runs are made in processes apart: one that hangs, crashes or takes too much memory is a row that
+    says so. With --out, runs go into a database as they end (study.db), and a report (report.html), rows (JSON Lines,
+    CSV) and pictures are written. A mission is flown with each solver in turn; unless --solvers names some, with those
+    that need no other package and are fast enough to plan dozens of times. Ctrl-C keeps what is done.
+    """
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.commands import compare as comparison
+
+    if example or schema:
+        from cgla_graph.comparisons.study.study_file import EXAMPLE, study_schema
+
+        console.out(EXAMPLE) if example else _print_json(study_schema())
+        return
+    how = comparison.How(
+        folder=out, resume=resume, overwrite=overwrite, scheduler=dask, command=shlex.join(["cgla", *sys.argv[1:]])
+    )
+    if workers is not None:
+        how = dataclasses.replace(how, workers=workers)
+    request = comparison.read_request(
+        scenarios or [],
+        solvers=solvers,
+        seeds=seeds,
+        pictures=pictures,
+        highlight=highlight,
+        limits=limits,
+        how=how,
+        budget=budget,
+        start=start,
+        goal=goal,
+        bounds=bounds,
+        resolution=resolution,
+        refine=refine,
+        tolerance=tolerance,
+        certify=not no_certificate,
+    )
+    # a study to go on with has a folder
+    folder = files.make_folder(out) if out and not resume else out
+    done = comparison.compare_all(request, how)
+    if as_json:
+        _print_json(comparison.comparison_document(done))
+    else:
+        comparison.print_compared(request, done)
+        _say_files(done.written, folder)
+    if done.interrupted:
+        raise console.InterruptedRunError(comparison.kept_note(request, how, done))
+    if done.left:
+        console.say(comparison.left_note(how, done))
+    if strict and not done.all_found:
+        raise typer.Exit(MISSING)
+
+
+@app.command()
+def plan(
+    scenario: OneScenarioArg,
+    solver: Annotated[
+        str, typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:A=1:B=2")
+    ] = "hybrid",
+    max_risk: Annotated[
+        float | None, typer.Option("--max-risk", metavar="R", help="find the shortest path with at most that risk")
+    ] = None,
+    max_length: Annotated[
+        float | None, typer.Option("--max-length", metavar="L", help="find the least risk on a path at most that long")
+    ] = None,
+    out: OutOption = None,
+    start: StartOption = None,
+    goal: GoalOption = None,
+    bounds: BoundsOption = None,
+    resolution: ResolutionOption = None,
+    refine: RefineOption = False,
+    tolerance: ToleranceOption = None,
+    no_certificate: NoCertificateOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Plan one path.
+
+    Prints its numbers, and how far it is from the best possible; with --out, writes its waypoints (CSV, and GeoJSON
+    on lon/lat maps) and a picture. With --max-risk or --max-length, a budget takes the place of the weight k.
+    """
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.commands import output
+    from cgla_graph.comparisons.commands import pareto as trade_off
+    from cgla_graph.comparisons.study import options, rows, runner
+
+    bound = options.read_tolerance(tolerance, certify=not no_certificate)
+    contender = options.read_contender(solver, refine=refine)
+    opened = options.open_one("plan", scenario, start, goal, resolution, bounds)
+    folder = files.make_folder(out) if out else None
+    limited = max_risk is not None or max_length is not None
+    with console.running_solvers():
+        if limited:
+            within = trade_off.plan_of(opened, contender, max_risk, max_length, bound)
+            run = trade_off.run_of(opened, contender, within.solution)
+        else:
+            run = next(iter(runner.compare([opened], [contender], 1, tolerance=bound)))
+    written = output.write_plan(folder, run) if folder and run.solution.status.is_path else []
+    document = {
+        **rows.row(run),
+        "path": run.solution.path.tolist(),
+        "certificate": output.certificate_document(run),
+        "stretch": rows.json_number(run.scenario.stretch(run.solution.path)),
+        "files": [str(path) for path in written],
+    }
+    if limited:
+        document["within"] = trade_off.within_document(within)
+    if run.scenario.projection is not None and run.solution.status.is_path:
+        document["path_lonlat"] = run.scenario.projection.inverse(run.solution.path).tolist()
+    if as_json:
+        _print_json(document)
+    else:
+        output.print_plan(run)
+        if limited:
+            trade_off.print_within(run.scenario, within)
+        _say_files(written, folder)
+    if not run.solution.status.is_path:
+        raise typer.Exit(MISSING)
+
+
+@app.command()
+def pareto(
+    scenario: OneScenarioArg,
+    solver: Annotated[
+        str, typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:A=1:B=2")
+    ] = "hybrid",
+    out: OutOption = None,
+    start: StartOption = None,
+    goal: GoalOption = None,
+    bounds: BoundsOption = None,
+    resolution: ResolutionOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Show what less risk costs in length, and which k asks for it.
+
+    Prints the paths that are the cheapest under some k, and the k for which each is; with --out, writes them
+    (pareto.csv) and a picture (pareto.png). With --solver cgla they are all that the lattice has.
+    """
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.commands import pareto as trade_off
+    from cgla_graph.comparisons.study import options
+
+    contender = options.read_contender(solver)
+    opened = options.open_one("pareto", scenario, start, goal, resolution, bounds)
+    folder = files.make_folder(out) if out else None
+    with console.running_solvers():
+        front = trade_off.front_of(opened, contender)
+    written = trade_off.write_front(folder, opened, front) if folder and front.points else []
+    if as_json:
+        document = trade_off.front_document(opened, contender, front)
+        _print_json({**document, "files": [str(path) for path in written]})
+    else:
+        trade_off.print_front(opened, contender, front)
+        _say_files(written, folder)
+    if not front.points:
+        raise typer.Exit(MISSING)
+
+
+@app.command()
+def certify(
+    scenario: OneScenarioArg,
+    path: Annotated[
+        Path | None,
+        typer.Option("--path", metavar="FILE.csv", help="waypoints, as plan --out writes (default: hybrid's)"),
+    ] = None,
+    tolerance: Annotated[float, typer.Option("--tolerance", metavar="R", help="gap that is good enough")] = 0.001,
+    max_cells: Annotated[
+        int, typer.Option("--max-cells", metavar="N", help="cells of a grid at most, about 300 bytes each")
+    ] = 1_500_000,
+    out: OutOption = None,
+    start: StartOption = None,
+    goal: GoalOption = None,
+    bounds: BoundsOption = None,
+    resolution: ResolutionOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Prove how far a path is from the best possible.
+
+    Prints a bracket around the least cost that any path can have, grid by grid as it closes; with --out, writes it
+    (certificate.csv) and a picture (certificate.png, .svg). Any planner's path can be held against it with --path.
+    """
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.commands import certify as proofs
+    from cgla_graph.comparisons.study import options
+
+    opened = options.open_one("certify", scenario, start, goal, resolution, bounds)
+    folder = files.make_folder(out) if out else None
+    with console.running_solvers():
+        run = proofs.certify(opened, path, tolerance=tolerance, max_cells=max_cells)
+    written = proofs.write_certificate(folder, run) if folder else []
+    if as_json:
+        _print_json({**proofs.certificate_document(run), "files": [str(file) for file in written]})
+    else:
+        proofs.print_certificate(run)
+        _say_files(written, folder)
+    if not proofs.is_done(run):
+        raise typer.Exit(MISSING)
+
+
+@app.command()
+def fly(
+    mission: Annotated[
+        str, typer.Argument(metavar="[MISSION]", help="shipped name, or .toml (cgla missions lists them)")
+    ] = "fig8",
+    solver: Annotated[
+        str | None,
+        typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:A=1:B=2 (default: the mission's)"),
+    ] = None,
+    variant: Annotated[
+        str | None, typer.Option("--variant", metavar="NAME", help="fly only this variant (default: all)")
+    ] = None,
+    max_ticks: Annotated[int | None, typer.Option("--max-ticks", metavar="N", min=1, help="stop after N ticks")] = None,
+    value: Annotated[
+        bool,
+        typer.Option(help="fly again with full knowledge, and without sharing, to see what these are worth"),
+    ] = True,
+    animation: Annotated[bool, typer.Option(help="with --out: draw animations as well as pictures")] = True,
+    out: OutOption = None,
+    strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a UAV does not arrive")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Fly a mission of several UAVs.
+
+    Without arguments: Fig. 8 of the paper, two UAVs that meet unless virtual obstacles keep them apart. Prints a table
+    a variant; with --out, writes a log (JSON Lines), traces (CSV), pictures and animations. Ctrl-C keeps what is flown.
+    """
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.missions import fly as flights
+
+    opened, sorties = flights.open_mission(mission, solver=solver, variant=variant, max_ticks=max_ticks)
+    folder = files.make_folder(out) if out else None
+    with console.running_solvers(), console.progress(None) as tick:
+        done = flights.fly_all(sorties, folder, value=value, animation=animation, step=tick)
+    if as_json:
+        _print_json(flights.flights_document(opened, done))
+    else:
+        flights.print_flights(done.flown)
+        _say_files(done.written, folder)
+    if done.failure is not None:
+        raise done.failure
+    if done.interrupted:
+        raise console.InterruptedRunError(flights.kept_note(done, len(sorties), folder))
+    if strict and not all(flown.flight.all_arrived for flown in done.flown):
+        raise typer.Exit(MISSING)
+
+
+@app.command()
+def results(
+    folder: StudyArg,
+    scenario: Annotated[
+        str | None, typer.Option("--scenario", metavar="A,B", help="only these, as random-* too")
+    ] = None,
+    solver: Annotated[str | None, typer.Option("--solver", metavar="A,B", help="only these")] = None,
+    status: Annotated[
+        str | None, typer.Option("--status", metavar="A,B", help="only runs that ended so, as failed,timed-out")
+    ] = None,
+    seed: Annotated[int | None, typer.Option("--seed", metavar="N", help="only runs of this seed")] = None,
+    runs: Annotated[bool, typer.Option("--runs", help="list single runs")] = False,
+    against: Annotated[
+        Path | None, typer.Option("--against", metavar="DIR", help="say what changed since an older study")
+    ] = None,
+    rerun: Annotated[
+        int | None, typer.Option("--rerun", metavar="NUMBER", help="make a run once more, and say what is different")
+    ] = None,
+    export: Annotated[
+        list[Path] | None,
+        typer.Option("--export", metavar="FILE", help="write .csv, .jsonl, .parquet, .tex or .db (OMPL's tables)"),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Show the results of a study.
+
+    Who wins, by how much, how sure that is, and where each solver fails; also while the study runs.
+    """
+    from cgla_graph.comparisons.results import lookup
+
+    with console.running_solvers():
+        found = lookup.look_up(
+            folder,
+            scenario=scenario,
+            solver=solver,
+            status=status,
+            seed=seed,
+            runs=runs,
+            against=against,
+            rerun=rerun,
+            export=export or (),
+        )
+    if as_json:
+        _print_json(lookup.document(found))
+    else:
+        lookup.print_results(found)
+
+
+@app.command()
+def view(
+    folder: StudyArg,
+    port: Annotated[
+        int, typer.Option("--port", metavar="N", min=0, max=65535, help="to listen on (default: one that is free)")
+    ] = 0,
+    browser: Annotated[bool, typer.Option(help="open the page in the browser")] = True,
+) -> None:
+    """
+    Show the report of a study in a browser.
+
+    Served on this machine only, until Ctrl-C; the page refreshes while the study runs.
+    """
+    from cgla_graph.comparisons.report.view import serve
+
+    serve(folder, port=port, open_browser=browser)
+
+
+@app.command()
+def claims(
+    ids: Annotated[
+        list[str] | None, typer.Argument(metavar="ID", help="claims, as C28, or C17-C19 for a range (default: all)")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="on a few maps only: minutes instead of an hour")] = False,
+    maps: Annotated[
+        int | None, typer.Option("--maps", metavar="N", min=1, help="random maps a cell (default: 200)")
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", metavar="S", min=0, help="of all that is drawn")] = 1,
+    out: OutOption = None,
+    resume: ResumeOption = False,
+    overwrite: OverwriteOption = False,
+    workers: WorkersOption = None,
+    dask: DaskOption = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="exit with 1 unless every claim is proved or supported")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Check the claims of the paper.
+
+    Prints a verdict for each, of up to three claims with all the evidence. With --out, writes a report (report.html,
+    report.md), the paper's figures and tables remade, the counterexamples, and all numbers (claims.json); what is
+    measured is kept as it comes (claims.jsonl), so that an interrupted study can go on. Ctrl-C keeps what is done.
+    """
+    from cgla_graph.comparisons.claims import catalogue, command, printing
+    from cgla_graph.comparisons.claims.evidence import Scale
+    from cgla_graph.errors import CglaError
+
+    if quick and maps is not None:
+        msg = "--quick chooses the number of maps itself; leave out --maps, or --quick"
+        raise CglaError(msg)
+    if (resume or overwrite) and out is None:
+        msg = f"{'--resume' if resume else '--overwrite'} needs the folder of the study (--out)"
+        raise CglaError(msg)
+    scale = Scale(Scale().maps if maps is None else maps, seed, quick)
+    request = command.Request(catalogue.chosen(ids or []), scale, out, resume, overwrite, scheduler=dask)
+    if workers is not None:
+        request = dataclasses.replace(request, workers=workers)
+    done = command.check_all(request)
+    if as_json:
+        _print_json(printing.results_document(done.results, scale))
+    else:
+        printing.print_results(done.results, scale)
+        _say_files(done.written, out)
+    if done.interrupted:
+        kept = f"; go on with --out {out} --resume" if out else ""
+        msg = f"{len(done.results)} of {len(request.claims)} claims are checked{kept}"
+        raise console.InterruptedRunError(msg)
+    for shown in done.shown:
+        if shown.failed:
+            console.say(f"{shown.exhibit.label} could not be made: {shown.failed}")
+    if not done.is_whole or (strict and not done.all_hold):
+        raise typer.Exit(MISSING)
+
+
+@app.command()
+def solvers(as_json: JsonOption = False) -> None:
+    """
+    List the solvers.
+
+    Says what each is and promises, its settings, and what is missing where one cannot run.
+    """
+    from cgla_graph.solvers import registry
+
+    lines = [registry.describe(name) for name in registry.names(installed=False)]
+    _print_listing("solvers", list(lines[0]), lines, as_json)
+
+
+@app.command()
+def scenarios(
+    show: Annotated[
+        str | None, typer.Option("--show", metavar="NAME", help="print the file of a shipped scenario")
+    ] = None,
+    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of scenario files")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    List the shipped scenarios.
+
+    With --show, prints the file of one as a start for your own; with --schema, the JSON schema of such files.
+    """
+    from cgla_graph.scenarios import scenario
+
+    if schema:
+        _print_json(scenario.schema())
+    elif show is not None:
+        console.out(scenario.shipped_text(show))
+    else:
+        opened = [scenario.load_scenario(name) for name in scenario.shipped()]
+        lines = [{"name": one.name, "title": one.title, "notes": one.notes} for one in opened]
+        _print_listing("scenarios", ["name", "title"], lines, as_json)
+
+
+@app.command()
+def missions(
+    show: Annotated[
+        str | None, typer.Option("--show", metavar="NAME", help="print the file of a shipped mission")
+    ] = None,
+    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of mission files")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    List the shipped missions.
+
+    With --show, prints the file of one as a start for your own; with --schema, the JSON schema of such files.
+    """
+    from cgla_graph.scenarios import mission_file
+
+    if schema:
+        _print_json(mission_file.mission_schema())
+    elif show is not None:
+        console.out(mission_file.mission_text(show))
+    else:
+        opened = [mission_file.load_mission(name) for name in mission_file.shipped_missions()]
+        lines: list[dict[str, Any]] = [
+            {
+                "name": one.name,
+                "title": one.title,
+                "uavs": len(next(iter(one.variants.values())).uavs),
+                "variants": [name for name in one.variants if name],
+                "notes": one.notes,
+            }
+            for one in opened
+        ]
+        _print_listing("missions", ["name", "title", "uavs", "variants"], lines, as_json)
+
+
+def _print_listing(what: str, heads: Sequence[str], lines: Sequence[Mapping[str, Any]], as_json: bool) -> None:
+    """Print records: all of each as JSON, or these columns as a table."""
+    from cgla_graph.comparisons.tables import tables
+
+    if as_json:
+        _print_json({what: lines})
+        return
+    plain = [
+        {head: ", ".join(line[head]) if isinstance(line[head], list) else line[head] for head in heads}
+        for line in lines
+    ]
+    console.out_table(tables.listing(what, heads, plain))
+
+
+def _print_json(document: dict[str, Any]) -> None:
+    console.out(json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n")
+
+
+def _say_files(written: Iterable[Path], folder: Path | None) -> None:
+    names = [path.name for path in written]
+    if names:
+        console.out(f"written to {folder}: {', '.join(names)}\n")
+
+
+def _say_warning(message: Warning | str, *_: object, **__: object) -> None:
+    """Show a warning as one line on standard error."""
+    console.say(f"cgla: {' '.join(str(message).split())}")
+
+
+def main() -> None:
+    """Run the command line: wrong input is one line on standard error and exit code 2, never a traceback."""
+    from cgla_graph.errors import CglaError
+
+    for stream in (sys.stdout, sys.stderr):
+        # a terminal of few letters gets escapes instead of a failure
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        with warnings.catch_warnings():
+            warnings.showwarning = _say_warning
+            code = app(sys.argv[1:] or ["--help"], standalone_mode=False)
+        # typer turns Ctrl-C into this code
+        if code == INTERRUPTED:
+            console.say("cgla: interrupted")
+    except console.InterruptedRunError as error:
+        console.say(f"cgla: interrupted: {error}")
+        code = INTERRUPTED
+    except CglaError as error:
+        console.say(f"cgla: {' '.join(str(error).split())}")
+        code = WRONG_INPUT
+    except typer.TyperException as error:
+        console.say(f"cgla: {' '.join(error.format_message().split())} (cgla --help shows the usage)")
+        code = WRONG_INPUT
+    except KeyboardInterrupt:
+        console.say("cgla: interrupted")
+        code = INTERRUPTED
+    except console.ReaderGoneError:
+        console.forget_stdout()
+        code = DONE
+    except OSError as error:
+        console.say(f"cgla: standard output: {error.strerror or error}; choose another place for it")
+        console.forget_stdout()
+        code = WRONG_INPUT
+    sys.exit(code or DONE)

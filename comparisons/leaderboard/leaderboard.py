@@ -1,0 +1,160 @@
+"""Standings: who wins a comparison of many scenarios, by how much, how sure that is, and where each one fails."""
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cgla_graph.comparisons.leaderboard.failures import failed
+from cgla_graph.comparisons.leaderboard.profiles import finite_bound, instance_costs, instance_times, shared_scenarios
+from cgla_graph.comparisons.statistics.cost_table import same_cost
+from cgla_graph.comparisons.statistics.intervals import Estimate, Interval, estimate, success_interval
+from cgla_graph.comparisons.statistics.paired import Paired, against
+from cgla_graph.comparisons.statistics.ranking import ranking
+from cgla_graph.comparisons.study.columns import excess_over
+from cgla_graph.comparisons.study.rows import by_solver
+from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.model.solution import Status
+
+#: A path this close to the lower bound, in percent, counts as near the optimum.
+NEAR_PERCENT = 5
+_UNKNOWN = Estimate(math.nan, math.nan, math.nan)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """
+    One solver among the others, over all scenarios.
+
+    A scenario counts once, by the median of its seeds, and only if every solver has run it (see `instance_costs`);
+    `n_runs`, `n_paths`, `success`, `failures` and `failed_on` are of all runs that there are.
+
+    Attributes
+    ----------
+    solver
+        Label.
+    place
+        From 1; solvers of equal average rank share a place.
+    average_rank
+        Mean over the scenarios of its rank among the solvers; NaN where no scenario has been run by all.
+    n_instances, wins
+        How many scenarios count, and on how many of those its path is the cheapest, alone or with others.
+    gap
+        Median over the scenarios of how far above the lower bound its cost is; infinite without a path, NaN where no
+        scenario has a finite bound.
+    n_runs, n_paths, success
+        How many runs there were, how many of them found a path, and the 95 % interval of that rate by Clopper and
+        Pearson, which takes runs as independent.
+    seconds_to_near
+        Median over the scenarios of the time until its cost was within `NEAR_PERCENT` of the lower bound; infinite if
+        never, NaN as `gap`.
+    versus_best
+        Its costs against those of the solver that stands first, p-values adjusted for that one having been picked by
+        the same costs (see `against`); None for that one itself, or without scenarios.
+    failures
+        How many runs ended how, of those without a path that may be flown; the most frequent first.
+    failed_on
+        Names of the scenarios on which runs failed, and how many; in order.
+    """
+
+    solver: str
+    place: int
+    average_rank: float
+    n_instances: int
+    wins: int
+    gap: Estimate
+    n_runs: int
+    n_paths: int
+    success: Interval
+    seconds_to_near: Estimate
+    versus_best: Paired | None
+    failures: Mapping[Status, int]
+    failed_on: Mapping[str, int]
+
+
+def standings(runs: Sequence[Run]) -> list[Standing]:
+    """
+    Rank the solvers of a comparison, best first.
+
+    Those of equal average rank are ordered by the median gap, then by the time to get near the bound.
+
+    Parameters
+    ----------
+    runs
+        Of any scenarios and solvers, finished or not.
+
+    Returns
+    -------
+    standings
+        One a solver; none without runs.
+
+    Examples
+    --------
+    >>> from cgla_graph.comparisons.study.entrant import Contender
+    >>> from cgla_graph.comparisons.study.runner import compare
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> runs = list(compare([load_scenario("paper")], [Contender.parse(name) for name in ("straight-line", "cgla")]))
+    >>> [(one.solver, one.average_rank, one.wins) for one in standings(runs)]
+    [('cgla', 1.0, 1), ('straight-line', 2.0, 0)]
+    """
+    by_label = by_solver(runs)
+    costs = instance_costs(runs)
+    ranks = ranking(costs)
+    wins = _wins(costs)
+    gaps = _gaps(runs)
+    times = {solver: _estimate(values) for solver, values in instance_times(runs, NEAR_PERCENT).items()}
+    rank_of = dict(zip(ranks.solvers, ranks.average_ranks, strict=True))
+
+    def merit(solver: str) -> tuple[float, float, float]:
+        # what is unknown is unknown for all
+        rank, gap, seconds = rank_of[solver], gaps[solver].median, times[solver].median
+        return _or_zero(rank), _or_zero(gap), _or_zero(seconds)
+
+    order = sorted(by_label, key=merit)
+    versus = {one.solver: one for one in against(costs, order[0], post_hoc=True)} if order else {}
+    places = [1 + sum(merit(other)[0] < merit(solver)[0] for other in order) for solver in order]
+    return [
+        Standing(
+            solver=solver,
+            place=place,
+            average_rank=rank_of[solver],
+            n_instances=ranks.n_instances,
+            wins=wins[solver],
+            gap=gaps[solver],
+            n_runs=len(by_label[solver]),
+            n_paths=(n_paths := sum(run.solution.status.is_path for run in by_label[solver])),
+            success=success_interval(n_paths, len(by_label[solver])),
+            seconds_to_near=times[solver],
+            versus_best=versus.get(solver),
+            failures=dict(Counter(run.solution.status for run in failed(by_label[solver])).most_common()),
+            failed_on=dict(Counter(run.scenario.name for run in failed(by_label[solver]))),
+        )
+        for solver, place in zip(order, places, strict=True)
+    ]
+
+
+def _wins(costs: Mapping[str, Sequence[float]]) -> dict[str, int]:
+    """Count the scenarios on which a solver's path is the cheapest; where none has a path, none wins."""
+    table = {solver: np.asarray(values, dtype=np.float64) for solver, values in costs.items()}
+    best = np.min(list(table.values()), axis=0) if table else np.empty(0)
+    return {solver: int((same_cost(values, best) & np.isfinite(values)).sum()) for solver, values in table.items()}
+
+
+def _gaps(runs: Sequence[Run]) -> dict[str, Estimate]:
+    """Take the median over the scenarios of the gap of each one's median cost."""
+    bounds = [finite_bound(group) for group in shared_scenarios(runs)]
+    return {
+        solver: _estimate([excess_over(cost, bound) for cost, bound in zip(costs, bounds, strict=True) if bound >= 0.0])
+        for solver, costs in instance_costs(runs).items()
+    }
+
+
+def _estimate(values: Sequence[float]) -> Estimate:
+    return estimate(values) if values else _UNKNOWN
+
+
+def _or_zero(value: float) -> float:
+    """Return a number to sort by, without what is only rounding."""
+    return 0.0 if math.isnan(value) else round(value, 9)

@@ -1,0 +1,296 @@
+"""Profiles: how many runs have a path by when, and on how many instances a solver is how close to the best."""
+
+import math
+import statistics
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import stats
+
+from cgla_graph._types import FloatArray
+from cgla_graph.comparisons.statistics.cost_table import cost_table, same_cost
+from cgla_graph.comparisons.statistics.intervals import CONFIDENCE, Interval, path_cost, success_interval, to_target
+from cgla_graph.comparisons.study.rows import by_scenario, by_solver, scenario_bound
+from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.model.solution import Solution
+
+
+@dataclass(frozen=True, eq=False)
+class StepFunction:
+    """
+    A share that rises in steps; it is 0 before the first.
+
+    Attributes
+    ----------
+    at
+        Where it rises, shape ``(m,)``, ascending, each once.
+    share
+        Its value from there on, shape ``(m,)``, from 0 to 1.
+    """
+
+    at: FloatArray
+    share: FloatArray
+
+    def __call__(self, where: ArrayLike) -> FloatArray:
+        """
+        Evaluate it, at any shape of places.
+
+        Examples
+        --------
+        >>> StepFunction(np.array([1.0, 2.0]), np.array([0.5, 1.0]))([0.0, 1.0, 1.5, 9.0])
+        array([0. , 0.5, 0.5, 1. ])
+        """
+        return np.concatenate([[0.0], self.share])[np.searchsorted(self.at, where, side="right")]
+
+
+@dataclass(frozen=True, eq=False)
+class SuccessCurve:
+    """
+    Share of runs that have a path, over time.
+
+    Attributes
+    ----------
+    seconds
+        When runs found their first paths, shape ``(m,)``, ascending, each once; building the graph counts.
+    rate
+        Share of all runs that have a path from then on, shape ``(m,)``.
+    low, high
+        A band that holds the whole curve of the solver's true rates with 95 % confidence, at all times at once, shape
+        ``(m,)``; it is constant until the next moment.
+    before
+        Upper end of the band before the first moment, where the lower end is 0.
+    n_runs, n_paths
+        How many runs there were, and how many of them found a path that may be flown.
+    success
+        95 % interval of the rate at the end alone, by Clopper and Pearson; it is narrower than the band there.
+    """
+
+    seconds: FloatArray
+    rate: FloatArray
+    low: FloatArray
+    high: FloatArray
+    before: float
+    n_runs: int
+    n_paths: int
+    success: Interval
+
+
+def success_curve(solutions: Sequence[Solution]) -> SuccessCurve:
+    """
+    Return the rate of runs with a path over time, with a band for the whole curve.
+
+    The band is that of Kolmogorov: his statistic's exact 95 % quantile above and below the rate. It holds whatever the
+    distribution of times is, and also where some runs never find a path.
+
+    Parameters
+    ----------
+    solutions
+        Answers of one solver, judged; independent runs, at least one.
+
+    Returns
+    -------
+    curve
+        Without moments where no run found a path.
+
+    Raises
+    ------
+    ValueError
+        If there is no run.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.solution import Status
+    >>> runs = [Solution(Status.FOUND, cost=1.0, seconds=float(s)) for s in (1, 2, 2)]
+    >>> curve = success_curve([*runs, Solution(Status.NOT_FOUND, seconds=9.0)])
+    >>> curve.seconds, curve.rate, curve.n_paths
+    (array([1., 2.]), array([0.25, 0.75]), 3)
+    """
+    if not solutions:
+        msg = "there are no runs; a success rate needs at least one"
+        raise ValueError(msg)
+    n_runs = len(solutions)
+    first = [to_target(solution).seconds for solution in solutions]
+    curve = _shares(np.array(first), n_runs)
+    width = _band_width(n_runs)
+    n_paths = sum(solution.status.is_path for solution in solutions)
+    return SuccessCurve(
+        seconds=curve.at,
+        rate=curve.share,
+        low=np.maximum(curve.share - width, 0.0),
+        high=np.minimum(curve.share + width, 1.0),
+        before=min(width, 1.0),
+        n_runs=n_runs,
+        n_paths=n_paths,
+        success=success_interval(n_paths, n_runs),
+    )
+
+
+@lru_cache
+def _band_width(n: int) -> float:
+    """Return the quantile of Kolmogorov's statistic of `n` values: slow to find, and the same for most solvers."""
+    return float(stats.kstwo.ppf(CONFIDENCE, n))
+
+
+def performance_profile(costs: Mapping[str, Sequence[float]]) -> dict[str, StepFunction]:
+    """
+    Return the share of instances that each solver answers within a factor of the best solver's cost, by the factor.
+
+    At 1 it says how often a solver is best, alone or with others; far to the right, how often it finds a path at all
+    (Dolan, More, Mathematical Programming 91(2), 2002). The factor is relative to the best of those that take part,
+    so that of two solvers beside a better third the order may change without it (Gould, Scott, ACM TOMS 43(2), 2016).
+
+    Parameters
+    ----------
+    costs
+        One cost an instance for each solver, or one time; the instances in the same order. Infinite without a path:
+        such an instance counts, but is never within any factor.
+
+    Returns
+    -------
+    profiles
+        By solver, over factors from 1. Where the best cost is 0 or below, only those equal to it are within a factor.
+
+    Raises
+    ------
+    ValueError
+        If the costs are not equally many, or one is NaN.
+
+    Examples
+    --------
+    >>> profiles = performance_profile({"a": [1.0, 2.0], "b": [2.0, math.inf]})
+    >>> profiles["a"]([1.0]), profiles["b"]([1.0, 2.0, 100.0])
+    (array([1.]), array([0. , 0.5, 0.5]))
+    """
+    table = cost_table(costs)
+    if not table:
+        return {}
+    best = np.min(list(table.values()), axis=0)
+    return {solver: _shares(_factors(values, best), len(values)) for solver, values in table.items()}
+
+
+def _factors(costs: FloatArray, best: FloatArray) -> FloatArray:
+    factors = np.full(len(costs), np.inf)
+    proper = np.isfinite(costs) & (best > 0.0)
+    with np.errstate(over="ignore"):
+        factors[proper] = costs[proper] / best[proper]
+    factors[np.isfinite(costs) & same_cost(costs, best)] = 1.0
+    return factors
+
+
+def _shares(values: FloatArray, n: int) -> StepFunction:
+    """Return what share of `n` values is at most x, by x; infinite ones never are."""
+    at, counts = np.unique(values[np.isfinite(values)], return_counts=True)
+    return StepFunction(at, np.cumsum(counts) / max(n, 1))
+
+
+def shared_scenarios(runs: Sequence[Run]) -> list[dict[str, list[Run]]]:
+    """
+    List the scenarios that every solver has run, so that all are measured on the same ones.
+
+    The others, as there are while a study goes on, are left out for all: a run that is still to be made is no failure.
+
+    Parameters
+    ----------
+    runs
+        Of any scenarios and solvers.
+
+    Returns
+    -------
+    scenarios
+        In order; of each, the runs by solver, the solvers in the order of their first runs.
+
+    Examples
+    --------
+    >>> shared_scenarios([])
+    []
+    """
+    solvers = list(by_solver(runs))
+    groups = [by_solver(group) for group in by_scenario(runs)]
+    return [{solver: group[solver] for solver in solvers} for group in groups if len(group) == len(solvers)]
+
+
+def instance_costs(runs: Sequence[Run]) -> dict[str, list[float]]:
+    """
+    Reduce the runs of every solver on every scenario to one cost: the median over its seeds.
+
+    Of two middle runs it is the cheaper one's; a run without a path is infinitely costly.
+
+    Parameters
+    ----------
+    runs
+        Of any scenarios and solvers.
+
+    Returns
+    -------
+    costs
+        By solver, one for each of `shared_scenarios`, in order.
+
+    Examples
+    --------
+    >>> from cgla_graph.comparisons.study.entrant import Contender
+    >>> from cgla_graph.comparisons.study.runner import compare
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> runs = list(compare([load_scenario("one-threat")], [Contender.parse("straight-line")], tolerance=None))
+    >>> {solver: [round(cost, 3) for cost in costs] for solver, costs in instance_costs(runs).items()}
+    {'straight-line': [3.921]}
+    """
+    shared = shared_scenarios(runs)
+    return {
+        solver: [statistics.median_low([path_cost(run.solution) for run in group[solver]]) for group in shared]
+        for solver in by_solver(runs)
+    }
+
+
+def instance_times(runs: Sequence[Run], percent: float = math.inf) -> dict[str, list[float]]:
+    """
+    Reduce the runs of every solver on every scenario to one time until its cost is near the scenario's lower bound.
+
+    Parameters
+    ----------
+    runs
+        Of any scenarios and solvers.
+    percent
+        How far above the bound is near; infinite for the first path of all.
+
+    Returns
+    -------
+    times
+        By solver, one for each of `shared_scenarios`: the median over the seeds (of two middle ones the shorter), in
+        seconds, building the graph included; infinite if never. Scenarios without a finite bound, 0 or above, are left
+        out, unless the first path is asked for.
+
+    Examples
+    --------
+    >>> instance_times([], 5.0)
+    {}
+    """
+    targets = []
+    for group in shared_scenarios(runs):
+        bound = finite_bound(group) if math.isfinite(percent) else math.inf
+        if not math.isnan(bound):
+            targets.append((group, (1.0 + percent / 100.0) * bound))
+    return {
+        solver: [
+            statistics.median_low([to_target(run.solution, target).seconds for run in group[solver]])
+            for group, target in targets
+        ]
+        for solver in by_solver(runs)
+    }
+
+
+def finite_bound(group: Mapping[str, Sequence[Run]]) -> float:
+    """
+    Return the lower bound of a scenario that gaps can be measured from; NaN if it has none.
+
+    None can be measured from infinity, which is the bound of a scenario that has no path, nor from below 0.
+
+    Parameters
+    ----------
+    group
+        The runs of one scenario, by solver.
+    """
+    bound = scenario_bound([run for runs in group.values() for run in runs])
+    return bound if 0.0 <= bound < math.inf else math.nan

@@ -1,0 +1,1 @@
+"""Missions flown and compared: the commands' work, files and tables."""

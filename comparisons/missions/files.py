@@ -1,0 +1,298 @@
+"""Files of flights: the log as JSON Lines, traces as CSV, flown paths as GeoJSON, and all in one JSON document."""
+
+import csv
+import dataclasses
+import io
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+
+from cgla_graph.comparisons.study.mission_run import Flown, Sortie
+from cgla_graph.comparisons.study.rows import json_number
+from cgla_graph.errors import OutputError
+from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import Flight, Separation, UavFlight
+from cgla_graph.mission.world import TimedArea, TimedThreat, World
+from cgla_graph.scenarios.geojson import line_feature_collection
+
+#: The columns of traces; on lon/lat maps, longitude and latitude follow.
+TRACE_COLUMNS = ("uav", "tick", "x", "y", "risk", "known_threats", "known_areas")
+#: What of a mission is no setting, but described apart.
+_NO_SETTINGS = ("world", "uavs", "solver", "resolution", "sharing", "virtual_obstacle")
+
+
+def plain_json(value: Any) -> Any:  # noqa: ANN401 - any JSON
+    """
+    Return a value as what JSON knows: numbers that are not finite become None, tuples and arrays lists.
+
+    Examples
+    --------
+    >>> plain_json({"at": (0.5, math.nan), "n": np.int64(3)})
+    {'at': [0.5, None], 'n': 3}
+    """
+    if isinstance(value, Mapping):
+        return {str(key): plain_json(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain_json(value.tolist())
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain_json(item) for item in value]
+    return json_number(value) if isinstance(value, float) else value
+
+
+def settings_document(mission: Mission) -> dict[str, Any]:
+    """Return the rules of a mission, those left out in its file as well."""
+    plain = {f.name: getattr(mission, f.name) for f in dataclasses.fields(mission) if f.name not in _NO_SETTINGS}
+    resolved = {
+        "collision_distance": mission.collision_at,
+        "terminal_radius": mission.terminal_at,
+        "max_ticks": mission.last_tick,
+    }
+    shares = dataclasses.asdict(mission.shares) if mission.shares.is_on else None
+    obstacle = None if mission.obstacles is None else dataclasses.asdict(mission.obstacles)
+    lattice = {"shape": list(mission.lattice.shape), "kind": mission.lattice.kind}
+    rules = {**plain, **resolved, "sharing": shares, "virtual_obstacle": obstacle, "lattice": lattice}
+    found: dict[str, Any] = plain_json(rules)
+    return found
+
+
+def header_document(sortie: Sortie) -> dict[str, Any]:
+    """Return the first line of a log: the mission, its rules, its UAVs and the truth."""
+    mission = sortie.mission
+    uavs = [
+        {
+            "name": uav.name,
+            "start": uav.start,
+            "goal": uav.goal,
+            "detection_radius": uav.detection_radius,
+            "safe_distance": uav.safe,
+            "step": mission.step_of(uav),
+            "k": uav.k,
+            "departs": uav.departs,
+        }
+        for uav in mission.uavs
+    ]
+    header = {
+        "type": "mission",
+        "mission": sortie.name,
+        "variant": sortie.variant,
+        "title": sortie.title,
+        "solver": sortie.solver,
+        "bounds": mission.world.bounds,
+        "settings": settings_document(mission),
+        "uavs": uavs,
+        **_world_document(mission.world),
+    }
+    found: dict[str, Any] = plain_json(header)
+    return found
+
+
+def _world_document(world: World) -> dict[str, Any]:
+    """Return threats and timed areas, numbered as events number them; of the chart, only how much there is of it."""
+    threats = [{"number": n, **dataclasses.asdict(threat)} for n, threat in enumerate(world.field.threats)]
+    areas = []
+    for number, item in enumerate(world.timed):
+        life = {"appears": item.appears, "vanishes": item.vanishes}
+        if isinstance(item, TimedThreat):
+            numbered = {"number": len(world.field) + number, **dataclasses.asdict(item.threat)}
+            threats.append({**numbered, **life, "moves": item.moves})
+        elif isinstance(item, TimedArea):
+            areas.append({"number": number, **life, "geometry": shapely.geometry.mapping(item.polygon)})
+    charted = 0 if world.no_fly is None else len(shapely.get_parts(world.no_fly))
+    return {"threats": threats, "areas": areas, "charted_areas": charted}
+
+
+def log_lines(sortie: Sortie, flight: Flight, first: int = 0, end: int | None = None) -> Iterator[dict[str, Any]]:
+    """
+    Yield the lines of a log, tick by tick: what happened, then where each UAV in the air is.
+
+    Parameters
+    ----------
+    sortie
+        The mission.
+    flight
+        What it came to, or has come to so far.
+    first, end
+        The first tick that is wanted, and the first that is not; None: to the end.
+
+    Yields
+    ------
+    line
+        ``{"type": "event", …}``, or ``{"type": "uav", …}`` with position, the true risk there, the numbers of what it
+        knows, and its plan if it is new.
+    """
+    end = flight.ticks + 1 if end is None else end
+    happened: dict[int, list[dict[str, Any]]] = {}
+    for event in flight.events:
+        happened.setdefault(event.tick, []).append(event.document())
+    for tick in range(first, end):
+        yield from ({"type": "event", **plain_json(event)} for event in happened.get(tick, ()))
+        for uav in flight.uavs.values():
+            if tick in _ticks_in_air(uav):
+                yield _uav_line(sortie, uav, tick)
+
+
+def _ticks_in_air(uav: UavFlight) -> range:
+    return range(uav.departed, uav.departed + len(uav.trace) if uav.took_off else uav.departed)
+
+
+def _uav_line(sortie: Sortie, uav: UavFlight, tick: int) -> dict[str, Any]:
+    spot, knowledge = uav.trace[tick - uav.departed], uav.knowledge_at(tick)
+    line = {"type": "uav", "tick": tick, "uav": uav.name, "x": spot[0], "y": spot[1]}
+    if sortie.projection is not None:
+        line["longitude"], line["latitude"] = sortie.projection.inverse(spot).tolist()
+    line["risk"] = sortie.mission.world.field_at(tick).density(spot)
+    line["threats"], line["areas"] = list(knowledge.threats), list(knowledge.areas)
+    plans = [waypoints for since, waypoints in uav.plans if since == tick]
+    if plans:
+        line["plan"] = plans[-1]
+    found: dict[str, Any] = plain_json(line)
+    return found
+
+
+def whole_log(flown: Flown) -> Iterator[dict[str, Any]]:
+    """
+    Yield all lines of a log: the header, every tick, and the summary.
+
+    Nothing in it depends on how fast the machine is: the same mission gives the same lines.
+    """
+    yield header_document(flown)
+    yield from log_lines(flown, flown.flight)
+    summary = summary_document(flown)
+    for uav in summary["uavs"]:
+        del uav["planning_seconds"]
+    del summary["seconds"]
+    yield {"type": "summary", **summary}
+
+
+def trace_csv(flown: Flown) -> str:
+    """Write where each UAV was at each tick as CSV."""
+    columns = TRACE_COLUMNS if flown.projection is None else (*TRACE_COLUMNS, "longitude", "latitude")
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    for uav in flown.flight.uavs.values():
+        for tick in _ticks_in_air(uav):
+            line = _uav_line(flown, uav, tick)
+            counted = {"known_threats": len(line["threats"]), "known_areas": len(line["areas"])}
+            writer.writerow([{**line, **counted}[column] for column in columns])
+    return text.getvalue()
+
+
+def flight_geojson(flown: Flown) -> str:
+    """
+    Write the flown paths of a mission on a lon/lat map as GeoJSON, a feature a UAV.
+
+    Raises
+    ------
+    OutputError
+        If the map has no longitudes and latitudes.
+    """
+    if flown.projection is None:
+        msg = f"{flown.name} has no longitudes and latitudes; only its CSV can be written"
+        raise OutputError(msg)
+    features: list[Any] = []
+    for uav in flown.flight.uavs.values():
+        properties = {
+            "mission": flown.name,
+            "variant": flown.variant,
+            "uav": uav.name,
+            "status": uav.status.label,
+            "length": uav.length,
+            "risk": uav.risk,
+            "cost": uav.cost,
+        }
+        collection: dict[str, Any] = line_feature_collection(flown.projection.inverse(uav.path), properties)
+        features += collection["features"]
+    document = {"type": "FeatureCollection", "features": features}
+    return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+
+
+def summary_document(flown: Flown) -> dict[str, Any]:
+    """Return what a flight came to, as JSON: numbers that do not exist are None."""
+    flight = flown.flight
+    livelock = None if flight.livelock is None else dataclasses.asdict(flight.livelock)
+    closest = flown.closest
+    summary = {
+        "mission": flown.name,
+        "variant": flown.variant,
+        "title": flown.title,
+        "solver": flown.solver,
+        "ticks": flight.ticks,
+        "arrived": flown.n_arrived,
+        "all_arrived": flight.all_arrived,
+        "interrupted": flight.interrupted,
+        "livelock": livelock,
+        **team_totals(flight),
+        "least_separation": None if closest is None else _separation(closest),
+        "seconds": flown.seconds,
+        "uavs": [_uav_document(flown, uav) for uav in flight.uavs.values()],
+    }
+    found: dict[str, Any] = plain_json(summary)
+    return found
+
+
+def team_totals(flight: Flight) -> dict[str, float]:
+    """Return what all UAVs of a flight flew together; the cost is infinite unless all arrived."""
+    uavs = flight.uavs.values()
+    sums = {name: math.fsum(getattr(uav, name) for uav in uavs) for name in ("length", "risk", "risk_sum")}
+    return {"cost": flight.cost, **sums}
+
+
+def flight_document(flown: Flown) -> dict[str, Any]:
+    """Return everything about a flight, as JSON: what it came to, its rules, traces, plans and events."""
+    uavs = []
+    for uav, summary in zip(flown.flight.uavs.values(), summary_document(flown)["uavs"], strict=True):
+        paths = {"trace": uav.trace, "path": uav.path, "times": uav.times}
+        if flown.projection is not None:
+            paths["path_lonlat"] = flown.projection.inverse(uav.path)
+        known = [{"tick": one.tick, "threats": list(one.threats), "areas": list(one.areas)} for one in uav.knowledge]
+        plans = [{"tick": tick, "waypoints": waypoints} for tick, waypoints in uav.plans]
+        uavs.append({**summary, **paths, "knowledge": known, "plans": plans})
+    found: dict[str, Any] = plain_json(
+        {
+            **summary_document(flown),
+            "settings": settings_document(flown.mission),
+            "uavs": uavs,
+            "separations": [_separation(pair) for pair in flown.flight.separations],
+            "events": [event.document() for event in flown.flight.events],
+        }
+    )
+    return found
+
+
+def _separation(pair: Separation) -> dict[str, Any]:
+    return {
+        "uavs": [pair.first, pair.second],
+        "distance": pair.distance,
+        "tick": pair.time,
+        "where": pair.where,
+    }
+
+
+def _uav_document(flown: Flown, uav: UavFlight) -> dict[str, Any]:
+    known = uav.knowledge_at(uav.ended)
+    document = {
+        "name": uav.name,
+        "status": uav.status.label,
+        "message": uav.message,
+        "took_off": uav.took_off,
+        "departed": uav.departed,
+        "ended": uav.ended,
+        **{
+            name: getattr(uav, name)
+            for name in ("length", "risk", "cost", "waited", "risk_sum", "max_risk", "exposure")
+        },
+        "replans": uav.replans,
+        "known_threats": list(known.threats),
+        "known_areas": list(known.areas),
+        "planning_seconds": uav.planning_seconds,
+    }
+    worth: Sequence[tuple[str, Mapping[str, float] | None]] = (
+        ("price_of_ignorance", flown.ignorance),
+        ("value_of_sharing", flown.sharing),
+    )
+    return document | {name: ratios[uav.name] for name, ratios in worth if ratios is not None}

@@ -1,0 +1,374 @@
+"""What the command `fly` does: fly each variant of a mission, and write its log, traces, pictures and animation."""
+
+import dataclasses
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from cgla_graph.comparisons import console, files
+from cgla_graph.comparisons.missions.files import (
+    flight_document,
+    flight_geojson,
+    header_document,
+    log_lines,
+    trace_csv,
+    whole_log,
+)
+from cgla_graph.comparisons.missions.tables import COLUMN_NOTES, flight_notes, flight_table, heading, variants_table
+from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.mission_run import Flown, Sortie
+from cgla_graph.errors import MissionError, OutputError
+from cgla_graph.mission.simulation import Simulation
+from cgla_graph.scenarios.mission_file import MissionFile, load_mission
+from cgla_graph.solvers import registry
+from cgla_graph.solvers.base import Solver
+
+#: The log reaches the disk after so many seconds, or when that takes less than a tenth of the time since.
+LOG_SECONDS, LOG_SHARE = 1.0, 0.1
+
+
+def build_solver(text: str) -> Solver:
+    """
+    Build a solver from ``NAME`` or ``NAME:A=1:B=2``.
+
+    One that could certify its own paths is told not to unless the text asks for it: a mission plans dozens of times.
+
+    Raises
+    ------
+    CglaError
+        If there is no such solver or setting, or it cannot run here.
+
+    Examples
+    --------
+    >>> build_solver("hybrid").tolerance is None
+    True
+    """
+    contender = Contender.parse(text)
+    return registry.get(contender.name, **contender.settings_on(None))
+
+
+def open_mission(
+    spec: str, *, solver: str | None = None, variant: str | None = None, max_ticks: int | None = None
+) -> tuple[MissionFile, list[Sortie]]:
+    """
+    Open a mission, ready to be flown.
+
+    Parameters
+    ----------
+    spec
+        A shipped name, or a TOML file.
+    solver
+        As in `build_solver`, instead of the file's.
+    variant
+        The only one that is wanted.
+    max_ticks
+        Instead of the file's.
+
+    Returns
+    -------
+    file, sorties
+        One sortie a variant.
+
+    Raises
+    ------
+    CglaError
+        If anything is wrong with any of them; the message offers what there is.
+    """
+    opened = load_mission(spec)
+    missions = opened.missions(build_solver, solver=solver)
+    if variant is not None and variant not in missions:
+        known = ", ".join(repr(name) for name in missions if name)
+        msg = f"{opened.name} has no variant {variant!r}; {f'choose {known}' if known else 'it has none at all'}"
+        raise MissionError(msg)
+    sorties = []
+    for name, mission in missions.items():
+        if variant is None or name == variant:
+            limited = mission if max_ticks is None else dataclasses.replace(mission, max_ticks=max_ticks)
+            label = solver or opened.variants[name].solver
+            sorties.append(Sortie(opened.name, name, opened.title, label, limited, opened.projection))
+    return opened, sorties
+
+
+class StopRequest:
+    """
+    Ctrl-C, politely: the first lets the tick under way finish, so that the flight is whole; the second stops at once.
+
+    Attributes
+    ----------
+    is_made
+        Whether it was asked for.
+    waits
+        Whether somebody looks at `is_made`, as while a mission is flown; otherwise the first one stops at once, too.
+    """
+
+    def __init__(self) -> None:
+        self.is_made = False
+        self.waits = False
+
+    def _ask(self, number: int, frame: FrameType | None) -> None:
+        del number, frame
+        if self.is_made or not self.waits:
+            raise KeyboardInterrupt
+        self.is_made = True
+        console.say("cgla: finishing this tick; Ctrl-C again stops at once")
+
+    @contextmanager
+    def listen(self) -> Iterator["StopRequest"]:
+        """Take Ctrl-C for as long as the body runs; outside the main thread it cannot come."""
+        if threading.current_thread() is not threading.main_thread():
+            yield self
+            return
+        before = signal.signal(signal.SIGINT, self._ask)
+        try:
+            yield self
+        finally:
+            signal.signal(signal.SIGINT, before)
+
+
+@dataclass
+class Flights:
+    """
+    What the command has flown so far.
+
+    Attributes
+    ----------
+    flown
+        The flights, the interrupted one too.
+    written
+        The files.
+    interrupted
+        Whether Ctrl-C ended it.
+    failure
+        Why a file could not be written, which ended it; None if all could.
+    """
+
+    flown: list[Flown] = field(default_factory=list)
+    written: list[Path] = field(default_factory=list)
+    interrupted: bool = False
+    failure: OutputError | None = None
+
+
+def fly_all(
+    sorties: Sequence[Sortie],
+    folder: Path | None = None,
+    *,
+    value: bool = True,
+    animation: bool = True,
+    step: Callable[[str], None] | None = None,
+) -> Flights:
+    """
+    Fly sorties one after the other, and write what comes of them.
+
+    Parameters
+    ----------
+    sorties
+        The variants of one mission.
+    folder
+        Where to write; None: nowhere.
+    value
+        Whether the price of ignorance and the value of sharing are found out, by flying again with full knowledge, and
+        without sharing.
+    animation
+        Whether animations are drawn; pictures always are.
+    step
+        Told of each tick, and of what else takes time.
+
+    Returns
+    -------
+    flights
+        After Ctrl-C what there is until then, with logs and traces, and no pictures. Where a file cannot be written,
+        what was flown until then: results that took long are not lost for want of room on a disk.
+    """
+    step = step or _tell_nobody
+    done = Flights()
+    taken: set[str] = set()
+    stems = [files.file_stem(f"{one.name} {one.variant}", taken) for one in sorties]
+    with StopRequest().listen() as stop:
+        try:
+            for sortie, stem in zip(sorties, stems, strict=True):
+                with nullcontext() if folder is None else files.RowLog(folder, f"{stem}.jsonl") as log:
+                    flown = fly_one(sortie, log, stop, step)
+                    done.flown.append(flown)
+                    if value and not stop.is_made:
+                        step(f"{sortie.label}: what knowing and sharing are worth")
+                        try:
+                            done.flown[-1] = flown = weighed(flown)
+                        except KeyboardInterrupt:
+                            # the flight itself is whole
+                            stop.is_made = True
+                    if folder is not None and log is not None:
+                        done.written += _write_data(folder / stem, flown, log)
+                if stop.is_made:
+                    done.interrupted = True
+                    return done
+            if folder is not None:
+                for flown, stem in zip(done.flown, stems, strict=True):
+                    step(f"{flown.label}: pictures")
+                    done.written += _write_pictures(folder / stem, flown, animation=animation)
+                done.written += _write_variants(folder, done.flown, taken)
+        except KeyboardInterrupt:
+            done.interrupted = True
+        except OutputError as error:
+            done.failure = error
+    return done
+
+
+def _tell_nobody(_: str) -> None:
+    """Take what nobody wants to know."""
+
+
+def fly_one(
+    sortie: Sortie, log: files.RowLog | None, stop: StopRequest, step: Callable[[str], None] | None = None
+) -> Flown:
+    """
+    Fly one mission to its end, or to where Ctrl-C ends it.
+
+    Parameters
+    ----------
+    sortie
+        The mission.
+    log
+        Gets the lines of the ticks that are done, every second or so; None: no log.
+    stop
+        Says when to stop.
+    step
+        Told of each tick.
+    """
+    simulation = sortie.mission.simulate()
+    writer = None if log is None else _LogWriter(sortie, log)
+    began = time.perf_counter()
+    stop.waits = True
+    try:
+        while not (simulation.is_over or stop.is_made):
+            simulation.advance()
+            if step is not None:
+                step(f"{sortie.label}: tick {simulation.tick}")
+            if writer is not None:
+                writer.write(simulation)
+    except KeyboardInterrupt:
+        stop.is_made = True
+    finally:
+        stop.waits = False
+    flight = simulation.flight(interrupted=not simulation.is_over)
+    given = {f.name: getattr(sortie, f.name) for f in dataclasses.fields(Sortie)}
+    return Flown(**given, flight=flight, seconds=time.perf_counter() - began)
+
+
+class _LogWriter:
+    """Writes the ticks that are done, now and then: a flight so far takes time to be put together."""
+
+    def __init__(self, sortie: Sortie, log: files.RowLog) -> None:
+        self.sortie, self.log = sortie, log
+        self.next_tick = 0
+        self.cost = 0.0
+        self.before = time.perf_counter()
+        log.add(header_document(sortie))
+
+    def write(self, simulation: Simulation) -> None:
+        began = time.perf_counter()
+        if began - self.before < max(LOG_SECONDS, self.cost / LOG_SHARE):
+            return
+        # more may happen on the tick that begins now
+        for line in log_lines(self.sortie, simulation.flight(), self.next_tick, simulation.tick):
+            self.log.add(line)
+        self.next_tick, self.before = simulation.tick, time.perf_counter()
+        self.cost = self.before - began
+
+
+def weighed(flown: Flown) -> Flown:
+    """
+    Find out what not knowing cost, and what sharing was worth, by flying up to twice more.
+
+    Parameters
+    ----------
+    flown
+        A flight.
+
+    Returns
+    -------
+    weighed
+        The same with both; without the value of sharing where nothing is shared.
+    """
+    flight = flown.flight
+    shares = flight.mission.shares.is_on and len(flight.uavs) > 1
+    sharing = flight.value_of_sharing if shares else None
+    return dataclasses.replace(flown, ignorance=flight.price_of_ignorance, sharing=sharing)
+
+
+def _write_data(stem: Path, flown: Flown, log: files.RowLog) -> list[Path]:
+    """Write log, traces and paths of one flight."""
+    written = [
+        log.finish(whole_log(flown)),
+        files.write_text(stem.with_name(f"{stem.name}.csv"), trace_csv(flown)),
+    ]
+    if flown.projection is not None:
+        written.append(files.write_text(stem.with_name(f"{stem.name}.geojson"), flight_geojson(flown)))
+    return written
+
+
+def _write_pictures(stem: Path, flown: Flown, *, animation: bool) -> list[Path]:
+    """Write the picture and the animation of one flight."""
+    from cgla_graph.comparisons.plots import animation_file, pictures  # noqa: PLC0415 - matplotlib only where something is drawn
+    from cgla_graph.comparisons.plots.flight import flight_figure  # noqa: PLC0415 - the same
+
+    drawn = flight_figure([flown])
+    written = [pictures.save(drawn, stem.with_name(f"{stem.name}{suffix}")) for suffix in (".png", ".svg")]
+    if animation:
+        written += animation_file.animate(
+            flown, [stem.with_name(f"{stem.name}{suffix}") for suffix in animation_file.suffixes()]
+        )
+    return written
+
+
+def _write_variants(folder: Path, flights: Sequence[Flown], taken: set[str]) -> list[Path]:
+    """Write the picture of the first variants side by side, where there are several."""
+    if len(flights) < 2:  # noqa: PLR2004 - one is no comparison
+        return []
+    from cgla_graph.comparisons.plots import pictures  # noqa: PLC0415 - matplotlib only where something is drawn
+    from cgla_graph.comparisons.plots.flight import MOST_PANELS, flight_figure  # noqa: PLC0415 - the same
+
+    stem = files.file_stem(f"{flights[0].name} variants", taken)
+    return [pictures.save(flight_figure(flights[:MOST_PANELS]), folder / f"{stem}.png")]
+
+
+def print_flights(flights: Sequence[Flown]) -> None:
+    """Print a table a variant with what is to be said of it, and one that holds all variants beside each other."""
+    if not flights:
+        return
+    console.out(f"{heading(flights[0])}\n\n")
+    for flown in flights:
+        console.out_table(flight_table(flown))
+        console.out("".join(f"{line}\n" for line in flight_notes(flown)) + "\n")
+    if len(flights) > 1:
+        console.out_table(variants_table(flights))
+    console.out("".join(f"{line}\n" for line in COLUMN_NOTES))
+
+
+def flights_document(opened: MissionFile, flights: Flights) -> dict[str, Any]:
+    """Return everything that was flown as one JSON document."""
+    return {
+        "mission": opened.name,
+        "title": opened.title,
+        "notes": opened.notes,
+        "flights": [flight_document(flown) for flown in flights.flown],
+        "files": [str(path) for path in flights.written],
+        "interrupted": flights.interrupted,
+    }
+
+
+def kept_note(flights: Flights, total: int, folder: Path | None) -> str:
+    """Say what Ctrl-C left."""
+    whole = sum(not flown.flight.interrupted for flown in flights.flown)
+    cut = next((flown for flown in flights.flown if flown.flight.interrupted), None)
+    part = f" and {cut.label} until tick {cut.flight.ticks}" if cut is not None else ""
+    kept = f", kept in {folder}" if folder is not None else ""
+    n_logs = sum(path.suffix == ".jsonl" for path in flights.written)
+    if folder is not None and n_logs < len(flights.flown):
+        kept += " (the last log has an end missing, and is called .part)"
+    return f"{whole} of {total} flights are done{part}{kept}"

@@ -1,0 +1,181 @@
+"""Tables of flights for the terminal: a line a UAV, and a line a variant."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+from cgla_graph.comparisons.missions.files import team_totals
+from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.tables.fitted_table import FittedTable
+from cgla_graph.comparisons.tables.tables import duration, figure
+from cgla_graph.mission.metrics import EXPOSED_ABOVE
+from cgla_graph.mission.records import MissionStatus, UavFlight
+
+_HEADS = (
+    "ticks",
+    "length",
+    "risk",
+    "risk sum",
+    "max F",
+    "exposure",
+    "replans",
+    "known",
+    "cost",
+)
+#: What a narrow terminal does without, the first first.
+_SPARE = ("exposure", "known", "max F", "risk sum", "replans", "ticks", "risk")
+_SPARE_OF_VARIANTS = ("risk sum", "replans", "ticks", "risk", "length")
+
+
+def heading(flown: Flown) -> str:
+    """Name a mission in one line."""
+    lengths = "map units" if flown.projection is None else "metres"
+    return f"{flown.name}: {flown.title or 'a mission'} (lengths in {lengths})"
+
+
+def flight_table(flown: Flown) -> FittedTable:
+    """Show one flight: a line a UAV."""
+    rows: list[Sequence[str]] = [_cells(uav) for uav in flown.flight.uavs.values()]
+    return FittedTable(flown.variant or flown.name, ("UAV", "status"), _HEADS, _SPARE, rows=rows)
+
+
+def flight_notes(flown: Flown) -> list[str]:
+    """Say what stands below the table of a flight: who planned, how near UAVs came, and why some did not arrive."""
+    # of those in a livelock, one line says all that there is to say
+    told = (MissionStatus.ARRIVED, MissionStatus.LIVELOCK)
+    remarks = [
+        f"{uav.name}: {uav.status.value}{f': {uav.message}' if uav.message else ''}"
+        for uav in flown.flight.uavs.values()
+        if uav.status not in told
+    ]
+    near = [closest_note(flown)] if len(flown.flight.uavs) > 1 else []
+    return [rules_note(flown), *near, *_worth_lines(flown), *_warnings(flown), *_livelock_lines(flown), *remarks]
+
+
+def _livelock_lines(flown: Flown) -> list[str]:
+    """Say who flies in circles, since when, and how long a circle is."""
+    livelock = flown.flight.livelock
+    if livelock is None:
+        return []
+    names = [uav.name for uav in flown.flight.uavs.values() if uav.status is MissionStatus.LIVELOCK]
+    circle = f"the state of tick {livelock.since} came back; it repeats every {livelock.period} ticks without end"
+    return [f"livelock: {circle}: {', '.join(names)}"]
+
+
+def _warnings(flown: Flown) -> list[str]:
+    """Say who started inside a threat, and around whom something came up."""
+    lines = []
+    for event in flown.flight.events:
+        if event.kind == "started-in-risk":
+            lines.append(f"{event.uav}: starts inside threat {event.detail['threat']}, F = {event.detail['risk']:.3g}")
+        elif event.kind == "appeared-on":
+            ((what, number),) = [(name, event.detail[name]) for name in ("threat", "area") if name in event.detail]
+            lines.append(f"{event.uav}: {what} {number} came up around it at tick {event.tick}")
+    return lines
+
+
+#: What the columns of `flight_table` are.
+COLUMN_NOTES = (
+    f"risk sum: F added up over ticks (the paper's measure); exposure: the length with F over {EXPOSED_ABOVE:g}",
+    "replans: the plan of take-off is the first; known: threats and areas that it believed in at the end",
+)
+
+
+def rules_note(flown: Flown) -> str:
+    """Say in one line who planned, by which rules."""
+    mission = flown.mission
+    weights = sorted({uav.k for uav in mission.uavs})
+    k = ", ".join(f"{weight:g}" for weight in weights[:4]) + (", …" if len(weights) > 4 else "")  # noqa: PLR2004 - one line
+    sharing = mission.shares
+    if not sharing.is_on:
+        shared = "none"
+    else:
+        limits = {"radius": sharing.radius, "delay": sharing.delay, "loss": sharing.loss}
+        shared = " ".join(f"{name}={value:g}" for name, value in limits.items() if value) or "global"
+    rule = mission.obstacles
+    obstacle = "none" if rule is None else f"stepnum={rule.stepnum}"
+    seconds = math.fsum(uav.planning_seconds for uav in flown.flight.uavs.values())
+    return (
+        f"solver: {flown.solver}; k: {k}; sharing: {shared}; virtual obstacles: {obstacle}; "
+        f"avoidance: {mission.avoidance}; {flown.flight.ticks} ticks in {duration(flown.seconds)}, "
+        f"{duration(seconds)} of them planning"
+    )
+
+
+def closest_note(flown: Flown) -> str:
+    """Say in one line how near two UAVs came to each other."""
+    pair = flown.closest
+    if pair is None:
+        return "least separation: no two UAVs were in the air together outside their terminal discs"
+    x, y = pair.where
+    if flown.projection is None:
+        where = f"({x:.4g}, {y:.4g})"
+    else:
+        east, north = flown.projection.inverse((x, y)).tolist()
+        where = f"longitude {east:.5g}, latitude {north:.5g}"
+    safe = max(uav.safe for uav in flown.mission.uavs if uav.name in (pair.first, pair.second))
+    if pair.distance < flown.mission.collision_at:
+        near = " (closer than the collision distance)"
+    else:
+        near = f" (closer than the safe distance, {safe:.4g}{flown.unit})" if pair.distance < safe else ""
+    return (
+        f"least separation: {figure(pair.distance, 4)}{flown.unit}{near}, of {pair.first} and {pair.second}, "
+        f"at tick {pair.time:.4g}, near {where}"
+    )
+
+
+def _worth_lines(flown: Flown) -> list[str]:
+    """Say what not knowing cost each UAV, and what sharing was worth; nothing that was not asked for."""
+    lines = []
+    if flown.ignorance is not None:
+        lines.append(f"price of ignorance (cost over that with full knowledge): {_ratios(flown.ignorance)}")
+    if flown.sharing is not None:
+        lines.append(f"value of sharing (cost without it over cost): {_ratios(flown.sharing)}")
+    return lines
+
+
+def _ratios(ratios: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} {_ratio(value)}" for name, value in ratios.items())
+
+
+def _ratio(value: float) -> str:
+    return "∞" if value == math.inf else figure(value, 4)
+
+
+def variants_table(flights: Sequence[Flown]) -> FittedTable:
+    """Show the variants of a mission beside each other: a line a variant."""
+    heads = ("arrived", "ticks", "least separation", "length", "risk", "risk sum", "cost", "replans")
+    title = f"{flights[0].name}: all variants, all UAVs together"
+    rows: list[Sequence[str]] = [[flown.variant, *team_cells(flown)] for flown in flights]
+    return FittedTable(title, ("variant",), heads, _SPARE_OF_VARIANTS, rows=rows)
+
+
+def team_cells(flown: Flown) -> list[str]:
+    """Return what a flight came to, as the cells of a line: arrived, ticks, separation, and the sums over all UAVs."""
+    flight, totals = flown.flight, team_totals(flown.flight)
+    return [
+        f"{flown.n_arrived}/{len(flight.uavs)}",
+        str(flight.ticks),
+        figure(flight.least_separation, 4),
+        figure(totals["length"], 6),
+        figure(totals["risk"], 4),
+        figure(totals["risk_sum"], 4),
+        figure(totals["cost"], 6),
+        str(sum(len(uav.replans) for uav in flight.uavs.values())),
+    ]
+
+
+def _cells(uav: UavFlight) -> list[str]:
+    known = uav.knowledge_at(uav.ended)
+    return [
+        uav.name,
+        uav.status.label,
+        str(uav.ended - uav.departed),
+        figure(uav.length, 6),
+        figure(uav.risk, 4),
+        figure(uav.risk_sum, 4),
+        figure(uav.max_risk, 3),
+        figure(uav.exposure, 3),
+        str(len(uav.replans)),
+        str(len(known.threats) + len(known.areas)),
+        figure(uav.cost, 6),
+    ]

@@ -1,0 +1,379 @@
+"""The animation of a flight: what is true, what each UAV knows of it, and what it is going to do."""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, PathPatch
+from matplotlib.text import Text
+from PIL import Image
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import FloatArray
+from cgla_graph.comparisons.plots.map import map_figure
+from cgla_graph.comparisons.plots.page import Part, add_legend, arrange
+from cgla_graph.comparisons.plots.risk import draw_risk
+from cgla_graph.comparisons.plots.scene import (
+    AREA_LOOK,
+    NEAR_COLOUR,
+    OBSTACLE_HATCH,
+    OUTLINE_SPREADS,
+    TIMED_LOOK,
+    Look,
+    arrowhead,
+    clip_to_bounds,
+    colour_of,
+    dashes_of,
+    draw_area,
+    draw_ends,
+    draw_ring,
+    line_key,
+    outline,
+    patch_key,
+)
+from cgla_graph.comparisons.plots.text import plain
+from cgla_graph.comparisons.plots.units import unit_scale
+from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.mission.records import MissionStatus, UavFlight
+from cgla_graph.mission.world import TimedArea
+
+#: Frames at most.
+MOST_FRAMES = 120
+DPI = 110
+_FAINT = 0.45  # opacity of the risk that is true, whoever knows it
+_MOST_KNOWERS = 5  # so many UAVs each have a ring of their own around what they know
+_MOST_ROWS = 12  # so many UAVs each have a line of their own that says how they are
+_PLAN_DASHES = (0, (2, 1.5))
+_TURN = 5.0  # line widths of a dash of an outline that several UAVs share
+_RING_GAP = 2.6  # points between the rings of UAVs that know the same threat
+
+
+def frame_ticks(ticks: int) -> list[int]:
+    """
+    Choose the ticks that become frames: every one, or evenly fewer; always the first and the last.
+
+    Examples
+    --------
+    >>> frame_ticks(3), len(frame_ticks(1000)), frame_ticks(1000)[-1]
+    ([0, 1, 2, 3], 113, 1000)
+    """
+    step = max(1, math.ceil(ticks / (MOST_FRAMES - 2)))
+    return sorted({*range(0, ticks + 1, step), ticks})
+
+
+class Film:
+    """
+    The frames of a flight.
+
+    What does not change is drawn once for as long as the world stays as it is; each frame adds what moves.
+
+    Parameters
+    ----------
+    view
+        The flight.
+    """
+
+    def __init__(self, view: Flown) -> None:
+        self.view = view
+        self.flight = view.flight
+        scene = view.scene(0)
+        self.scale = unit_scale(scene)
+        self.figure = map_figure(scene, [])
+        self.axes = self.figure.axes[0]
+        self.figure.set_dpi(DPI)
+        self._status: list[Text] = []
+        self._clock = self._lay_out()
+        self._truth: list[Artist] = []
+        self._tick_of_truth: int | None = None
+        self._canvas: Any = FigureCanvasAgg(self.figure)  # matplotlib does not say all of its types
+        self._background: Any = None
+        left, right = self.axes.get_xlim()
+        self._points = 72.0 / DPI * self.axes.bbox.width / (right - left)  # points a unit of the axes
+
+    def frames(self) -> Iterator[Image.Image]:
+        """Yield the frames, all of one size."""
+        for tick in frame_ticks(self.flight.ticks):
+            yield self.frame(tick)
+
+    def frame(self, tick: int) -> Image.Image:
+        """Draw the state of a tick."""
+        changes = [0, *(change for change in self.view.mission.world.changes if change <= tick)]
+        if self._background is None or self._tick_of_truth != changes[-1]:
+            self._tick_of_truth = changes[-1]
+            self._draw_truth(changes[-1])
+            self._canvas.draw()
+            self._background = self._canvas.copy_from_bbox(self.figure.bbox)
+        self._canvas.restore_region(self._background)
+        renderer = self._canvas.get_renderer()
+        for artist in sorted((*self._moving(tick), *self._words(tick)), key=lambda artist: artist.get_zorder()):
+            artist.draw(renderer)
+        return Image.fromarray(np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy())
+
+    # what stays
+
+    def _lay_out(self) -> Text:
+        """Make the page: the map, a legend, and room for words that change; return the clock."""
+        figure, axes = self.figure, self.axes
+        width, height = figure.get_size_inches().tolist()
+        place = axes.get_position()
+        size = place.width * width, place.height * height
+        for artist in (*figure.texts, *figure.legends, *axes.lines, *axes.images):
+            artist.remove()
+        for bar in figure.axes[1:]:
+            figure.delaxes(bar)
+        handles, labels = map(list, zip(*self._legend_rows(), strict=True))
+        legend = add_legend(figure, handles, labels, title="", columns=1)
+        names = list(self.flight.uavs)
+        # the longest words that may stand there, so that the page keeps its size
+        longest = max(
+            (f"{plain(name, 20)}: {status.label} at tick 00000" for name in names for status in MissionStatus), key=len
+        )
+        # where there are too many, how many are how
+        n_rows = len(names) if len(names) <= _MOST_ROWS else len(MissionStatus) + 2
+        column = figure.text(0.0, 1.0, "\n".join([longest] * (n_rows + 1)), va="top", linespacing=1.5)
+        clock = figure.text(0.0, 1.0, "tick 00000 of 00000", fontsize=11.0, va="top", fontweight="bold")
+        head = plain(self.view.label, 80), plain(self.view.title, 160)
+        words = Part.of(figure, column)
+        clock_part, legend_part = Part.of(figure, clock), Part.of(figure, legend)
+        right = max(words.size[0], legend_part.size[0], clock_part.size[0])
+        down = clock_part.size[1] + words.size[1] + 0.3
+        room = Part(column, (right, max(size[1], down + legend_part.size[1])))
+        map_part = Part.of(figure, axes, size)
+        arrange(figure, head, [map_part, room])
+        page = figure.get_size_inches().tolist()
+        corner = column.get_position()
+        left, top = corner[0] * page[0], (1.0 - corner[1]) * page[1]
+        clock_part.put(figure, left, top)
+        step = words.size[1] / (n_rows + 1)
+        column.remove()
+        for row in range(n_rows):
+            self._status.append(figure.text(0.0, 1.0, "", va="top"))
+            Part(self._status[-1], (right, step)).put(figure, left, top + clock_part.size[1] + 0.1 + row * step)
+        legend_part.put(figure, left, top + down)
+        for text in (*self._status, clock):
+            text.set_animated(True)
+        return clock
+
+    def _legend_rows(self) -> Iterator[tuple[Artist, str]]:
+        """Yield handles and labels of what the marks mean."""
+        mission = self.view.mission
+        yield line_key(color="0.3", linewidth=1.5), "flown"
+        yield line_key(color="0.3", linewidth=1.1, linestyle=_PLAN_DASHES), "its plan"
+        yield patch_key(facecolor="0.9", edgecolor="0.5", linewidth=0.7), "what it sees"
+        knows = "threats that it knows" if len(mission.uavs) <= _MOST_KNOWERS else "threats that are known"
+        yield patch_key(linewidth=1.4), knows
+        if mission.obstacles is not None:
+            yield patch_key(hatch=OBSTACLE_HATCH, linewidth=0.7), "virtual obstacle"
+        if len(mission.uavs) > 1:
+            yield line_key(color=NEAR_COLOUR, linewidth=2.0), "within the safe distance"
+        if mission.world.no_fly is not None or any(isinstance(item, TimedArea) for item in mission.world.timed):
+            yield patch_key(**AREA_LOOK | {"edgecolor": "0.25", "linewidth": 0.7}), "no-fly area"
+        if mission.world.timed:
+            yield patch_key(**TIMED_LOOK), "comes and goes"
+
+    def _draw_truth(self, tick: int) -> None:
+        """Draw the risk and the areas as they are from a tick on, and all starts and goals."""
+        axes, scale, world = self.axes, self.scale, self.view.mission.world
+        for artist in self._truth:
+            artist.remove()
+        bar = draw_risk(self.figure, axes, self.view.scene(tick), wide=False)
+        if bar is not None:
+            self.figure.delaxes(bar.ax)
+        for image in axes.images:
+            image.set_alpha(_FAINT)
+        areas = [] if world.no_fly is None else draw_area(axes, world.no_fly, scale)
+        for area in world.areas_at(tick).values():
+            areas += draw_area(axes, area, scale, timed=True)
+        for number, threat in world.threats_at(tick).items():
+            if number >= len(world.field):
+                radius = OUTLINE_SPREADS * threat.spread * scale
+                draw_ring(axes, (threat.x * scale, threat.y * scale), radius, zorder=2.2, **TIMED_LOOK)
+        draw_ends(axes, self.view.mission.uavs, scale, size=5.5, zorder=3.0)
+        clip_to_bounds(axes, world.bounds, areas, scale)
+        self._truth = [*axes.images, *axes.patches, *axes.lines]
+
+    # what moves
+
+    def _words(self, tick: int) -> Iterator[Artist]:
+        """Write the clock, and how each UAV is."""
+        self._clock.set_text(f"tick {tick} of {self.flight.ticks}")
+        yield self._clock
+        flights = list(self.flight.uavs.values())
+        if len(flights) <= _MOST_ROWS:
+            for number, (text, uav) in enumerate(zip(self._status, flights, strict=True)):
+                text.set(text=f"{plain(uav.name, 20)}: {state_at(uav, tick)}", color=colour_of(number))
+                yield text
+            return
+        states = [state_at(uav, tick).split(" at ")[0] for uav in flights]
+        for text, state in zip(self._status, sorted(set(states)), strict=False):
+            text.set(text=f"{states.count(state)} {state}", color="0.2")
+            yield text
+
+    def _moving(self, tick: int) -> Iterator[Artist]:
+        """Draw what each UAV has flown, is going to fly, sees and knows."""
+        flights = list(self.flight.uavs.values())
+        if len(flights) > _MOST_KNOWERS:
+            yield from self._known_to_any(flights, tick)
+        for number, uav in enumerate(flights):
+            yield from self._trace(uav, number, tick)
+            place = uav.position_at(tick)
+            # who arrived is gone; others are seen where their flight ends
+            if place is None or (tick == uav.ended and uav.status is MissionStatus.ARRIVED):
+                continue
+            if len(flights) <= _MOST_KNOWERS:
+                yield from self._known(uav, number, tick)
+            yield from self._sight(uav, number, tick)
+            yield from self._plan(uav, number, tick)
+            yield self._body(uav, number, tick)
+        yield from self._near(flights, tick)
+
+    def _trace(self, uav: UavFlight, number: int, tick: int) -> Iterator[Artist]:
+        flown = uav.path[uav.times <= tick + 1e-9]
+        if len(flown) > 1:
+            gone, n_uavs = tick > uav.ended, len(self.flight.uavs)
+            yield self._line(
+                flown,
+                color=colour_of(number),
+                linestyle=dashes_of(number),
+                # where traces run one over the other, each shows beside the next
+                linewidth=1.6 + 1.1 * (n_uavs - 1 - number) if n_uavs <= _MOST_KNOWERS else 1.2,
+                alpha=0.55 if gone else 1.0,
+                solid_joinstyle="round",
+                zorder=3.2 + 0.01 * number,
+            )
+
+    def _sight(self, uav: UavFlight, number: int, tick: int) -> Iterator[Artist]:
+        """Draw how far it sees, and the virtual obstacles that it plans around."""
+        place, colour = uav.trace[tick - uav.departed], colour_of(number)
+        many = len(self.flight.uavs) > _MOST_KNOWERS
+        radius = uav.uav.detection_radius
+        yield self._ring(place, radius, edgecolor="none", facecolor=colour, alpha=0.05 if many else 0.1, zorder=1.4)
+        if not many:
+            yield self._ring(place, radius, edgecolor=colour, alpha=0.6, linewidth=0.7, zorder=1.5)
+        # where its flight ends it plans no more: those would be of the tick before
+        for obstacle in uav.obstacles_at(tick) if tick < uav.ended else ():
+            spot = np.array([obstacle.x, obstacle.y])
+            yield self._ring(spot, obstacle.spread, edgecolor=colour, linewidth=0.7, hatch=OBSTACLE_HATCH, zorder=2.7)
+
+    def _plan(self, uav: UavFlight, number: int, tick: int) -> Iterator[Artist]:
+        if tick == uav.ended and uav.status in {MissionStatus.NO_PATH, MissionStatus.STUCK}:
+            return
+        ahead = plan_ahead(uav, tick)
+        if len(ahead) > 1:
+            yield self._line(
+                ahead, color=colour_of(number), linestyle=_PLAN_DASHES, linewidth=1.1, alpha=0.9, zorder=3.1
+            )
+
+    def _body(self, uav: UavFlight, number: int, tick: int) -> Artist:
+        at = tick - uav.departed
+        heading = uav.trace[at] - uav.trace[max(at - 1, 0)]
+        if not heading.any():
+            heading = uav.trace[min(at + 1, len(uav.trace) - 1)] - uav.trace[at]
+        return self._line(
+            uav.trace[at : at + 1],
+            linestyle="none",
+            marker=arrowhead(*heading.tolist()),
+            markersize=15.0 if len(self.flight.uavs) <= _MOST_KNOWERS else 10.0,
+            markerfacecolor=colour_of(number),
+            markeredgecolor="white",
+            markeredgewidth=0.8,
+            zorder=4.0 + 0.01 * number,
+        )
+
+    def _known(self, uav: UavFlight, number: int, tick: int) -> Iterator[Artist]:
+        """Outline what a UAV knows in its colour; rings of several stand one in the other."""
+        knowledge = uav.knowledge_at(tick)
+        look: Look = {"edgecolor": colour_of(number), "linewidth": 1.3, "zorder": 2.4}
+        for threat in knowledge.threats.values():
+            radius = OUTLINE_SPREADS * threat.spread - _RING_GAP * number / (self._points * self.scale)
+            if radius > 0.0:
+                yield self._ring(np.array([threat.x, threat.y]), radius, **look)
+        # an outline has no room inside: the dashes of several UAVs take turns
+        others = len(self.flight.uavs) - 1
+        turns = (_TURN * number, (_TURN, _TURN * others)) if others else "solid"
+        for area in knowledge.areas.values():
+            yield self._outlined(area, linestyle=turns, **look)
+
+    def _known_to_any(self, flights: Sequence[UavFlight], tick: int) -> Iterator[Artist]:
+        """Outline what at least one UAV in the air knows."""
+        known = [uav.knowledge_at(tick) for uav in flights if uav.position_at(tick) is not None]
+        look: Look = {"edgecolor": "0.15", "linewidth": 1.0, "zorder": 2.4}
+        for threat in dict.fromkeys(threat for one in known for threat in one.threats.values()):
+            yield self._ring(np.array([threat.x, threat.y]), OUTLINE_SPREADS * threat.spread, **look)
+        for area in {number: area for one in known for number, area in one.areas.items()}.values():
+            yield self._outlined(area, **look)
+
+    def _near(self, flights: Sequence[UavFlight], tick: int) -> Iterator[Artist]:
+        """Join UAVs that are within their safe distance of each other."""
+        up = [
+            (uav, place)
+            for uav in flights
+            if (place := uav.position_at(tick)) is not None
+            and (tick < uav.ended or uav.status is not MissionStatus.ARRIVED)
+        ]
+        for i, (one, here) in enumerate(up):
+            for other, there in up[i + 1 :]:
+                if math.dist(here, there) < max(one.uav.safe, other.uav.safe):
+                    yield self._line(
+                        np.array([here, there]), color=NEAR_COLOUR, linewidth=2.0, solid_capstyle="round", zorder=3.9
+                    )
+
+    def _line(self, places: FloatArray, **look: Any) -> Artist:  # noqa: ANN401 - matplotlib's settings
+        return self._on_map(Line2D(*(places.T * self.scale), **look))
+
+    def _ring(self, place: FloatArray, radius: float, **look: Any) -> Artist:  # noqa: ANN401 - the same
+        return self._on_map(Circle(tuple(place * self.scale), radius * self.scale, **{"facecolor": "none"} | look))
+
+    def _outlined(self, area: BaseGeometry, **look: Any) -> Artist:  # noqa: ANN401 - the same
+        return self._on_map(PathPatch(outline(area, self.scale), facecolor="none", **look))
+
+    def _on_map(self, artist: Artist) -> Artist:
+        """Tie an artist to the map without adding it: it is drawn once, and takes no part in the limits of the axes."""
+        artist.set_figure(self.figure)
+        artist.axes = self.axes
+        artist.set_transform(self.axes.transData)
+        artist.set_clip_path(self.axes.patch)
+        return artist
+
+
+def state_at(uav: UavFlight, tick: int) -> str:
+    """
+    Say in a few words how a UAV is at a tick.
+
+    Parameters
+    ----------
+    uav
+        Its flight.
+    tick
+        When.
+    """
+    if tick < uav.departed:
+        return "on the ground"
+    if tick < uav.ended:
+        return "flying"
+    return f"{uav.status.label} at tick {uav.ended}"
+
+
+def plan_ahead(uav: UavFlight, tick: int) -> FloatArray:
+    """
+    Return what of its plan a UAV has not flown yet, waypoints of shape ``(m, 2)``, map units.
+
+    Parameters
+    ----------
+    uav
+        Its flight.
+    tick
+        When.
+    """
+    plan, place = uav.plan_at(tick), uav.position_at(tick)
+    since = max((when for when, _ in uav.plans if when <= tick), default=None)
+    if place is None or since is None or len(plan) < 2:  # noqa: PLR2004 - a line
+        return np.empty((0, 2))
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(uav.path, axis=0).T))])
+    flown = float(np.interp(tick, uav.times, along) - np.interp(since, uav.times, along))
+    reached = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(plan, axis=0).T))])
+    return np.vstack([place, plan[reached > flown + 1e-9 * reached[-1]]])

@@ -1,0 +1,212 @@
+"""Files of animations: GIF always, MP4 where ffmpeg is installed."""
+
+import io
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from matplotlib.colors import to_rgb
+from PIL import Image
+
+from cgla_graph.comparisons.files import write_bytes
+from cgla_graph.comparisons.plots.animation import Film, frame_ticks
+from cgla_graph.comparisons.plots.looks import COLOURS
+from cgla_graph.comparisons.plots.page import style
+from cgla_graph.comparisons.plots.scene import NEAR_COLOUR, TIMED_COLOUR
+from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.errors import OutputError
+
+#: Seconds that all frames but the last take together, and that the last one stays.
+SECONDS, LAST_SECONDS = 8.0, 2.0
+_COLOURS = 255  # of the palette that all frames share; one more says that a dot has not changed
+_WHITE = 253  # of 255: from here on in red, green and blue, a dot is white
+_SAMPLES = 6  # frames that the palette is made of
+_SHADE = 5  # colours that differ by no more in red, green and blue are one
+
+
+def suffixes() -> list[str]:
+    """
+    List the formats that can be written here: GIF always, MP4 where ffmpeg is installed.
+
+    Examples
+    --------
+    >>> suffixes()[0]
+    '.gif'
+    """
+    return [".gif", ".mp4"] if shutil.which("ffmpeg") else [".gif"]
+
+
+def animate(view: Flown, paths: Sequence[Path]) -> list[Path]:
+    """
+    Write the animation of a flight: the same flight gives the same bytes.
+
+    Parameters
+    ----------
+    view
+        The flight.
+    paths
+        Where to, each ``.gif``, or ``.mp4`` where ffmpeg is installed. Each file appears whole or not at all.
+
+    Returns
+    -------
+    paths
+        The paths.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be drawn or written; nothing is left behind then.
+    """
+    for path in paths:
+        if path.suffix.lower() not in _ENCODERS:
+            msg = f"{path}: {path.suffix or 'no suffix'} is not a format of animations; name the file .gif or .mp4"
+            raise OutputError(msg)
+    try:
+        encoded = _encoded(view, [path.suffix.lower() for path in paths])
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        msg = f"{', '.join(map(str, paths))}: cannot be drawn: {reason}"
+        raise OutputError(msg) from error
+    return [write_bytes(path, data) for path, data in zip(paths, encoded, strict=True)]
+
+
+def _encoded(view: Flown, kinds: Sequence[str]) -> list[bytes]:
+    """Draw each frame once, for all formats; one frame at a time is held as it was drawn."""
+    with style(), ExitStack() as stack:
+        film = Film(view)
+        ticks = frame_ticks(view.flight.ticks)
+        some = [film.frame(ticks[i]) for i in np.unique(np.linspace(0, len(ticks) - 1, _SAMPLES).astype(int))]
+        milliseconds = frame_milliseconds(len(ticks))
+        encoders: list[_Gif | _Mp4] = []
+        for kind in kinds:
+            encoders.append(_ENCODERS[kind](some, milliseconds))
+            stack.push(encoders[-1])
+        for frame in film.frames():
+            for encoder in encoders:
+                encoder.add(frame)
+        return [encoder.data() for encoder in encoders]
+
+
+def frame_milliseconds(n_frames: int) -> int:
+    """
+    Return how long a frame stays, a multiple of 10 milliseconds, which is all that GIF knows.
+
+    Examples
+    --------
+    >>> frame_milliseconds(80), frame_milliseconds(2)
+    (100, 200)
+    """
+    return 10 * min(20, max(4, round(100.0 * SECONDS / n_frames)))
+
+
+class _Gif:
+    """Encodes frames as a GIF that repeats for ever; all share one palette: what does not change costs nothing."""
+
+    def __init__(self, some: Sequence[Image.Image], milliseconds: int) -> None:
+        self.palette, self.milliseconds = _palette(some), milliseconds
+        self.images: list[Image.Image] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.images.clear()
+
+    def add(self, frame: Image.Image) -> None:
+        """Give each dot its nearest colour; what is as good as white becomes white, which Pillow only nearly finds."""
+        image = frame.quantize(palette=self.palette, dither=Image.Dither.NONE)
+        white = np.asarray(frame).min(axis=2) >= _WHITE
+        image.paste(0, mask=Image.fromarray(white))
+        self.images.append(image)
+
+    def data(self) -> bytes:
+        """Return the whole file."""
+        durations = [self.milliseconds] * (len(self.images) - 1) + [int(1000 * LAST_SECONDS)]
+        file = io.BytesIO()
+        first, *others = self.images
+        # optimised, dots that stay as they were become transparent
+        first.save(file, "GIF", save_all=True, append_images=others, duration=durations, loop=0, optimize=True)
+        return file.getvalue()
+
+
+def _palette(some: Sequence[Image.Image]) -> Image.Image:
+    """Return an image whose palette suits all frames: exact where colours mean something, else what is used most."""
+    meant = [to_rgb(name) for name in ("white", "black", NEAR_COLOUR, TIMED_COLOUR, *COLOURS)]
+    # with the shades of thin lines, which are mixed with what is below
+    shades = [[round(255 * (1 - share * (1 - part))) for part in colour] for colour in meant for share in (1.0, 0.55)]
+    exact = [list(colour) for colour in dict.fromkeys(map(tuple, shades))]
+    sheet = Image.new("RGB", (some[0].width, sum(frame.height for frame in some)))
+    for row, frame in enumerate(some):
+        sheet.paste(frame, (0, row * frame.height))
+    used = sheet.quantize(_COLOURS - len(exact), method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    others = np.reshape(used.getpalette() or [], (-1, 3))
+    # a shade next to an exact colour would take dots from it
+    apart = np.abs(others[:, None, :] - np.array(exact)).max(axis=2).min(axis=1) > _SHADE
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([*np.ravel(exact).tolist(), *np.ravel(others[apart]).tolist()])
+    return palette
+
+
+class _Mp4:
+    """Encodes frames as a film that every browser plays; ffmpeg gets them through a pipe."""
+
+    def __init__(self, some: Sequence[Image.Image], milliseconds: int) -> None:
+        program = shutil.which("ffmpeg")
+        if program is None:
+            msg = "ffmpeg is not installed; install it, or write a .gif"
+            raise OutputError(msg)
+        self.folder = tempfile.TemporaryDirectory()
+        self.file, self.said = Path(self.folder.name, "film.mp4"), Path(self.folder.name, "said")
+        self.n_last = max(1, round(1000 * LAST_SECONDS / milliseconds))
+        self.last = some[-1]
+        width, height = self.last.size
+        raw = ["-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", f"{width}x{height}"]
+        rate = ["-framerate", f"1000/{milliseconds}"]
+        # even sides, as the format asks for; one thread and no names of encoders: the same bytes each time
+        even = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p"]
+        same = ["-threads", "1", "-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
+        words = ["-loglevel", "error", *raw, *rate, "-i", "-", "-an", *even, *same, "-movflags", "+faststart"]
+        with self.said.open("wb") as said:
+            self.process = subprocess.Popen(  # noqa: S603 - the user's own ffmpeg; the arguments are numbers
+                [program, *words, "-y", str(self.file)], stdin=subprocess.PIPE, stdout=said, stderr=said
+            )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        # whatever went wrong, no process and no file stays
+        if self.process.stdin is not None:
+            with suppress(OSError):
+                self.process.stdin.close()
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+        self.folder.cleanup()
+
+    def add(self, frame: Image.Image) -> None:
+        """Hand over a frame; what is wrong with a program that is gone already is said at the end."""
+        self.last = frame
+        if self.process.stdin is not None:
+            with suppress(BrokenPipeError):
+                self.process.stdin.write(frame.tobytes())
+
+    def data(self) -> bytes:
+        """Return the whole file."""
+        for _ in range(self.n_last - 1):
+            self.add(self.last)
+        if self.process.stdin is not None:
+            with suppress(BrokenPipeError):
+                self.process.stdin.close()
+        if self.process.wait():
+            msg = f"ffmpeg failed: {self.said.read_text(encoding='utf-8', errors='replace').strip()[:200]}"
+            raise OutputError(msg)
+        return self.file.read_bytes()
+
+
+_ENCODERS: Mapping[str, type[_Gif | _Mp4]] = {".gif": _Gif, ".mp4": _Mp4}

@@ -1,0 +1,204 @@
+"""The picture of how soon anytime solvers find good paths: median and band over time, beside what the others found."""
+
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from cgla_graph.comparisons.plots.cost_axis import Measure
+from cgla_graph.comparisons.plots.looks import GREY, Entry, entries_of
+from cgla_graph.comparisons.plots.page import Part, add_legend, arrange, style
+from cgla_graph.comparisons.plots.text import cost_label, cost_text, heading, others_label
+from cgla_graph.comparisons.statistics.curves import Curve, median_curve
+from cgla_graph.comparisons.statistics.intervals import path_cost
+from cgla_graph.comparisons.study.rows import by_solver, scenario_bound
+from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.scenarios.scenario import Scenario
+
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+_SAME_COST = 1e-6  # costs closer than this, relatively, are one
+_BAND, _BANDS = 0.2, 0.6  # opacity of a band, and of all of them where they lie over each other
+_WIDTH, _THIN = 1.4, 0.7  # points: lines in colour, and all others
+_SIZE, _SMALL = 7.0, 4.5  # points: markers in the same way
+
+
+def trace_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str] = ()) -> Figure | None:
+    """
+    Draw the best cost of anytime solvers against time, beside what the other solvers found.
+
+    Parameters
+    ----------
+    scenario
+        The map.
+    runs
+        Its runs. Of an anytime solver the line is the median over its seeds, the band its 95 % interval, or from the
+        least to the greatest where the runs are too few for one; runs without a path so far are infinitely costly, so
+        that a band may reach up to the upper edge. Dashed lines are the costs of exact solvers, markers the median runs
+        of all solvers without a trace, at the time that they needed (weighing the graph included). Of many solvers the
+        best are drawn in colour, the others in grey and without bands (see `entries_of`).
+    named
+        Labels of solvers that are drawn in colour in any case.
+
+    Returns
+    -------
+    figure
+        Gaps over the scenario's lower bound, or costs where there is none. What is far above the first ones of anytime
+        solvers is marked at the upper edge. None if no run found a path and has a trace.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> trace_figure(load_scenario("paper"), []) is None
+    True
+    """
+    groups = by_solver(runs)
+    curves = {
+        solver: median_curve([run.solution for run in group])
+        for solver, group in groups.items()
+        if any(run.solution.trace and run.solution.status.is_path for run in group)
+    }
+    if not curves:
+        return None
+    entries = entries_of(runs, named)
+    results = [entry for entry in entries if entry.label not in curves and entry.shown.solution.status.is_path]
+    found = [entry.shown.solution.cost for entry in results]
+    measure = Measure.of(scenario, scenario_bound(runs))
+    edges = [edge for curve in curves.values() for edge in (curve.low, curve.median, curve.high)]
+    heights = [measure.heights(edge[np.isfinite(edge)]) for edge in edges if np.isfinite(edge).any()]
+    low, high = measure.limits(heights, measure.heights(found).tolist())
+    with style():
+        figure = Figure()
+        axes = figure.add_subplot()
+        axes.set_ylim(low, high)
+        drawn = _draw_curves(axes, entries, curves, measure)
+        drawn |= {entry.label: _draw_result(axes, entry, measure) for entry in results}
+        rows = [
+            *_explain_solvers([entry for entry in entries if entry.label in drawn], drawn, measure, high),
+            *_explain_bands([curves[entry.label] for entry in entries if entry.stands_out and entry.label in curves]),
+            *_draw_exact(axes, [entry for entry in results if entry.shown.exact], measure),
+            *_draw_unknown(axes, runs, measure),
+        ]
+        handles, labels = [handle for handle, _ in rows], [label for _, label in rows]
+        _frame_time(axes)
+        measure.frame(axes)
+        legend = add_legend(figure, handles, labels, title=f"cost{measure.unit}", columns=math.ceil(len(labels) / 17))
+        arrange(figure, heading(scenario), [Part.of(figure, axes, (4.6, 3.2)), Part.of(figure, legend)])
+    return figure
+
+
+def _explain_solvers(
+    entries: Sequence[Entry], drawn: Mapping[str, Artist], measure: Measure, high: float
+) -> Iterator[tuple[Artist, str]]:
+    """Yield handles and labels of those that stand out, and one for all others; say what is off the scale."""
+    for entry in entries:
+        if entry.stands_out:
+            off = ", above" if high < measure.heights(path_cost(entry.shown.solution)) < math.inf else ""
+            yield drawn[entry.label], f"{cost_label(entry, measure.scale)}{off}"
+    if others := [entry for entry in entries if not entry.stands_out]:
+        yield Line2D([], [], color=GREY, linewidth=_THIN, marker="o", markersize=_SMALL), others_label(len(others))
+
+
+def _draw_curves(
+    axes: Axes, entries: Sequence[Entry], curves: Mapping[str, Curve], measure: Measure
+) -> dict[str, Artist]:
+    """Draw the median of each anytime solver, the best on top, with a band if it stands out; return the lines."""
+    # a logarithmic axis has no 0
+    earliest = min((t for curve in curves.values() for t in curve.seconds.tolist() if t > 0.0), default=1e-3)
+    shown = [entry for entry in entries if entry.label in curves]
+    opacity = min(_BAND, _BANDS / max(1, sum(entry.stands_out for entry in shown)))
+    drawn: dict[str, Artist] = {}
+    for depth, entry in enumerate(shown):
+        curve = curves[entry.label]
+        seconds = np.maximum(curve.seconds, earliest)
+        median = measure.heights(curve.median)
+        if entry.stands_out and curve.n_runs > 1:
+            low, high = (np.clip(measure.heights(edge), *axes.get_ylim()) for edge in (curve.low, curve.high))
+            band: dict[str, Any] = {"color": entry.colour, "alpha": opacity, "linewidth": 0.0}
+            axes.fill_between(seconds, low, high, step="post", zorder=2.0, **band)
+        (drawn[entry.label],) = axes.step(
+            seconds,
+            np.where(np.isfinite(median), median, np.nan),
+            where="post",
+            color=entry.colour,
+            linestyle=entry.dashes,
+            linewidth=_WIDTH if entry.stands_out else _THIN,
+            zorder=(3.5 if entry.stands_out else 2.5) - 0.01 * depth,
+        )
+    return drawn
+
+
+def _explain_bands(curves: Sequence[Curve]) -> Iterator[tuple[Artist, str]]:
+    """Yield handles and labels that say what bands are."""
+    kinds = {curve.is_interval: curve for curve in curves if curve.n_runs > 1}
+    texts = {True: "band: 95 % interval of the median", False: "band: least to greatest, as runs are few"}
+    for is_interval in kinds:
+        yield Patch(color="0.4", alpha=_BAND, linewidth=0.0), texts[is_interval]
+
+
+def _draw_result(axes: Axes, entry: Entry, measure: Measure) -> Artist:
+    """Draw a marker for a result without a trace, on the upper edge where it is above; return it."""
+    solution = entry.shown.solution
+    (mark,) = axes.plot(
+        max(solution.total_seconds, 1e-6),
+        min(float(measure.heights(solution.cost)), axes.get_ylim()[1]),
+        linestyle="none",
+        color=entry.colour,
+        marker="o" if entry.look is None else _MARKERS[entry.look % len(_MARKERS)],
+        # equal costs in equal times: the first stands out behind the last
+        markersize=_SMALL if entry.look is None else max(_SIZE - 1.0, _SIZE + 2.0 - 0.5 * entry.look),
+        markeredgecolor="white",
+        markeredgewidth=0.6,
+        clip_on=False,
+        zorder=4.0 if entry.stands_out else 2.8,
+    )
+    return mark
+
+
+def _draw_exact(axes: Axes, entries: Sequence[Entry], measure: Measure) -> Iterator[tuple[Artist, str]]:
+    """Draw a line for each cost of exact solvers (they mostly agree); yield handles and labels of the legend."""
+    costs: list[float] = []
+    for entry in entries:
+        cost = entry.shown.solution.cost
+        if not any(math.isclose(cost, other, rel_tol=_SAME_COST) for other in costs):
+            costs.append(cost)
+    for cost in costs:
+        height = float(measure.heights(cost))
+        if height <= axes.get_ylim()[1]:
+            yield (
+                axes.axhline(height, color="0.35", linestyle=(0, (5, 3)), linewidth=0.8, zorder=2),
+                f"exact: {cost_text(cost * measure.scale)}",
+            )
+
+
+def _draw_unknown(axes: Axes, runs: Sequence[Run], measure: Measure) -> Iterator[tuple[Artist, str]]:
+    """Shade the gaps between the lower bound and the best path known, where the optimum must be; yield its row."""
+    if not measure.is_gap:
+        return
+    known = [run.solution.cost for run in runs if run.solution.status.is_path]
+    known += [run.certificate.upper_bound for run in runs if run.certificate is not None]
+    low, _ = axes.get_ylim()
+    best = float(measure.heights(min(known)))
+    look: dict[str, Any] = {"facecolor": "0.96", "edgecolor": "0.75", "hatch": "////", "linewidth": 0.0}
+    yield axes.axhspan(low, max(best, low), zorder=0, **look), "the optimum is in here"
+
+
+def _frame_time(axes: Axes) -> None:
+    """Set up the axis of time: logarithmic seconds, in plain digits."""
+    axes.set_xscale("log")
+    axes.margins(x=0.04)
+    axes.set_xlabel("time (s), weighing the graph included")
+    first, last = axes.get_xlim()
+    few = last < 30.0 * first  # less than two powers of ten would leave one label or none
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda seconds, _: f"{seconds:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.grid(color="0.9", linewidth=0.5)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)

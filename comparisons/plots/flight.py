@@ -1,0 +1,324 @@
+"""The picture of a flight: the true risk, every trace, and the moment when two UAVs were closest."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from matplotlib import patheffects
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from cgla_graph.comparisons.plots.map import map_figure
+from cgla_graph.comparisons.plots.moment import mark_spacing, obstacles_at, shown_at, telling_tick
+from cgla_graph.comparisons.plots.page import Part, add_legend, arrange, style
+from cgla_graph.comparisons.plots.risk import draw_risk
+from cgla_graph.comparisons.plots.scene import (
+    AREA_LOOK,
+    NEAR_COLOUR,
+    OBSTACLE_HATCH,
+    OUTLINE_SPREADS,
+    SAFE_DASHES,
+    SIGHT_DASHES,
+    TIMED_COLOUR,
+    TIMED_LOOK,
+    Look,
+    arrowhead,
+    clip_to_bounds,
+    colour_of,
+    dashes_of,
+    draw_area,
+    draw_ends,
+    draw_ring,
+    line_key,
+    patch_key,
+    timed_places,
+)
+from cgla_graph.comparisons.plots.text import cost_text, plain
+from cgla_graph.comparisons.plots.units import unit_scale
+from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.tables.tables import figure as digits
+from cgla_graph.mission.records import UavFlight
+from cgla_graph.mission.world import TimedArea
+
+#: Panels side by side at most.
+MOST_PANELS = 4
+_LONG = 3.4  # inches: longer side of a map that is not alone
+_BAR, _ROW, _WIDE = 0.13, 0.2, 2.5  # as in the picture of a map
+_MOST_NAMES = 9  # so many UAVs have their names on the map
+_HALO = [patheffects.withStroke(linewidth=2.2, foreground="white", alpha=0.9)]
+
+
+def flight_figure(views: Sequence[Flown]) -> Figure:
+    """
+    Draw flights of one mission: one map, or several variants side by side.
+
+    Parameters
+    ----------
+    views
+        1 to `MOST_PANELS` flights over the same bounds.
+
+    Returns
+    -------
+    figure
+        Axes are map units, or kilometres where the map has longitudes and latitudes. The risk is that of the moment
+        when two UAVs were closest, and so are circles and virtual obstacles.
+
+    Examples
+    --------
+    >>> from cgla_graph.mission.mission import Mission
+    >>> from cgla_graph.mission.uav import Uav
+    >>> from cgla_graph.solvers import get
+    >>> from cgla_graph.mission.world import World
+    >>> mission = Mission(World(), [Uav("a", (0.1, 0.1), (0.9, 0.9), detection_radius=0.2)], get("cgla"))
+    >>> figure = flight_figure([Flown("alone", "", "one UAV, no threat", "cgla", mission, flight=mission.fly())])
+    >>> [text.get_text() for text in figure.legends[0].get_texts()][:1]
+    ['a: arrived at tick 57, cost 1.1314']
+    """
+    first = views[0]
+    moments = [telling_tick(view) for view in views]
+    scenes = [view.scene(int(moment)) for view, moment in zip(views, moments, strict=True)]
+    scale = unit_scale(scenes[0])
+    figure = map_figure(scenes[0], [])
+    with style():
+        axes, *bars = figure.axes
+        size = _cleared(figure, axes)
+        wide = size[0] > _WIDE * size[1] and len(views) == 1
+        panels = [axes]
+        for scene in scenes[1:]:
+            panel = figure.add_axes((0.0, 0.0, 0.1, 0.1), sharex=axes, sharey=axes)
+            panel.set(aspect="equal", facecolor=axes.get_facecolor(), xlabel=axes.get_xlabel())
+            panel.tick_params(labelleft=False)
+            bar = draw_risk(figure, panel, scene, wide=False)
+            panels.append(panel)
+            bars += [] if bar is None else [bar.ax]
+        _level([panel for panel in panels if panel.images])
+        for panel, view, moment in zip(panels, views, moments, strict=True):
+            _draw_flight(panel, view, moment, scale)
+            if len(views) > 1:
+                panel.set_title(_panel_title(view, scale), fontsize=9.0, loc="left")
+        for bar_axes in bars[1:]:
+            figure.delaxes(bar_axes)
+        if len(views) > 1:
+            size = (size[0] * _LONG / max(size), size[1] * _LONG / max(size))
+        handles, labels = map(list, zip(*_legend_rows(views, moments, scale), strict=True))
+        rows = max(8, int(size[1] / _ROW) - 1)
+        columns = max(1, int(size[0] / 2.4)) if wide else math.ceil(len(labels) / rows)
+        legend = add_legend(figure, handles, labels, title="", columns=columns)
+        parts = [Part.of(figure, panel, size) for panel in panels]
+        thin = (min(3.0, size[0]), _BAR) if wide else (_BAR, size[1])
+        parts += [Part.of(figure, bar_axes, thin) for bar_axes in bars[:1]]
+        title = _closest_text(first, scale) if len(views) == 1 else ""
+        about = (plain(first.label if len(views) == 1 else first.name, 80), plain(first.title, 160))
+        heading = (about[0], f"{about[1]}. {title}" if about[1] and title else about[1] or title)
+        arrange(figure, heading, [*parts, Part.of(figure, legend)], wide=wide)
+    return figure
+
+
+def _cleared(figure: Figure, axes: Axes) -> tuple[float, float]:
+    """Take off what a map without UAVs shows besides the risk; return the size of the map, inches."""
+    width, height = figure.get_size_inches().tolist()
+    place = axes.get_position()
+    for artist in (*figure.texts, *figure.legends, *axes.lines):
+        artist.remove()
+    return place.width * width, place.height * height
+
+
+def _level(panels: Sequence[Axes]) -> None:
+    """Give the same colours to the same risk on all panels."""
+    images = [panel.images[0] for panel in panels]
+    top = max((image.get_clim()[1] for image in images), default=1.0)
+    for image in images:
+        image.set_clim(0.0, top)
+
+
+def _draw_flight(axes: Axes, view: Flown, moment: float, scale: float) -> None:
+    """Draw areas, traces and the telling moment."""
+    mission = view.mission
+    if mission.world.no_fly is not None:
+        clip_to_bounds(axes, mission.world.bounds, draw_area(axes, mission.world.no_fly, scale), scale)
+    _draw_timed(axes, view, scale)
+    spacing = mark_spacing(view)
+    n_uavs = len(view.flight.uavs)
+    for number, uav in enumerate(view.flight.uavs.values()):
+        # where paths run one over the other, each shows beside the next
+        width = 1.6 + (min(n_uavs, 4) - 1 - number) * 1.3 if n_uavs <= 4 else 1.3  # noqa: PLR2004 - more would be stripes
+        _draw_trace(axes, uav, number, spacing, width, scale)
+    draw_ends(axes, mission.uavs, scale, size=6.5, zorder=4.0)
+    if len(view.flight.uavs) <= _MOST_NAMES:
+        _draw_names(axes, view, scale)
+    _draw_moment(axes, view, moment, scale)
+
+
+def _draw_timed(axes: Axes, view: Flown, scale: float) -> None:
+    """Draw threats and areas that are not always there, and when they are."""
+    for (x, y), top, words, item in timed_places(view.mission.world):
+        if isinstance(item, TimedArea):
+            area = draw_area(axes, item.polygon, scale, timed=True)
+            clip_to_bounds(axes, view.mission.world.bounds, area, scale)
+        else:
+            places = [(x, y), *((there_x, there_y) for _, there_x, there_y in item.moves)]
+            for there in places:
+                radius = OUTLINE_SPREADS * item.threat.spread * scale
+                draw_ring(axes, (there[0] * scale, there[1] * scale), radius, zorder=2.2, **TIMED_LOOK)
+            if item.moves:
+                way = np.array(places) * scale
+                axes.plot(*way.T, color=TIMED_COLOUR, linewidth=0.9, linestyle=":", zorder=2.2)
+        axes.annotate(
+            words,
+            (x * scale, top * scale),
+            xytext=(0.0, 1.5),
+            textcoords="offset points",
+            color=TIMED_COLOUR,
+            fontsize=6.5,
+            ha="center",
+            va="bottom",
+            zorder=6.0,
+            path_effects=_HALO,
+            annotation_clip=True,
+        )
+
+
+def _draw_trace(axes: Axes, uav: UavFlight, number: int, spacing: int, width: float, scale: float) -> None:
+    """Draw the flown path, with an arrowhead every so many ticks."""
+    colour = colour_of(number)
+    look: Look = {"solid_joinstyle": "round", "solid_capstyle": "round", "clip_on": False}
+    # all halos lie below all traces, which would hide each other otherwise
+    axes.plot(*(uav.path.T * scale), color="white", linewidth=width + 1.6, alpha=0.85, zorder=2.9, **look)
+    axes.plot(
+        *(uav.path.T * scale),
+        color=colour,
+        linestyle=dashes_of(number),
+        linewidth=width,
+        zorder=3.0 + 0.01 * number,
+        **look,
+    )
+    for at in range(spacing, len(uav.trace), spacing):
+        east, north = uav.trace[at] - uav.trace[at - 1]
+        if not (east or north):
+            continue
+        axes.plot(
+            *(uav.trace[at][:, None] * scale),
+            marker=arrowhead(east, north),
+            markersize=9.0 + width,
+            markerfacecolor=colour,
+            markeredgecolor="white",
+            markeredgewidth=0.6,
+            clip_on=False,
+            zorder=3.5 + 0.01 * number,
+        )
+
+
+def _draw_names(axes: Axes, view: Flown, scale: float) -> None:
+    """Write each UAV's name beside its start, on the side of the map's middle, and away from where it goes."""
+    x_min, _, x_max, _ = view.mission.world.bounds
+    for number, uav in enumerate(view.flight.uavs.values()):
+        ahead = uav.path[min(len(uav.path) - 1, 3)] - uav.path[0]
+        to_right, below = 2.0 * uav.uav.start[0] < x_min + x_max, ahead[1] > 0.0
+        axes.annotate(
+            plain(uav.name, 16),
+            (uav.uav.start[0] * scale, uav.uav.start[1] * scale),
+            xytext=(5.0 if to_right else -5.0, -5.0 if below else 5.0),
+            textcoords="offset points",
+            color=colour_of(number),
+            fontweight="bold",
+            ha="left" if to_right else "right",
+            va="top" if below else "bottom",
+            zorder=6.0,
+            path_effects=_HALO,
+        )
+
+
+def _draw_moment(axes: Axes, view: Flown, moment: float, scale: float) -> None:
+    """Draw circles, positions and virtual obstacles at the telling moment, and the distance of the closest pair."""
+    shown = shown_at(view, moment)
+    for number, uav, place in shown:
+        spot, colour = (place[0] * scale, place[1] * scale), colour_of(number)
+        look: Look = {"edgecolor": colour, "linewidth": 0.9, "zorder": 2.8}
+        draw_ring(axes, spot, uav.uav.detection_radius * scale, linestyle=SIGHT_DASHES, **look)
+        if len(view.flight.uavs) > 1:
+            draw_ring(axes, spot, uav.uav.safe * scale, linestyle=SAFE_DASHES, **look)
+        for x, y, spread in obstacles_at(uav, moment):
+            draw_ring(
+                axes, (x * scale, y * scale), spread * scale, **look | {"hatch": OBSTACLE_HATCH, "linewidth": 0.7}
+            )
+    pair = view.closest
+    if pair is not None and len(shown) > 1:
+        ends = np.array([place for _, _, place in shown]) * scale
+        x_min, y_min, x_max, y_max = np.multiply(view.mission.world.bounds, scale).tolist()
+        # the number stands on the side where there is more room
+        left, low = 2.0 * pair.where[0] * scale > x_min + x_max, 2.0 * pair.where[1] * scale < y_min + y_max
+        axes.plot(*ends.T, color=NEAR_COLOUR, linewidth=2.2, solid_capstyle="round", zorder=4.5)
+        axes.annotate(
+            digits(pair.distance * scale, 3),
+            (pair.where[0] * scale, pair.where[1] * scale),
+            xytext=(-9.0 if left else 9.0, 9.0 if low else -9.0),
+            textcoords="offset points",
+            color=NEAR_COLOUR,
+            fontweight="bold",
+            ha="right" if left else "left",
+            va="bottom" if low else "top",
+            zorder=6.0,
+            path_effects=_HALO,
+        )
+    for number, _, place in shown:
+        axes.plot(
+            place[0] * scale,
+            place[1] * scale,
+            marker="o",
+            markersize=5.5,
+            markerfacecolor=colour_of(number),
+            markeredgecolor="white",
+            markeredgewidth=0.8,
+            zorder=4.6,
+        )
+
+
+def _panel_title(view: Flown, scale: float) -> str:
+    """Name a variant, and how near its UAVs came to each other."""
+    pair = view.closest
+    unit = "" if view.projection is None else " km"
+    near = f"least separation {digits(pair.distance * scale, 3)}{unit}, tick {pair.time:.4g}" if pair else ""
+    return f"{plain(view.variant or view.name, 46)}\n{near}".rstrip()
+
+
+def _closest_text(view: Flown, scale: float) -> str:
+    """Say how near two UAVs came to each other, and when."""
+    pair = view.closest
+    if pair is None:
+        return ""
+    unit = "" if view.projection is None else " km"
+    names = f"{plain(pair.first, 20)} and {plain(pair.second, 20)}"
+    return f"Closest: {names}, {digits(pair.distance * scale, 3)}{unit} at tick {pair.time:.4g}"
+
+
+def _legend_rows(views: Sequence[Flown], moments: Sequence[float], scale: float) -> Iterator[tuple[Artist, str]]:
+    """Yield handles and labels: UAVs first, then what the marks mean."""
+    first, alone = views[0], len(views) == 1
+    unit = "" if first.projection is None else " km"
+    for number, uav in enumerate(first.flight.uavs.values()):
+        line = line_key(color=colour_of(number), linestyle=dashes_of(number), linewidth=1.5)
+        end = f": {uav.status.label} at tick {uav.ended}, cost {cost_text(uav.cost * scale)}{unit}" if alone else ""
+        yield line, f"{plain(uav.name, 24)}{end}"
+    mark: Look = {"color": "0.2", "linestyle": "none", "markerfacecolor": "white", "markeredgewidth": 1.2}
+    yield line_key(marker="o", markersize=6.5, **mark), "start"
+    yield line_key(marker="*", markersize=11.0, **mark), "goal"
+    every = mark_spacing(first)
+    if any(uav.ended - uav.departed >= every for view in views for uav in view.flight.uavs.values()):
+        arrow: Look = mark | {"markerfacecolor": "0.2", "markeredgewidth": 0.0}
+        yield line_key(marker=arrowhead(1.0, 0.0), markersize=11.0, **arrow), f"every {every} ticks"
+    met = first.closest is not None
+    when = f" at tick {moments[0]:.4g}" if alone else "" if met else " at its last new plan"
+    if met:
+        yield line_key(color=NEAR_COLOUR, linewidth=2.2), f"closest pair{when}"
+    shown = [(uav, moment) for view, moment in zip(views, moments, strict=True) for _, uav, _ in shown_at(view, moment)]
+    if shown:
+        yield patch_key(linestyle=SIGHT_DASHES), f"detection radius{'' if met else when}"
+    if shown and len(first.flight.uavs) > 1:
+        yield patch_key(linestyle=SAFE_DASHES), "safe distance"
+    if any(obstacles_at(uav, moment) for uav, moment in shown):
+        yield patch_key(hatch=OBSTACLE_HATCH, linewidth=0.7), "virtual obstacle"
+    if first.mission.world.no_fly is not None:
+        yield patch_key(**AREA_LOOK | {"edgecolor": "0.25", "linewidth": 0.7}), "no-fly area"
+    if first.mission.world.timed:
+        yield patch_key(**TIMED_LOOK), "comes and goes"

@@ -1,0 +1,146 @@
+"""The picture of a front: risk against length, and its paths on the map, both coloured by the weight."""
+
+import math
+
+from matplotlib import colormaps, patheffects
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import Colormap, ListedColormap, LogNorm
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+
+from cgla_graph.comparisons.plots.map import map_figure
+from cgla_graph.comparisons.plots.page import Part, arrange, style
+from cgla_graph.comparisons.plots.text import plain
+from cgla_graph.comparisons.plots.units import cost_unit, unit_scale
+from cgla_graph.comparisons.tables.tables import figure as digits
+from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.solvers.trade_off.pareto import Front, FrontPoint
+
+_SIZE = (3.6, 3.2)  # inches: the plot of risk against length
+_BAR = 0.13  # inches: thickness of the colour bar
+
+
+def pareto_figure(scenario: Scenario, front: Front) -> Figure:
+    """
+    Draw a front: risk against length, its knee, and its paths on the map.
+
+    Parameters
+    ----------
+    scenario
+        The map.
+    front
+        Its front; without points only the map is drawn.
+
+    Returns
+    -------
+    figure
+        Lengths are map units, or kilometres where the map has longitudes and latitudes; risk is in the map's own units.
+        Colours say from which risk weight on a path is the cheapest.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> from cgla_graph.solvers.trade_off.pareto import pareto
+    >>> scenario = load_scenario("one-threat")
+    >>> figure = pareto_figure(scenario, pareto(scenario.problem, solver="cgla", resolution=6))
+    >>> [axes.get_ylabel() for axes in figure.axes]
+    ['y', 'risk per unit length', 'length', 'best from k = … on']
+    """
+    figure = map_figure(scenario, [])
+    if not front.points:
+        return figure
+    with style():
+        map_axes, *bars = figure.axes
+        legend = figure.legends[0]
+        width, height = figure.get_size_inches().tolist()
+        size = map_axes.get_position().width * width, map_axes.get_position().height * height
+        colours, norm = _colours(front)
+        scale = unit_scale(scenario)
+        for point in front:
+            map_axes.plot(
+                *(point.path.T * scale),
+                color=_colour(point, colours, norm),
+                linewidth=1.1,
+                solid_joinstyle="round",
+                zorder=3,
+                path_effects=[patheffects.withStroke(linewidth=2.0, foreground="white", alpha=0.7)],
+            )
+        axes = figure.add_axes((0.0, 0.0, 0.5, 0.5))
+        handles = _draw_front(axes, front, colours, norm, scale)
+        axes.set_xlabel("risk")
+        axes.set_ylabel(f"length{cost_unit(scenario)}")
+        # the upper right of a falling convex line is empty
+        axes.legend(list(handles.values()), list(handles), loc="upper right", frameon=False, handlelength=1.6)
+        parts = [Part.of(figure, axes, _SIZE)]
+        if norm is not None:
+            bar = _weight_bar(figure, colours, norm)
+            parts.append(Part.of(figure, bar.ax, (_BAR, _SIZE[1])))
+        for text in list(figure.texts):
+            text.remove()
+        map_part = Part.of(figure, map_axes, size)
+        # only the first part has room on its left: a part without ink makes some for the labels of the map
+        parts += [Part(figure.text(0.0, 0.0, ""), (map_part.left, 0.0)), map_part]
+        parts += [Part.of(figure, bar_axes, (_BAR, size[1])) for bar_axes in bars]
+        name = f"{plain(scenario.name, 48)},  {len(front)} paths"
+        arrange(figure, (name, plain(scenario.title, 160)), [*parts, Part.of(figure, legend)])
+    return figure
+
+
+def _colours(front: Front) -> tuple[Colormap, LogNorm | None]:
+    """Choose colours from blue to red, and their scale from the first weight above 0 to the last."""
+    # without the pale ends, which white paper swallows
+    colours = ListedColormap(colormaps["turbo"]([0.08 + 0.84 * i / 255 for i in range(256)]))
+    weights = [point.k_low for point in front if point.k_low > 0.0]
+    return colours, LogNorm(weights[0], weights[-1]) if len(weights) > 1 else None
+
+
+def _colour(point: FrontPoint, colours: Colormap, norm: LogNorm | None) -> tuple[float, float, float, float]:
+    if norm is None:
+        return colours(0.0 if point.k_low == 0.0 else 1.0)
+    return colours(float(norm(point.k_low)) if point.k_low > 0.0 else 0.0)
+
+
+def _draw_front(axes: Axes, front: Front, colours: Colormap, norm: LogNorm | None, scale: float) -> dict[str, Artist]:
+    """Draw hull, points and knee; return the legend's rows."""
+    risks, lengths = [point.risk for point in front], [point.length * scale for point in front]
+    (hull,) = axes.plot(risks, lengths, color="0.45", linewidth=0.9, zorder=2)
+    handles: dict[str, Artist] = {"lower left hull": hull}
+    for point, risk, length in zip(front, risks, lengths, strict=True):
+        (dot,) = axes.plot(
+            risk, length, linestyle="none", marker="o", markersize=4.2, color=_colour(point, colours, norm), zorder=3
+        )
+        handles.setdefault("a path", dot)
+    knee = front.knee
+    if knee is not None:
+        (ring,) = axes.plot(
+            knee.risk,
+            knee.length * scale,
+            linestyle="none",
+            marker="o",
+            markersize=10.0,
+            markerfacecolor="none",
+            markeredgecolor="black",
+            zorder=4,
+        )
+        handles[f"knee: k from {digits(knee.k_low, 3)} to {digits(knee.k_high, 3)}"] = ring
+    axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    axes.grid(color="0.9", linewidth=0.5, zorder=0)
+    axes.set_axisbelow(True)
+    if len(front) == 1:
+        # one point alone gives matplotlib no scale
+        axes.set_xlim(-0.05, max(2.0 * risks[0], 1.0))
+        axes.set_ylim(0.0, 2.0 * max(lengths[0], math.ulp(1.0)))
+    return handles
+
+
+def _weight_bar(figure: Figure, colours: Colormap, norm: LogNorm) -> Colorbar:
+    """Explain the colours."""
+    bar = figure.colorbar(ScalarMappable(norm, colours), cax=figure.add_axes((0.0, 0.0, 0.1, 0.1)))
+    bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda k, _: f"{k:g}"))
+    bar.ax.yaxis.set_minor_formatter(NullFormatter())
+    bar.set_label("best from k = … on", labelpad=8.0)
+    return bar

@@ -1,0 +1,67 @@
+"""Pictures of a comparison, and their files: paths on the map of risk, and best costs over time."""
+
+import io
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from cgla_graph.comparisons.files import write_bytes
+from cgla_graph.comparisons.plots.cost import trace_figure
+from cgla_graph.comparisons.plots.map import map_figure
+from cgla_graph.comparisons.plots.page import style
+from cgla_graph.errors import OutputError
+
+__all__ = ["DPI", "map_figure", "save", "trace_figure"]
+
+#: Dots per inch of PNG files.
+DPI = 150
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """
+    Write a figure as PNG or SVG: the same figure gives the same bytes.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+    path
+        Where to; the suffix says which. The file appears whole or not at all.
+
+    Returns
+    -------
+    path
+        The path.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be drawn or written; nothing is left behind then.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     save(Figure(), Path(folder, "empty.svg")).stat().st_size > 0
+    True
+    """
+    try:
+        image = _image(figure, path.suffix.lower())
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        msg = f"{path}: cannot be drawn: {reason}"
+        raise OutputError(msg) from error
+    return write_bytes(path, image)
+
+
+def _image(figure: Figure, suffix: str) -> bytes:
+    """Draw a figure into memory, with nothing in it that differs from day to day."""
+    metadata: dict[str, dict[str, Any]] = {".png": {"Software": None}, ".svg": {"Date": None}}
+    if suffix not in metadata:
+        msg = f"{suffix or 'no suffix'} is not a format; name the file .png or .svg"
+        raise OutputError(msg)
+    image = io.BytesIO()
+    with style():
+        figure.savefig(image, format=suffix[1:], dpi=DPI, metadata=metadata[suffix])
+    return image.getvalue()

@@ -1,0 +1,360 @@
+"""
+Paired comparisons: two solvers on the same instances, by the order of their costs and nothing else.
+
+A solver without a path is infinitely costly, and stays in. Costs that differ by rounding are equal.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from scipy import special, stats
+
+from cgla_graph._types import FloatArray
+from cgla_graph.comparisons.statistics.cost_table import cost_row, cost_table, log_ratios
+from cgla_graph.comparisons.statistics.hodges_lehmann import EXACT, hodges_lehmann, subset_sums
+from cgla_graph.comparisons.statistics.intervals import Estimate
+
+
+class SignedRank(NamedTuple):
+    """
+    Wilcoxon's signed-rank test (see `signed_rank`).
+
+    Attributes
+    ----------
+    p
+        Two-sided.
+    effect
+        Matched-pairs rank-biserial correlation: 1 where all differences are above 0, -1 where all are below.
+    """
+
+    p: float
+    effect: float
+
+
+@dataclass(frozen=True)
+class Paired:
+    """
+    A solver against a reference, instance by instance.
+
+    Attributes
+    ----------
+    solver, reference
+        Labels.
+    n
+        Number of instances.
+    wins, losses, ties
+        On how many of them the solver is cheaper, dearer, or equal; who alone finds a path wins.
+    ratio
+        Cost of the solver over the cost of the reference: what `hodges_lehmann` makes of the logarithms, taken back.
+        From 0 to infinity where the instances are too few for an interval.
+    effect
+        From -1, the solver is cheaper everywhere, to 1, it is dearer everywhere (see `SignedRank`).
+    p
+        Of the signed-rank test that neither is cheaper.
+    p_holm
+        The same, adjusted to all comparisons of the table (see `holm`).
+    both, only_solver, only_reference
+        On how many instances both have a path, and on how many one has and the other has not.
+    p_success
+        Of McNemar's test that neither has a path more often, by itself: not adjusted.
+    """
+
+    solver: str
+    reference: str
+    n: int
+    wins: int
+    losses: int
+    ties: int
+    ratio: Estimate
+    effect: float
+    p: float
+    p_holm: float
+    both: int
+    only_solver: int
+    only_reference: int
+    p_success: float
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """
+    Adjust the p-values of one table, so that a wrong one below `a` is among them with probability `a` at most.
+
+    Whatever the tests have to do with each other (Holm, Scandinavian Journal of Statistics 6(2), 1979).
+
+    Parameters
+    ----------
+    p_values
+        From 0 to 1.
+
+    Returns
+    -------
+    adjusted
+        In the same order, none below what it was.
+
+    Raises
+    ------
+    ValueError
+        If one is not from 0 to 1.
+
+    Examples
+    --------
+    >>> holm([0.01, 0.04, 0.03])
+    [0.03, 0.06, 0.06]
+    """
+    p = np.asarray(p_values, dtype=np.float64)
+    if not ((p >= 0.0) & (p <= 1.0)).all():
+        msg = f"the p-values are {list(p_values)}; give numbers from 0 to 1"
+        raise ValueError(msg)
+    order = np.argsort(p, kind="stable")
+    adjusted = np.empty(len(p))
+    adjusted[order] = np.minimum(1.0, np.maximum.accumulate(p[order] * np.arange(len(p), 0, -1)))
+    return [float(value) for value in adjusted]
+
+
+def signed_rank(differences: Sequence[float]) -> SignedRank:
+    """
+    Test by Wilcoxon's signed ranks whether paired differences are symmetric about 0.
+
+    Differences of 0 share their ranks evenly between both sides ("zsplit"); equal sizes share their mean rank. The
+    p-value is the probability, were each sign a fair coin's, that the rank sums are at least as far apart, given the
+    ties and zeros that there are. That is exact up to 50 differences other than 0, normal beyond. Without ties it is
+    what `scipy.stats.wilcoxon` says, and with ties where that permutes (up to 13 differences) or approximates (above
+    50, no zeros); where there are zeros, scipy's approximation reckons with signs that zeros do not have.
+
+    Parameters
+    ----------
+    differences
+        At least one. Infinite ones rank highest, all alike.
+
+    Returns
+    -------
+    test
+        Of zeros only, `p` is 1 and the effect 0.
+
+    Raises
+    ------
+    ValueError
+        If there is no difference, or one is NaN.
+
+    Examples
+    --------
+    >>> signed_rank([-1.0, -2.0, -3.0, -4.0, -5.0, -math.inf])
+    SignedRank(p=0.03125, effect=-1.0)
+    """
+    values = np.asarray(differences, dtype=np.float64)
+    if values.ndim != 1 or not values.size or np.isnan(values).any():
+        msg = f"the differences are {list(differences)[:5]} ...; give a flat list of at least one number and no NaN"
+        raise ValueError(msg)
+    n = len(values)
+    # twice the ranks: whole numbers, also of ties
+    doubled = np.rint(2.0 * stats.rankdata(np.abs(values))).astype(np.int64)
+    doubled, signs = doubled[values != 0.0], np.sign(values[values != 0.0])
+    excess = int(signs @ doubled)
+    effect = excess / (n * (n + 1))
+    if len(doubled) <= EXACT:
+        less = (int(doubled.sum()) - abs(excess)) // 2
+        return SignedRank(min(1.0, 2.0 * float(subset_sums(doubled)[: less + 1].sum())), effect)
+    z = abs(excess) / math.sqrt(float(doubled @ doubled))
+    return SignedRank(2.0 * float(special.ndtr(-z)), effect)
+
+
+def sign_test(wins: int, losses: int) -> float:
+    """
+    Test whether wins are as likely as losses; ties are no evidence and are left out.
+
+    Parameters
+    ----------
+    wins, losses
+        Counts, at least 0.
+
+    Returns
+    -------
+    p
+        Two-sided, exact (binomial); 1 without either.
+
+    Raises
+    ------
+    ValueError
+        If a count is negative.
+
+    Examples
+    --------
+    >>> sign_test(8, 0)
+    0.0078125
+    """
+    if min(wins, losses) < 0:
+        msg = f"the counts are {wins} and {losses}; give counts from 0"
+        raise ValueError(msg)
+    return float(stats.binomtest(wins, wins + losses).pvalue) if wins + losses else 1.0
+
+
+def mcnemar(only_first: int, only_second: int) -> float:
+    """
+    Test whether two solvers find a path equally often, on the same instances (McNemar, Psychometrika 12(2), 1947).
+
+    Instances on which both succeed, or neither, say nothing of that.
+
+    Parameters
+    ----------
+    only_first, only_second
+        On how many instances one of them alone found a path.
+
+    Returns
+    -------
+    p
+        Two-sided, exact.
+
+    Raises
+    ------
+    ValueError
+        If a count is negative.
+
+    Examples
+    --------
+    >>> mcnemar(0, 6)
+    0.03125
+    """
+    return sign_test(only_first, only_second)
+
+
+def against(costs: Mapping[str, Sequence[float]], reference: str, *, post_hoc: bool = False) -> list[Paired]:
+    """
+    Compare every other solver with one.
+
+    Parameters
+    ----------
+    costs
+        One cost an instance for each solver, the instances in the same order; infinite without a path.
+    reference
+        The solver to compare with.
+    post_hoc
+        Whether the reference was chosen for these very costs, as a winner is. Then the p-values are adjusted to the
+        comparisons of all pairs, any of which the choice could have picked; else to those of this table.
+
+    Returns
+    -------
+    comparisons
+        In the order of the solvers; none where there are no instances.
+
+    Raises
+    ------
+    ValueError
+        If the reference is not among the solvers, their costs are not equally many, or one is NaN.
+
+    Examples
+    --------
+    >>> (one,) = against({"a": [1, 2, 3, 4, 5, 6], "b": [2, 4, 6, 8, 10, 12]}, "b")
+    >>> one.wins, round(one.ratio.median, 6), one.p_holm
+    (6, 0.5, 0.03125)
+    """
+    table = cost_table(costs)
+    if reference not in table:
+        msg = f"the reference {reference!r} is not among the solvers {list(table)}"
+        raise ValueError(msg)
+    if not table[reference].size:
+        return []
+    found = [_paired(solver, table[solver], reference, table[reference]) for solver in table if solver != reference]
+    if not post_hoc:
+        return _adjusted(found)
+    others = [solver for solver in table if solver != reference]
+    rest = [signed_rank(log_ratios(table[a], table[b]).tolist()).p for a, b in combinations(others, 2)]
+    p_holm = holm([*(one.p for one in found), *rest])
+    return [replace(one, p_holm=p) for one, p in zip(found, p_holm, strict=False)]
+
+
+def all_pairs(costs: Mapping[str, Sequence[float]]) -> list[Paired]:
+    """
+    Compare all solvers with each other, each pair once: the earlier one with the later as reference.
+
+    Parameters
+    ----------
+    costs
+        As in `against`.
+
+    Returns
+    -------
+    comparisons
+        With p-values adjusted to all of them.
+
+    Raises
+    ------
+    ValueError
+        As in `against`.
+
+    Examples
+    --------
+    >>> [(one.solver, one.reference) for one in all_pairs({"a": [1], "b": [2], "c": [3]})]
+    [('a', 'b'), ('a', 'c'), ('b', 'c')]
+    """
+    table = cost_table(costs)
+    n = len(next(iter(table.values()), ()))
+    return _adjusted([_paired(a, table[a], b, table[b]) for a, b in combinations(table, 2)]) if n else []
+
+
+def compare_costs(solver: str, costs: Sequence[float], reference: str, others: Sequence[float]) -> Paired:
+    """
+    Compare one solver with another.
+
+    Parameters
+    ----------
+    solver, costs
+        Label, and one cost an instance; infinite without a path. Times do as well.
+    reference, others
+        Those of the solver to compare with, on the same instances.
+
+    Returns
+    -------
+    comparison
+        Its p-value is adjusted to nothing.
+
+    Raises
+    ------
+    ValueError
+        If there is no cost, they are not equally many, or one is NaN or minus infinity.
+
+    Examples
+    --------
+    >>> one = compare_costs("new", [1.0, 2.0, 3.0, 2.0, 3.0], "old", [1.0, 4.0, 6.0, 4.0, math.inf])
+    >>> one.wins, one.ties, one.only_solver, one.ratio
+    (4, 1, 1, Estimate(median=0.5, low=0.0, high=inf))
+    """
+    first, second = cost_row(solver, costs), cost_row(reference, others)
+    if len(first) != len(second) or not len(first):
+        msg = f"{solver!r} has {len(first)} costs and {reference!r} has {len(second)}; give each one for each instance"
+        raise ValueError(msg)
+    return _paired(solver, first, reference, second)
+
+
+def _paired(solver: str, costs: FloatArray, reference: str, others: FloatArray) -> Paired:
+    logs = log_ratios(costs, others)
+    with np.errstate(over="ignore"):
+        ratio = Estimate(*(float(np.exp(end)) for end in hodges_lehmann(logs.tolist())))
+    test = signed_rank(logs.tolist())
+    paths, other_paths = np.isfinite(costs), np.isfinite(others)
+    only_solver, only_reference = int((paths & ~other_paths).sum()), int((~paths & other_paths).sum())
+    return Paired(
+        solver=solver,
+        reference=reference,
+        n=len(logs),
+        wins=int((logs < 0.0).sum()),
+        losses=int((logs > 0.0).sum()),
+        ties=int((logs == 0.0).sum()),
+        ratio=ratio,
+        effect=test.effect,
+        p=test.p,
+        p_holm=test.p,
+        both=int((paths & other_paths).sum()),
+        only_solver=only_solver,
+        only_reference=only_reference,
+        p_success=mcnemar(only_solver, only_reference),
+    )
+
+
+def _adjusted(found: Sequence[Paired]) -> list[Paired]:
+    """Adjust the p-values of one table."""
+    adjusted = holm([one.p for one in found])
+    return [replace(one, p_holm=p) for one, p in zip(found, adjusted, strict=True)]

@@ -1,0 +1,272 @@
+"""Every solver on every scenario: the runs of a comparison, one after the other."""
+
+import dataclasses
+import importlib
+import math
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+from cgla_graph.certificate.certificate import Certificate, lower_bound
+from cgla_graph.comparisons.study import earth
+from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.errors import CglaError
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import BOUND_TOLERANCE, GraphProblem, Problem
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.solvers import registry
+from cgla_graph.solvers.continuous.hybrid import Hybrid
+from cgla_graph.solvers.solving import solve, weighed
+from cgla_graph.solvers.warm_up import small_problem
+from cgla_graph.solvers.warm_up import warm_up as warm_up_solver
+
+#: How close to each other the lower bound of a scenario and its best path shall be, as a ratio, unless told otherwise.
+TOLERANCE = 0.005
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """
+    One solver's run on one scenario.
+
+    Attributes
+    ----------
+    scenario
+        The scenario.
+    solver
+        The contender's label.
+    seed
+        For seeded solvers; else None.
+    exact
+        Whether the solver promises the optimum of the graph that graph solvers share.
+    solution
+        What came out; never missing, as failures are answers too. Its lower bound is the certificate's, or the solver's
+        own where that is better; on a map in longitude and latitude it holds on the Earth.
+    certificate
+        What is proven of every path of the scenario; None where that was not asked for.
+    settings
+        What the solver was told, its seed aside.
+    megabytes
+        Memory that the run took at its peak, in units of 2**20 bytes; NaN where that is not known.
+    host
+        The machine; empty where it is not known.
+    number
+        Its number in the database of a study, from 1; None outside of one.
+    """
+
+    scenario: Scenario
+    solver: str
+    seed: int | None
+    exact: bool
+    solution: Solution
+    certificate: Certificate | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    megabytes: float = math.nan
+    host: str = ""
+    number: int | None = None
+
+
+def compare(
+    scenarios: Iterable[Scenario],
+    contenders: Sequence[Contender],
+    n_seeds: int = 3,
+    *,
+    tolerance: float | None = TOLERANCE,
+) -> Iterator[Run]:
+    """
+    Run every contender on every scenario; seeded ones with the seeds 1 to `n_seeds`.
+
+    All graph solvers share one graph a scenario, and one time to build it. Before them, the cost of every path of the
+    scenario is bounded from below, so that each run says how far from the best possible it is; no solver is charged
+    for that.
+
+    Parameters
+    ----------
+    scenarios, contenders
+        What to run.
+    n_seeds
+        At least 1.
+    tolerance
+        Of the lower bound (see `cgla_graph.certificate.certificate.lower_bound`), above 0; None for no bound.
+
+    Yields
+    ------
+    run
+        As soon as it is done, scenario by scenario. A solver that raises is a run that failed; so is one whose path
+        undercuts the lower bound, as one of the two must be wrong.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> runs = compare([load_scenario("one-threat")], [Contender.parse("cgla"), Contender.parse("straight-line")])
+    >>> [(run.solver, run.solution.status.label) for run in runs]
+    [('cgla', 'optimal'), ('straight-line', 'found')]
+    """
+    warm_up(contenders)
+    if tolerance is not None:
+        warm_up_proof()
+    ground = None
+    for scenario in scenarios:
+        certificate = None if tolerance is None else certify(scenario, tolerance)
+        ground = Ground.lay(scenario, ground)
+        for contender in contenders:
+            for seed in seeds_of(scenario, contender, range(1, n_seeds + 1)):
+                yield run_of(scenario, contender, seed, run(ground, contender, seed), certificate)
+
+
+def seeds_of(scenario: Scenario, contender: Contender, seeds: Sequence[int]) -> Sequence[int | None]:
+    """List the seeds of a contender: none, the one that the user or the scenario set, or those of the comparison."""
+    if not contender.is_available or not registry.traits(contender.name).seeded:
+        return [None]
+    settings = contender.settings_on(scenario)
+    return [settings["seed"]] if "seed" in settings else seeds
+
+
+def run_of(
+    scenario: Scenario,
+    contender: Contender,
+    seed: int | None,
+    solution: Solution,
+    certificate: Certificate | None,
+    **how: Any,  # noqa: ANN401 - more fields of a run
+) -> Run:
+    """Put an answer beside what is proven of its scenario."""
+    settings = contender.settings_on(scenario) if contender.is_available else {}
+    settings.pop("seed", None)
+    answer = bounded(solution, certificate)
+    names = (scenario, contender.label, seed, contender.is_exact)
+    return Run(*names, solution=answer, certificate=certificate, settings=settings, **how)
+
+
+def certify(scenario: Scenario, tolerance: float) -> Certificate:
+    """
+    Bound the cost of every path, with a good one in hand; what goes wrong leaves no bound, but a reason.
+
+    The bound of a map in longitude and latitude is one of paths on the Earth (see `Scenario.bound_on_earth`).
+    """
+    began = time.perf_counter()
+    try:
+        best = Hybrid(tolerance=None).solve(scenario.problem)
+        path = best.path if best.status.is_path else None
+        on_plane = earth.plane_tolerance(scenario, tolerance, best.cost)
+        proof = lower_bound(scenario.problem, on_plane, path=path)
+        found = earth.certificate_on_earth(scenario, proof, tolerance)
+        return dataclasses.replace(found, seconds=time.perf_counter() - began)
+    except Exception as error:  # noqa: BLE001 - a comparison survives any certificate
+        return no_certificate(tolerance, reason(error), time.perf_counter() - began)
+
+
+def no_certificate(tolerance: float, why: str, seconds: float) -> Certificate:
+    """Say why there is no bound."""
+    return Certificate(
+        lower_bound=math.nan,
+        upper_bound=math.inf,
+        tolerance=tolerance,
+        spacing=math.nan,
+        cells=0,
+        message=why,
+        seconds=seconds,
+    )
+
+
+def reason(error: BaseException) -> str:
+    """Put an exception into one line: an error of ours is its message, any other one begins with its kind."""
+    text = str(error) if isinstance(error, CglaError) else f"{type(error).__name__}: {error}"
+    return next(iter(text.splitlines()), "")
+
+
+def bounded(solution: Solution, certificate: Certificate | None) -> Solution:
+    """Attach the scenario's lower bound to an answer, which must not undercut it."""
+    if certificate is None or math.isnan(certificate.lower_bound):
+        return solution
+    if not solution.lower_bound >= certificate.lower_bound:
+        solution = dataclasses.replace(solution, lower_bound=certificate.lower_bound)
+    cost = solution.cost
+    if solution.status.is_path and certificate.lower_bound > cost + BOUND_TOLERANCE * abs(cost):
+        message = (
+            f"its path costs {cost:.9g}, but the certificate says that none costs less than "
+            f"{certificate.lower_bound:.9g}; one of the two is wrong"
+        )
+        return dataclasses.replace(solution, status=Status.FAILED, message=message)
+    return solution
+
+
+@dataclass(eq=False)
+class Ground:
+    """A scenario and the graph of all graph solvers, laid when the first one asks."""
+
+    scenario: Scenario
+    graph_problem: GraphProblem | None = None
+    build_seconds: float = 0.0
+
+    @classmethod
+    def lay(cls, scenario: Scenario, before: "Ground | None") -> "Ground":
+        """Start a scenario; the rows of one grid map share their graph, too."""
+        ground = cls(scenario)
+        if before is None or before.graph_problem is None:
+            return ground
+        graph, lattice, problem = before.graph_problem.graph, scenario.lattice, scenario.problem
+        nodes = [lattice.nearest(end) for end in (problem.start, problem.goal)]
+        on_nodes = [tuple(lattice.points[node]) for node in nodes] == [problem.start, problem.goal]
+        if on_nodes and graph.n_nodes == lattice.n_points and graph.lattice == lattice and graph.model == problem.model:
+            ground.graph_problem = GraphProblem(graph, *nodes)
+            ground.build_seconds = before.build_seconds
+        return ground
+
+    def graph(self) -> GraphProblem:
+        """Return the shared graph, weighed."""
+        if self.graph_problem is None:
+            began = time.perf_counter()
+            self.graph_problem = weighed(self.scenario.problem.on_lattice(self.scenario.lattice))
+            self.build_seconds = time.perf_counter() - began
+        return self.graph_problem
+
+
+def run(ground: Ground, contender: Contender, seed: int | None) -> Solution:
+    """Run one solver; whatever it raises becomes its answer."""
+    missing = registry.missing(contender.name)
+    if missing is not None:
+        return Solution(Status.UNAVAILABLE, solver=contender.name, message=missing)
+    settings = contender.settings_on(ground.scenario)
+    if seed is not None:
+        settings["seed"] = seed
+    problem, lattice = ground.scenario.problem, ground.scenario.lattice
+    try:
+        if registry.traits(contender.name).domain == "plane":
+            solution = _solve(problem, contender, settings, resolution=lattice)
+            return earth.solution_on_earth(ground.scenario, solution)
+        solution = _solve(problem, contender, settings, on=ground.graph())
+        # what a solver proves of the paths on a graph does not hold for those in the plane
+        bound = 0.0 if problem.start == problem.goal else math.nan
+        build_seconds = ground.build_seconds + solution.build_seconds
+        return dataclasses.replace(solution, build_seconds=build_seconds, lower_bound=bound)
+    except MemoryError as error:
+        return Solution(Status.OUT_OF_MEMORY, solver=contender.name, message=reason(error))
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - a comparison survives any solver
+        return Solution(Status.FAILED, solver=contender.name, message=reason(error))
+
+
+def _solve(problem: Problem, contender: Contender, settings: dict[str, Any], **how: Any) -> Solution:  # noqa: ANN401 - as `solve`
+    return solve(problem, registry.get(contender.name, **settings), refine=contender.refine, **how)
+
+
+def warm_up(contenders: Iterable[Contender]) -> None:
+    """Load the compiled kernels and the solvers' packages, so that no solver's first run is charged for that."""
+    for contender in contenders:
+        # what is wrong with a solver is told by its own run
+        with suppress(Exception):
+            for package in registry.traits(contender.name).needs:
+                importlib.import_module(package)
+            solver = registry.get(contender.name, **contender.settings_on(None))
+            warm_up_solver(solver, refine=contender.refine)
+
+
+def warm_up_proof() -> None:
+    """Load what proves lower bounds, so that the first certificate says how long its own proof took."""
+    # what is wrong with it is told by the certificate of the first scenario
+    with suppress(Exception):
+        problem = small_problem()
+        certify(Scenario("small", "", problem, Lattice(2, bounds=problem.bounds)), 0.5)

@@ -1,0 +1,1 @@
+"""Tables that fit any terminal, their words and numbers, and LaTeX."""

@@ -1,0 +1,115 @@
+"""What is proven of a path, in words and as a table: how the bracket closed, grid by grid."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from cgla_graph._types import WholeArray
+from cgla_graph.certificate.certificate import Certificate, Grid
+from cgla_graph.comparisons.study.rows import json_number
+from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.tables.fitted_table import FittedTable
+from cgla_graph.comparisons.tables.tables import figure, rounded_down
+from cgla_graph.errors import CglaError
+
+#: The columns of `certificate.csv`, one row a grid: its step in map units and as a fraction of the longer side.
+COLUMNS = ("spacing", "fraction", "cells", "lower_bound", "upper_bound", "gap")
+
+
+def proof_of(run: Run) -> Certificate:
+    """
+    Return the certificate of a run.
+
+    Raises
+    ------
+    CglaError
+        If it has none.
+    """
+    if run.certificate is None:
+        msg = f"{run.scenario.name}: the run of {run.solver} has no certificate"
+        raise CglaError(msg)
+    return run.certificate
+
+
+def at_most(ratio: float) -> str:
+    """
+    Write a ratio as a percentage that is never below it.
+
+    Examples
+    --------
+    >>> at_most(0.00057287), at_most(0.0), at_most(1e-9)
+    ('0.06 %', '0.00 %', '0.01 %')
+    """
+    return f"{math.ceil(1e4 * ratio) / 1e2:.2f} %" if math.isfinite(ratio) else "-"
+
+
+def verdict(run: Run, *, digits: int = 9, scale: float = 1.0, unit: str = "") -> str:
+    """
+    Say in one sentence what is proven.
+
+    Parameters
+    ----------
+    run
+        With a certificate.
+    digits
+        Significant digits of costs.
+    scale, unit
+        What costs are multiplied with, and what follows them.
+    """
+    proof = proof_of(run)
+    if math.isnan(proof.lower_bound):
+        return "nothing is proven"
+    if math.isinf(proof.lower_bound):
+        return "there is no path inside the bounds"
+    bound = f"no path costs less than {rounded_down(proof.lower_bound * scale, digits)}{unit}"
+    if math.isinf(proof.upper_bound):
+        return f"{bound}; no path is known"
+    which = "this one" if run.solution.status.is_path else "the best that the proof knows"
+    cost = f"{figure(proof.upper_bound * scale, digits)}{unit}"
+    return f"{bound}; {which} costs {cost}, at most {at_most(proof.gap)} more than the best possible"
+
+
+def certificate_table(run: Run) -> FittedTable:
+    """Show how the bracket closed: a line a grid, coarse to fine."""
+    unit = "m" if run.scenario.projection else "map units"
+    heads = ("grid step", f"in {unit}", "cells", "lower bound", "upper bound", "gap")
+    rows: list[Sequence[str]] = [
+        [
+            f"1/{max(grid.last)}",
+            figure(grid.spacing, 3),
+            f"{n_cells(grid.runs):,}",
+            rounded_down(grid.lower_bound, 7),
+            figure(grid.upper_bound, 7),
+            at_most(_gap(grid)),
+        ]
+        for grid in proof_of(run).grids
+    ]
+    notes = ("grid step: as a part of the map's longer side", "cells: the tube, which no better path leaves")
+    return FittedTable("", (), heads, (heads[1], heads[2]), notes, rows)
+
+
+def _gap(grid: Grid) -> float:
+    """Return how far apart the two bounds of a grid are; infinite where one is missing."""
+    if grid.lower_bound == grid.upper_bound:
+        return 0.0
+    return grid.upper_bound / grid.lower_bound - 1.0 if grid.lower_bound > 0.0 else math.inf
+
+
+def n_cells(runs: WholeArray) -> int:
+    """Count the cells of merged runs, shape ``(n, 3)`` (see `cgla_graph.eikonal.cell_runs`)."""
+    return int((runs[:, 2] - runs[:, 1]).sum())
+
+
+def grid_rows(proof: Certificate) -> list[dict[str, Any]]:
+    """Turn the grids of a certificate into rows with `COLUMNS`; numbers that do not exist are None."""
+    return [
+        {
+            "spacing": grid.spacing,
+            "fraction": 1.0 / max(grid.last),
+            "cells": n_cells(grid.runs),
+            "lower_bound": json_number(grid.lower_bound),
+            "upper_bound": json_number(grid.upper_bound),
+            "gap": json_number(_gap(grid)),
+        }
+        for grid in proof.grids
+    ]

@@ -1,0 +1,110 @@
+"""The columns of a table of standings, said once: the terminal, LaTeX and the report all show these."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from cgla_graph.comparisons.leaderboard.leaderboard import NEAR_PERCENT, Standing
+from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS
+from cgla_graph.comparisons.tables.tables import duration, figure, percent
+from cgla_graph.comparisons.tables.words import (
+    DASH,
+    Cell,
+    estimate_cell,
+    or_never,
+    p_value,
+    rate_cell,
+    ratio,
+    too_few_note,
+)
+
+
+class Column(NamedTuple):
+    """
+    A column of numbers, a line a solver.
+
+    Attributes
+    ----------
+    head
+        Its title.
+    explained
+        What it says, in a few words.
+    cell
+        Writes what it says of one solver.
+    """
+
+    head: str
+    explained: str
+    cell: Callable[[Standing], Cell]
+
+
+def _cost_ratio(one: Standing) -> Cell:
+    return Cell(DASH) if one.versus_best is None else estimate_cell(one.versus_best.ratio, ratio, least=0.0)
+
+
+#: In order; beside them stands the solver.
+COLUMNS = (
+    Column(
+        "average rank",
+        "by the median cost on each scenario, 1 is best; a run without a path is infinitely costly",
+        lambda one: Cell(figure(one.average_rank, 3)),
+    ),
+    Column(
+        "cheapest on",
+        "scenarios with the cheapest path, alone or jointly",
+        lambda one: Cell(f"{one.wins}/{one.n_instances}"),
+    ),
+    Column(
+        "gap",
+        "median over the scenarios of how far the cost is above the proven lower bound",
+        lambda one: estimate_cell(one.gap, or_never(percent)),
+    ),
+    Column(
+        "success",
+        "runs with a path; the interval by Clopper and Pearson",
+        lambda one: rate_cell(one.n_paths, one.n_runs, one.success),
+    ),
+    Column(
+        f"to {NEAR_PERCENT} %",
+        "median time to that gap, building the graph included",
+        lambda one: estimate_cell(one.seconds_to_near, or_never(duration)),
+    ),
+    Column(
+        "cost ratio",
+        "to the first solver, scenario by scenario (Hodges-Lehmann); its interval is of that pair alone",
+        _cost_ratio,
+    ),
+    Column(
+        "p",
+        "Wilcoxon's signed ranks against the first solver, after Holm for all pairs",
+        lambda one: Cell(DASH if one.versus_best is None else p_value(one.versus_best.p_holm)),
+    ),
+    Column(
+        "failed",
+        "runs without a path that may be flown",
+        lambda one: Cell(f"{sum(one.failures.values()):,}" if one.failures else DASH),
+    ),
+)
+#: Heads of those that a narrow table leaves out, the first first.
+SPARE = ("p", f"to {NEAR_PERCENT} %", "cheapest on", "failed", "cost ratio", "success", "gap")
+
+
+def standing_heads() -> tuple[str, ...]:
+    """Return the heads of the columns, the solver's first."""
+    return "solver", *(column.head for column in COLUMNS)
+
+
+def standing_cells(one: Standing) -> list[str]:
+    """Return what a table says of a solver, a cell for each of `standing_heads`; intervals stand in a second line."""
+    return [one.solver, *(column.cell(one).lines for column in COLUMNS)]
+
+
+def standing_notes(found: Sequence[Standing]) -> list[str]:
+    """Explain the columns, a line each, and the intervals."""
+    notes = [f"{column.head}: {column.explained}" for column in COLUMNS]
+    notes.append("below: 95 % intervals, of medians and ratios free of any distribution")
+    n_instances = found[0].n_instances if found else 0
+    if note := too_few_note(n_instances, len(found)):
+        notes.append(f"p: {note}")
+    if 0 < n_instances < FEWEST_RUNS:
+        notes.append(f"intervals over scenarios need at least {FEWEST_RUNS} of them")
+    return notes

@@ -1,0 +1,176 @@
+"""The overview of a comparison, in words: who wins, by how much, how sure that is, and where each solver fails."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cgla_graph.comparisons.leaderboard.leaderboard import Standing
+from cgla_graph.comparisons.statistics.paired import Paired
+from cgla_graph.comparisons.statistics.told_apart import LEVEL
+from cgla_graph.comparisons.tables.tables import percent
+from cgla_graph.comparisons.tables.words import counted, estimate_cell, listed, too_few_note
+
+#: Most names in a sentence.
+_MOST_NAMES = 4
+#: How strong the evidence of a p-value is, in words: below the bound on the left.
+_STRENGTHS = ((0.001, "very strong evidence"), (0.01, "strong evidence"), (LEVEL, "evidence"))
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One of the questions a reader brings, with its answer: a figure and the words that go with it."""
+
+    question: str
+    figure: str
+    words: str
+
+
+@dataclass(frozen=True)
+class Overview:
+    """
+    What a reader gets at a glance.
+
+    Attributes
+    ----------
+    headline
+        Who ranks first, and by how much.
+    answers
+        The questions that can be answered so far.
+    caution
+        What has to be kept in mind; empty if nothing.
+    """
+
+    headline: str
+    answers: Sequence[Answer] = ()
+    caution: str = ""
+
+
+def overview(found: Sequence[Standing], n_scenarios: int) -> Overview:
+    """
+    Answer the four questions.
+
+    Parameters
+    ----------
+    found
+        The standings, best first.
+    n_scenarios
+        How many scenarios the study has, run or not.
+
+    Examples
+    --------
+    >>> overview([], 3).headline
+    'No run is done yet.'
+    """
+    if not found:
+        return Overview("No run is done yet.")
+    where = Answer("Where do they fail?", *_failing(found))
+    first, n_instances = found[0], found[0].n_instances
+    if not n_instances:
+        return Overview("No scenario has been run by all solvers yet, so none can be ranked.", [where])
+    if len(found) == 1:
+        words = f"{first.solver} is the only solver: it found a path in {first.n_paths:,} of {first.n_runs:,} runs."
+        return Overview(words, [where])
+    if not any(one.n_paths for one in found):
+        return Overview(f"None of {len(found)} solvers found a path on {counted(n_instances, 'scenario')}.", [where])
+    answers = [_who(found), *_how_much(found[1:]), _how_sure(found), where]
+    return Overview(_headline(found), answers, _caution(n_instances, n_scenarios))
+
+
+def _headline(found: Sequence[Standing]) -> str:
+    first = found[0]
+    share = [one.solver for one in found if one.place == 1]
+    scenarios = counted(first.n_instances, "scenario")
+    if len(share) > 1:
+        return f"{listed(share, _MOST_NAMES)} share the first place of {len(found)} solvers on {scenarios}."
+    return f"{first.solver} ranks first of {len(found)} solvers on {scenarios}{_lead(found[1])}."
+
+
+def _lead(next_one: Standing) -> str:
+    """Say how far behind the next one is, where that is a plain number."""
+    paired = next_one.versus_best
+    if paired is None or not 1.0 < paired.ratio.median < 10.0:  # noqa: PLR2004 - beyond that, percentages say little
+        return ""
+    words = f"{100.0 * (paired.ratio.median - 1.0):.2g} % more ({_strength(paired.p_holm)})"
+    return f"; the next one, {next_one.solver}, typically costs {words}"
+
+
+def _who(found: Sequence[Standing]) -> Answer:
+    first, share = found[0], [one.solver for one in found if one.place == 1]
+    words = f"average rank {first.average_rank:.2f}; cheapest, alone or jointly, on {first.wins} of {first.n_instances}"
+    gap = f"; median gap {percent(first.gap.median)}" if math.isfinite(first.gap.median) else ""
+    if len(share) > 1:
+        words = f"by average rank, a tie; of {first.solver}: {words}"
+    return Answer("Who wins?", listed(share, _MOST_NAMES), words + gap)
+
+
+def _how_much(others: Sequence[Standing]) -> list[Answer]:
+    """Compare the first with the next one."""
+    paired = others[0].versus_best
+    return [] if paired is None else [Answer("By how much?", _ratio_figure(paired), _ratio_words(paired))]
+
+
+def _how_sure(found: Sequence[Standing]) -> Answer:
+    """
+    Say which of the others are shown to differ from the first, by the p-values that the table has of them.
+
+    These are adjusted for all pairs, so they also hold for the first, whoever that turns out to be.
+    """
+    first, others = found[0], found[1:]
+    if note := too_few_note(first.n_instances, len(found)):
+        return Answer("How sure?", "too few scenarios to say", note)
+    shown = [one for one in others if one.versus_best is not None and one.versus_best.p_holm < LEVEL]
+    dearer = [one for one in shown if one.versus_best is not None and one.versus_best.effect > 0.0]
+    cheaper = [one.solver for one in shown if one not in dearer]
+    level = [one.solver for one in others if one not in shown]
+    words = f"p < {LEVEL:.2g} by Wilcoxon's signed ranks, scenario by scenario, after Holm for all pairs"
+    if level:
+        words += f"; not told apart from the first: {listed(level, _MOST_NAMES)}"
+    if cheaper:
+        words += f"; shown to be cheaper than it, though behind in rank: {listed(cheaper, _MOST_NAMES)}"
+    return Answer("How sure?", f"{len(dearer)} of {len(others)} are dearer beyond chance", words)
+
+
+def _ratio_figure(paired: Paired) -> str:
+    ratio = paired.ratio.median
+    if not math.isfinite(ratio):
+        return "no path against a path" if ratio > 0.0 else "not known"
+    return percent(ratio - 1.0) if ratio < 2.0 else f"{ratio:.3g} times"  # noqa: PLR2004 - from here on, times read better
+
+
+def _ratio_words(paired: Paired) -> str:
+    tally = f"dearer on {paired.losses} of {paired.n} scenarios, cheaper on {paired.wins}, equal on {paired.ties}"
+    interval = estimate_cell(paired.ratio, _excess, least=0.0).interval
+    known = f"95 % interval, of this pair alone: {interval}" if interval else "too few scenarios for an interval"
+    return f"is the cost of {paired.solver}, the next one, against the first ({known}); {tally}"
+
+
+def _excess(ratio: float) -> str:
+    return percent(ratio - 1.0) if math.isfinite(ratio) else "∞"
+
+
+def _strength(p: float) -> str:
+    return next((words for bound, words in _STRENGTHS if p < bound), "not enough evidence")
+
+
+def _failing(found: Sequence[Standing]) -> tuple[str, str]:
+    n_runs, n_failed = sum(one.n_runs for one in found), sum(one.n_runs - one.n_paths for one in found)
+    if not n_failed:
+        return "nowhere", f"each of the {n_runs:,} runs found a path"
+    worst = sorted(found, key=lambda one: one.n_paths / one.n_runs)
+    failing = [one for one in worst if one.n_paths < one.n_runs]
+    parts = [
+        f"{one.solver} in {one.n_runs - one.n_paths:,} of {one.n_runs:,} (on {listed(list(one.failed_on), 2)})"
+        for one in failing[:3]
+    ]
+    more = f"; {len(failing) - 3} more solvers" if len(failing) > 3 else ""  # noqa: PLR2004 - those named above
+    clean = len(found) - len(failing)
+    return (
+        f"{n_failed:,} of {n_runs:,} runs have no path",
+        f"{'; '.join(parts)}{more}. {counted(clean, 'solver') if clean else 'No solver'} always found one",
+    )
+
+
+def _caution(n_instances: int, n_scenarios: int) -> str:
+    if n_instances >= n_scenarios:
+        return ""
+    return f"{counted(n_scenarios - n_instances, 'scenario')} not run by all solvers yet: ranks leave that out."

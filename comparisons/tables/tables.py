@@ -1,0 +1,217 @@
+"""Tables for the terminal."""
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from decimal import ROUND_FLOOR, Decimal
+from typing import Any
+
+from rich.table import Table
+from rich.text import Text
+
+from cgla_graph.comparisons.leaderboard.performance import TARGET_PERCENTS, Performance
+from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS, Estimate
+from cgla_graph.comparisons.study.rows import Summary, scenario_bound, summaries
+from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.tables.fitted_table import FittedTable
+from cgla_graph.scenarios.scenario import Scenario
+
+#: Numbers from here on are written with an exponent.
+MOST_DIGITS = 1e12
+#: What a narrow terminal does without of `comparison_table`, the first first.
+_SPARE = ("evaluations", "clearance", "seed spread", "build", "excess", "risk", "length", "time", "gap")
+
+
+def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[str] = ()) -> FittedTable:
+    """
+    Show one scenario: a line a solver, the least gap first.
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    runs
+        Its runs.
+    notes
+        Lines that stand below, with those that explain the columns.
+    """
+    unit = "m" if scenario.projection else "map units"
+    title = f"{scenario.full_title} (k = {scenario.problem.k:g}, lengths in {unit})"
+    heads = ("cost", "gap", "excess", "length", "risk", "clearance", "time", "build", "evaluations", "seed spread")
+    found = summaries(runs)
+    rows: list[Sequence[str]] = [_cells(summary) for summary in found]
+    remarks = [f"{one.solver}: {one.message}" for one in found if one.message and not _is_quiet(one)]
+    explained = [
+        f"gap: {bound_note(runs) or 'not known, as no lower bound was asked for'}",
+        "excess: over the best exact optimum on the lattice; time: to solve; build: to weigh and hand over the graph",
+        "evaluations: pairs of points whose cost was asked for",
+        "of several seeds: the median run, and in seed spread how much dearer the dearest is than the cheapest",
+    ]
+    return FittedTable(title, ("solver", "status"), heads, _SPARE, [*explained, *notes, *remarks], rows)
+
+
+def bound_note(runs: Sequence[Run], unit: str = "") -> str:
+    """
+    Say in one line what gaps of a scenario are relative to; empty where no bound is known and none was asked for.
+
+    Parameters
+    ----------
+    runs
+        Runs of one scenario.
+    unit
+        Of costs, to follow a number.
+    """
+    bound = scenario_bound(runs)
+    proof = next((run.certificate for run in runs if run.certificate is not None), None)
+    if proof is None:
+        known = f"how far above the lower bound {rounded_down(bound, 6)}{unit} that a solver proved"
+        return "" if math.isnan(bound) else known
+    if math.isnan(proof.lower_bound):
+        return f"not known, as no lower bound could be proven: {proof.message}"
+    if math.isinf(proof.lower_bound):
+        return f"none, as it is proven that there is no path: {proof.message}"
+    grid = f"grid step {proof.spacing:.3g}{unit}, " if proof.spacing > 0.0 else ""
+    missed = "" if proof.reached else f"; not as tight as asked for: {proof.message}"
+    return (
+        f"how far above the proven lower bound {rounded_down(bound, 6)}{unit} ({grid}{duration(proof.seconds)}){missed}"
+    )
+
+
+def performance_table(found: Sequence[Performance]) -> FittedTable:
+    """Show how soon the solvers of one scenario get how far: a line a solver, the cheapest first."""
+    first = found[0]
+    soon = [f"to {share} %" for share in TARGET_PERCENTS]
+    evaluations = f"evaluations {soon[-1]}"
+    heads = ["runs", "success", "to first path", *soon, evaluations, "median cost"]
+    # how many runs there were stands in success, too
+    spare = (evaluations, "runs", *soon[:-1], "success", "to first path", soon[-1])
+    rows: list[Sequence[str]] = []
+    # optima that differ by rounding are equal
+    for one in sorted(found, key=lambda one: (float(f"{one.cost.median:.9g}"), one.seconds[0].median)):
+        cells = [
+            one.solver,
+            str(one.n_runs),
+            _success(one),
+            *(_estimate(time, lambda seconds: _or_never(seconds, figure(1e3 * seconds, 3))) for time in one.seconds),
+            _estimate(one.evaluations[-1], lambda count: _or_never(count, f"{count:,.0f}")),
+            _estimate(one.cost, lambda cost: _or_never(cost, figure(cost, 6))),
+        ]
+        rows.append(cells)
+    shares = ", ".join(str(share) for share in TARGET_PERCENTS)
+    bound = first.lower_bound
+    targets = "unknown without a lower bound" if math.isnan(bound) else f"to a gap over {rounded_down(bound, 6)}"
+    notes = [
+        f"to first path, to {shares} %: time until then, building the graph included ({targets})",
+        "medians over the runs; one that never gets there counts as infinite, so a median may be never",
+        "below: 95 % intervals, of success by Clopper and Pearson, of medians from order statistics",
+    ]
+    if any(1 < one.n_runs < FEWEST_RUNS for one in found):
+        notes.append(f"intervals of medians need at least {FEWEST_RUNS} runs (--seeds {FEWEST_RUNS})")
+    title = f"{first.scenario}: how soon, in milliseconds"
+    return FittedTable(title, ("solver",), heads, spare, notes, rows)
+
+
+def _success(one: Performance) -> str:
+    """Write how many runs found a path, and the interval of the rate below that."""
+    counts = f"{one.n_paths}/{one.n_runs}"
+    return f"{counts}\n{100 * one.success.low:.0f} to {100 * one.success.high:.0f} %" if one.n_runs > 1 else counts
+
+
+def _estimate(found: Estimate, write: Callable[[float], str]) -> str:
+    """Write a median, and its interval below where there is one."""
+    if math.isnan(found.median):
+        return "-"
+    middle = write(found.median)
+    # no interval of too few runs, nor of too few that ever get there
+    return middle if math.isinf(found.low) else f"{middle}\n[{write(found.low)}, {write(found.high)}]"
+
+
+def _or_never(value: float, text: str) -> str:
+    return text if value < math.inf else "never"
+
+
+def _is_quiet(summary: Summary) -> bool:
+    """Say whether an answer needs no remark."""
+    return summary.status in {"optimal", "found"}
+
+
+def _cells(summary: Summary) -> list[str]:
+    return [
+        summary.solver,
+        summary.status,
+        figure(summary.cost, 6),
+        percent(summary.gap),
+        percent(summary.excess),
+        figure(summary.length, 6),
+        figure(summary.risk, 4),
+        figure(summary.clearance, 3),
+        duration(summary.seconds),
+        duration(summary.build_seconds) if summary.build_seconds else "-",
+        f"{summary.evaluations:,.0f}",
+        percent(summary.spread) if not math.isnan(summary.spread) else "-",
+    ]
+
+
+def figure(value: float, digits: int) -> str:
+    """
+    Write a number with some significant digits, all of those before the point; a dash where there is none.
+
+    Examples
+    --------
+    >>> figure(1.50547714, 6), figure(4805.02, 3), figure(float("inf"), 6)
+    ('1.50548', '4805', '-')
+    """
+    if not math.isfinite(value):
+        return "-"
+    text = f"{value:#.{digits}g}".rstrip(".")
+    return f"{value:.0f}" if "e+" in text and abs(value) < MOST_DIGITS else text
+
+
+def rounded_down(value: float, digits: int) -> str:
+    """
+    Write a bound with some significant digits, never above what is proven.
+
+    Examples
+    --------
+    >>> rounded_down(1.4903821, 5), rounded_down(232275.92, 4), rounded_down(0.0, 3)
+    ('1.4903', '232200', '0.00')
+    """
+    if value == 0.0 or not math.isfinite(value):
+        return figure(value, digits)
+    exact = Decimal(value)
+    unit = Decimal(1).scaleb(exact.adjusted() + 1 - digits)
+    return figure(float(exact.quantize(unit, rounding=ROUND_FLOOR)), digits)
+
+
+def percent(value: float) -> str:
+    """
+    Write a ratio as a percentage; a dash where there is none.
+
+    Examples
+    --------
+    >>> percent(0.0404), percent(-1e-16)
+    ('+4.04 %', '+0.00 %')
+    """
+    return f"{100.0 * value + 0.0:+.2f} %".replace("-0.00", "+0.00") if math.isfinite(value) else "-"
+
+
+def duration(seconds: float) -> str:
+    """
+    Write a time in a unit that suits it.
+
+    Examples
+    --------
+    >>> duration(0.000123), duration(2.5)
+    ('0.123 ms', '2.50 s')
+    """
+    milliseconds = f"{1e3 * seconds:.3g}"
+    return f"{seconds:.2f} s" if "e+" in milliseconds or seconds >= 1.0 else f"{milliseconds} ms"
+
+
+def listing(title: str, heads: Sequence[str], lines: Iterable[Mapping[str, Any]]) -> Table:
+    """Show records as a plain table, one column for each head; the first, names to be typed, is not folded."""
+    table = Table(title=title, title_justify="left", title_style="bold")
+    for number, head in enumerate(heads):
+        table.add_column(head, overflow="fold", no_wrap=number == 0)
+    for line in lines:
+        table.add_row(*(Text(str(line[head])) for head in heads))
+    return table

@@ -1,0 +1,202 @@
+"""
+Calls on a Dask cluster that runs already: each in a process of its own there, too.
+
+Dask keeps the books: which machine works on what, and what has to be made again when a machine is lost. Its own
+workers cannot be killed without losing all that they hold, so none of them makes a call itself: each of their threads
+has a worker process of `isolation` beside it.
+"""
+
+import multiprocessing
+import socket
+import threading
+import uuid
+from collections import defaultdict
+from collections.abc import Generator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import suppress
+from importlib import import_module
+from typing import Any
+
+from cgla_graph.comparisons.workers.pool import AHEAD, Call, NextCall, Outcome, packed
+from cgla_graph.comparisons.workers.process import Failure, Reply, Slot, told
+from cgla_graph.errors import WorkerError
+
+#: How long a scheduler may take to answer, in seconds.
+CONNECT_SECONDS = 10.0
+
+
+def spread(
+    next_call: NextCall, *, scheduler: str, seconds: float, preload: Sequence[str] = ()
+) -> Generator[tuple[Call, Outcome]]:
+    """
+    Make calls on a Dask cluster, and hand on what comes of each as soon as it ends.
+
+    All its machines need the same version of this package, and of what the calls use. Machines may come and go: what a
+    lost one was working on is begun again on another one, and a call that takes several down with it has crashed. As
+    long as there is none, calls wait. Other programs on the cluster are left alone.
+
+    Parameters
+    ----------
+    next_call
+        As `cgla_graph.comparisons.workers.pool.isolated` has it; it is asked for two calls a thread of the cluster.
+    scheduler
+        Address of the scheduler, as ``tcp://127.0.0.1:8786`` or ``127.0.0.1:8786``.
+    seconds
+        When to give up a call that no `limited` has stopped, above 0: time by the wall clock from its start.
+    preload
+        Modules to be loaded before the first call.
+
+    Yields
+    ------
+    call, outcome
+        As calls end. It is over when none is under way and `next_call` says None.
+
+    Raises
+    ------
+    WorkerError
+        If Dask is not installed, the scheduler cannot be reached or is lost, or its machines lack what they need.
+    """
+    dask = _dask()
+    client = _connect(dask, scheduler)
+    study = uuid.uuid4().hex
+    under_way: dict[str, tuple[Call, Any]] = {}
+    ended = dask.as_completed(loop=client.loop)
+    try:
+        while True:
+            capacity = _capacity(client)
+            while len(under_way) < capacity and (call := next_call()) is not None:
+                parcel = packed(call)
+                if isinstance(parcel, Outcome):
+                    yield call, parcel
+                    continue
+                future = client.submit(_run, study, parcel, seconds, tuple(preload), key=f"cgla-{uuid.uuid4().hex}")
+                under_way[future.key] = call, future
+                ended.add(future)
+            if not under_way:
+                return
+            call, future = under_way.pop(next(ended).key)
+            yield call, _outcome(dask, future)
+    except (CancelledError, OSError) as error:
+        msg = f"the Dask scheduler at {scheduler!r} is lost ({type(error).__name__}); start one, and go on (--resume)"
+        raise WorkerError(msg) from error
+    finally:
+        _dismiss(dask, client, scheduler, study, [future for _, future in under_way.values()])
+
+
+def _dask() -> Any:  # noqa: ANN401 - a module that has no types
+    """Import Dask's part that is a cluster."""
+    try:
+        return import_module("distributed")
+    except ImportError as error:
+        msg = f"a Dask cluster needs a package that is not there ({error}): pip install 'cgla-graph[distributed]'"
+        raise WorkerError(msg) from error
+
+
+def _connect(dask: Any, scheduler: str) -> Any:  # noqa: ANN401 - a module and a client that have no types
+    try:
+        _ring(dask, scheduler)
+        return dask.Client(scheduler, timeout=CONNECT_SECONDS, set_as_default=False, name="cgla")
+    except (OSError, ValueError, TypeError, ImportError) as error:
+        msg = f"no Dask scheduler answers at {scheduler!r} ({told(error)}); `dask scheduler` starts one and says where"
+        raise WorkerError(msg) from error
+
+
+def _ring(dask: Any, scheduler: str) -> None:  # noqa: ANN401 - a module that has no types
+    """Find out at once whether a scheduler is there, where Dask's client would try again and again."""
+    with socket.create_connection(dask.comm.get_address_host_port(scheduler), CONNECT_SECONDS) as line:
+        # a scheduler speaks first, unless by TLS; for something else that listens, the client would wait for ever
+        if dask.comm.parse_address(scheduler)[0] == "tcp" and not line.recv(1):
+            msg = "it hangs up"
+            raise OSError(msg)
+
+
+def _capacity(client: Any) -> int:  # noqa: ANN401 - a client that has no types
+    """Count the calls that may be under way; at least one, as there are clusters that grow when there is work."""
+    n_threads: int = sum(client.nthreads().values())
+    return max(1, n_threads * (1 + AHEAD))
+
+
+def _outcome(dask: Any, future: Any) -> Outcome:  # noqa: ANN401 - a module and a future that have no types
+    """Read what became of a call. A call raises nothing: what does come is the cluster's."""
+    try:
+        return Outcome.of(future.result())
+    except dask.KilledWorker as error:
+        n_lost = error.allowed_failures + 1
+        return Outcome(None, Failure.CRASHED, f"{n_lost} workers of the cluster died of it, one after the other")
+    except (CancelledError, OSError, WorkerError):
+        raise
+    except Exception as error:
+        msg = f"the workers of the Dask cluster lack what this program has; install the same there ({told(error)})"
+        raise WorkerError(msg) from error
+
+
+def _dismiss(dask: Any, client: Any, scheduler: str, study: str, futures: Sequence[Any]) -> None:  # noqa: ANN401 - a module and a client that have no types
+    """End what is under way, and the processes of this study, if the cluster can still be reached."""
+    with suppress(Exception):
+        if client.status == "running":
+            # a client that has not noticed yet that its scheduler is gone would wait for it
+            _ring(dask, scheduler)
+            client.cancel(list(futures))
+            client.run(_leave, study, on_error="ignore")
+    with suppress(Exception):
+        client.close(timeout=CONNECT_SECONDS)
+
+
+# ---- in a worker of the cluster ----
+
+
+class _Slots:
+    """The worker processes of one study in a worker of Dask: one for each thread that has made a call."""
+
+    def __init__(self) -> None:
+        self.all: list[Slot] = []
+        self.free: list[Slot] = []
+        self.over = False
+
+
+_STOPPED = Reply(failure=Failure.CRASHED, message="its study was stopped")
+_lock = threading.Lock()
+_slots: defaultdict[str, _Slots] = defaultdict(_Slots)
+
+
+def _run(study: str, call: bytes, seconds: float, preload: tuple[str, ...]) -> Reply:
+    """Make a call in a process beside this one."""
+    with _lock:
+        mine = _slots[study]
+        if not mine.over and not mine.free:
+            _let_have_children()
+            mine.free.append(Slot(preload))
+            mine.all.append(mine.free[-1])
+        slot = mine.free.pop() if mine.free and not mine.over else None
+    if slot is None:
+        return _STOPPED
+    try:
+        return slot.run(call, seconds)
+    except CancelledError:
+        return _STOPPED
+    finally:
+        with _lock:
+            mine.free.append(slot)
+
+
+def _leave(study: str) -> None:
+    """End all processes of a study in this worker, for good."""
+    with _lock:
+        _slots[study].over = True
+        slots = list(_slots[study].all)
+    for slot in slots:
+        slot.stop()
+    for slot in slots:
+        slot.join()
+
+
+def _let_have_children() -> None:
+    """
+    Let this process have processes of its own.
+
+    Dask's nanny marks its workers as daemons, for them to be killed when it ends; and daemons may have no children, as
+    nobody would end those. Ours end by themselves with this process, whatever ended it.
+    """
+    process = multiprocessing.current_process()
+    if process.daemon:
+        process.daemon = False
