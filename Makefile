@@ -17,7 +17,7 @@ test: $(INSTALLED)
 	$(PYTEST) -m "not slow"
 
 # every run draws other examples, twenty times as many; a failure prints the example and the line that brings it back.
-# make fuzz TESTS=tests/test_risk.py: only those
+# make fuzz TESTS=tests/model/test_risk.py: only those
 TESTS ?=
 fuzz: $(INSTALLED)
 	CGLA_FUZZ=1 $(PYTEST) -m hypothesis $(TESTS)
@@ -29,9 +29,10 @@ lint: $(INSTALLED)
 
 check: lint
 	$(PYTEST)
-	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(PYTEST) tests/test_risk.py tests/test_no_fly.py tests/test_graph.py tests/test_cgla_matrix.py \
-		tests/test_spline_mesh.py tests/test_eikonal_kernels.py tests/test_certificate_kernels.py \
-		tests/test_repair.py tests/test_fusion.py tests/test_trajectory.py tests/test_space_time.py
+	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(PYTEST) \
+		tests/model/test_risk.py tests/model/test_no_fly.py tests/model/test_graph.py tests/cost_to_go/test_cost_matrix.py \
+		tests/eikonal/test_mesh.py tests/eikonal/test_marching_kernels.py tests/certificate/test_certificate_kernels.py \
+		tests/cost_to_go/test_repair.py tests/fusion/test_fusion.py tests/motion/test_trajectory.py tests/motion/test_space_time.py
 
 bench: $(INSTALLED)
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-columns=min,median,rounds -s

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-# the helpers of the tests beside this folder
-sys.path.insert(0, str(Path(__file__).parent.parent))
+# the helpers of the browser's tests
+sys.path.insert(0, str(Path(__file__).parents[1] / "comparisons" / "report"))
 from report_studies import large_study
 from test_report_browser import CHROMIUM, DRIVER, browser, with_map
 

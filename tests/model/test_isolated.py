@@ -221,7 +221,7 @@ def script(tmp_path: Path) -> Iterator[Any]:
             f"print(pid(), flush=True)\n{lines}\n",
             encoding="utf-8",
         )
-        paths = os.pathsep.join(map(str, (Path(__file__).parent, os.environ.get("PYTHONPATH", ""))))
+        paths = os.pathsep.join(map(str, (Path(__file__).parents[1] / "support", os.environ.get("PYTHONPATH", ""))))
         process = subprocess.Popen(
             [sys.executable, "-W", "error", str(file)],
             stdout=subprocess.PIPE,

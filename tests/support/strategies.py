@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from cgla_graph._types import Bounds, FloatArray, Point
+from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
@@ -238,3 +239,67 @@ def plane_problems(draw: st.DrawFn, *, max_threats: int = 4, areas: bool = True)
     free = [box for box in around if not any(box.covers(shapely.Point(end)) for end in (start, goal))]
     no_fly = shapely.union_all(free) if free else None
     return Problem(start, goal, draw(fields(max_threats=max_threats)), k=draw(risk_weights), no_fly=no_fly)
+
+
+# Models of cost, and other ones that they change into
+
+
+@st.composite
+def areas(draw: st.DrawFn) -> shapely.MultiPolygon:
+    """Draw up to three boxes or triangles with corners on eighths (where lattice nodes are, too) or anywhere."""
+    eighth = st.integers(0, 8).map(lambda i: i / 8)
+    corner = draw(st.sampled_from([st.tuples(eighth, eighth), points]))
+    shapes = []
+    for _ in range(draw(st.integers(0, 3))):
+        a, b, c = draw(st.lists(corner, min_size=3, max_size=3))
+        shape = draw(st.sampled_from([shapely.box(*a, *b), shapely.Polygon([a, b, c])]))
+        if shape.is_valid and shape.area > 1e-6 and all(shape.disjoint(other) for other in shapes):
+            shapes.append(shape)
+    return shapely.MultiPolygon(shapes)
+
+
+@st.composite
+def plain_threats(draw: st.DrawFn) -> Threat:
+    """Draw threats that paths turn aside for."""
+    return Threat(*draw(points), spread=draw(st.floats(0.02, 0.15)))
+
+
+@st.composite
+def models(draw: st.DrawFn) -> CostModel:
+    k = draw(st.sampled_from([10.0, 100.0, 1.0, 0.0]))
+    # 17 threats have a greater reach than 16
+    plain = st.lists(plain_threats(), max_size=5).map(RiskField)
+    field = draw(st.one_of(plain, fields(max_threats=6), crowds(max_threats=18)))
+    return CostModel(field, k, draw(areas()) if draw(st.booleans()) else None)
+
+
+@st.composite
+def changed(draw: st.DrawFn, model: CostModel) -> CostModel:
+    """Draw another model: threats come, go, move and change places; areas pop up and vanish; k changes."""
+    members = list(model.field.threats)
+    events = st.sampled_from(["come", "go", "move", "double", "shuffle"])
+    for event in draw(st.lists(events, min_size=draw(st.integers(0, 1)), max_size=3)):
+        at = draw(st.integers(0, max(len(members) - 1, 0)))
+        if event == "come" or not members:
+            members.append(draw(st.one_of(threats(), plain_threats())))
+        elif event == "go":
+            del members[at]
+        elif event == "move":
+            t = members[at]
+            x, y = draw(points)
+            members[at] = Threat(x, y, spread=t.spread, peak=t.peak)
+        elif event == "double":
+            members.insert(0, members[at])
+        else:
+            members.reverse()
+    k, no_fly = model.k, model.no_fly
+    if draw(st.integers(0, 4)) == 0:
+        k = draw(st.sampled_from([0.0, 1.0, 10.0, 50.0, 100.0]))
+    if draw(st.integers(0, 2)) == 0:
+        no_fly = draw(st.one_of(st.none(), areas()))
+        if isinstance(model.no_fly, shapely.MultiPolygon) and isinstance(no_fly, shapely.MultiPolygon):
+            # some parts stay
+            kept = [part for part in model.no_fly.geoms if draw(st.booleans())]
+            new = [part for part in no_fly.geoms if all(part.disjoint(other) for other in kept)]
+            no_fly = shapely.MultiPolygon(kept + new)
+    return CostModel(RiskField(members), k, no_fly)

@@ -10,7 +10,7 @@ from pathlib import Path
 import networkx as nx
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 #: What stands on which floor, the lowest first: modules import only from their own floor and from those below it.
 FLOORS = (
     ("errors", "_types", "_kernel", "_validate"),

@@ -1,7 +1,6 @@
 """Pictures: what is in them, that nothing overlaps, and that files are whole and the same every time."""
 
 import dataclasses
-import itertools
 import os
 import re
 import xml.etree.ElementTree as ET
@@ -12,6 +11,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import shapely
+from figures import HOSTILE, assert_tidy
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -21,7 +21,6 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
-from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike
 
 from cgla_graph.certificate.certificate import Certificate
@@ -47,24 +46,6 @@ START, GOAL = (0.1, 0.1), (0.9, 0.9)
 WHITE = pytest.approx([255] * 3, abs=1)
 THREATS = RiskField([Threat(0.5, 0.5, spread=0.1, peak=0.8)])
 RING = shapely.box(0.2, 0.2, 0.8, 0.8) - shapely.box(0.4, 0.4, 0.6, 0.6)
-HOSTILE = [
-    "$x_1$",
-    "$",
-    "\\frac{1",
-    "_hidden",
-    "__nolegend__",
-    "<b>&amp;]]>--</b>",
-    "\U0001f9ff \N{THUMBS UP SIGN}\N{EMOJI MODIFIER FITZPATRICK TYPE-4} \u2764\ufe0f",
-    "two\nlines\r\n\ttab",
-    "nul\0 bell\a esc\x1b[31m",
-    "\ud800 lone surrogate",
-    "竞争 مرحبا עברית",
-    "e\u0301\u0301\u0301 \u200f\u202e reversed",
-    "W" * 5000,
-    "many words " * 500,
-    "",
-    " ",
-]
 
 
 def scenario(name: str = "map", title: str = "a map", **settings: object) -> Scenario:
@@ -111,26 +92,6 @@ def paths(figure: Figure) -> list[Line2D]:
 def is_dashed(line: Line2D) -> bool:
     """Tell whether a line has gaps; matplotlib's own method says so of any line that was given a pattern."""
     return line.get_linestyle() != "None" and line._dash_pattern[1] is not None
-
-
-def assert_tidy(figure: Figure) -> None:
-    """Check that all is on the page and no part lies over another."""
-    canvas: Any = FigureCanvasAgg(figure)
-    canvas.draw()
-    renderer = canvas.get_renderer()
-    parts = [axes.get_tightbbox(renderer) for axes in figure.axes]
-    parts += [legend.get_window_extent(renderer) for legend in figure.legends]
-    parts += [text.get_window_extent(renderer) for text in figure.texts]
-    for part in parts:
-        assert part.x0 >= 0 and part.y0 >= 0 and part.x1 <= figure.bbox.x1 and part.y1 <= figure.bbox.y1  # noqa: PT018
-    for one, other in itertools.combinations(parts, 2):
-        shared = Bbox.intersection(one, other)
-        assert shared is None or min(shared.width, shared.height) < 0.5
-    for axes in figure.axes:
-        ticks = [*axes.get_xticklabels(), *axes.get_yticklabels(), axes.xaxis.label, axes.yaxis.label]
-        boxes = [tick.get_window_extent(renderer) for tick in ticks if tick.get_text() and tick.get_visible()]
-        for one, other in itertools.combinations(boxes, 2):
-            assert Bbox.intersection(one, other) is None
 
 
 def pixel(figure: Figure, x: float, y: float) -> list[float]:

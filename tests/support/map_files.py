@@ -3,7 +3,7 @@
 from pathlib import Path
 
 _OWN = Path(__file__).resolve().parent / "data"
-_PUBLISHED = Path(__file__).resolve().parents[2] / "shared" / "data"
+_PUBLISHED = Path(__file__).resolve().parents[3] / "shared" / "data"
 
 #: Grid maps with the octile lengths of their rows; those of ``rooms`` were computed with networkx.
 SCENS = sorted([*_OWN.glob("*.scen"), *_PUBLISHED.glob("movingai/*.scen")])

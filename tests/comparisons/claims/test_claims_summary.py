@@ -10,7 +10,7 @@ from cgla_graph.comparisons.claims import catalogue, summary
 from cgla_graph.comparisons.claims.claim import Verdict
 from cgla_graph.errors import ClaimError
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "claims.md"
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "claims.md"
 
 
 def _document(**changes: object) -> dict[str, Any]:

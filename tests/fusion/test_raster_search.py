@@ -17,8 +17,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 from oracles import raster
 from scipy.sparse.csgraph import dijkstra
-from strategies import Segment, crowds, fast, few, fields, lattices, points, seeds, segments, threats, usual
-from test_repair import areas, changed, models
+from strategies import (
+    Segment,
+    areas,
+    changed,
+    crowds,
+    fast,
+    few,
+    fields,
+    lattices,
+    models,
+    points,
+    seeds,
+    segments,
+    threats,
+    usual,
+)
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, Point

@@ -11,12 +11,12 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
+from figures import assert_tidy
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from scipy.integrate import quad
 from strategies import examples, few, points, seeds
-from test_plots import assert_tidy
 
 from cgla_graph.comparisons.claims import figure_page
 from cgla_graph.comparisons.claims.exhibit import Exhibit, Picture

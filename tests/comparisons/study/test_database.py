@@ -380,7 +380,7 @@ with start(folder, study) as database:
 
 
 def write_in_another_process(folder: Path, n_seeds: int) -> "subprocess.Popen[str]":
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent)}
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2] / "support")}
     words = [sys.executable, "-c", WRITER, str(folder), str(n_seeds)]
     return subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment)
 

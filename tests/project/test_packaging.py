@@ -11,7 +11,7 @@ import pytest
 
 pytestmark = pytest.mark.slow
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = {"cgla_graph": "cgla_graph", "solvers": "cgla_graph/solvers", "comparisons": "cgla_graph/comparisons"}
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+from figures import HOSTILE, assert_tidy
 from hypothesis import example, given
 from hypothesis import strategies as st
 from matplotlib.axes import Axes
@@ -20,7 +21,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from missions_small import CROSSING, DEGREES, flown_of
 from PIL import Image, ImageSequence
-from test_plots import HOSTILE, assert_tidy
 
 from cgla_graph.comparisons.plots import animation_file, pictures
 from cgla_graph.comparisons.plots.animation import MOST_FRAMES, Film, frame_ticks, plan_ahead, state_at
