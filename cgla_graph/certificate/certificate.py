@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._types import WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
-from cgla_graph.certificate.subsolution import FIRST_CELLS, Field, Level
+from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
@@ -183,9 +183,9 @@ def _load_kernels() -> None:
     problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([threat]), k=10.0, no_fly=shapely.box(0.4, 0.6, 0.5, 0.7))
     last = 16, 16
     level = Level.lay(problem, last, cell_runs.rectangle(last))
-    fields = [found for to_goal in (True, False) if (found := level.bound(to_goal=to_goal, aim=1.0)) is not None]
-    level.kept(fields[0], fields[-1], math.inf)
-    _Search(problem, 0.1, 0, _cost_of_own(problem), is_own=True).improve(level, fields[0])
+    bounds = [found for to_goal in (True, False) if (found := level.bound(to_goal=to_goal, aim=1.0)) is not None]
+    level.kept(bounds[0], bounds[-1], math.inf)
+    _Search(problem, 0.1, 0, _cost_of_own(problem), is_own=True).improve(level, bounds[0])
 
 
 def _cost_of_given(problem: Problem, path: ArrayLike) -> float:
@@ -259,25 +259,25 @@ class _Search:
             level = Level.lay(problem, last, runs)
             self.cells = len(level.mesh.columns)
             self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.upper))
-            fields: list[Field] = []
+            bounds: list[Subsolution] = []
             for to_goal in (True, False):
                 found = level.bound(to_goal=to_goal, aim=FRACTION * self.tolerance)
                 if found is None:
                     # what finer grids leave out is more expensive than a known path
                     self.best = self.known
                     return self._end(self._outcome())
-                fields.append(found)
+                bounds.append(found)
                 # that of a path that is known to exist is never beaten
                 self.best = max(self.best, min(found.bound * shrink, self.known))
                 self.grids[-1] = replace(self.grids[-1], lower_bound=self.best)
                 if outcome := self._outcome():
                     return self._end(outcome)
-            here = max(one.bound for one in fields)
+            here = max(one.bound for one in bounds)
             # a grid of some fineness knows better than the lattice on which side of an obstacle to pass
             if self._looks_stuck(here, here - before) or max(last) == SECOND_LOOK:
-                self.improve(level, fields[0])
+                self.improve(level, bounds[0])
             self.grids[-1] = replace(self.grids[-1], upper_bound=self.upper)
-            kept = level.kept(fields[0], fields[1], self.known / shrink)
+            kept = level.kept(bounds[0], bounds[1], self.known / shrink)
             last = 2 * last[0], 2 * last[1]
             runs = cell_runs.clipped(cell_runs.halved(kept), last)
             before = here
@@ -312,7 +312,7 @@ class _Search:
         """
         return self.known > (bound + 3.0 * max(gained, 0.0)) * (1.0 + self.tolerance)
 
-    def improve(self, level: Level, to_goal: Field) -> None:
+    def improve(self, level: Level, to_goal: Subsolution) -> None:
         """Look for a better path down the costs-to-go; it replaces the one that the bound is held against, if own."""
         path = descent(self.problem, level.mesh, to_goal.values, radius=level.reach + 1.0)
         if len(path) and self.problem.evaluate(path).feasible:

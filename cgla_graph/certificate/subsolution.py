@@ -39,9 +39,9 @@ FIRST_REACH = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Field:
+class Subsolution:
     """
-    A proven bound from every checked cell to one end.
+    A spline that is nowhere steeper than the cost: a proven bound from every checked cell to one end.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Level:
         reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
         return cls(problem, mesh, bounds, node_costs(problem, mesh), reach)
 
-    def bound(self, *, to_goal: bool, aim: float) -> Field | None:
+    def bound(self, *, to_goal: bool, aim: float) -> Subsolution | None:
         """
         Bound the cost from everywhere to one end: solve, check, lower the cost where it is too steep, and again.
 
@@ -94,7 +94,7 @@ class Level:
         steep = np.empty(len(mesh.columns))
         radius = (self.reach + 1.5) * max(mesh.spacing)
         near = np.hypot(*(mesh.node_points - source).T) <= radius
-        best: Field | None = None
+        best: Subsolution | None = None
         for _ in range(MOST_ROUNDS):
             times = costs_to_go(
                 problem,
@@ -110,7 +110,7 @@ class Level:
             steepest = certificate_kernels.steepness(
                 times, mesh.controls, mesh.columns, mesh.rows, mesh.last, checked, self.bounds, mesh.spacing, steep
             )
-            found = self._field(times / max(steepest, 1.0), source, other, piece, block)
+            found = self._shifted(times / max(steepest, 1.0), source, other, piece, block)
             gained = found.bound - best.bound if best is not None else math.inf
             if best is None or gained > 0.0:
                 best = found
@@ -119,7 +119,7 @@ class Level:
             certificate_kernels.soften(steep, mesh.controls, factors)
         return best
 
-    def _field(self, values: FloatArray, source: Point, other: Point, piece: int, block: "Block") -> Field:
+    def _shifted(self, values: FloatArray, source: Point, other: Point, piece: int, block: "Block") -> Subsolution:
         """Shift a spline that is nowhere too steep so that it bounds the cost to the source itself."""
         mesh = self.mesh
         excess = certificate_kernels.rim_excess(
@@ -137,10 +137,10 @@ class Level:
         )
         shifted = values - excess if math.isfinite(excess) else np.full_like(values, -math.inf)
         if block.holds[piece]:
-            return Field(block.tip.least_cost * math.dist(source, other), shifted)
+            return Subsolution(block.tip.least_cost * math.dist(source, other), shifted)
         x, y = ((other[axis] - mesh.origin[axis]) / mesh.spacing[axis] for axis in range(2))
         at = spline_value(mesh.controls[piece], x - int(mesh.columns[piece]), y - int(mesh.rows[piece]), shifted)
-        return Field(float(at), shifted)
+        return Subsolution(float(at), shifted)
 
     @cached_property
     def blocks(self) -> "tuple[Block, Block]":
@@ -152,7 +152,7 @@ class Level:
         """Whether the start is outside the block around the goal."""
         return not self.blocks[1].holds[self.mesh.ends[0]]
 
-    def kept(self, to_goal: Field, to_start: Field, limit: float) -> WholeArray:
+    def kept(self, to_goal: Subsolution, to_start: Subsolution, limit: float) -> WholeArray:
         """Return the runs of the cells on which a path may cost less than the limit."""
         mesh = self.mesh
         keep = np.empty(len(mesh.columns), dtype=np.bool_)

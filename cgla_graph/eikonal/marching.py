@@ -3,9 +3,8 @@
 import numpy as np
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.certificate import certificate_kernels
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
-from cgla_graph.eikonal import marching_kernels
+from cgla_graph.eikonal import front_kernels, marching_kernels
 from cgla_graph.eikonal.mesh import SplineMesh, corners
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import Problem
@@ -63,7 +62,7 @@ def costs_to_go(
     state[:n][mesh.outside] = marching_kernels.DONE
     padded = np.append(cost, 1.0)
     area = problem.model.area
-    certificate_kernels.start_disc(
+    front_kernels.start_disc(
         mesh.controls[piece],
         mesh.node_columns,
         mesh.node_rows,
@@ -80,9 +79,9 @@ def costs_to_go(
     )
     times *= start_factor
     marching_kernels.march(times, state, padded, mesh.neighbours, mesh.spacing, second)
-    while not area.is_empty and certificate_kernels.bridge(mesh.controls, padded, mesh.spacing, times, state):
+    while not area.is_empty and front_kernels.bridge(mesh.controls, padded, mesh.spacing, times, state):
         marching_kernels.march(times, state, padded, mesh.neighbours, mesh.spacing, second)
-    certificate_kernels.mirror(mesh.node_columns, mesh.node_rows, mesh.last, mesh.neighbours, times)
+    front_kernels.mirror(mesh.node_columns, mesh.node_rows, mesh.last, mesh.neighbours, times)
     return times
 
 
