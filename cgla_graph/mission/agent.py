@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -10,17 +10,15 @@ from cgla_graph._types import FloatArray, Point
 from cgla_graph.mission.belief import Belief
 from cgla_graph.mission.metrics import measure
 from cgla_graph.mission.records import Knowledge, MissionStatus, UavFlight
-from cgla_graph.mission.replanner import Planner
+from cgla_graph.mission.replanner import Replanner
+from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
 from cgla_graph.model.risk import Threat
 from cgla_graph.motion.trajectory import Trajectory
 
-if TYPE_CHECKING:
-    from cgla_graph.mission.uav import Uav
-
 
 @dataclass(eq=False)
-class Pilot:
+class Agent:
     """
     The state of one UAV in a simulation, and its record.
 
@@ -51,8 +49,8 @@ class Pilot:
     """
 
     number: int
-    uav: "Uav"
-    planner: Planner
+    uav: Uav
+    planner: Replanner
     position: Point
     belief: Belief = field(default_factory=Belief)
     heading: Point = (0.0, 0.0)

@@ -3,21 +3,19 @@
 import dataclasses
 import math
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
+from cgla_graph.mission.rules import Rules
+from cgla_graph.mission.uav import Uav
 from cgla_graph.model.risk import Threat
-
-if TYPE_CHECKING:
-    from cgla_graph.mission.mission import Mission
-    from cgla_graph.mission.uav import Uav
 
 EventKind: TypeAlias = Literal[
     "departed",
@@ -205,7 +203,7 @@ class UavFlight:
         Time spent on its plans.
     """
 
-    uav: "Uav"
+    uav: Uav
     status: MissionStatus
     message: str
     took_off: bool
@@ -274,15 +272,18 @@ class Flight:
         How many ticks were flown.
     livelock
         The proof that the mission never ends, if there is one.
+    fly
+        Flies a mission, for what would have been under other rules (`informed`, `unshared`).
     interrupted
         Whether it was stopped before its end.
     """
 
-    mission: "Mission"
+    mission: Rules
     uavs: Mapping[str, UavFlight]
     separations: Sequence[Separation]
     events: Sequence[Event]
     ticks: int
+    fly: Callable[[Rules], "Flight"] = field(repr=False)
     livelock: Livelock | None = None
     interrupted: bool = False
 
@@ -306,14 +307,14 @@ class Flight:
         """The same mission flown by UAVs that know the world as it is from the start, and at every change."""
         if self.mission.knowledge == "all":
             return self
-        return dataclasses.replace(self.mission, knowledge="all").fly()
+        return self.fly(dataclasses.replace(self.mission, knowledge="all"))
 
     @cached_property
     def unshared(self) -> "Flight":
         """The same mission without sharing."""
         if not self.mission.shares.is_on:
             return self
-        return dataclasses.replace(self.mission, sharing="none").fly()
+        return self.fly(dataclasses.replace(self.mission, sharing="none"))
 
     @cached_property
     def price_of_ignorance(self) -> dict[str, float]:

@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Hashable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from shapely.geometry.base import BaseGeometry
@@ -14,6 +14,8 @@ from cgla_graph.cost_to_go.repair import lazy_cost_matrix, linked, repair, rewei
 from cgla_graph.errors import CglaError
 from cgla_graph.fusion.fusion import fused_graph
 from cgla_graph.fusion.raster_search import RasterGuide
+from cgla_graph.mission.rules import Rules
+from cgla_graph.mission.uav import Uav
 from cgla_graph.model import isolated
 from cgla_graph.model.adjacency import Node
 from cgla_graph.model.cost_model import CostModel, indexed_area
@@ -22,10 +24,6 @@ from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import StepByStep
-
-if TYPE_CHECKING:
-    from cgla_graph.mission.mission import Mission
-    from cgla_graph.mission.uav import Uav
 
 #: A bend by less than this, in radians, is rounding.
 IN_LINE = 1e-9
@@ -74,7 +72,7 @@ class Situation:
 
 
 @dataclass(eq=False)
-class Planner:
+class Replanner:
     """
     Plans for one UAV, and keeps what the last plan computed: G, or for solvers that want all weights, the graph.
 
@@ -88,8 +86,8 @@ class Planner:
         Of a solver that decides step by step: what it remembers.
     """
 
-    mission: "Mission"
-    uav: "Uav"
+    mission: Rules
+    uav: Uav
     _matrix: CostMatrix | None = field(default=None, repr=False)
     _graph: GeometricGraph | None = field(default=None, repr=False)
     _guide: RasterGuide | None = field(default=None, repr=False)

@@ -7,17 +7,19 @@ changed, then all move. Nothing depends on the time of day or on the order of an
 
 import math
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.mission.agent import Pilot
+from cgla_graph.mission.agent import Agent
 from cgla_graph.mission.avoidance import plan_around, stays_clear
 from cgla_graph.mission.encounters import Encounters
 from cgla_graph.mission.records import Event, EventKind, Flight, Knowledge, Livelock, MissionStatus
-from cgla_graph.mission.replanner import Planner, Situation
+from cgla_graph.mission.replanner import Replanner, Situation
+from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.sensing import sightings
 from cgla_graph.mission.sharing import Radio
 from cgla_graph.mission.world import union_of
@@ -25,9 +27,6 @@ from cgla_graph.model.cost_model import indexed_area
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.motion.trajectory import Disc, Trajectory
-
-if TYPE_CHECKING:
-    from cgla_graph.mission.mission import Mission
 
 #: A position that rounding put inside a no-fly area is moved out by so many units.
 NUDGE = 1e-9
@@ -53,23 +52,24 @@ class Simulation:
 
     Examples
     --------
-    >>> from cgla_graph.mission.mission import Mission
     >>> from cgla_graph.mission.uav import Uav
     >>> from cgla_graph.solvers import get
     >>> from cgla_graph.mission.world import World
     >>> uav = Uav("a", start=(0.1, 0.1), goal=(0.9, 0.9), detection_radius=0.2)
-    >>> simulation = Mission(World(), [uav], get("cgla")).simulate()
+    >>> simulation = Simulation(Rules(World(), [uav], get("cgla")))
     >>> simulation.advance()
     >>> simulation.tick, simulation.is_over, [event.kind for event in simulation.events]
     (1, False, ['departed', 'planned'])
     """
 
-    def __init__(self, mission: "Mission") -> None:
+    def __init__(self, mission: Rules) -> None:
         self.mission = mission
         self.tick = 0
         self.events: list[Event] = []
         self.livelock: Livelock | None = None
-        self._pilots = [Pilot(number, uav, Planner(mission, uav), uav.start) for number, uav in enumerate(mission.uavs)]
+        self._agents = [
+            Agent(number, uav, Replanner(mission, uav), uav.start) for number, uav in enumerate(mission.uavs)
+        ]
         self._radio = Radio(mission.shares)
         self._encounters = Encounters(
             [uav.name for uav in mission.uavs],
@@ -82,7 +82,7 @@ class Simulation:
     @property
     def is_over(self) -> bool:
         """Whether every UAV has come to an end."""
-        return all(pilot.is_done for pilot in self._pilots)
+        return all(agent.is_done for agent in self._agents)
 
     def advance(self) -> None:
         """Fly one tick; nothing happens when the mission is over."""
@@ -93,20 +93,20 @@ class Simulation:
             # everybody was where they wanted to be
             return
         self._notice_what_came_up()
-        for pilot in self._flying():
-            self._sense(pilot)
+        for agent in self._flying():
+            self._sense(agent)
         self._share()
         self._find_livelock()
         if self.mission.update == "sequential":
-            for pilot in self._flying():
-                self._plan(pilot)
-                if pilot.in_air:
-                    pilot.move(self.tick)
+            for agent in self._flying():
+                self._plan(agent)
+                if agent.in_air:
+                    agent.move(self.tick)
         else:
-            for pilot in self._flying():
-                self._plan(pilot)
-            for pilot in self._flying():
-                pilot.move(self.tick)
+            for agent in self._flying():
+                self._plan(agent)
+            for agent in self._flying():
+                agent.move(self.tick)
         if self.is_over:
             # nobody was left to fly this tick
             return
@@ -130,38 +130,39 @@ class Simulation:
         """
         events = list(self.events)
         if interrupted:
-            events += [Event(self.tick, "interrupted", pilot.name) for pilot in self._pilots if not pilot.is_done]
+            events += [Event(self.tick, "interrupted", agent.name) for agent in self._agents if not agent.is_done]
         return Flight(
             mission=self.mission,
             uavs={
-                pilot.name: pilot.flown(self.mission.world, self.tick, self.mission.step_of(pilot.uav))
-                for pilot in self._pilots
+                agent.name: agent.flown(self.mission.world, self.tick, self.mission.step_of(agent.uav))
+                for agent in self._agents
             },
             separations=tuple(self._encounters.separations.values()),
             events=tuple(events),
             ticks=self.tick,
+            fly=fly,
             livelock=self.livelock,
             interrupted=interrupted,
         )
 
-    def _flying(self) -> list[Pilot]:
-        return [pilot for pilot in self._pilots if pilot.in_air]
+    def _flying(self) -> list[Agent]:
+        return [agent for agent in self._agents if agent.in_air]
 
-    def _say(self, kind: EventKind, pilot: Pilot, **detail: Any) -> None:  # noqa: ANN401 - any JSON
-        self.events.append(Event(self.tick, kind, pilot.name, detail))
+    def _say(self, kind: EventKind, agent: Agent, **detail: Any) -> None:  # noqa: ANN401 - any JSON
+        self.events.append(Event(self.tick, kind, agent.name, detail))
 
     def _depart(self) -> None:
         world = self.mission.world
-        for pilot in self._pilots:
-            if pilot.is_done or pilot.in_air or pilot.uav.departs != self.tick:
+        for agent in self._agents:
+            if agent.is_done or agent.in_air or agent.uav.departs != self.tick:
                 continue
-            pilot.depart(self.tick)
-            self._say("departed", pilot, at=list(pilot.position))
+            agent.depart(self.tick)
+            self._say("departed", agent, at=list(agent.position))
             for number, threat in world.threats_at(self.tick).items():
-                if math.dist(pilot.position, (threat.x, threat.y)) <= threat.spread:
-                    risk = float(world.field_at(self.tick).density(pilot.position))
-                    self._say("started-in-risk", pilot, threat=number, risk=risk)
-            self._arrive(pilot)
+                if math.dist(agent.position, (threat.x, threat.y)) <= threat.spread:
+                    risk = float(world.field_at(self.tick).density(agent.position))
+                    self._say("started-in-risk", agent, threat=number, risk=risk)
+            self._arrive(agent)
 
     def _notice_what_came_up(self) -> None:
         """Log threats and areas that come up around a UAV."""
@@ -169,32 +170,32 @@ class Simulation:
         if self.tick not in world.changes:
             return
         threats, areas = world.threats_at(self.tick - 1), world.areas_at(self.tick - 1)
-        for pilot in self._flying():
+        for agent in self._flying():
             for number, threat in world.threats_at(self.tick).items():
-                apart = math.dist(pilot.position, (threat.x, threat.y))
+                apart = math.dist(agent.position, (threat.x, threat.y))
                 if threats.get(number) != threat and apart <= threat.spread:
-                    self._say("appeared-on", pilot, threat=number, distance=apart)
+                    self._say("appeared-on", agent, threat=number, distance=apart)
             for number, area in world.areas_at(self.tick).items():
-                if number not in areas and indexed_area(area).contains(pilot.position):
-                    self._say("appeared-on", pilot, area=number)
+                if number not in areas and indexed_area(area).contains(agent.position):
+                    self._say("appeared-on", agent, area=number)
 
-    def _sense(self, pilot: Pilot) -> None:
-        radius = math.inf if self.mission.knowledge == "all" else pilot.uav.detection_radius
-        seen_from = np.array([pilot.position])
-        if self.mission.movement == "vertex" and pilot.leg is not None:
-            seen_from = pilot.leg.points
-        seen = sightings(self.mission.world, self.tick, pilot.belief, seen_from, radius, pilot.number)
-        for new in pilot.belief.hear(seen):
+    def _sense(self, agent: Agent) -> None:
+        radius = math.inf if self.mission.knowledge == "all" else agent.uav.detection_radius
+        seen_from = np.array([agent.position])
+        if self.mission.movement == "vertex" and agent.leg is not None:
+            seen_from = agent.leg.points
+        seen = sightings(self.mission.world, self.tick, agent.belief, seen_from, radius, agent.number)
+        for new in agent.belief.hear(seen):
             kind, number = new.thing
             place = {"at": [new.content.x, new.content.y]} if new.content else {}
-            self._say("detected" if new.is_there else "refuted", pilot, **{kind: number}, **place)
+            self._say("detected" if new.is_there else "refuted", agent, **{kind: number}, **place)
 
     def _share(self) -> None:
-        taking_part = {pilot.number: pilot for pilot in self._pilots if not pilot.is_done}
+        taking_part = {agent.number: agent for agent in self._agents if not agent.is_done}
         learned = self._radio.exchange(
             self.tick,
-            {number: pilot.belief for number, pilot in taking_part.items()},
-            [pilot.position for pilot in taking_part.values()],
+            {number: agent.belief for number, agent in taking_part.items()},
+            [agent.position for agent in taking_part.values()],
         )
         for receiver, sender, reports in learned:
             for report in reports:
@@ -203,65 +204,65 @@ class Simulation:
                     "learned",
                     taking_part[receiver],
                     **{kind: number},
-                    source=self._pilots[sender].name,
-                    origin=self._pilots[report.origin].name,
+                    source=self._agents[sender].name,
+                    origin=self._agents[report.origin].name,
                     seen=report.tick,
                     is_there=report.is_there,
                 )
-        for pilot in taking_part.values():
-            threats, areas = dict(pilot.belief.threats), sorted(pilot.belief.areas)
-            last = pilot.knowledge[-1] if pilot.knowledge else None
+        for agent in taking_part.values():
+            threats, areas = dict(agent.belief.threats), sorted(agent.belief.areas)
+            last = agent.knowledge[-1] if agent.knowledge else None
             if last is None or last.threats != threats or sorted(last.areas) != areas:
                 closed = {number: self.mission.world.timed_area(number) for number in areas}
-                pilot.knowledge.append(Knowledge(self.tick, threats, closed))
+                agent.knowledge.append(Knowledge(self.tick, threats, closed))
 
-    def _plan(self, pilot: Pilot) -> None:
+    def _plan(self, agent: Agent) -> None:
         """Plan again if there is a reason to."""
-        obstacles = self._obstacles(pilot)
-        if (pilot.obstacles[-1][1] if pilot.obstacles else ()) != obstacles:
-            pilot.obstacles.append((self.tick, obstacles))
-        excluded = self._excluded(pilot)
-        planned_on = tuple(pilot.belief.threats.items()), pilot.belief.areas, obstacles, excluded
-        on_change = self.mission.replan == "change" and not pilot.planner.by_steps
-        if pilot.plan is not None and on_change and planned_on == pilot.planned_on:
+        obstacles = self._obstacles(agent)
+        if (agent.obstacles[-1][1] if agent.obstacles else ()) != obstacles:
+            agent.obstacles.append((self.tick, obstacles))
+        excluded = self._excluded(agent)
+        planned_on = tuple(agent.belief.threats.items()), agent.belief.areas, obstacles, excluded
+        on_change = self.mission.replan == "change" and not agent.planner.by_steps
+        if agent.plan is not None and on_change and planned_on == agent.planned_on:
             return
-        situation = self._situation(pilot, obstacles, excluded)
-        pilot.position, pilot.planned_on = situation.position, planned_on
+        situation = self._situation(agent, obstacles, excluded)
+        agent.position, agent.planned_on = situation.position, planned_on
         began = time.perf_counter()
-        solution = pilot.planner.plan(situation)
+        solution = agent.planner.plan(situation)
         if self.mission.avoidance == "prioritized":
-            self._commit(pilot, situation, solution)
+            self._commit(agent, situation, solution)
         elif solution.status.is_path:
-            self._follow(pilot, self._motion_along(pilot, solution.path))
+            self._follow(agent, self._motion_along(agent, solution.path))
         else:
-            self._give_up(pilot, solution.message or solution.status.value, stuck=solution.status is Status.STUCK)
-        pilot.seconds += time.perf_counter() - began
+            self._give_up(agent, solution.message or solution.status.value, stuck=solution.status is Status.STUCK)
+        agent.seconds += time.perf_counter() - began
 
-    def _situation(self, pilot: Pilot, obstacles: tuple[Threat, ...], excluded: frozenset[int]) -> Situation:
-        known = self.mission.world.field.with_only(pilot.belief.threats.values())
+    def _situation(self, agent: Agent, obstacles: tuple[Threat, ...], excluded: frozenset[int]) -> Situation:
+        known = self.mission.world.field.with_only(agent.belief.threats.values())
         fields: tuple[RiskField, ...] = (known,)
         if self.mission.fusion != "union":
-            fields = tuple(pilot.belief.fields_by_origin())
-        no_fly = self._known_areas(pilot.belief.areas)
-        position = self._outside(pilot.position, no_fly)
+            fields = tuple(agent.belief.fields_by_origin())
+        no_fly = self._known_areas(agent.belief.areas)
+        position = self._outside(agent.position, no_fly)
         return Situation(position, known, no_fly, obstacles, fields, excluded)
 
-    def _motion_along(self, pilot: Pilot, path: FloatArray) -> Trajectory:
+    def _motion_along(self, agent: Agent, path: FloatArray) -> Trajectory:
         if self.mission.movement == "vertex":
             return Trajectory(np.arange(len(path), dtype=np.float64), path)
-        return Trajectory.along(path, 0.0, self.mission.step_of(pilot.uav))
+        return Trajectory.along(path, 0.0, self.mission.step_of(agent.uav))
 
-    def _follow(self, pilot: Pilot, plan: Trajectory) -> None:
-        pilot.follow(plan, self.tick)
-        pilot.replans.append(self.tick)
-        self._say("planned", pilot, waypoints=len(plan.points), length=plan.length)
+    def _follow(self, agent: Agent, plan: Trajectory) -> None:
+        agent.follow(plan, self.tick)
+        agent.replans.append(self.tick)
+        self._say("planned", agent, waypoints=len(plan.points), length=plan.length)
 
-    def _give_up(self, pilot: Pilot, reason: str, *, stuck: bool = False) -> None:
-        self._say("stuck" if stuck else "no-path", pilot, reason=reason)
+    def _give_up(self, agent: Agent, reason: str, *, stuck: bool = False) -> None:
+        self._say("stuck" if stuck else "no-path", agent, reason=reason)
         status = MissionStatus.STUCK if stuck else MissionStatus.NO_PATH
-        pilot.end(status, self.tick, f"at tick {self.tick}: {reason}")
+        agent.end(status, self.tick, f"at tick {self.tick}: {reason}")
 
-    def _commit(self, pilot: Pilot, situation: Situation, solution: Solution) -> None:
+    def _commit(self, agent: Agent, situation: Situation, solution: Solution) -> None:
         """
         Follow a plan only if it stays clear of what all others are going to fly.
 
@@ -269,58 +270,58 @@ class Simulation:
         for all that keep all safe distances, and no new plan ever gives that up.
         """
         others = [
-            (motion, max(pilot.uav.safe, other.uav.safe))
+            (motion, max(agent.uav.safe, other.uav.safe))
             for other in self._flying()
-            if other is not pilot and (motion := other.motion(self.tick)) is not None
+            if other is not agent and (motion := other.motion(self.tick)) is not None
         ]
         plan, reason = None, solution.message or solution.status.value
         if solution.status.is_path:
-            plan = self._motion_along(pilot, solution.path)
+            plan = self._motion_along(agent, solution.path)
             in_time = plan.shifted(self.tick)
             if not stays_clear(in_time, others):
-                problem, matrix = pilot.planner.problem(situation), pilot.planner.matrix(situation)
-                step = self.mission.step_of(pilot.uav)
+                problem, matrix = agent.planner.problem(situation), agent.planner.matrix(situation)
+                step = self.mission.step_of(agent.uav)
                 found = plan_around(problem, matrix, others, self.tick, step, self.mission.unit)
                 plan, reason = found.trajectory, found.message
         if plan is not None:
-            self._follow(pilot, plan)
-        elif self._is_open(pilot, situation):
-            self._say("kept", pilot, reason=reason)
+            self._follow(agent, plan)
+        elif self._is_open(agent, situation):
+            self._say("kept", agent, reason=reason)
         else:
-            self._give_up(pilot, f"no plan keeps the safe distances: {reason}")
+            self._give_up(agent, f"no plan keeps the safe distances: {reason}")
 
-    def _is_open(self, pilot: Pilot, situation: Situation) -> bool:
+    def _is_open(self, agent: Agent, situation: Situation) -> bool:
         """Return whether there is a plan, and the rest of it crosses no area that is known now."""
-        rest = pilot.motion(self.tick)
+        rest = agent.motion(self.tick)
         return rest is not None and not indexed_area(situation.no_fly).crosses(rest.points[:-1], rest.points[1:]).any()
 
-    def _obstacles(self, pilot: Pilot) -> tuple[Threat, ...]:
+    def _obstacles(self, agent: Agent) -> tuple[Threat, ...]:
         """Place the virtual obstacles, and log who is within the safe distance."""
-        others = [other for other in self._flying() if other is not pilot]
-        apart = {other.number: math.dist(pilot.position, other.position) for other in others}
-        near = {number for number, distance in apart.items() if distance < pilot.uav.safe}
-        for number in sorted(near - pilot.near):
-            self._say("near", pilot, other=self._pilots[number].name, distance=apart[number])
-        pilot.near = near
+        others = [other for other in self._flying() if other is not agent]
+        apart = {other.number: math.dist(agent.position, other.position) for other in others}
+        near = {number for number, distance in apart.items() if distance < agent.uav.safe}
+        for number in sorted(near - agent.near):
+            self._say("near", agent, other=self._agents[number].name, distance=apart[number])
+        agent.near = near
         rule = self.mission.obstacles
         if rule is None:
             return ()
         return rule.around(
-            pilot.position,
+            agent.position,
             [(other.position, other.heading) for other in others],
-            detection_radius=pilot.uav.detection_radius,
-            safe_distance=pilot.uav.safe,
+            detection_radius=agent.uav.detection_radius,
+            safe_distance=agent.uav.safe,
             unit=self.mission.unit,
         )
 
-    def _excluded(self, pilot: Pilot) -> frozenset[int]:
+    def _excluded(self, agent: Agent) -> frozenset[int]:
         """Return the lattice points that the next plan may not use (E17)."""
         if self.mission.exclude == "none":
             return frozenset()
-        here = self.mission.lattice.nearest(pilot.position)
-        if not pilot.visited or pilot.visited[-1] != here:
-            pilot.visited.append(here)
-        before = [node for node in pilot.visited if node != here]
+        here = self.mission.lattice.nearest(agent.position)
+        if not agent.visited or agent.visited[-1] != here:
+            agent.visited.append(here)
+        before = [node for node in agent.visited if node != here]
         return frozenset(before[-1:] if self.mission.exclude == "last" else before)
 
     def _known_areas(self, numbers: frozenset[int]) -> BaseGeometry | None:
@@ -346,33 +347,33 @@ class Simulation:
 
     def _find_livelock(self) -> None:
         """End the mission if its whole state has been there before: then it comes back for ever."""
-        pilots = self._flying()
-        waiting = any(not pilot.is_done and not pilot.in_air for pilot in self._pilots)
-        if not pilots or waiting or self.tick < max(self.mission.world.changes, default=0):
+        agents = self._flying()
+        waiting = any(not agent.is_done and not agent.in_air for agent in self._agents)
+        if not agents or waiting or self.tick < max(self.mission.world.changes, default=0):
             return
-        if self.mission.shares.loss > 0.0 and self._radio.can_teach({pilot.number: pilot.belief for pilot in pilots}):
+        if self.mission.shares.loss > 0.0 and self._radio.can_teach({agent.number: agent.belief for agent in agents}):
             # whose message is lost next, the state does not say
             return
         # journals only grow: equal sizes are equal contents; what was sent meanwhile was new to nobody
         radio = (
-            sum(len(pilot.belief.journal) for pilot in self._pilots),
+            sum(len(agent.belief.journal) for agent in self._agents),
             tuple((due - self.tick, *ends) for due, *ends, _ in self._radio.under_way),
         )
-        before = self._states.setdefault((radio, *(pilot.state(self.tick) for pilot in pilots)), self.tick)
+        before = self._states.setdefault((radio, *(agent.state(self.tick) for agent in agents)), self.tick)
         if before == self.tick:
             return
         self.livelock = Livelock(since=before, period=self.tick - before)
-        for pilot in pilots:
-            self._say("livelock", pilot, since=before, period=self.livelock.period)
+        for agent in agents:
+            self._say("livelock", agent, since=before, period=self.livelock.period)
             message = f"the state of tick {before} came back at tick {self.tick}: period {self.livelock.period}"
-            pilot.end(MissionStatus.LIVELOCK, self.tick, message)
+            agent.end(MissionStatus.LIVELOCK, self.tick, message)
 
     def _meet(self) -> dict[int, str]:
         """Measure how near the UAVs came to each other; return why it is the end for whom."""
-        legs = {pilot.number: pilot.leg.shifted(pilot.plan_since) for pilot in self._flying() if pilot.leg is not None}
+        legs = {agent.number: agent.leg.shifted(agent.plan_since) for agent in self._flying() if agent.leg is not None}
         collided: dict[int, str] = {}
         for (i, j), (approach, is_new) in self._encounters.measure(legs).items():
-            for one, other in ((self._pilots[i], self._pilots[j]), (self._pilots[j], self._pilots[i])):
+            for one, other in ((self._agents[i], self._agents[j]), (self._agents[j], self._agents[i])):
                 distance = approach.distance
                 if is_new:
                     self._say("collision", one, other=other.name, distance=distance, at=list(approach.where))
@@ -381,21 +382,46 @@ class Simulation:
                     collided.setdefault(one.number, reason)
         return collided
 
-    def _arrive(self, pilot: Pilot) -> None:
-        if pilot.has_arrived(self.tick, self.mission.arrival_radius):
-            self._say("arrived", pilot, at=list(pilot.position))
-            pilot.end(MissionStatus.ARRIVED, self.tick)
+    def _arrive(self, agent: Agent) -> None:
+        if agent.has_arrived(self.tick, self.mission.arrival_radius):
+            self._say("arrived", agent, at=list(agent.position))
+            agent.end(MissionStatus.ARRIVED, self.tick)
 
     def _end_tick(self, collided: dict[int, str]) -> None:
         """Note where everybody is, and who has come to an end."""
         is_last = self.tick >= self.mission.last_tick
-        for pilot in self._pilots:
-            if pilot.in_air:
-                pilot.trace.append(pilot.position)
-                if pilot.number in collided:
-                    pilot.end(MissionStatus.COLLISION, self.tick, collided[pilot.number])
+        for agent in self._agents:
+            if agent.in_air:
+                agent.trace.append(agent.position)
+                if agent.number in collided:
+                    agent.end(MissionStatus.COLLISION, self.tick, collided[agent.number])
                 else:
-                    self._arrive(pilot)
-            if is_last and not pilot.is_done:
-                self._say("out-of-ticks", pilot)
-                pilot.end(MissionStatus.OUT_OF_TICKS, self.tick, f"{self.tick} ticks are over")
+                    self._arrive(agent)
+            if is_last and not agent.is_done:
+                self._say("out-of-ticks", agent)
+                agent.end(MissionStatus.OUT_OF_TICKS, self.tick, f"{self.tick} ticks are over")
+
+
+def fly(mission: Rules, watch: Callable[[int], None] | None = None) -> Flight:
+    """
+    Fly a mission to its end.
+
+    Parameters
+    ----------
+    mission
+        What to fly.
+    watch
+        Called with each tick that is done.
+
+    Returns
+    -------
+    flight
+        What it came to.
+    """
+    simulation = Simulation(mission)
+    while not simulation.is_over:
+        before = simulation.tick
+        simulation.advance()
+        if watch is not None and simulation.tick > before:
+            watch(simulation.tick)
+    return simulation.flight()

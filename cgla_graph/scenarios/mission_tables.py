@@ -11,7 +11,7 @@ from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from cgla_graph._types import Point
 from cgla_graph.fusion.fusion import Fusion, Integral
-from cgla_graph.mission.mission import Avoidance, Exclude, KnowledgeRule, Meeting, Movement, Replan, Start, Update
+from cgla_graph.mission.rules import Avoidance, Exclude, KnowledgeRule, Meeting, Movement, Replan, Start, Update
 from cgla_graph.mission.virtual_obstacle import Placement, Zones
 from cgla_graph.mission.world import TimedArea, TimedThreat, World, union_of
 from cgla_graph.scenarios.map_tables import MOST_MISSES, MapTable, Pair, Ring, Table, ThreatTable

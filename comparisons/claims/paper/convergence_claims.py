@@ -20,8 +20,10 @@ from cgla_graph.comparisons.claims.inference import Proportion, proportion
 from cgla_graph.comparisons.claims.paper.team_experiments import EXCLUSIONS, STEPNUM, fly_two, same_trace
 from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
-from cgla_graph.mission.mission import Exclude, Mission
+from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, Livelock, MissionStatus, UavFlight
+from cgla_graph.mission.rules import Exclude, Rules
+from cgla_graph.mission.simulation import fly
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
 from cgla_graph.model.graph import GeometricGraph
@@ -283,7 +285,7 @@ def check_c19(_: Evidence) -> Finding:
     )
 
 
-def digest(missions: Iterable[Mission]) -> str:
+def digest(missions: Iterable[Rules]) -> str:
     """
     Return a checksum of all positions of flights, to the last bit.
 
@@ -296,7 +298,7 @@ def digest(missions: Iterable[Mission]) -> str:
     """
     found = hashlib.sha256()
     for mission in missions:
-        for one in mission.fly().uavs.values():
+        for one in fly(mission).uavs.values():
             found.update(one.status.label.encode() + one.trace.tobytes() + one.path.tobytes())
     return found.hexdigest()
 

@@ -15,8 +15,8 @@ from cgla_graph.comparisons.claims.paper_flight import RADIUS, STEP
 from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.comparisons.statistics.paired import holm
 from cgla_graph.errors import MissionError
-from cgla_graph.mission.mission import LEAST_GAMMA
 from cgla_graph.mission.records import Flight
+from cgla_graph.mission.rules import LEAST_GAMMA
 from cgla_graph.mission.virtual_obstacle import VirtualObstacle
 from cgla_graph.scenarios.random_map import random_scenario
 

@@ -19,8 +19,9 @@ from cgla_graph.comparisons.claims.paper_flight import (
     measures,
     paper_lattice,
 )
-from cgla_graph.mission.mission import Exclude, Mission, Movement
+from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, UavFlight
+from cgla_graph.mission.rules import Exclude, Movement
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.virtual_obstacle import VirtualObstacle
