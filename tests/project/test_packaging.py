@@ -9,8 +9,6 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.slow
-
 ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = {"cgla_graph": "cgla_graph", "solvers": "cgla_graph/solvers", "comparisons": "cgla_graph/comparisons"}
 
@@ -47,6 +45,7 @@ def test_the_wheel_holds_the_tree(wheel: Path) -> None:
     assert {name for name in names if ".dist-info/" not in name} == expected
 
 
+@pytest.mark.slow
 def test_the_wheel_works_without_the_tree(wheel: Path, tmp_path: Path) -> None:
     """Installed elsewhere, the package imports from there and plans a path."""
     site = tmp_path / "site"

@@ -30,10 +30,7 @@ from cgla_graph.errors import CglaError, WorkerError
 from cgla_graph.scenarios.random_map import random_scenario
 
 needs_dask = pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="Dask is not installed")
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="looks at processes as Linux has them"),
-]
+pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="looks at processes as Linux has them")
 
 
 @pytest.fixture(scope="module")
@@ -111,6 +108,7 @@ def outcomes(ended: Iterable[tuple[Call, Outcome]]) -> dict[Hashable, Outcome]:
     return found
 
 
+@pytest.mark.slow
 @needs_dask
 def test_outcomes_are_those_of_this_machine_though_a_worker_is_killed(awkward: ModuleType, tmp_path: Path) -> None:
     note = tmp_path / "note"
@@ -143,6 +141,7 @@ def test_outcomes_are_those_of_this_machine_though_a_worker_is_killed(awkward: M
     assert found == outcomes(isolated(one_by_one(calls), workers=2, seconds=60.0))
 
 
+@pytest.mark.slow
 @needs_dask
 def test_a_study_is_the_same_on_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
     scenarios = [random_scenario(seed, resolution=12) for seed in range(3)]
@@ -166,6 +165,7 @@ def test_a_study_is_the_same_on_a_cluster_that_loses_a_worker(tmp_path: Path) ->
         assert run.solution.lower_bound == other.solution.lower_bound
 
 
+@pytest.mark.slow
 @needs_dask
 def test_what_takes_workers_down_has_crashed_and_a_study_leaves_nothing(awkward: ModuleType, tmp_path: Path) -> None:
     calls = [
@@ -191,6 +191,7 @@ def test_what_takes_workers_down_has_crashed_and_a_study_leaves_nothing(awkward:
         assert until(lambda: not alive(int(note.read_text())))
 
 
+@pytest.mark.slow
 @needs_dask
 def test_a_scheduler_that_is_lost_is_told(awkward: ModuleType, tmp_path: Path) -> None:
     calls = [Call("pid", awkward.where), Call("nap", awkward.nap, (1000.0,))]
