@@ -135,6 +135,7 @@ def test_a_live_page_may_ask_its_own_server(stored: Stored) -> None:
     assert live.data["live"] is True
 
 
+@pytest.mark.slow
 def test_parts_that_are_swapped_have_ids_of_their_own(page: Page) -> None:
     parts = [attributes.get("id") for _, attributes in page.elements if "data-live" in attributes]
     assert len(parts) >= 4

@@ -46,6 +46,7 @@ def test_a_new_column_is_in_json_lines(written: Path) -> None:
     assert [one["half_cost"] for one in found] == [one["cost"] and one["cost"] / 2.0 for one in found]
 
 
+@pytest.mark.slow
 def test_a_new_column_is_on_the_terminal(written: Path) -> None:
     text = (written / "runs.txt").read_text(encoding="utf-8")
     lines = [[cell.strip() for cell in re.split("[┃│]", line)] for line in text.splitlines() if line[:1] in {"┃", "│"}]
@@ -56,6 +57,7 @@ def test_a_new_column_is_on_the_terminal(written: Path) -> None:
     assert table[2]["half"] == "-"
 
 
+@pytest.mark.slow
 def test_a_new_column_is_in_what_the_page_knows(written: Path) -> None:
     html = (written / "report.html").read_text(encoding="utf-8")
     match = re.search(r'<script[^>]*id="data"[^>]*>(.*?)</script>', html, flags=re.DOTALL)
@@ -73,7 +75,6 @@ def test_keys_and_heads_are_said_once() -> None:
     assert len(set(heads)) == len(heads)
 
 
-@pytest.mark.slow
 def test_a_seed_may_be_greater_than_any_float() -> None:
     (run,) = stored_of([dataclasses.replace(small_runs()[0], seed=10**400)]).runs
     assert row(run)["seed"] == 10**400
@@ -83,7 +84,6 @@ def test_a_seed_may_be_greater_than_any_float() -> None:
     assert str(10**400) in captured.get()
 
 
-@pytest.mark.slow
 def test_a_narrow_terminal_leaves_out_the_sparest_first() -> None:
     console = Console(width=110)
     with console.capture() as captured:

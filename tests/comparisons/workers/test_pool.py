@@ -101,6 +101,7 @@ def test_whatever_a_call_does_is_an_outcome(awkward: ModuleType) -> None:
         assert outcomes[2 * number + 1] == Outcome(number * number)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 2**32), size=st.integers(0, 12), workers=st.integers(1, 3))
 @examples(6)
 def test_calls_that_wait_for_others(seed: int, size: int, workers: int, awkward: ModuleType) -> None:
@@ -137,6 +138,7 @@ def test_outcomes_come_as_they_end_and_calls_begin_in_order(awkward: ModuleType)
     assert keys == ["slow", 0, 1, 2, 3, 4, 5]
 
 
+@pytest.mark.slow
 def test_workers_stay_and_share_the_cores(awkward: ModuleType) -> None:
     pids = [outcome.value for outcome in ends(*[(awkward.where,)] * 20)]
     assert len(set(pids)) == 1
@@ -198,6 +200,7 @@ def test_an_alarm_that_a_call_leaves_does_not_go_off_in_the_next(awkward: Module
     assert [outcome.failure for outcome in ends((awkward.arm,), (awkward.nap, 0.6))] == [None, None]
 
 
+@pytest.mark.slow
 def test_what_a_call_leaves_behind_goes_with_its_worker(tmp_path: Path, awkward: ModuleType) -> None:
     note = tmp_path / "child"
     first, thread, second, child, third, forked, crashed = ends(
@@ -305,6 +308,7 @@ def busy(folder: Path, number: int) -> list[int]:
     return [int(file.name) for file in folder.iterdir()]
 
 
+@pytest.mark.slow
 def test_modules_are_loaded_once_for_all_workers(script: Path, tmp_path: Path) -> None:
     with started(script, *["where"] * 3, "leave_thread", *["where"] * 20) as program:
         out, err = program.communicate(timeout=60.0)
@@ -381,6 +385,7 @@ def test_a_worker_that_hears_nothing_ends_at_its_limit(script: Path, tmp_path: P
         assert gone(pid, 5.0)
 
 
+@pytest.mark.slow
 def test_a_script_that_guards_nothing_is_told_so(script: Path) -> None:
     script.write_text(GUARDED + "main()\n", encoding="utf-8")
     with started(script, "where") as program:
@@ -408,6 +413,7 @@ def test_functions_of_the_script_itself(script: Path) -> None:
         assert program.communicate(timeout=60.0) == ("42\n", "")
 
 
+@pytest.mark.slow
 def test_workers_that_do_not_start(awkward: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(process, "_begin", awkward.leave)
     with pytest.raises(WorkerError, match="3 worker processes in a row died while they started"):
@@ -422,6 +428,7 @@ def test_the_fences_are_what_holds(awkward: ModuleType, monkeypatch: pytest.Monk
     assert ends((awkward.leave, 0), seconds=1.0)[0].failure is Failure.TIMED_OUT
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(process._METHOD != "forkserver", reason="other ways of starting processes have no such reader")
 def test_how_a_worker_ended_is_read_once_whoever_asks() -> None:
     """Asked by several threads at the same time, each of which would take the only answer away from the others."""
