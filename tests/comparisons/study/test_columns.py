@@ -75,6 +75,7 @@ def test_keys_and_heads_are_said_once() -> None:
     assert len(set(heads)) == len(heads)
 
 
+@pytest.mark.slow
 def test_a_seed_may_be_greater_than_any_float() -> None:
     (run,) = stored_of([dataclasses.replace(small_runs()[0], seed=10**400)]).runs
     assert row(run)["seed"] == 10**400
@@ -84,6 +85,7 @@ def test_a_seed_may_be_greater_than_any_float() -> None:
     assert str(10**400) in captured.get()
 
 
+@pytest.mark.slow
 def test_a_narrow_terminal_leaves_out_the_sparest_first() -> None:
     console = Console(width=110)
     with console.capture() as captured:
