@@ -116,8 +116,8 @@ def refined(problem: Problem, solution: Solution, *, tolerance: float = 1e-6, ma
     Returns
     -------
     solution
-        Never dearer. Time and evaluations include the refinement's, and so does the trace, if there is one. A path
-        that changed has no nodes, and is no optimum of a graph.
+        Never more expensive. Time and evaluations include the refinement's, and so does the trace, if there is one. A
+        path that changed has no nodes, and is no optimum of a graph.
     """
     if not solution.status.is_path:
         return solution

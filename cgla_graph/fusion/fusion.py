@@ -8,7 +8,7 @@ the maximum risk value". `Fusion` names what can be meant. For every segment
 ``max_integral <= integral_max <= union <=`` the sum of the integrals of all ``F^j``.
 
 Only `union` and `integral_max` are integrals of a field, and so add up over the pieces of a segment; `max_integral`
-may make it dearer to pass through a point on the way.
+may make it more expensive to pass through a point on the way.
 """
 
 import dataclasses

@@ -1,9 +1,9 @@
 """
 Compiled kernels of plans with raster weights: A* on the complete graph that weighs only the pairs that may matter.
 
-A raster sum (E20) is fifty exponentials a threat, the dearest weight there is. So a pair is asked in turn for its
-length, for the exact integral of a field that understates the risk (see `raster.understated`), for crossing the no-fly
-area, for a sum of less precision, and only then for its weight.
+A raster sum (E20) is fifty exponentials a threat, the most expensive weight there is. So a pair is asked in turn for
+its length, for the exact integral of a field that understates the risk (see `raster_search.understated`), for crossing
+the no-fly area, for a sum of less precision, and only then for its weight.
 """
 
 import math

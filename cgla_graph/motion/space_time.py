@@ -200,7 +200,7 @@ def plan_in_space_time(
     outcome, state, n_expansions, bound, moments, states = space_time_kernels.search(area, limits, crowd)
     if outcome == ARRIVED:
         flight, claimed = _flight(area, state, moments, states), float(moments[state, COST])
-        message = f"{claimed / least - 1.0:.2%} dearer than without the others" if least > 0.0 else ""
+        message = f"{claimed / least - 1.0:.2%} more expensive than without the others" if least > 0.0 else ""
         return replace(_judged(problem, flight, limits.step, claimed, bound, message), expansions=n_expansions)
     status, message = SpaceTimeStatus.NOT_FOUND, f"gave up after {n_expansions} expansions; raise max_expansions"
     if outcome == EXHAUSTED:

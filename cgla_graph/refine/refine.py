@@ -49,7 +49,7 @@ class Refinement:
     Attributes
     ----------
     path
-        Waypoints, shape ``(m, 2)``, map units: never dearer than the path given, and feasible if that was.
+        Waypoints, shape ``(m, 2)``, map units: never more expensive than the path given, and feasible if that was.
     cost
         Of the path, as `Problem.evaluate` says; map units.
     evaluations

@@ -244,7 +244,7 @@ def random_scenarios(
 
 def difficulty(scenario: Scenario) -> float:
     """
-    Say how much dearer the straight line from start to goal is than the optimum on the scenario's lattice.
+    Say how much more expensive the straight line from start to goal is than the optimum on the scenario's lattice.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ class Verdict(Enum):
 
     IDENTICAL = "every run costs the same as before"
     BETTER = "its paths are cheaper than before"
-    WORSE = "its paths are dearer than before"
+    WORSE = "its paths are more expensive than before"
     SAME = "no difference is shown"
 
 

@@ -11,7 +11,7 @@ _HEADS = (
     "cost ratio",
     "p cost",
     "cheaper",
-    "dearer",
+    "more expensive",
     "equal",
     "found",
     "lost",
@@ -19,7 +19,7 @@ _HEADS = (
     "time ratio",
     "p time",
 )
-_SPARE = ("p time", "equal", "cheaper", "dearer", "p paths", "found", "time ratio", "lost", "pairs", "p cost")
+_SPARE = ("p time", "equal", "cheaper", "more expensive", "p paths", "found", "time ratio", "lost", "pairs", "p cost")
 _WORDS = {
     Verdict.IDENTICAL: "identical",
     Verdict.BETTER: "better",

@@ -47,12 +47,12 @@ class Paired:
     n
         Number of instances.
     wins, losses, ties
-        On how many of them the solver is cheaper, dearer, or equal; who alone finds a path wins.
+        On how many of them the solver is cheaper, more expensive, or equal; who alone finds a path wins.
     ratio
         Cost of the solver over the cost of the reference: what `hodges_lehmann` makes of the logarithms, taken back.
         From 0 to infinity where the instances are too few for an interval.
     effect
-        From -1, the solver is cheaper everywhere, to 1, it is dearer everywhere (see `SignedRank`).
+        From -1, the solver is cheaper everywhere, to 1, it is more expensive everywhere (see `SignedRank`).
     p
         Of the signed-rank test that neither is cheaper.
     p_holm

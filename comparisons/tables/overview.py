@@ -119,15 +119,15 @@ def _how_sure(found: Sequence[Standing]) -> Answer:
     if note := too_few_note(first.n_instances, len(found)):
         return Answer("How sure?", "too few scenarios to say", note)
     shown = [one for one in others if one.versus_best is not None and one.versus_best.p_holm < LEVEL]
-    dearer = [one for one in shown if one.versus_best is not None and one.versus_best.effect > 0.0]
-    cheaper = [one.solver for one in shown if one not in dearer]
+    worse = [one for one in shown if one.versus_best is not None and one.versus_best.effect > 0.0]
+    cheaper = [one.solver for one in shown if one not in worse]
     level = [one.solver for one in others if one not in shown]
     words = f"p < {LEVEL:.2g} by Wilcoxon's signed ranks, scenario by scenario, after Holm for all pairs"
     if level:
         words += f"; not told apart from the first: {listed(level, _MOST_NAMES)}"
     if cheaper:
         words += f"; shown to be cheaper than it, though behind in rank: {listed(cheaper, _MOST_NAMES)}"
-    return Answer("How sure?", f"{len(dearer)} of {len(others)} are dearer beyond chance", words)
+    return Answer("How sure?", f"{len(worse)} of {len(others)} are more expensive beyond chance", words)
 
 
 def _ratio_figure(paired: Paired) -> str:
@@ -138,7 +138,8 @@ def _ratio_figure(paired: Paired) -> str:
 
 
 def _ratio_words(paired: Paired) -> str:
-    tally = f"dearer on {paired.losses} of {paired.n} scenarios, cheaper on {paired.wins}, equal on {paired.ties}"
+    tally = f"more expensive on {paired.losses} of {paired.n} scenarios, "
+    tally += f"cheaper on {paired.wins}, equal on {paired.ties}"
     interval = estimate_cell(paired.ratio, _excess, least=0.0).interval
     known = f"95 % interval, of this pair alone: {interval}" if interval else "too few scenarios for an interval"
     return f"is the cost of {paired.solver}, the next one, against the first ({known}); {tally}"

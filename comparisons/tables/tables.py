@@ -44,7 +44,7 @@ def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[st
         f"gap: {bound_note(runs) or 'not known, as no lower bound was asked for'}",
         "excess: over the best exact optimum on the lattice; time: to solve; build: to weigh and hand over the graph",
         "evaluations: pairs of points whose cost was asked for",
-        "of several seeds: the median run, and in seed spread how much dearer the dearest is than the cheapest",
+        "of several seeds: the median run; seed spread: how much more the most expensive costs than the cheapest",
     ]
     return FittedTable(title, ("solver", "status"), heads, _SPARE, [*explained, *notes, *remarks], rows)
 

@@ -77,7 +77,7 @@ def relaxed(problem: Problem, path: ArrayLike, *, masses: int = 50) -> Relaxatio
     Returns
     -------
     relaxation
-        Never dearer than the path given.
+        Never more expensive than the path given.
 
     Raises
     ------

@@ -25,9 +25,9 @@ class LazyThetaStar:
     length knows the triangle inequality. Eq. 5 does not: the straight segment may cost more than the way round. So the
     search assumes the straight distance, a lower bound, and only when a node is next to be expanded weighs it by
     Eq. 5: from each expanded neighbour's parent, and from each expanded neighbour itself, as far as their
-    bounds can win. If that is dearer than assumed, the node waits until it is next again.
+    bounds can win. If that is more expensive than assumed, the node waits until it is next again.
 
-    Never dearer than `eight-direction` on the same lattice (see `theta_kernels`), and never cheaper than the
+    Never more expensive than `eight-direction` on the same lattice (see `theta_kernels`), and never cheaper than the
     optimum of the complete graph over it; not optimal among any-angle paths.
 
     Attributes

@@ -73,9 +73,9 @@ class QLearning:
         The learning rate, above 0 and at most 1; None: ``1 / n ** 0.7``, where ``n`` counts how often the move was
         made. That averages over noise, of which there is none here, and is slow to forget what was wrong at first.
     initial_value
-        Of all moves, map units; None: below what any move is worth, the lesser evil of as many of the dearest moves as
-        there are points, and such moves forever. Values that no move can beat (`target_reward` or more, as 0 where
-        there is none) are called optimistic.
+        Of all moves, map units; None: below what any move is worth, the lesser evil of as many of the most expensive
+        moves as there are points, and such moves without end. Values that no move can beat (`target_reward` or more, as
+        0 where there is none) are called optimistic.
     epsilon, last_epsilon
         The chance of a random move, in the first and in the last episode; it changes by equal steps.
     episodes

@@ -83,8 +83,9 @@ class Milp(Reactive[MilpMemory]):
     places
         How many ends of the path the program has to choose from.
     gap
-        The solver may stop when it knows that its plan is at most so much dearer than the best one, over the shorter
-        side of the map. (The cost of the best path on the graph of corners makes that relative, as HiGHS wants it.)
+        The solver may stop when it knows that its plan is at most so much more expensive than the best one, over the
+        shorter side of the map. (The cost of the best path on the graph of corners makes that relative, as HiGHS wants
+        it.)
     nodes
         The solver stops after so many nodes of its search tree.
 

@@ -28,7 +28,7 @@ from cgla_graph.solvers.trade_off.reweighing import Reweighed
 ROUNDING = 1e-12
 #: Risk per unit length below this is none: line integrals are not more exact.
 NO_RISK = 1e-10
-#: How much dearer than the best a front may be unless told otherwise, relative to the cost, where no lattice is exact.
+#: By how much a front may exceed the best unless told otherwise, relative to the cost, where no lattice is exact.
 TOLERANCE = 1e-3
 #: What the risk weight is multiplied with on the way to the end of least risk, and how often at most.
 GROWTH, MOST_GROWTHS = 10.0, 6

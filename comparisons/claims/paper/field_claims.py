@@ -349,13 +349,13 @@ def check_c26(evidence: Evidence) -> Finding:
         Verdict.PROVED,
         "A segment is at most as long as its path of eight directions, which is at most 1.0824 times as long (1 / "
         "cos(pi / 8)); and no path of eight directions is cheaper than the best one of all: it is "
-        f"{np.mean(excess):.1%} dearer on average, {max(excess):.1%} at most, on {count} random maps.",
+        f"{np.mean(excess):.1%} more expensive on average, {max(excess):.1%} at most, on {count} random maps.",
         notes=(
             (
                 "|v| <= max + (sqrt 2 - 1) min of |dx| and |dy| <= |v| / cos(pi / 8): the triangle inequality, and "
                 "the maximum of cos a + (sqrt 2 - 1) sin a at pi / 8."
             ),
-            "The eight moves are edges of the complete graph as well, so that its optimum cannot be dearer.",
+            "The eight moves are edges of the complete graph as well, so that its optimum cannot be more expensive.",
         ),
     )
 

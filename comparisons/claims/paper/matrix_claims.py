@@ -66,7 +66,7 @@ def check_c12(evidence: Evidence) -> Finding:
         require(full.value(source) == early.value(source), "the early stop has another value at the source")
         if math.isfinite(full.value(source)) and source != target:
             costs = [GraphProblem(graph, source, target).evaluate(one.path_from(source)) for one in (full, early)]
-            require(costs[0] == costs[1] or math.isclose(*costs, rel_tol=SAME), "the early stop has a dearer path")
+            require(costs[0] == costs[1] or math.isclose(*costs, rel_tol=SAME), "the early stop costs more")
             saved.append(1.0 - early.rounds / full.rounds)
     return Finding(
         Verdict.PROVED,

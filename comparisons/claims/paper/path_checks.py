@@ -44,7 +44,7 @@ def check_c14(evidence: Evidence) -> Finding:
     return Finding(
         Verdict.PROVED,
         f"Of all paths on the lattice none is cheaper: equal to brute force on {count} graphs of up to 7 nodes. In the "
-        f"plane cheaper ones exist: the lattice of N = 20 is {np.mean(excess):.2%} dearer on average "
+        f"plane cheaper ones exist: the lattice of N = 20 is {np.mean(excess):.2%} more expensive on average "
         f"({max(excess):.1%} at most, {len(excess)} maps) than paths that leave it.",
         (
             Part("least J on the lattice", Verdict.PROVED, "Theorem 1, and brute force"),

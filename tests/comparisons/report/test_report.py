@@ -352,7 +352,7 @@ def test_the_summary_answers_the_four_questions() -> None:
     assert "on 12 of 12" in who.words
     assert much.figure == "+10.00 %"
     assert "near" in much.words
-    assert sure.figure == "2 of 2 are dearer beyond chance"
+    assert sure.figure == "2 of 2 are more expensive beyond chance"
     assert "p < 0.05" in sure.words
     assert "strong evidence" in said.headline
     assert where.figure == "1 of 36 runs have no path"
@@ -391,7 +391,7 @@ def test_words_and_p_values_agree(k: int, n: int, spread: float, random: Any) ->
         assert "Friedman" not in texts[0]
     else:
         dearer = [one for one in told if one.versus_best is not None and one.versus_best.effect > 0.0]
-        assert sure.figure == f"{len(dearer)} of {k - 1} are dearer beyond chance"
+        assert sure.figure == f"{len(dearer)} of {k - 1} are more expensive beyond chance"
         assert not any("it takes" in text for text in texts)
     # nor does the picture of ranks say anything else
     joined = [set(group) for group in ranks.groups if found[0].solver in group]
