@@ -85,7 +85,7 @@ class Certificate:
         Proven: no path costs less, map units. Infinite where it is proven that there is no path; NaN where there is
         no bound.
     upper_bound
-        Cost of the best path known, map units; infinite where none is.
+        Cost of the path that the bound is held against, map units; infinite where none is known.
     tolerance
         What was asked for.
     spacing
@@ -111,7 +111,7 @@ class Certificate:
 
     @property
     def gap(self) -> float:
-        """The proven distance of the best path known from the optimum, ``upper_bound / lower_bound - 1``."""
+        """The proven distance of that path from the optimum, ``upper_bound / lower_bound - 1``."""
         if self.lower_bound == self.upper_bound:
             return 0.0
         return self.upper_bound / self.lower_bound - 1.0 if self.lower_bound != 0.0 else math.inf
@@ -162,8 +162,6 @@ def lower_bound(
     >>> certificate.reached, certificate.lower_bound <= certificate.upper_bound
     (True, True)
     """
-    _load_kernels()
-    began = time.perf_counter()
     tolerance = positive_number("tolerance", tolerance)
     most = non_negative_number("max_cells", max_cells)
     if most < FIRST_CELLS**2:
@@ -171,6 +169,8 @@ def lower_bound(
         raise ProblemError(msg)
     if not problem.field.is_probability:
         return Certificate(math.nan, math.inf, tolerance, 0.0, 0, f"no bound: {NEGATIVE_WEIGHTS}", 0.0)
+    _load_kernels()
+    began = time.perf_counter()
     upper = _cost_of_given(problem, path) if path is not None else _cost_of_own(problem)
     found = _Search(problem, tolerance, max_cells, upper, is_own=path is None).run()
     return replace(found, seconds=time.perf_counter() - began)

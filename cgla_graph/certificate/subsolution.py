@@ -147,11 +147,6 @@ class Level:
         """The blocks around start and goal."""
         return Block.around(self, self.problem.start), Block.around(self, self.problem.goal)
 
-    @property
-    def ends_apart(self) -> bool:
-        """Whether the start is outside the block around the goal."""
-        return not self.blocks[1].holds[self.mesh.ends[0]]
-
     def kept(self, to_goal: Subsolution, to_start: Subsolution, limit: float) -> WholeArray:
         """Return the runs of the cells on which a path may cost less than the limit."""
         mesh = self.mesh
