@@ -4,9 +4,10 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cgla_graph.comparisons.leaderboard.leaderboard import standings as standings
+    from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of as standings
     from cgla_graph.comparisons.leaderboard.performance import performances as performances
-    from cgla_graph.comparisons.study.entrant import Contender as Contender
+    from cgla_graph.comparisons.study.entrant import Entrant as Contender
+    from cgla_graph.comparisons.study.entrant import Entrant as Entrant
     from cgla_graph.comparisons.study.execution import run_study as run_study
     from cgla_graph.comparisons.study.rows import rows_of as rows_of
     from cgla_graph.comparisons.study.rows import summaries as summaries
@@ -16,19 +17,22 @@ if TYPE_CHECKING:
     from cgla_graph.comparisons.study.study import Study as Study
 
 _HOMES = {
-    "Contender": "study.entrant",
-    "Run": "study.runner",
-    "Study": "study.study",
-    "compare": "study.runner",
-    "load": "study.stored",
-    "performances": "leaderboard.performance",
-    "rows_of": "study.rows",
-    "run_study": "study.execution",
-    "standings": "leaderboard.leaderboard",
-    "summaries": "study.rows",
+    "Entrant": ("study.entrant", "Entrant"),
+    "Run": ("study.runner", "Run"),
+    "Study": ("study.study", "Study"),
+    "compare": ("study.runner", "compare"),
+    "load": ("study.stored", "load"),
+    "performances": ("leaderboard.performance", "performances"),
+    "rows_of": ("study.rows", "rows_of"),
+    "run_study": ("study.execution", "run_study"),
+    "standings": ("leaderboard.leaderboard", "leaderboard_of"),
+    "summaries": ("study.rows", "summaries"),
+    # its name before
+    "Contender": ("study.entrant", "Entrant"),
 }
 __all__ = [
     "Contender",
+    "Entrant",
     "Run",
     "Study",
     "compare",
@@ -44,7 +48,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:  # noqa: ANN401 - any of the names above
     """Import a name when it is first used: the command line has to answer at once."""
     if name in _HOMES:
-        value = getattr(importlib.import_module(f"cgla_graph.comparisons.{_HOMES[name]}"), name)
+        module, attribute = _HOMES[name]
+        value = getattr(importlib.import_module(f"cgla_graph.comparisons.{module}"), attribute)
         globals()[name] = value
         return value
     msg = f"module 'cgla_graph.comparisons' has no attribute {name!r}"

@@ -212,7 +212,7 @@ class Incumbent:
         seconds = self.meter.seconds
         claimed = Solution(Status.FOUND, path=np.asarray(path, dtype=np.float64), cost=cost)
         judged = self.problem.judge(claimed)
-        if not judged.status.is_path:
+        if not judged.status.has_path:
             self.refused = claimed
         elif judged.cost < self.cost:
             self.best, self.cost = claimed, judged.cost
@@ -228,6 +228,6 @@ class Incumbent:
             Why there is no path, where there is none; by default, which limit was reached.
         """
         answer = replace(self.refused or self.best, evaluations=self.meter.evaluations)
-        if not answer.status.is_path:
+        if not answer.status.has_path:
             return replace(answer, message=message or self.meter.spent)
         return replace(answer, trace=tuple(self.trace))

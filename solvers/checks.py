@@ -109,7 +109,7 @@ def _check_plane(solver: Solver) -> None:
         modest = not solver.traits.complete or (solver.traits.domain == "graph" and not solver.traits.exact)
         if modest and answer.status in NOTHING:
             continue
-        _require(answer.status.is_path, f"{name} on {title}: {answer.status.label}: {answer.message}")
+        _require(answer.status.has_path, f"{name} on {title}: {answer.status.label}: {answer.message}")
         _require(tuple(answer.path[0]) == problem.start, f"{name} on {title}: the path does not begin at the start")
         _require(tuple(answer.path[-1]) == problem.goal, f"{name} on {title}: the path does not end at the goal")
         shortest = float(np.hypot(*np.subtract(problem.start, problem.goal)))
@@ -142,7 +142,7 @@ def _check_graph(solver: GraphSolver) -> None:
         if not np.isfinite(best):
             _require(answer.status in NOTHING, f"{name} on {title}: {answer.status.label}, but there is no way")
             continue
-        if answer.status.is_path:
+        if answer.status.has_path:
             _require(
                 answer.cost >= best - 1e-12 * best, f"{name} on {title}: {answer.cost} is below the optimum {best}"
             )

@@ -103,7 +103,7 @@ class Refine:
         else:
             resolution = 20 if self.resolution is None else self.resolution
             found = solving.solve(problem, base, resolution=resolution)
-        if not found.status.is_path:
+        if not found.status.has_path:
             return found
         if not found.trace:
             moment = TracePoint(found.seconds, found.evaluations, found.cost)

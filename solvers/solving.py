@@ -119,7 +119,7 @@ def refined(problem: Problem, solution: Solution, *, tolerance: float = 1e-6, ma
         Never more expensive. Time and evaluations include the refinement's, and so does the trace, if there is one. A
         path that changed has no nodes, and is no optimum of a graph.
     """
-    if not solution.status.is_path:
+    if not solution.status.has_path:
         return solution
     began = time.perf_counter()
     answer = refine_path(problem, solution.path, tolerance=tolerance, max_points=max_points)

@@ -138,7 +138,7 @@ class Replanner:
     def _judged(self, problem: Problem, solution: Solution) -> Solution:
         if not self._is_fused:
             return problem.judge(solution)
-        if not solution.status.is_path:
+        if not solution.status.has_path:
             return solution
         # its weights are another reading of Eq. 5: what its path costs here is the oracle's word, not the solver's
         cost = problem.evaluate(solution.path).cost
@@ -282,7 +282,7 @@ class Replanner:
 
     def _from(self, problem: Problem, answer: Solution, graph: GeometricGraph) -> Solution:
         """Turn nodes into waypoints, beginning where the UAV is, and weigh the way to a snapped start as well."""
-        if not answer.status.is_path or graph.positions is None:
+        if not answer.status.has_path or graph.positions is None:
             return answer
         path = graph.positions[[graph.index_of(node) for node in answer.nodes]]
         if tuple(path[0]) == problem.start:

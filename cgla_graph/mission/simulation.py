@@ -232,7 +232,7 @@ class Simulation:
         solution = agent.planner.plan(situation)
         if self.mission.avoidance == "prioritized":
             self._commit(agent, situation, solution)
-        elif solution.status.is_path:
+        elif solution.status.has_path:
             self._follow(agent, self._motion_along(agent, solution.path))
         else:
             self._give_up(agent, solution.message or solution.status.value, stuck=solution.status is Status.STUCK)
@@ -275,7 +275,7 @@ class Simulation:
             if other is not agent and (motion := other.motion(self.tick)) is not None
         ]
         plan, reason = None, solution.message or solution.status.value
-        if solution.status.is_path:
+        if solution.status.has_path:
             plan = self._motion_along(agent, solution.path)
             in_time = plan.shifted(self.tick)
             if not stays_clear(in_time, others):

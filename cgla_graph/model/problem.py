@@ -225,7 +225,7 @@ class Problem:
         solution
             A new one.
         """
-        if not solution.status.is_path:
+        if not solution.status.has_path:
             return replace(solution, cost=np.inf, length=np.inf, risk=np.inf)
         try:
             found = self.evaluate(solution.path)
@@ -344,7 +344,7 @@ class GraphProblem:
         Risk is the integral of the cost model's field along the path, length needs positions; each is NaN where the
         graph does not know it.
         """
-        if not solution.status.is_path:
+        if not solution.status.has_path:
             return replace(solution, cost=np.inf, length=np.inf, risk=np.inf)
         nodes = tuple(solution.nodes)
         if not nodes or (nodes[0], nodes[-1]) != (self.source, self.target):

@@ -39,9 +39,14 @@ class Status(Enum):
         return self.name.lower().replace("_", "-")
 
     @property
-    def is_path(self) -> bool:
+    def has_path(self) -> bool:
         """Whether there is a path that may be flown."""
         return self in {Status.OPTIMAL, Status.FOUND}
+
+    @property
+    def is_path(self) -> bool:
+        """The same under its name before, `has_path`."""
+        return self.has_path
 
 
 @dataclass(frozen=True)

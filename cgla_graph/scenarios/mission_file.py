@@ -15,13 +15,13 @@ from cgla_graph.scenarios.mission_builder import MissionBuilder, Variant, told
 from cgla_graph.scenarios.mission_tables import MissionTable
 from cgla_graph.scenarios.projection import LocalProjection
 from cgla_graph.scenarios.scenario import ScenarioTable, shipped
-from cgla_graph.scenarios.shipped import Shelf
+from cgla_graph.scenarios.shipped import ShippedFiles
 from cgla_graph.scenarios.text_files import read_text
 
 #: What prints the schema of mission files.
 SCHEMA = "cgla missions --schema"
 #: Those that are shipped.
-SHELF = Shelf("mission", "missions", ".toml", MissionError)
+SHIPPED = ShippedFiles("mission", "missions", ".toml", MissionError)
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +176,7 @@ def shipped_missions() -> list[str]:
     >>> shipped_missions()[:2]
     ['fig4', 'fig5']
     """
-    return sorted(SHELF.names(), key=_rank)
+    return sorted(SHIPPED.names(), key=_rank)
 
 
 def load_mission(name: str | Path) -> MissionFile:
@@ -220,7 +220,7 @@ def mission_text(name: str) -> str:
     known = shipped_missions()
     is_scenario = name in shipped()
     hint = f"it is a scenario, for cgla plan and compare; missions: {', '.join(known)}." if is_scenario else ""
-    return SHELF.text(name, known, hint)
+    return SHIPPED.text(name, known, hint)
 
 
 def is_mission_file(spec: str | Path) -> bool:

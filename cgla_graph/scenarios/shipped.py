@@ -7,7 +7,7 @@ from typing import Any
 
 
 @dataclass(frozen=True)
-class Shelf:
+class ShippedFiles:
     """
     The TOML files of one kind that are shipped.
 
@@ -24,7 +24,7 @@ class Shelf:
 
     Examples
     --------
-    >>> "paper" in Shelf("scenario", "maps", ".toml", ValueError).names()
+    >>> "paper" in ShippedFiles("scenario", "maps", ".toml", ValueError).names()
     True
     """
 

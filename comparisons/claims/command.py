@@ -7,11 +7,11 @@ from pathlib import Path
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.claims import catalogue
+from cgla_graph.comparisons.claims.artefact import Artefact, artefacts
 from cgla_graph.comparisons.claims.checking import Result, check_claims, count_steps
 from cgla_graph.comparisons.claims.claim import Claim, Verdict
 from cgla_graph.comparisons.claims.evidence import Scale
-from cgla_graph.comparisons.claims.exhibit import Exhibit, exhibits
-from cgla_graph.comparisons.claims.exhibiting import Shown, make_exhibits
+from cgla_graph.comparisons.claims.make_artefacts import Shown, make_artefacts
 from cgla_graph.comparisons.claims.report import write_report
 from cgla_graph.comparisons.claims.store import Store
 from cgla_graph.model.cost_model import n_cores
@@ -47,14 +47,14 @@ class Request:
     scheduler: str | None = None
 
     @property
-    def exhibits(self) -> list[Exhibit]:
+    def artefacts(self) -> list[Artefact]:
         """The figures and tables to be drawn: with a folder, those that the claims name; of all claims, all."""
         if self.folder is None:
             return []
         if len(self.claims) == len(catalogue.claims()):
-            return list(exhibits())
+            return list(artefacts())
         named = {label for claim in self.claims for label in claim.figures}
-        return [exhibit for exhibit in exhibits() if exhibit.label in named]
+        return [artefact for artefact in artefacts() if artefact.label in named]
 
 
 @dataclass(eq=False)
@@ -106,21 +106,21 @@ def check_all(request: Request) -> Checked:
     workers, scheduler = request.workers, request.scheduler
     with Store(request.folder, request.scale, resume=request.resume, overwrite=request.overwrite) as store:
         try:
-            total = count_steps(request.claims, store) + len(request.exhibits)
+            total = count_steps(request.claims, store) + len(request.artefacts)
             with console.running_solvers(), console.progress(total) as tick:
                 with closing(check_claims(request.claims, store, workers=workers, scheduler=scheduler)) as steps:
                     for step in steps:
                         if step.result is not None:
                             done.results.append(step.result)
                         tick(step.what)
-                with closing(make_exhibits(request.exhibits, workers=workers, scheduler=scheduler)) as made:
+                with closing(make_artefacts(request.artefacts, workers=workers, scheduler=scheduler)) as made:
                     for shown in made:
                         done.shown.append(shown)
-                        tick(shown.exhibit.label)
+                        tick(shown.artefact.label)
         except KeyboardInterrupt:
             done.interrupted = True
         done.results.sort(key=lambda result: result.claim.number)
-        done.shown.sort(key=lambda shown: request.exhibits.index(shown.exhibit))
+        done.shown.sort(key=lambda shown: request.artefacts.index(shown.artefact))
         if request.folder is not None:
             done.written = write_report(request.folder, done.results, done.shown, request.scale)
     return done

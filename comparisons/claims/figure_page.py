@@ -13,14 +13,14 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.comparisons.claims.exhibit import Picture
+from cgla_graph.comparisons.claims.artefact import Picture
 from cgla_graph.comparisons.claims.paper_flight import BOUNDS, GOAL, START, paper_lattice
 from cgla_graph.comparisons.plots.flight import flight_figure
 from cgla_graph.comparisons.plots.page import Part, add_legend, style
 from cgla_graph.comparisons.plots.pictures import save
 from cgla_graph.comparisons.plots.risk import draw_risk
 from cgla_graph.comparisons.plots.scene import Look, colour_of, dashes_of, line_key
-from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.scenario import Scenario
@@ -209,7 +209,7 @@ def picture(figure: Figure, caption: str) -> Picture:
     return Picture(caption, png, svg)
 
 
-def flights_page(heading: tuple[str, str], views: Sequence[Flown]) -> Figure:
+def flights_page(heading: tuple[str, str], views: Sequence[MissionRun]) -> Figure:
     """
     Draw flights as ``cgla fly`` does, but with the legend below, so that several are not too wide for a page.
 

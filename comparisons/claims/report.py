@@ -11,11 +11,11 @@ import jinja2
 
 import cgla_graph
 from cgla_graph.comparisons.claims import counterexamples
+from cgla_graph.comparisons.claims.artefact import Comparison, Picture, TableRow
 from cgla_graph.comparisons.claims.checking import Result
 from cgla_graph.comparisons.claims.claim import Entry, Kind, Verdict
 from cgla_graph.comparisons.claims.evidence import Scale
-from cgla_graph.comparisons.claims.exhibit import Comparison, Picture, TableRow
-from cgla_graph.comparisons.claims.exhibiting import Shown
+from cgla_graph.comparisons.claims.make_artefacts import Shown
 from cgla_graph.comparisons.claims.printing import results_document
 from cgla_graph.comparisons.claims.texts import counted, counts, is_number, rerun, sampled, scale_words, written
 from cgla_graph.comparisons.files import make_folder, write_bytes, write_text
@@ -71,7 +71,7 @@ def write_report(folder: Path, results: Sequence[Result], shown: Sequence[Shown]
         write_text(folder / "report.md", report_markdown(results, shown, scale)),
         write_text(folder / "claims.json", f"{document}\n"),
     ]
-    pictures = [(one.exhibit.name, one.content) for one in shown if isinstance(one.content, Picture)]
+    pictures = [(one.artefact.name, one.content) for one in shown if isinstance(one.content, Picture)]
     if pictures:
         files.append(make_folder(folder / "figures"))
         for name, picture in pictures:
@@ -122,16 +122,16 @@ def report_html(results: Sequence[Result], shown: Sequence[Shown], scale: Scale)
         sampled=sampled,
         rerun=lambda claim: rerun(claim, scale),
         everything=rerun("", scale),
-        drawn={one.exhibit.label: one.exhibit.name for one in shown},
+        drawn={one.artefact.label: one.artefact.name for one in shown},
     )
 
 
 def _figure(one: Shown) -> dict[str, Any]:
     picture = one.content if isinstance(one.content, Picture) else None
     return {
-        "name": one.exhibit.name,
-        "label": one.exhibit.label,
-        "title": one.exhibit.title,
+        "name": one.artefact.name,
+        "label": one.artefact.label,
+        "title": one.artefact.title,
         "failed": one.failed,
         "caption": picture.caption if picture else "",
         "data": base64.b64encode(picture.png).decode() if picture else "",
@@ -163,15 +163,15 @@ def _markdown(results: Sequence[Result], shown: Sequence[Shown], scale: Scale) -
         yield from ("", f"## {title}")
         for result in members:
             yield from _markdown_claim(result, scale)
-    tables = [(one.exhibit, one.content) for one in shown if isinstance(one.content, Comparison)]
+    tables = [(one.artefact, one.content) for one in shown if isinstance(one.content, Comparison)]
     figures = [one for one in shown if not isinstance(one.content, Comparison)]
-    for exhibit, content in tables:
-        yield from ("", f"## {exhibit.label}: {exhibit.title}", "", content.caption, "")
+    for artefact, content in tables:
+        yield from ("", f"## {artefact.label}: {artefact.title}", "", content.caption, "")
         yield from _markdown_table(HEADS, [_table_row(row) for row in content.rows])
     for one in figures:
-        yield from ("", f"## {one.exhibit.label}: {one.exhibit.title}", "")
+        yield from ("", f"## {one.artefact.label}: {one.artefact.title}", "")
         if isinstance(one.content, Picture):
-            yield from (f"![{one.exhibit.label}](figures/{one.exhibit.name}.png)", "", one.content.caption)
+            yield from (f"![{one.artefact.label}](figures/{one.artefact.name}.png)", "", one.content.caption)
         else:
             yield f"It could not be made: {one.failed}"
     yield from ("", "## Words", "")

@@ -204,17 +204,17 @@ def plan(
     from cgla_graph.comparisons.study import options, rows, runner
 
     bound = options.read_tolerance(tolerance, certify=not no_certificate)
-    contender = options.read_contender(solver, refine=refine)
+    entrant = options.read_entrant(solver, refine=refine)
     opened = options.open_one("plan", scenario, start, goal, resolution, bounds)
     folder = files.make_folder(out) if out else None
     limited = max_risk is not None or max_length is not None
     with console.running_solvers():
         if limited:
-            within = trade_off.plan_of(opened, contender, max_risk, max_length, bound)
-            run = trade_off.run_of(opened, contender, within.solution)
+            within = trade_off.plan_of(opened, entrant, max_risk, max_length, bound)
+            run = trade_off.run_of(opened, entrant, within.solution)
         else:
-            run = next(iter(runner.compare([opened], [contender], 1, tolerance=bound)))
-    written = output.write_plan(folder, run) if folder and run.solution.status.is_path else []
+            run = next(iter(runner.compare([opened], [entrant], 1, tolerance=bound)))
+    written = output.write_plan(folder, run) if folder and run.solution.status.has_path else []
     document = {
         **rows.row(run),
         "path": run.solution.path.tolist(),
@@ -224,7 +224,7 @@ def plan(
     }
     if limited:
         document["within"] = trade_off.within_document(within)
-    if run.scenario.projection is not None and run.solution.status.is_path:
+    if run.scenario.projection is not None and run.solution.status.has_path:
         document["path_lonlat"] = run.scenario.projection.inverse(run.solution.path).tolist()
     if as_json:
         _print_json(document)
@@ -233,7 +233,7 @@ def plan(
         if limited:
             trade_off.print_within(run.scenario, within)
         _say_files(written, folder)
-    if not run.solution.status.is_path:
+    if not run.solution.status.has_path:
         raise typer.Exit(MISSING)
 
 
@@ -260,17 +260,17 @@ def pareto(
     from cgla_graph.comparisons.commands import pareto as trade_off
     from cgla_graph.comparisons.study import options
 
-    contender = options.read_contender(solver)
+    entrant = options.read_entrant(solver)
     opened = options.open_one("pareto", scenario, start, goal, resolution, bounds)
     folder = files.make_folder(out) if out else None
     with console.running_solvers():
-        front = trade_off.front_of(opened, contender)
+        front = trade_off.front_of(opened, entrant)
     written = trade_off.write_front(folder, opened, front) if folder and front.points else []
     if as_json:
-        document = trade_off.front_document(opened, contender, front)
+        document = trade_off.front_document(opened, entrant, front)
         _print_json({**document, "files": [str(path) for path in written]})
     else:
-        trade_off.print_front(opened, contender, front)
+        trade_off.print_front(opened, entrant, front)
         _say_files(written, folder)
     if not front.points:
         raise typer.Exit(MISSING)
@@ -349,10 +349,10 @@ def fly(
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.missions import fly as flights
 
-    opened, sorties = flights.open_mission(mission, solver=solver, variant=variant, max_ticks=max_ticks)
+    opened, specs = flights.open_mission(mission, solver=solver, variant=variant, max_ticks=max_ticks)
     folder = files.make_folder(out) if out else None
     with console.running_solvers(), console.progress(None) as tick:
-        done = flights.fly_all(sorties, folder, value=value, animation=animation, step=tick)
+        done = flights.fly_all(specs, folder, value=value, animation=animation, step=tick)
     if as_json:
         _print_json(flights.flights_document(opened, done))
     else:
@@ -361,7 +361,7 @@ def fly(
     if done.failure is not None:
         raise done.failure
     if done.interrupted:
-        raise console.InterruptedRunError(flights.kept_note(done, len(sorties), folder))
+        raise console.InterruptedRunError(flights.kept_note(done, len(specs), folder))
     if strict and not all(flown.flight.all_arrived for flown in done.flown):
         raise typer.Exit(MISSING)
 
@@ -486,7 +486,7 @@ def claims(
         raise console.InterruptedRunError(msg)
     for shown in done.shown:
         if shown.failed:
-            console.say(f"{shown.exhibit.label} could not be made: {shown.failed}")
+            console.say(f"{shown.artefact.label} could not be made: {shown.failed}")
     if not done.is_whole or (strict and not done.all_hold):
         raise typer.Exit(MISSING)
 

@@ -16,7 +16,7 @@ from cgla_graph.certificate.subsolution import FIRST_CELLS
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.commands import output
 from cgla_graph.comparisons.study import earth, rows
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.rows import json_number
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.certificate import COLUMNS, certificate_table, grid_rows, proof_of, verdict
@@ -68,11 +68,11 @@ def certify(
         raise CglaError(msg)
     problem = scenario.problem
     if file is None:
-        settings = Contender.parse(SOLVER).settings_on(scenario)
+        settings = Entrant.parse(SOLVER).settings_on(scenario)
         solution = solve(problem, registry.get(SOLVER, **settings), resolution=scenario.lattice)
     else:
         solution = _judged(problem, read_path(file, scenario), str(file))
-    held = solution.path if solution.status.is_path else None
+    held = solution.path if solution.status.has_path else None
     on_plane = earth.plane_tolerance(scenario, tolerance, solution.cost)
     found = lower_bound(problem, on_plane, path=held, max_cells=max_cells)
     proof = earth.certificate_on_earth(scenario, found, tolerance)
@@ -84,7 +84,7 @@ def certify(
 def _judged(problem: Problem, path: FloatArray, name: str) -> Solution:
     """Have the oracle judge the path of a file."""
     solution = problem.judge(Solution(Status.FOUND, path=path, cost=problem.evaluate(path).cost))
-    if not solution.status.is_path:
+    if not solution.status.has_path:
         msg = f"{name}: the path is not feasible: {solution.message}; give one that may be flown"
         raise ScenarioError(msg)
     return solution
@@ -191,7 +191,7 @@ def print_certificate(run: Run) -> None:
     numbers += f"risk {figure(solution.risk, 6)}, {len(solution.path)} waypoints"
     none = f"{solution.status.label}: {solution.message or solution.status.value}"
     _print_line("scenario", f"{scenario.full_title} (k = {scenario.problem.k:g})")
-    _print_line("path", f"{run.solver}: {numbers if solution.status.is_path else none}")
+    _print_line("path", f"{run.solver}: {numbers if solution.status.has_path else none}")
     if proof.grids:
         console.out_table(certificate_table(run))
     remedy = "; --max-cells N allows more" if "allowed" in proof.message else ""
@@ -209,7 +209,7 @@ def certificate_document(run: Run) -> dict[str, Any]:
     """Return a certified path as JSON: its row, its waypoints, what is proven, and each grid."""
     return {
         **rows.row(run),
-        "path": run.solution.path.tolist() if run.solution.status.is_path else [],
+        "path": run.solution.path.tolist() if run.solution.status.has_path else [],
         "certificate": output.certificate_document(run),
         "stretch": json_number(run.scenario.stretch(run.solution.path)),
         "grids": grid_rows(proof_of(run)),

@@ -8,14 +8,14 @@ from typing import Any
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.commands import output
-from cgla_graph.comparisons.leaderboard.leaderboard import standings
+from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.performance import performances
 from cgla_graph.comparisons.missions import compare as mission_compare
 from cgla_graph.comparisons.missions import runs as mission_runs
-from cgla_graph.comparisons.results.lookup import print_standings
+from cgla_graph.comparisons.results.lookup import print_leaderboard
 from cgla_graph.comparisons.study import options
 from cgla_graph.comparisons.study.database import FILE, Database, load, load_study
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.rows import by_scenario, rows_of
 from cgla_graph.comparisons.study.runner import Run
@@ -38,7 +38,7 @@ class Request:
     ----------
     study
         Solvers on maps.
-    missions, pilots
+    missions, mission_entrants
         Missions, and the solvers that fly them.
     n_seeds
         Flights of a solver that draws random numbers.
@@ -52,7 +52,7 @@ class Request:
 
     study: Study
     missions: Sequence[MissionFile] = ()
-    pilots: Sequence[Contender] = ()
+    mission_entrants: Sequence[Entrant] = ()
     n_seeds: int = 1
     pictures: int = PICTURES
     highlighted: frozenset[str] = frozenset()
@@ -61,7 +61,9 @@ class Request:
     @property
     def total(self) -> int:
         """How many runs and flights there are to be made."""
-        return sum(1 for _ in self.study.cells()) + mission_compare.count(self.missions, self.pilots, self.n_seeds)
+        return sum(1 for _ in self.study.cells()) + mission_compare.count(
+            self.missions, self.mission_entrants, self.n_seeds
+        )
 
 
 @dataclass(frozen=True)
@@ -119,7 +121,7 @@ class Compared:
     @property
     def all_found(self) -> bool:
         """Whether every run found a path, and every UAV arrived."""
-        return all(run.solution.status.is_path for run in self.runs) and all(
+        return all(run.solution.status.has_path for run in self.runs) and all(
             run.all_arrived for run in self.flights.runs
         )
 
@@ -174,12 +176,12 @@ def read_request(
         _refuse_beside_a_file([how.folder / FILE], solvers=solvers, seeds=seeds, limits=limits, **more)
         return _of_study(load_study(how.folder), pictures, highlight)
     request = _request(specs, solvers, 3 if seeds is None else seeds, pictures, limits, how.command, **more)
-    return replace(request, highlighted=options.read_highlighted(highlight, request.study.contenders))
+    return replace(request, highlighted=options.read_highlighted(highlight, request.study.entrants))
 
 
 def _of_study(study: Study, pictures: int | None, highlight: str | None) -> Request:
     """Ask for a study that is in a file."""
-    highlighted = options.read_highlighted(highlight, study.contenders)
+    highlighted = options.read_highlighted(highlight, study.entrants)
     return Request(study, pictures=pictures or 0, highlighted=highlighted, is_file=True)
 
 
@@ -202,20 +204,20 @@ def _request(
 ) -> Request:
     """Make a study of options."""
     bound = options.read_tolerance(tolerance, certify=certify)
-    contenders = options.read_contenders(solvers, budget=budget, refine=refine)
+    entrants = options.read_entrants(solvers, budget=budget, refine=refine)
     for_maps = {"start": start, "goal": goal, "bounds": bounds, "resolution": resolution, "refine": refine}
     maps, missions = mission_compare.split(specs or ["paper"], **for_maps)
     study = Study(
         scenarios=options.number_names(options.open_all(maps, start, goal, resolution, bounds)),
-        contenders=contenders,
+        entrants=entrants,
         seeds=range(1, n_seeds + 1),
         tolerance=bound,
         limits=options.read_limits(limits),
         title=" ".join(maps),
         source=command,
     )
-    pilots = mission_compare.pilots(contenders, chosen=solvers is not None)
-    return Request(study, missions, pilots, n_seeds, PICTURES if pictures is None else pictures)
+    mission_entrants = mission_compare.mission_entrants(entrants, chosen=solvers is not None)
+    return Request(study, missions, mission_entrants, n_seeds, PICTURES if pictures is None else pictures)
 
 
 def _refuse_beside_a_file(specs: Sequence[object], **given: object) -> None:
@@ -251,7 +253,7 @@ def compare_all(request: Request, how: How) -> Compared:
     if not done.interrupted:
         done.flights = mission_compare.run_all(
             request.missions,
-            request.pilots,
+            request.mission_entrants,
             request.n_seeds,
             how.folder,
             workers=how.workers,
@@ -313,9 +315,9 @@ def print_compared(request: Request, done: Compared) -> None:
     """Print the tables of each scenario, unless a file names them; what they amount to; and those of missions."""
     single = len(request.study.scenarios) == 1
     if not request.is_file or single:
-        output.print_comparison(done.runs, request.study.contenders)
+        output.print_comparison(done.runs, request.study.entrants)
     if done.runs and not single:
-        print_standings(done.runs, standings(done.runs))
+        print_leaderboard(done.runs, leaderboard_of(done.runs))
     mission_runs.print_flight_runs(request.missions, done.flights.runs)
 
 

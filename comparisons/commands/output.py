@@ -9,7 +9,7 @@ from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.leaderboard.performance import PERFORMANCE_COLUMNS, performances
 from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.database import Stored
-from cgla_graph.comparisons.study.entrant import Contender, budget_note
+from cgla_graph.comparisons.study.entrant import Entrant, budget_note
 from cgla_graph.comparisons.study.rows import COLUMNS, by_scenario, json_number, rows_of, trace_row
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.tables import (
@@ -23,9 +23,9 @@ from cgla_graph.comparisons.tables.tables import (
 )
 
 
-def print_comparison(runs: Sequence[Run], contenders: Sequence[Contender]) -> None:
+def print_comparison(runs: Sequence[Run], entrants: Sequence[Entrant]) -> None:
     """Print the tables of each scenario: how good, and how soon where there is more than one answer to that."""
-    note = budget_note(contenders)
+    note = budget_note(entrants)
     for group in by_scenario(runs):
         scenario = group[0].scenario
         flat = earth.distortion_note(scenario, [run.solution.path for run in group])
@@ -106,7 +106,7 @@ def print_plan(run: Run) -> None:
     """Print a path's numbers, a line each."""
     scenario, solution = run.scenario, run.solution
     unit = " m" if scenario.projection else ""
-    gap = percent(solution.gap) if solution.status.is_path else "-"
+    gap = percent(solution.gap) if solution.status.has_path else "-"
     note = bound_note([run], unit)
     lines = {
         "scenario": scenario.full_title,
@@ -118,7 +118,7 @@ def print_plan(run: Run) -> None:
         "length": figure(solution.length, 9) + unit,
         "risk": figure(solution.risk, 6),
         "clearance": "no no-fly area" if scenario.problem.no_fly is None else figure(solution.clearance, 6) + unit,
-        "flat map": earth.distortion_note(scenario, [solution.path]) if solution.status.is_path else "",
+        "flat map": earth.distortion_note(scenario, [solution.path]) if solution.status.has_path else "",
         "waypoints": str(len(solution.path)),
         "time": f"{duration(solution.seconds)}, and {duration(solution.build_seconds)} to weigh the graph",
         "remark": solution.message,

@@ -9,7 +9,7 @@ from typing import Any
 
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.study import earth
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.rows import json_number
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
@@ -25,15 +25,15 @@ from cgla_graph.solvers.trade_off.pareto import Front, pareto
 COLUMNS = ("k_low", "k_high", "k", "length", "risk", "cost", "waypoints")
 
 
-def front_of(scenario: Scenario, contender: Contender) -> Front:
+def front_of(scenario: Scenario, entrant: Entrant) -> Front:
     """Compute the front of a scenario, on its own lattice and with the settings that suit it."""
-    solver = registry.get(contender.name, **contender.settings_on(scenario))
+    solver = registry.get(entrant.name, **entrant.settings_on(scenario))
     return pareto(scenario.problem, solver=solver, resolution=scenario.lattice)
 
 
 def plan_of(
     scenario: Scenario,
-    contender: Contender,
+    entrant: Entrant,
     max_risk: float | None,
     max_length: float | None,
     tolerance: float | None = 0.01,
@@ -49,38 +49,38 @@ def plan_of(
     if max_risk is not None and max_length is not None:
         msg = "--max-risk and --max-length are both given; limit one, and the other is made small"
         raise CglaError(msg)
-    if contender.refine:
-        msg = f"--refine may break the budget; plan with --solver refine:base={contender.name} instead"
+    if entrant.refine:
+        msg = f"--refine may break the budget; plan with --solver refine:base={entrant.name} instead"
         raise CglaError(msg)
-    solver = registry.get(contender.name, **contender.settings_on(scenario))
+    solver = registry.get(entrant.name, **entrant.settings_on(scenario))
     plan, budget = (plan_within_length, max_length) if max_risk is None else (plan_within_risk, max_risk)
     found = plan(scenario.problem, budget or 0.0, solver=solver, resolution=scenario.lattice, tolerance=tolerance)
     return earth.plan_on_earth(scenario, found)
 
 
-def run_of(scenario: Scenario, contender: Contender, solution: Solution) -> Run:
+def run_of(scenario: Scenario, entrant: Entrant, solution: Solution) -> Run:
     """Make a run of a plan, for rows and pictures."""
-    return Run(scenario, contender.label, None, exact=False, solution=solution)
+    return Run(scenario, entrant.label, None, exact=False, solution=solution)
 
 
-def print_front(scenario: Scenario, contender: Contender, front: Front) -> None:
+def print_front(scenario: Scenario, entrant: Entrant, front: Front) -> None:
     """Print a front as a table, or why there is none."""
     if not front.points:
         for key, text in (
             ("scenario", scenario.full_title),
-            ("solver", contender.label),
+            ("solver", entrant.label),
             ("status", f"{front.status.label}: {front.status.value}"),
             ("remark", front.message),
         ):
             console.out(f"{key:10} {text}\n" if text else "")
         return
-    console.out_table(front_table(scenario, contender, front))
+    console.out_table(front_table(scenario, entrant, front))
 
 
-def front_table(scenario: Scenario, contender: Contender, front: Front) -> FittedTable:
+def front_table(scenario: Scenario, entrant: Entrant, front: Front) -> FittedTable:
     """Show a front: a line a path, the shortest first; the knee has a star."""
     unit = "m" if scenario.projection else "map units"
-    title = f"{scenario.full_title} ({contender.label}, lengths in {unit})"
+    title = f"{scenario.full_title} ({entrant.label}, lengths in {unit})"
     heads = ("k from", "to", "length", "longer", "risk", "less risk", "knee")
     first = front.points[0]
     rows: list[Sequence[str]] = [
@@ -105,12 +105,12 @@ def front_table(scenario: Scenario, contender: Contender, front: Front) -> Fitte
     return FittedTable(title, (), heads, ("less risk", "longer", "knee"), notes, rows)
 
 
-def front_document(scenario: Scenario, contender: Contender, front: Front) -> dict[str, Any]:
+def front_document(scenario: Scenario, entrant: Entrant, front: Front) -> dict[str, Any]:
     """Return a front as JSON; a range of weights without end has no `k_high`."""
     knee = front.knee
     return {
         "scenario": scenario.name,
-        "solver": contender.label,
+        "solver": entrant.label,
         "status": front.status.label,
         "message": front.message,
         "error": json_number(front.error),
@@ -189,7 +189,7 @@ def print_within(scenario: Scenario, plan: PlanWithin) -> None:
         "budget": f"{plan.limited} at most {plan.budget:g}{unit}",
         "weight": "risk alone" if math.isinf(plan.k) else f"k = {figure(plan.k, 6)} prices the budget",
         "dual bound": f"none: no path {whom} keeps the budget" if math.isinf(plan.dual_bound) else bound,
-        "gap": f"{percent(plan.gap)}: duality gap" if plan.status.is_path else "",
+        "gap": f"{percent(plan.gap)}: duality gap" if plan.status.has_path else "",
     }
     for key, text in lines.items():
         if text and not math.isnan(plan.dual_bound):

@@ -50,7 +50,7 @@ def failed(runs: Iterable[Run]) -> list[Run]:
     >>> failed([])
     []
     """
-    return [run for run in runs if not run.solution.status.is_path]
+    return [run for run in runs if not run.solution.status.has_path]
 
 
 def failure_groups(runs: Iterable[Run]) -> list[FailureGroup]:

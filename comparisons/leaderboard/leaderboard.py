@@ -24,7 +24,7 @@ _UNKNOWN = Estimate(math.nan, math.nan, math.nan)
 
 
 @dataclass(frozen=True)
-class Standing:
+class LeaderboardRow:
     """
     One solver among the others, over all scenarios.
 
@@ -74,7 +74,7 @@ class Standing:
     failed_on: Mapping[str, int]
 
 
-def standings(runs: Sequence[Run]) -> list[Standing]:
+def leaderboard_of(runs: Sequence[Run]) -> list[LeaderboardRow]:
     """
     Rank the solvers of a comparison, best first.
 
@@ -87,16 +87,16 @@ def standings(runs: Sequence[Run]) -> list[Standing]:
 
     Returns
     -------
-    standings
+    leaderboard
         One a solver; none without runs.
 
     Examples
     --------
-    >>> from cgla_graph.comparisons.study.entrant import Contender
+    >>> from cgla_graph.comparisons.study.entrant import Entrant
     >>> from cgla_graph.comparisons.study.runner import compare
     >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> runs = list(compare([load_scenario("paper")], [Contender.parse(name) for name in ("straight-line", "cgla")]))
-    >>> [(one.solver, one.average_rank, one.wins) for one in standings(runs)]
+    >>> runs = list(compare([load_scenario("paper")], [Entrant.parse(name) for name in ("straight-line", "cgla")]))
+    >>> [(one.solver, one.average_rank, one.wins) for one in leaderboard_of(runs)]
     [('cgla', 1.0, 1), ('straight-line', 2.0, 0)]
     """
     by_label = by_solver(runs)
@@ -116,7 +116,7 @@ def standings(runs: Sequence[Run]) -> list[Standing]:
     versus = {one.solver: one for one in against(costs, order[0], post_hoc=True)} if order else {}
     places = [1 + sum(merit(other)[0] < merit(solver)[0] for other in order) for solver in order]
     return [
-        Standing(
+        LeaderboardRow(
             solver=solver,
             place=place,
             average_rank=rank_of[solver],
@@ -124,7 +124,7 @@ def standings(runs: Sequence[Run]) -> list[Standing]:
             wins=wins[solver],
             gap=gaps[solver],
             n_runs=len(by_label[solver]),
-            n_paths=(n_paths := sum(run.solution.status.is_path for run in by_label[solver])),
+            n_paths=(n_paths := sum(run.solution.status.has_path for run in by_label[solver])),
             success=success_interval(n_paths, len(by_label[solver])),
             seconds_to_near=times[solver],
             versus_best=versus.get(solver),

@@ -92,10 +92,10 @@ def performances(runs: Sequence[Run]) -> list[Performance]:
 
     Examples
     --------
-    >>> from cgla_graph.comparisons.study.entrant import Contender
+    >>> from cgla_graph.comparisons.study.entrant import Entrant
     >>> from cgla_graph.comparisons.study.runner import compare
     >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> runs = compare([load_scenario("one-threat")], [Contender.parse("straight-line")], tolerance=None)
+    >>> runs = compare([load_scenario("one-threat")], [Entrant.parse("straight-line")], tolerance=None)
     >>> [(one.solver, one.n_paths, round(one.cost.median, 3)) for one in performances(list(runs))]
     [('straight-line', 1, 3.921)]
     """
@@ -105,7 +105,7 @@ def performances(runs: Sequence[Run]) -> list[Performance]:
 
 def _performance(runs: Sequence[Run], bound: float) -> Performance:
     solutions = [run.solution for run in runs]
-    n_paths = sum(solution.status.is_path for solution in solutions)
+    n_paths = sum(solution.status.has_path for solution in solutions)
     targets = [math.inf, *((1.0 + percent / 100.0) * bound for percent in TARGET_PERCENTS)]
     hits = [[to_target(solution, target) for solution in solutions] for target in targets]
     return Performance(

@@ -115,7 +115,7 @@ def success_curve(solutions: Sequence[Solution]) -> SuccessCurve:
     first = [to_target(solution).seconds for solution in solutions]
     curve = _shares(np.array(first), n_runs)
     width = _band_width(n_runs)
-    n_paths = sum(solution.status.is_path for solution in solutions)
+    n_paths = sum(solution.status.has_path for solution in solutions)
     return SuccessCurve(
         seconds=curve.at,
         rate=curve.share,
@@ -230,10 +230,10 @@ def instance_costs(runs: Sequence[Run]) -> dict[str, list[float]]:
 
     Examples
     --------
-    >>> from cgla_graph.comparisons.study.entrant import Contender
+    >>> from cgla_graph.comparisons.study.entrant import Entrant
     >>> from cgla_graph.comparisons.study.runner import compare
     >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> runs = list(compare([load_scenario("one-threat")], [Contender.parse("straight-line")], tolerance=None))
+    >>> runs = list(compare([load_scenario("one-threat")], [Entrant.parse("straight-line")], tolerance=None))
     >>> {solver: [round(cost, 3) for cost in costs] for solver, costs in instance_costs(runs).items()}
     {'straight-line': [3.921]}
     """

@@ -133,10 +133,10 @@ def regression(old: Iterable[Run], new: Iterable[Run], *, key: Callable[[Scenari
 
     Examples
     --------
-    >>> from cgla_graph.comparisons.study.entrant import Contender
+    >>> from cgla_graph.comparisons.study.entrant import Entrant
     >>> from cgla_graph.comparisons.study.runner import compare
     >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> old, new = (compare([load_scenario("paper")], [Contender.parse("cgla")], tolerance=None) for _ in range(2))
+    >>> old, new = (compare([load_scenario("paper")], [Entrant.parse("cgla")], tolerance=None) for _ in range(2))
     >>> [(change.solver, change.n, change.verdict.name) for change in regression(old, new).changes]
     [('cgla', 1, 'IDENTICAL')]
     """
@@ -194,7 +194,7 @@ def _change(solver: str, pairs: Sequence[tuple[Run, Run]]) -> Change:
 
 
 def _seconds(run: Run) -> float:
-    return run.solution.total_seconds if run.solution.status.is_path else math.inf
+    return run.solution.total_seconds if run.solution.status.has_path else math.inf
 
 
 def _adjusted(found: Sequence[Change]) -> list[Change]:

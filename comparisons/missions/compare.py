@@ -10,9 +10,9 @@ import shapely
 
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.missions.runs import COLUMNS, FlightRun, FlightRuns
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.execution import limits_where, made
-from cgla_graph.comparisons.study.mission_run import Flown, Sortie
+from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 from cgla_graph.comparisons.study.options import number_names
 from cgla_graph.comparisons.study.runner import reason
 from cgla_graph.comparisons.workers.limits import Limits, lost
@@ -30,7 +30,7 @@ from cgla_graph.solvers.warm_up import shortened
 #: What `cgla compare` leaves out on missions unless it is asked for: a flight plans dozens of times, and these hand
 #: over a complete graph edge by edge each time, or solve a mixed-integer program.
 TOO_SLOW = ("networkx", "networkx-astar", "milp")
-#: Labels of contenders that have been made ready in this process.
+#: Labels of entrants that have been made ready in this process.
 _ready: set[str] = set()
 
 
@@ -71,38 +71,38 @@ def split(specs: Sequence[str], **for_maps: object) -> tuple[list[str], list[Mis
     return [spec for spec in specs if not is_mission_file(spec)], number_names(missions)
 
 
-def pilots(contenders: Sequence[Contender], *, chosen: bool) -> list[Contender]:
+def mission_entrants(entrants: Sequence[Entrant], *, chosen: bool) -> list[Entrant]:
     """
     Choose the solvers that fly missions.
 
     Parameters
     ----------
-    contenders
+    entrants
         Those of the comparison.
     chosen
         Whether the user named them; otherwise those that need another package, or take too long, are left out.
 
     Examples
     --------
-    >>> named = [Contender.parse(name) for name in ("networkx", "cgla")]
-    >>> [one.name for one in pilots(named, chosen=False)], len(pilots(named, chosen=True))
+    >>> named = [Entrant.parse(name) for name in ("networkx", "cgla")]
+    >>> [one.name for one in mission_entrants(named, chosen=False)], len(mission_entrants(named, chosen=True))
     (['cgla'], 2)
     """
     if chosen:
-        return list(contenders)
-    fast = [one for one in contenders if one.is_available and one.name not in TOO_SLOW]
+        return list(entrants)
+    fast = [one for one in entrants if one.is_available and one.name not in TOO_SLOW]
     return [one for one in fast if not registry.traits(one.name).needs]
 
 
-def count(missions: Sequence[MissionFile], contenders: Sequence[Contender], n_seeds: int) -> int:
+def count(missions: Sequence[MissionFile], entrants: Sequence[Entrant], n_seeds: int) -> int:
     """Count the flights of a comparison."""
-    flights = sum(len(_seeds(contender, n_seeds)) for contender in contenders)
+    flights = sum(len(_seeds(entrant, n_seeds)) for entrant in entrants)
     return flights * sum(len(mission.variants) for mission in missions)
 
 
 def compare(
     missions: Sequence[MissionFile],
-    contenders: Sequence[Contender],
+    entrants: Sequence[Entrant],
     n_seeds: int = 3,
     *,
     workers: int = 0,
@@ -114,7 +114,7 @@ def compare(
 
     Parameters
     ----------
-    missions, contenders
+    missions, entrants
         What to fly, and what plans.
     n_seeds
         At least 1.
@@ -134,17 +134,17 @@ def compare(
     Examples
     --------
     >>> from cgla_graph.scenarios.mission_file import load_mission
-    >>> runs = compare([load_mission("fig4")], [Contender.parse("cgla")])
+    >>> runs = compare([load_mission("fig4")], [Entrant.parse("cgla")])
     >>> {run.status for run in runs}
     {'arrived'}
     """
     held = limits_where(limits or Limits(), workers=workers, scheduler=scheduler)
     calls = deque(
-        Call((mission.name, variant, contender.label, seed), _fly, (mission, variant, contender, seed, held))
+        Call((mission.name, variant, entrant.label, seed), _fly, (mission, variant, entrant, seed, held))
         for mission in missions
         for variant in mission.variants
-        for contender in contenders
-        for seed in _seeds(contender, n_seeds)
+        for entrant in entrants
+        for seed in _seeds(entrant, n_seeds)
     )
 
     def next_call() -> Call | None:
@@ -159,28 +159,28 @@ def compare(
             yield outcome.value if outcome.failure is None else _lost(call, *lost(outcome, held))
 
 
-def _fly(mission: MissionFile, variant: str, contender: Contender, seed: int | None, limits: Limits) -> FlightRun:
+def _fly(mission: MissionFile, variant: str, entrant: Entrant, seed: int | None, limits: Limits) -> FlightRun:
     """Make one flight in a worker."""
-    if not contender.is_built_in:
+    if not entrant.is_built_in:
         # it may leave anything behind
         use_up()
-    elif contender.label not in _ready:
-        _warm_up(contender)
-        _ready.add(contender.label)
+    elif entrant.label not in _ready:
+        _warm_up(entrant)
+        _ready.add(entrant.label)
     with limited(limits.seconds, limits.megabytes):
-        return _run(mission, variant, contender, seed)
+        return _run(mission, variant, entrant, seed)
 
 
 def _lost(call: Call, status: Status, message: str) -> FlightRun:
     """Say why a flight has told nothing."""
-    mission, variant, contender, seed, _ = call.args
-    names = (mission.name, variant, contender.label, seed, len(mission.variants[variant].uavs))
+    mission, variant, entrant, seed, _ = call.args
+    names = (mission.name, variant, entrant.label, seed, len(mission.variants[variant].uavs))
     return FlightRun(*names, status=status.label, message=message)
 
 
 def run_all(
     missions: Sequence[MissionFile],
-    contenders: Sequence[Contender],
+    entrants: Sequence[Entrant],
     n_seeds: int,
     folder: Path | None = None,
     *,
@@ -203,16 +203,16 @@ def run_all(
         return done
     with nullcontext() if folder is None else files.RowLog(folder, "flights.jsonl") as log:
         try:
-            total = count(missions, contenders, n_seeds)
+            total = count(missions, entrants, n_seeds)
             with console.running_solvers(), console.progress(total) as tick:
-                for run in compare(missions, contenders, n_seeds, workers=workers, scheduler=scheduler, limits=limits):
+                for run in compare(missions, entrants, n_seeds, workers=workers, scheduler=scheduler, limits=limits):
                     done.runs.append(run)
                     if log is not None:
                         log.add(run.row())
                     tick(f"{run.mission}: {run.solver}")
         except KeyboardInterrupt:
             done.interrupted = True
-        done.runs.sort(key=_order(missions, contenders))
+        done.runs.sort(key=_order(missions, entrants))
         if folder is not None and log is not None:
             table = [run.row() for run in done.runs]
             text = files.csv_text(table, COLUMNS)
@@ -220,52 +220,50 @@ def run_all(
     return done
 
 
-def _order(
-    missions: Sequence[MissionFile], contenders: Sequence[Contender]
-) -> Callable[[FlightRun], tuple[int, int, int]]:
-    """Return what sorts flights as they were asked for; those of one contender keep their order, by seeds."""
+def _order(missions: Sequence[MissionFile], entrants: Sequence[Entrant]) -> Callable[[FlightRun], tuple[int, int, int]]:
+    """Return what sorts flights as they were asked for; those of one entrant keep their order, by seeds."""
     variants = [(mission.name, variant) for mission in missions for variant in mission.variants]
     places = {place: number for number, place in enumerate(variants)}
-    labels = {contender.label: number for number, contender in enumerate(contenders)}
+    labels = {entrant.label: number for number, entrant in enumerate(entrants)}
     return lambda run: (places[run.mission, run.variant], labels[run.solver], run.seed or 0)
 
 
-def _seeds(contender: Contender, n_seeds: int) -> Sequence[int | None]:
-    """List the seeds of a contender: none, the one that the user set, or 1 to `n_seeds`."""
-    if not contender.is_available or not registry.traits(contender.name).seeded:
+def _seeds(entrant: Entrant, n_seeds: int) -> Sequence[int | None]:
+    """List the seeds of an entrant: none, the one that the user set, or 1 to `n_seeds`."""
+    if not entrant.is_available or not registry.traits(entrant.name).seeded:
         return [None]
-    return [contender.settings["seed"]] if "seed" in contender.settings else range(1, n_seeds + 1)
+    return [entrant.settings["seed"]] if "seed" in entrant.settings else range(1, n_seeds + 1)
 
 
-def _warm_up(contender: Contender) -> None:
+def _warm_up(entrant: Entrant) -> None:
     """Load the compiled kernels with a short flight, so that a solver's first plan is not charged for that."""
     world = World(RiskField([Threat(0.5, 0.5, 0.1)]), no_fly=shapely.box(0.45, 0.7, 0.55, 0.8))
     uavs = [Uav("a", (0.1, 0.4), (0.9, 0.4), 0.3), Uav("b", (0.9, 0.6), (0.1, 0.6), 0.3)]
     # what is wrong with a solver is told by its own flight
     with suppress(Exception):
-        solver = shortened(registry.get(contender.name, **contender.settings_on(None)))
+        solver = shortened(registry.get(entrant.name, **entrant.settings_on(None)))
         Mission(world, uavs, solver, resolution=4, virtual_obstacle=True, max_ticks=8).fly()
 
 
-def _run(mission: MissionFile, variant: str, contender: Contender, seed: int | None) -> FlightRun:
+def _run(mission: MissionFile, variant: str, entrant: Entrant, seed: int | None) -> FlightRun:
     """Fly one variant with one solver; whatever that raises becomes its answer."""
-    names = (mission.name, variant, contender.label, seed, len(mission.variants[variant].uavs))
-    missing = registry.missing(contender.name)
+    names = (mission.name, variant, entrant.label, seed, len(mission.variants[variant].uavs))
+    missing = registry.missing(entrant.name)
     if missing is not None:
         return FlightRun(*names, status="unavailable", message=missing)
-    settings = contender.settings_on(None) | ({} if seed is None else {"seed": seed})
+    settings = entrant.settings_on(None) | ({} if seed is None else {"seed": seed})
     try:
-        solver = registry.get(contender.name, **settings)
+        solver = registry.get(entrant.name, **settings)
         alone = dataclasses.replace(mission, variants={variant: mission.variants[variant]})
-        (built,) = alone.missions(lambda _: solver, solver=contender.label).values()
+        (built,) = alone.missions(lambda _: solver, solver=entrant.label).values()
         flight = built.fly()
     except CglaError as error:
         return FlightRun(*names, status="failed", message=" ".join(str(error).split()))
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a comparison survives any solver
         return FlightRun(*names, status="failed", message=reason(error))
-    sortie = Sortie(mission.name, variant, mission.title, contender.label, built, mission.projection)
-    given = {f.name: getattr(sortie, f.name) for f in dataclasses.fields(Sortie)}
-    flown = Flown(**given, flight=flight)
+    spec = MissionSpec(mission.name, variant, mission.title, entrant.label, built, mission.projection)
+    given = {f.name: getattr(spec, f.name) for f in dataclasses.fields(MissionSpec)}
+    flown = MissionRun(**given, flight=flight)
     lost = [uav for uav in flight.uavs.values() if flown.n_arrived < len(flight.uavs) and uav.status.label != "arrived"]
     status = lost[0].status.label if lost else "arrived"
     message = f"{lost[0].name}: {lost[0].message or lost[0].status.value}" if lost else ""

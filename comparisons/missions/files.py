@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from cgla_graph.comparisons.study.mission_run import Flown, Sortie
+from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 from cgla_graph.comparisons.study.rows import json_number
 from cgla_graph.errors import OutputError
 from cgla_graph.mission.mission import Mission
@@ -59,9 +59,9 @@ def settings_document(mission: Mission) -> dict[str, Any]:
     return found
 
 
-def header_document(sortie: Sortie) -> dict[str, Any]:
+def header_document(spec: MissionSpec) -> dict[str, Any]:
     """Return the first line of a log: the mission, its rules, its UAVs and the truth."""
-    mission = sortie.mission
+    mission = spec.mission
     uavs = [
         {
             "name": uav.name,
@@ -77,10 +77,10 @@ def header_document(sortie: Sortie) -> dict[str, Any]:
     ]
     header = {
         "type": "mission",
-        "mission": sortie.name,
-        "variant": sortie.variant,
-        "title": sortie.title,
-        "solver": sortie.solver,
+        "mission": spec.name,
+        "variant": spec.variant,
+        "title": spec.title,
+        "solver": spec.solver,
         "bounds": mission.world.bounds,
         "settings": settings_document(mission),
         "uavs": uavs,
@@ -105,13 +105,13 @@ def _world_document(world: World) -> dict[str, Any]:
     return {"threats": threats, "areas": areas, "charted_areas": charted}
 
 
-def log_lines(sortie: Sortie, flight: Flight, first: int = 0, end: int | None = None) -> Iterator[dict[str, Any]]:
+def log_lines(spec: MissionSpec, flight: Flight, first: int = 0, end: int | None = None) -> Iterator[dict[str, Any]]:
     """
     Yield the lines of a log, tick by tick: what happened, then where each UAV in the air is.
 
     Parameters
     ----------
-    sortie
+    spec
         The mission.
     flight
         What it came to, or has come to so far.
@@ -132,19 +132,19 @@ def log_lines(sortie: Sortie, flight: Flight, first: int = 0, end: int | None = 
         yield from ({"type": "event", **plain_json(event)} for event in happened.get(tick, ()))
         for uav in flight.uavs.values():
             if tick in _ticks_in_air(uav):
-                yield _uav_line(sortie, uav, tick)
+                yield _uav_line(spec, uav, tick)
 
 
 def _ticks_in_air(uav: UavFlight) -> range:
     return range(uav.departed, uav.departed + len(uav.trace) if uav.took_off else uav.departed)
 
 
-def _uav_line(sortie: Sortie, uav: UavFlight, tick: int) -> dict[str, Any]:
+def _uav_line(spec: MissionSpec, uav: UavFlight, tick: int) -> dict[str, Any]:
     spot, knowledge = uav.trace[tick - uav.departed], uav.knowledge_at(tick)
     line = {"type": "uav", "tick": tick, "uav": uav.name, "x": spot[0], "y": spot[1]}
-    if sortie.projection is not None:
-        line["longitude"], line["latitude"] = sortie.projection.inverse(spot).tolist()
-    line["risk"] = sortie.mission.world.field_at(tick).density(spot)
+    if spec.projection is not None:
+        line["longitude"], line["latitude"] = spec.projection.inverse(spot).tolist()
+    line["risk"] = spec.mission.world.field_at(tick).density(spot)
     line["threats"], line["areas"] = list(knowledge.threats), list(knowledge.areas)
     plans = [waypoints for since, waypoints in uav.plans if since == tick]
     if plans:
@@ -153,7 +153,7 @@ def _uav_line(sortie: Sortie, uav: UavFlight, tick: int) -> dict[str, Any]:
     return found
 
 
-def whole_log(flown: Flown) -> Iterator[dict[str, Any]]:
+def whole_log(flown: MissionRun) -> Iterator[dict[str, Any]]:
     """
     Yield all lines of a log: the header, every tick, and the summary.
 
@@ -168,7 +168,7 @@ def whole_log(flown: Flown) -> Iterator[dict[str, Any]]:
     yield {"type": "summary", **summary}
 
 
-def trace_csv(flown: Flown) -> str:
+def trace_csv(flown: MissionRun) -> str:
     """Write where each UAV was at each tick as CSV."""
     columns = TRACE_COLUMNS if flown.projection is None else (*TRACE_COLUMNS, "longitude", "latitude")
     text = io.StringIO()
@@ -182,7 +182,7 @@ def trace_csv(flown: Flown) -> str:
     return text.getvalue()
 
 
-def flight_geojson(flown: Flown) -> str:
+def flight_geojson(flown: MissionRun) -> str:
     """
     Write the flown paths of a mission on a lon/lat map as GeoJSON, a feature a UAV.
 
@@ -211,7 +211,7 @@ def flight_geojson(flown: Flown) -> str:
     return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
 
 
-def summary_document(flown: Flown) -> dict[str, Any]:
+def summary_document(flown: MissionRun) -> dict[str, Any]:
     """Return what a flight came to, as JSON: numbers that do not exist are None."""
     flight = flown.flight
     livelock = None if flight.livelock is None else dataclasses.asdict(flight.livelock)
@@ -242,7 +242,7 @@ def team_totals(flight: Flight) -> dict[str, float]:
     return {"cost": flight.cost, **sums}
 
 
-def flight_document(flown: Flown) -> dict[str, Any]:
+def flight_document(flown: MissionRun) -> dict[str, Any]:
     """Return everything about a flight, as JSON: what it came to, its rules, traces, plans and events."""
     uavs = []
     for uav, summary in zip(flown.flight.uavs.values(), summary_document(flown)["uavs"], strict=True):
@@ -273,7 +273,7 @@ def _separation(pair: Separation) -> dict[str, Any]:
     }
 
 
-def _uav_document(flown: Flown, uav: UavFlight) -> dict[str, Any]:
+def _uav_document(flown: MissionRun, uav: UavFlight) -> dict[str, Any]:
     known = uav.knowledge_at(uav.ended)
     document = {
         "name": uav.name,

@@ -21,8 +21,8 @@ from cgla_graph.comparisons.missions.files import (
     whole_log,
 )
 from cgla_graph.comparisons.missions.tables import COLUMN_NOTES, flight_notes, flight_table, heading, variants_table
-from cgla_graph.comparisons.study.entrant import Contender
-from cgla_graph.comparisons.study.mission_run import Flown, Sortie
+from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 from cgla_graph.errors import MissionError, OutputError
 from cgla_graph.mission.simulation import Simulation
 from cgla_graph.scenarios.mission_file import MissionFile, load_mission
@@ -49,13 +49,13 @@ def build_solver(text: str) -> Solver:
     >>> build_solver("hybrid").tolerance is None
     True
     """
-    contender = Contender.parse(text)
-    return registry.get(contender.name, **contender.settings_on(None))
+    entrant = Entrant.parse(text)
+    return registry.get(entrant.name, **entrant.settings_on(None))
 
 
 def open_mission(
     spec: str, *, solver: str | None = None, variant: str | None = None, max_ticks: int | None = None
-) -> tuple[MissionFile, list[Sortie]]:
+) -> tuple[MissionFile, list[MissionSpec]]:
     """
     Open a mission, ready to be flown.
 
@@ -72,8 +72,8 @@ def open_mission(
 
     Returns
     -------
-    file, sorties
-        One sortie a variant.
+    file, specs
+        One spec a variant.
 
     Raises
     ------
@@ -86,13 +86,13 @@ def open_mission(
         known = ", ".join(repr(name) for name in missions if name)
         msg = f"{opened.name} has no variant {variant!r}; {f'choose {known}' if known else 'it has none at all'}"
         raise MissionError(msg)
-    sorties = []
+    specs = []
     for name, mission in missions.items():
         if variant is None or name == variant:
             limited = mission if max_ticks is None else dataclasses.replace(mission, max_ticks=max_ticks)
             label = solver or opened.variants[name].solver
-            sorties.append(Sortie(opened.name, name, opened.title, label, limited, opened.projection))
-    return opened, sorties
+            specs.append(MissionSpec(opened.name, name, opened.title, label, limited, opened.projection))
+    return opened, specs
 
 
 class StopRequest:
@@ -148,14 +148,14 @@ class Flights:
         Why a file could not be written, which ended it; None if all could.
     """
 
-    flown: list[Flown] = field(default_factory=list)
+    flown: list[MissionRun] = field(default_factory=list)
     written: list[Path] = field(default_factory=list)
     interrupted: bool = False
     failure: OutputError | None = None
 
 
 def fly_all(
-    sorties: Sequence[Sortie],
+    specs: Sequence[MissionSpec],
     folder: Path | None = None,
     *,
     value: bool = True,
@@ -163,11 +163,11 @@ def fly_all(
     step: Callable[[str], None] | None = None,
 ) -> Flights:
     """
-    Fly sorties one after the other, and write what comes of them.
+    Fly specs one after the other, and write what comes of them.
 
     Parameters
     ----------
-    sorties
+    specs
         The variants of one mission.
     folder
         Where to write; None: nowhere.
@@ -188,15 +188,15 @@ def fly_all(
     step = step or _tell_nobody
     done = Flights()
     taken: set[str] = set()
-    stems = [files.file_stem(f"{one.name} {one.variant}", taken) for one in sorties]
+    stems = [files.file_stem(f"{one.name} {one.variant}", taken) for one in specs]
     with StopRequest().listen() as stop:
         try:
-            for sortie, stem in zip(sorties, stems, strict=True):
+            for spec, stem in zip(specs, stems, strict=True):
                 with nullcontext() if folder is None else files.RowLog(folder, f"{stem}.jsonl") as log:
-                    flown = fly_one(sortie, log, stop, step)
+                    flown = fly_one(spec, log, stop, step)
                     done.flown.append(flown)
                     if value and not stop.is_made:
-                        step(f"{sortie.label}: what knowing and sharing are worth")
+                        step(f"{spec.label}: what knowing and sharing are worth")
                         try:
                             done.flown[-1] = flown = weighed(flown)
                         except KeyboardInterrupt:
@@ -224,14 +224,14 @@ def _tell_nobody(_: str) -> None:
 
 
 def fly_one(
-    sortie: Sortie, log: files.RowLog | None, stop: StopRequest, step: Callable[[str], None] | None = None
-) -> Flown:
+    spec: MissionSpec, log: files.RowLog | None, stop: StopRequest, step: Callable[[str], None] | None = None
+) -> MissionRun:
     """
     Fly one mission to its end, or to where Ctrl-C ends it.
 
     Parameters
     ----------
-    sortie
+    spec
         The mission.
     log
         Gets the lines of the ticks that are done, every second or so; None: no log.
@@ -240,15 +240,15 @@ def fly_one(
     step
         Told of each tick.
     """
-    simulation = sortie.mission.simulate()
-    writer = None if log is None else _LogWriter(sortie, log)
+    simulation = spec.mission.simulate()
+    writer = None if log is None else _LogWriter(spec, log)
     began = time.perf_counter()
     stop.waits = True
     try:
         while not (simulation.is_over or stop.is_made):
             simulation.advance()
             if step is not None:
-                step(f"{sortie.label}: tick {simulation.tick}")
+                step(f"{spec.label}: tick {simulation.tick}")
             if writer is not None:
                 writer.write(simulation)
     except KeyboardInterrupt:
@@ -256,32 +256,32 @@ def fly_one(
     finally:
         stop.waits = False
     flight = simulation.flight(interrupted=not simulation.is_over)
-    given = {f.name: getattr(sortie, f.name) for f in dataclasses.fields(Sortie)}
-    return Flown(**given, flight=flight, seconds=time.perf_counter() - began)
+    given = {f.name: getattr(spec, f.name) for f in dataclasses.fields(MissionSpec)}
+    return MissionRun(**given, flight=flight, seconds=time.perf_counter() - began)
 
 
 class _LogWriter:
     """Writes the ticks that are done, now and then: a flight so far takes time to be put together."""
 
-    def __init__(self, sortie: Sortie, log: files.RowLog) -> None:
-        self.sortie, self.log = sortie, log
+    def __init__(self, spec: MissionSpec, log: files.RowLog) -> None:
+        self.spec, self.log = spec, log
         self.next_tick = 0
         self.cost = 0.0
         self.before = time.perf_counter()
-        log.add(header_document(sortie))
+        log.add(header_document(spec))
 
     def write(self, simulation: Simulation) -> None:
         began = time.perf_counter()
         if began - self.before < max(LOG_SECONDS, self.cost / LOG_SHARE):
             return
         # more may happen on the tick that begins now
-        for line in log_lines(self.sortie, simulation.flight(), self.next_tick, simulation.tick):
+        for line in log_lines(self.spec, simulation.flight(), self.next_tick, simulation.tick):
             self.log.add(line)
         self.next_tick, self.before = simulation.tick, time.perf_counter()
         self.cost = self.before - began
 
 
-def weighed(flown: Flown) -> Flown:
+def weighed(flown: MissionRun) -> MissionRun:
     """
     Find out what not knowing cost, and what sharing was worth, by flying up to twice more.
 
@@ -301,7 +301,7 @@ def weighed(flown: Flown) -> Flown:
     return dataclasses.replace(flown, ignorance=flight.price_of_ignorance, sharing=sharing)
 
 
-def _write_data(stem: Path, flown: Flown, log: files.RowLog) -> list[Path]:
+def _write_data(stem: Path, flown: MissionRun, log: files.RowLog) -> list[Path]:
     """Write log, traces and paths of one flight."""
     written = [
         log.finish(whole_log(flown)),
@@ -312,7 +312,7 @@ def _write_data(stem: Path, flown: Flown, log: files.RowLog) -> list[Path]:
     return written
 
 
-def _write_pictures(stem: Path, flown: Flown, *, animation: bool) -> list[Path]:
+def _write_pictures(stem: Path, flown: MissionRun, *, animation: bool) -> list[Path]:
     """Write the picture and the animation of one flight."""
     from cgla_graph.comparisons.plots import animation_file, pictures  # noqa: PLC0415 - matplotlib only where something is drawn
     from cgla_graph.comparisons.plots.flight import flight_figure  # noqa: PLC0415 - the same
@@ -326,7 +326,7 @@ def _write_pictures(stem: Path, flown: Flown, *, animation: bool) -> list[Path]:
     return written
 
 
-def _write_variants(folder: Path, flights: Sequence[Flown], taken: set[str]) -> list[Path]:
+def _write_variants(folder: Path, flights: Sequence[MissionRun], taken: set[str]) -> list[Path]:
     """Write the picture of the first variants side by side, where there are several."""
     if len(flights) < 2:  # noqa: PLR2004 - one is no comparison
         return []
@@ -337,7 +337,7 @@ def _write_variants(folder: Path, flights: Sequence[Flown], taken: set[str]) -> 
     return [pictures.save(flight_figure(flights[:MOST_PANELS]), folder / f"{stem}.png")]
 
 
-def print_flights(flights: Sequence[Flown]) -> None:
+def print_flights(flights: Sequence[MissionRun]) -> None:
     """Print a table a variant with what is to be said of it, and one that holds all variants beside each other."""
     if not flights:
         return

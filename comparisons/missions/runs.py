@@ -8,7 +8,7 @@ from typing import Any
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.missions.files import plain_json, team_totals
-from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.comparisons.tables.tables import duration, figure
 from cgla_graph.scenarios.mission_file import MissionFile
@@ -46,7 +46,7 @@ class FlightRun:
     mission, variant
         The names.
     solver
-        The contender's label.
+        The entrant's label.
     seed
         For seeded solvers; else None.
     n_uavs
@@ -65,7 +65,7 @@ class FlightRun:
     seed: int | None
     n_uavs: int
     status: str
-    flown: Flown | None = None
+    flown: MissionRun | None = None
     message: str = ""
 
     @property

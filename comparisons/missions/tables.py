@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from cgla_graph.comparisons.missions.files import team_totals
-from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.comparisons.tables.tables import duration, figure
 from cgla_graph.mission.metrics import EXPOSED_ABOVE
@@ -26,19 +26,19 @@ _SPARE = ("exposure", "known", "max F", "risk sum", "replans", "ticks", "risk")
 _SPARE_OF_VARIANTS = ("risk sum", "replans", "ticks", "risk", "length")
 
 
-def heading(flown: Flown) -> str:
+def heading(flown: MissionRun) -> str:
     """Name a mission in one line."""
     lengths = "map units" if flown.projection is None else "metres"
     return f"{flown.name}: {flown.title or 'a mission'} (lengths in {lengths})"
 
 
-def flight_table(flown: Flown) -> FittedTable:
+def flight_table(flown: MissionRun) -> FittedTable:
     """Show one flight: a line a UAV."""
     rows: list[Sequence[str]] = [_cells(uav) for uav in flown.flight.uavs.values()]
     return FittedTable(flown.variant or flown.name, ("UAV", "status"), _HEADS, _SPARE, rows=rows)
 
 
-def flight_notes(flown: Flown) -> list[str]:
+def flight_notes(flown: MissionRun) -> list[str]:
     """Say what stands below the table of a flight: who planned, how near UAVs came, and why some did not arrive."""
     # of those in a livelock, one line says all that there is to say
     told = (MissionStatus.ARRIVED, MissionStatus.LIVELOCK)
@@ -51,7 +51,7 @@ def flight_notes(flown: Flown) -> list[str]:
     return [rules_note(flown), *near, *_worth_lines(flown), *_warnings(flown), *_livelock_lines(flown), *remarks]
 
 
-def _livelock_lines(flown: Flown) -> list[str]:
+def _livelock_lines(flown: MissionRun) -> list[str]:
     """Say who flies in circles, since when, and how long a circle is."""
     livelock = flown.flight.livelock
     if livelock is None:
@@ -61,7 +61,7 @@ def _livelock_lines(flown: Flown) -> list[str]:
     return [f"livelock: {circle}: {', '.join(names)}"]
 
 
-def _warnings(flown: Flown) -> list[str]:
+def _warnings(flown: MissionRun) -> list[str]:
     """Say who started inside a threat, and around whom something came up."""
     lines = []
     for event in flown.flight.events:
@@ -80,7 +80,7 @@ COLUMN_NOTES = (
 )
 
 
-def rules_note(flown: Flown) -> str:
+def rules_note(flown: MissionRun) -> str:
     """Say in one line who planned, by which rules."""
     mission = flown.mission
     weights = sorted({uav.k for uav in mission.uavs})
@@ -101,7 +101,7 @@ def rules_note(flown: Flown) -> str:
     )
 
 
-def closest_note(flown: Flown) -> str:
+def closest_note(flown: MissionRun) -> str:
     """Say in one line how near two UAVs came to each other."""
     pair = flown.closest
     if pair is None:
@@ -123,7 +123,7 @@ def closest_note(flown: Flown) -> str:
     )
 
 
-def _worth_lines(flown: Flown) -> list[str]:
+def _worth_lines(flown: MissionRun) -> list[str]:
     """Say what not knowing cost each UAV, and what sharing was worth; nothing that was not asked for."""
     lines = []
     if flown.ignorance is not None:
@@ -141,7 +141,7 @@ def _ratio(value: float) -> str:
     return "∞" if value == math.inf else figure(value, 4)
 
 
-def variants_table(flights: Sequence[Flown]) -> FittedTable:
+def variants_table(flights: Sequence[MissionRun]) -> FittedTable:
     """Show the variants of a mission beside each other: a line a variant."""
     heads = ("arrived", "ticks", "least separation", "length", "risk", "risk sum", "cost", "replans")
     title = f"{flights[0].name}: all variants, all UAVs together"
@@ -149,7 +149,7 @@ def variants_table(flights: Sequence[Flown]) -> FittedTable:
     return FittedTable(title, ("variant",), heads, _SPARE_OF_VARIANTS, rows=rows)
 
 
-def team_cells(flown: Flown) -> list[str]:
+def team_cells(flown: MissionRun) -> list[str]:
     """Return what a flight came to, as the cells of a line: arrived, ticks, separation, and the sums over all UAVs."""
     flight, totals = flown.flight, team_totals(flown.flight)
     return [

@@ -37,7 +37,7 @@ from cgla_graph.comparisons.plots.scene import (
 )
 from cgla_graph.comparisons.plots.text import plain
 from cgla_graph.comparisons.plots.units import unit_scale
-from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import MissionStatus, UavFlight
 from cgla_graph.mission.world import TimedArea
 
@@ -77,7 +77,7 @@ class Film:
         The flight.
     """
 
-    def __init__(self, view: Flown) -> None:
+    def __init__(self, view: MissionRun) -> None:
         self.view = view
         self.flight = view.flight
         scene = view.scene(0)

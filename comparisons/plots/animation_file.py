@@ -18,7 +18,7 @@ from cgla_graph.comparisons.plots.animation import Film, frame_ticks
 from cgla_graph.comparisons.plots.looks import COLOURS
 from cgla_graph.comparisons.plots.page import style
 from cgla_graph.comparisons.plots.scene import NEAR_COLOUR, TIMED_COLOUR
-from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.errors import OutputError
 
 #: Seconds that all frames but the last take together, and that the last one stays.
@@ -41,7 +41,7 @@ def suffixes() -> list[str]:
     return [".gif", ".mp4"] if shutil.which("ffmpeg") else [".gif"]
 
 
-def animate(view: Flown, paths: Sequence[Path]) -> list[Path]:
+def animate(view: MissionRun, paths: Sequence[Path]) -> list[Path]:
     """
     Write the animation of a flight: the same flight gives the same bytes.
 
@@ -75,7 +75,7 @@ def animate(view: Flown, paths: Sequence[Path]) -> list[Path]:
     return [write_bytes(path, data) for path, data in zip(paths, encoded, strict=True)]
 
 
-def _encoded(view: Flown, kinds: Sequence[str]) -> list[bytes]:
+def _encoded(view: MissionRun, kinds: Sequence[str]) -> list[bytes]:
     """Draw each frame once, for all formats; one frame at a time is held as it was drawn."""
     with style(), ExitStack() as stack:
         film = Film(view)

@@ -191,7 +191,7 @@ def _draw_bracket(axes: Axes, run: Run, scale: float) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     box = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
     if known[-1]:
-        said = f"{'the path' if run.solution.status.is_path else 'best known'}: {cost_text(float(upper[-1]))}"
+        said = f"{'the path' if run.solution.status.has_path else 'best known'}: {cost_text(float(upper[-1]))}"
         axes.annotate(
             said, (cells[-1], upper[-1]), (0.0, 6.0), textcoords="offset points", ha="right", va="bottom", bbox=box
         )

@@ -62,12 +62,12 @@ def trace_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str]
     curves = {
         solver: median_curve([run.solution for run in group])
         for solver, group in groups.items()
-        if any(run.solution.trace and run.solution.status.is_path for run in group)
+        if any(run.solution.trace and run.solution.status.has_path for run in group)
     }
     if not curves:
         return None
     entries = entries_of(runs, named)
-    results = [entry for entry in entries if entry.label not in curves and entry.shown.solution.status.is_path]
+    results = [entry for entry in entries if entry.label not in curves and entry.shown.solution.status.has_path]
     found = [entry.shown.solution.cost for entry in results]
     measure = Measure.of(scenario, scenario_bound(runs))
     edges = [edge for curve in curves.values() for edge in (curve.low, curve.median, curve.high)]
@@ -181,7 +181,7 @@ def _draw_unknown(axes: Axes, runs: Sequence[Run], measure: Measure) -> Iterator
     """Shade the gaps between the lower bound and the best path known, where the optimum must be; yield its row."""
     if not measure.is_gap:
         return
-    known = [run.solution.cost for run in runs if run.solution.status.is_path]
+    known = [run.solution.cost for run in runs if run.solution.status.has_path]
     known += [run.certificate.upper_bound for run in runs if run.certificate is not None]
     low, _ = axes.get_ylim()
     best = float(measure.heights(min(known)))

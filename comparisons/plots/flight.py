@@ -36,7 +36,7 @@ from cgla_graph.comparisons.plots.scene import (
 )
 from cgla_graph.comparisons.plots.text import cost_text, plain
 from cgla_graph.comparisons.plots.units import unit_scale
-from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.comparisons.tables.tables import figure as digits
 from cgla_graph.mission.records import UavFlight
 from cgla_graph.mission.world import TimedArea
@@ -49,7 +49,7 @@ _MOST_NAMES = 9  # so many UAVs have their names on the map
 _HALO = [patheffects.withStroke(linewidth=2.2, foreground="white", alpha=0.9)]
 
 
-def flight_figure(views: Sequence[Flown]) -> Figure:
+def flight_figure(views: Sequence[MissionRun]) -> Figure:
     """
     Draw flights of one mission: one map, or several variants side by side.
 
@@ -71,7 +71,7 @@ def flight_figure(views: Sequence[Flown]) -> Figure:
     >>> from cgla_graph.solvers import get
     >>> from cgla_graph.mission.world import World
     >>> mission = Mission(World(), [Uav("a", (0.1, 0.1), (0.9, 0.9), detection_radius=0.2)], get("cgla"))
-    >>> figure = flight_figure([Flown("alone", "", "one UAV, no threat", "cgla", mission, flight=mission.fly())])
+    >>> figure = flight_figure([MissionRun("alone", "", "one UAV, no threat", "cgla", mission, flight=mission.fly())])
     >>> [text.get_text() for text in figure.legends[0].get_texts()][:1]
     ['a: arrived at tick 57, cost 1.1314']
     """
@@ -132,7 +132,7 @@ def _level(panels: Sequence[Axes]) -> None:
         image.set_clim(0.0, top)
 
 
-def _draw_flight(axes: Axes, view: Flown, moment: float, scale: float) -> None:
+def _draw_flight(axes: Axes, view: MissionRun, moment: float, scale: float) -> None:
     """Draw areas, traces and the telling moment."""
     mission = view.mission
     if mission.world.no_fly is not None:
@@ -150,7 +150,7 @@ def _draw_flight(axes: Axes, view: Flown, moment: float, scale: float) -> None:
     _draw_moment(axes, view, moment, scale)
 
 
-def _draw_timed(axes: Axes, view: Flown, scale: float) -> None:
+def _draw_timed(axes: Axes, view: MissionRun, scale: float) -> None:
     """Draw threats and areas that are not always there, and when they are."""
     for (x, y), top, words, item in timed_places(view.mission.world):
         if isinstance(item, TimedArea):
@@ -209,7 +209,7 @@ def _draw_trace(axes: Axes, uav: UavFlight, number: int, spacing: int, width: fl
         )
 
 
-def _draw_names(axes: Axes, view: Flown, scale: float) -> None:
+def _draw_names(axes: Axes, view: MissionRun, scale: float) -> None:
     """Write each UAV's name beside its start, on the side of the map's middle, and away from where it goes."""
     x_min, _, x_max, _ = view.mission.world.bounds
     for number, uav in enumerate(view.flight.uavs.values()):
@@ -229,7 +229,7 @@ def _draw_names(axes: Axes, view: Flown, scale: float) -> None:
         )
 
 
-def _draw_moment(axes: Axes, view: Flown, moment: float, scale: float) -> None:
+def _draw_moment(axes: Axes, view: MissionRun, moment: float, scale: float) -> None:
     """Draw circles, positions and virtual obstacles at the telling moment, and the distance of the closest pair."""
     shown = shown_at(view, moment)
     for number, uav, place in shown:
@@ -274,7 +274,7 @@ def _draw_moment(axes: Axes, view: Flown, moment: float, scale: float) -> None:
         )
 
 
-def _panel_title(view: Flown, scale: float) -> str:
+def _panel_title(view: MissionRun, scale: float) -> str:
     """Name a variant, and how near its UAVs came to each other."""
     pair = view.closest
     unit = "" if view.projection is None else " km"
@@ -282,7 +282,7 @@ def _panel_title(view: Flown, scale: float) -> str:
     return f"{plain(view.variant or view.name, 46)}\n{near}".rstrip()
 
 
-def _closest_text(view: Flown, scale: float) -> str:
+def _closest_text(view: MissionRun, scale: float) -> str:
     """Say how near two UAVs came to each other, and when."""
     pair = view.closest
     if pair is None:
@@ -292,7 +292,7 @@ def _closest_text(view: Flown, scale: float) -> str:
     return f"Closest: {names}, {digits(pair.distance * scale, 3)}{unit} at tick {pair.time:.4g}"
 
 
-def _legend_rows(views: Sequence[Flown], moments: Sequence[float], scale: float) -> Iterator[tuple[Artist, str]]:
+def _legend_rows(views: Sequence[MissionRun], moments: Sequence[float], scale: float) -> Iterator[tuple[Artist, str]]:
     """Yield handles and labels: UAVs first, then what the marks mean."""
     first, alone = views[0], len(views) == 1
     unit = "" if first.projection is None else " km"

@@ -62,7 +62,7 @@ class Entry:
     def path(self) -> FloatArray:
         """What is drawn, shape ``(n, 2)``, map units: a path that may be flown, or an infeasible one; else none."""
         solution = self.shown.solution
-        shown = solution.status.is_path or solution.status is Status.INFEASIBLE
+        shown = solution.status.has_path or solution.status is Status.INFEASIBLE
         return np.asarray(solution.path if shown else np.empty((0, 2)), dtype=np.float64)
 
     @property
@@ -111,17 +111,17 @@ def entries_of(runs: Sequence[Run], named: Collection[str] = ()) -> list[Entry]:
 
     Examples
     --------
-    >>> from cgla_graph.comparisons.study.entrant import Contender
+    >>> from cgla_graph.comparisons.study.entrant import Entrant
     >>> from cgla_graph.comparisons.study.runner import compare
     >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> runs = compare([load_scenario("one-threat")], [Contender.parse("straight-line"), Contender.parse("cgla")])
+    >>> runs = compare([load_scenario("one-threat")], [Entrant.parse("straight-line"), Entrant.parse("cgla")])
     >>> [(entry.label, entry.colour, entry.n_found) for entry in entries_of(list(runs))]
     [('cgla', '#E69F00', 1), ('straight-line', '#0072B2', 1)]
     """
     groups = by_solver(runs)
     ranked = [summary.solver for summary in summaries(runs)]
     shown = {label: median_run(group) for label, group in groups.items()}
-    best = [label for label in ranked if shown[label].solution.status.is_path][:BEST]
+    best = [label for label in ranked if shown[label].solution.status.has_path][:BEST]
     chosen = [label for label in groups if len(groups) <= MOST_COLOURED or label in {*best, *named}]
     places = {label: number for number, label in enumerate(groups)}
     looks = dict(zip(chosen, _looks(places[label] for label in chosen), strict=True))
@@ -130,7 +130,7 @@ def entries_of(runs: Sequence[Run], named: Collection[str] = ()) -> list[Entry]:
             label,
             shown[label],
             len(groups[label]),
-            sum(run.solution.status.is_path for run in groups[label]),
+            sum(run.solution.status.has_path for run in groups[label]),
             looks.get(label),
         )
         for label in ranked

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import UavFlight
 
 _MOST_MARKS = 30  # marks on the longest trace, about
 
 
-def telling_tick(view: Flown) -> float:
+def telling_tick(view: MissionRun) -> float:
     """
     Return the moment that a picture shows: of the closest approach.
 
@@ -41,7 +41,7 @@ def place_at(uav: UavFlight, time: float) -> Point | None:
     return x, y
 
 
-def mark_spacing(view: Flown) -> int:
+def mark_spacing(view: MissionRun) -> int:
     """
     Return every how many ticks a trace is marked: 10, or where that were too many a rounder number.
 
@@ -54,7 +54,7 @@ def mark_spacing(view: Flown) -> int:
     return next((step for step in (10, 20, 50, 100, 200, 500, 1000) if longest <= _MOST_MARKS * step), 10_000)
 
 
-def shown_at(view: Flown, moment: float) -> list[tuple[int, UavFlight, Point]]:
+def shown_at(view: MissionRun, moment: float) -> list[tuple[int, UavFlight, Point]]:
     """List the UAVs that have circles: the closest pair, or where there is none, the one that made a new plan."""
     pair = view.closest
     shown = []

@@ -53,7 +53,7 @@ def cost_label(entry: Entry, scale: float) -> str:
         Its label, the cost of the run that is shown or why there is none, and which of its seeds that is.
     """
     solution = entry.shown.solution
-    found = cost_text(solution.cost * scale) if solution.status.is_path else solution.status.label
+    found = cost_text(solution.cost * scale) if solution.status.has_path else solution.status.label
     return f"{plain(entry.label, 36)}: {found}{seeds_note(entry.n_runs, entry.n_found)}"
 
 

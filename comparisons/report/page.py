@@ -14,7 +14,7 @@ import numpy as np
 from markupsafe import Markup
 
 from cgla_graph.comparisons.files import write_text
-from cgla_graph.comparisons.leaderboard.leaderboard import Standing, standings
+from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, leaderboard_of
 from cgla_graph.comparisons.leaderboard.profiles import instance_costs, performance_profile, success_curve
 from cgla_graph.comparisons.report.parts import failures, ranking_table
 from cgla_graph.comparisons.report.payload import (
@@ -70,7 +70,7 @@ def report_html(stored: Stored, *, live: bool = False) -> str:
         HTML. What is no UTF-8 (from odd file names) is an escape in it.
     """
     runs = stored.runs
-    found, ranks = standings(runs), ranking(instance_costs(runs))
+    found, ranks = leaderboard_of(runs), ranking(instance_costs(runs))
     page = (
         _environment()
         .get_template("report.html")
@@ -112,7 +112,7 @@ def write_report(stored: Stored, path: Path) -> Path:
     return write_text(path, report_html(stored))
 
 
-def _document(stored: Stored, found: Sequence[Standing], *, live: bool) -> dict[str, Any]:
+def _document(stored: Stored, found: Sequence[LeaderboardRow], *, live: bool) -> dict[str, Any]:
     """Collect what the script draws."""
     runs, groups, solvers = stored.runs, by_scenario(stored.runs), list(stored.solvers)
     places = {label: number for number, label in enumerate(solvers)}

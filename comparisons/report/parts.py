@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from cgla_graph.comparisons.leaderboard.failures import failed, failure_groups
-from cgla_graph.comparisons.leaderboard.leaderboard import Standing
+from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
 from cgla_graph.comparisons.statistics.ranking import Ranking
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.leaderboard_columns import COLUMNS
@@ -15,14 +15,14 @@ from cgla_graph.model.solution import Status
 MOST_GROUPS, MOST_NAMES = 100, 4
 
 
-def ranking_table(found: Sequence[Standing], ranks: Ranking) -> dict[str, Any]:
+def ranking_table(found: Sequence[LeaderboardRow], ranks: Ranking) -> dict[str, Any]:
     """
     Return the ranking table: its columns, a row a solver, and the note below.
 
     Parameters
     ----------
     found
-        The standings, best first.
+        The leaderboard, best first.
     ranks
         The ranking that they come from.
     """

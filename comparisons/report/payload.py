@@ -79,11 +79,11 @@ def _cell(scenario: Scenario, place: int, runs: Sequence[Run]) -> dict[str, Any]
     return {
         "solver": place,
         "runs": len(runs),
-        "paths": sum(solution.status.is_path for solution in solutions),
+        "paths": sum(solution.status.has_path for solution in solutions),
         "status": solution.status.label,
         "message": solution.message,
         "cost": ends_of(median),
-        "gap": rounded(solution.gap) if solution.status.is_path else None,
+        "gap": rounded(solution.gap) if solution.status.has_path else None,
         "length": rounded(solution.length),
         "risk": rounded(solution.risk),
         "clearance": rounded(solution.clearance),
@@ -96,7 +96,7 @@ def _cell(scenario: Scenario, place: int, runs: Sequence[Run]) -> dict[str, Any]
 
 
 def _is_drawn(solution: Solution) -> bool:
-    return (solution.status.is_path or solution.status is Status.INFEASIBLE) and len(solution.path) > 0
+    return (solution.status.has_path or solution.status is Status.INFEASIBLE) and len(solution.path) > 0
 
 
 def ends_of(found: Estimate) -> list[float | None]:
@@ -166,7 +166,7 @@ def rows_document(runs: Sequence[Run], scenarios: Sequence[str], solvers: Sequen
 
 def statuses_document() -> list[dict[str, Any]]:
     """List how a run may end: the short word, the sentence, and whether there is a path."""
-    return [{"label": one.label, "sentence": one.value, "is_path": one.is_path} for one in Status]
+    return [{"label": one.label, "sentence": one.value, "is_path": one.has_path} for one in Status]
 
 
 def rerun_command(folder: Path) -> str:

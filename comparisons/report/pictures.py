@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from cgla_graph.comparisons.leaderboard.leaderboard import Standing
+from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
 from cgla_graph.comparisons.statistics.ranking import Ranking, rank_diagram
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.words import listed, too_few_note
@@ -96,7 +96,7 @@ def _caption(ranks: Ranking) -> str:
     )
 
 
-def failure_grid(found: Sequence[Standing], runs: Sequence[Run]) -> dict[str, Any] | None:
+def failure_grid(found: Sequence[LeaderboardRow], runs: Sequence[Run]) -> dict[str, Any] | None:
     """
     Place a grid of solvers by scenarios, each cell the share of runs without a path; None where no run failed.
 
@@ -105,7 +105,7 @@ def failure_grid(found: Sequence[Standing], runs: Sequence[Run]) -> dict[str, An
     Parameters
     ----------
     found
-        The standings, in whose order the rows are.
+        The leaderboard, in whose order the rows are.
     runs
         All runs.
     """

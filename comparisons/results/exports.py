@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph.comparisons import files
-from cgla_graph.comparisons.leaderboard.leaderboard import standings
+from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.study.columns import COLUMNS, Kind
 from cgla_graph.comparisons.study.rows import best_exact, by_scenario, row
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.stored import FILE, Stored, reading
 from cgla_graph.comparisons.tables.latex import booktabs
-from cgla_graph.comparisons.tables.leaderboard_columns import standing_cells, standing_heads, standing_notes
+from cgla_graph.comparisons.tables.leaderboard_columns import leaderboard_cells, leaderboard_heads, leaderboard_notes
 from cgla_graph.errors import CglaError, OutputError
 
 #: What is said of a run of a study.
@@ -45,10 +45,10 @@ def run_rows(runs: Sequence[Run], every: Sequence[Run]) -> list[dict[str, Any]]:
 
     Examples
     --------
-    >>> from cgla_graph.comparisons.study.entrant import Contender
+    >>> from cgla_graph.comparisons.study.entrant import Entrant
     >>> from cgla_graph.comparisons.study.runner import compare
     >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> runs = list(compare([load_scenario("one-threat")], [Contender.parse("straight-line")], tolerance=None))
+    >>> runs = list(compare([load_scenario("one-threat")], [Entrant.parse("straight-line")], tolerance=None))
     >>> [(row["solver"], row["status"], row["exact"]) for row in run_rows(runs, runs)]
     [('straight-line', 'found', False)]
     """
@@ -92,7 +92,7 @@ def export(target: Path, stored: Stored, runs: Sequence[Run]) -> Path:
     Parameters
     ----------
     target
-        Its ending is ``.csv``, ``.jsonl``, ``.parquet``, ``.tex`` (the standings, with booktabs) or ``.db`` (OMPL's
+        Its ending is ``.csv``, ``.jsonl``, ``.parquet``, ``.tex`` (the leaderboard, with booktabs) or ``.db`` (OMPL's
         benchmark database). It is written under another name beside it and then renamed.
     stored, runs
         The study, and the runs of it to write.
@@ -152,10 +152,10 @@ def _pyarrow() -> Any:  # noqa: ANN401 - pyarrow has no types
 
 
 def _tex(stored: Stored, runs: Sequence[Run]) -> bytes:
-    found = standings(runs)
-    title = f"{stored.title or stored.folder.name}: standings of {len(found)} solvers over {len(runs)} runs"
-    notes = [title, *standing_notes(found), "needs the package booktabs"]
-    return booktabs(standing_heads(), [standing_cells(one) for one in found], notes).encode("ascii")
+    found = leaderboard_of(runs)
+    title = f"{stored.title or stored.folder.name}: leaderboard of {len(found)} solvers over {len(runs)} runs"
+    notes = [title, *leaderboard_notes(found), "needs the package booktabs"]
+    return booktabs(leaderboard_heads(), [leaderboard_cells(one) for one in found], notes).encode("ascii")
 
 
 def _ompl(stored: Stored, runs: Sequence[Run]) -> bytes:

@@ -9,7 +9,7 @@ from typing import Any
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.leaderboard.failures import failed
-from cgla_graph.comparisons.leaderboard.leaderboard import Standing, standings
+from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, leaderboard_of
 from cgla_graph.comparisons.leaderboard.regression import Regression, regression
 from cgla_graph.comparisons.results import exports
 from cgla_graph.comparisons.results.filters import Filters
@@ -18,10 +18,10 @@ from cgla_graph.comparisons.results.rerun import Rerun, rerun_table
 from cgla_graph.comparisons.results.rerun import rerun as run_again
 from cgla_graph.comparisons.results.tables import (
     failure_lines,
+    leaderboard_table,
     overview_lines,
     runs_table,
     solver_tables,
-    standings_table,
 )
 from cgla_graph.comparisons.study.rows import json_number
 from cgla_graph.comparisons.study.runner import Run
@@ -48,7 +48,7 @@ class Results:
         Those that pass the filters.
     filters
         What was left out.
-    standings
+    leaderboard
         None where the filters leave runs out by how they ended: what is left then says nothing of the solvers.
     regression, old
         What changed, and the study that it is held against, where that was asked for.
@@ -63,7 +63,7 @@ class Results:
     stored: Stored
     runs: Sequence[Run]
     filters: Filters = field(default_factory=Filters)
-    standings: Sequence[Standing] | None = None
+    leaderboard: Sequence[LeaderboardRow] | None = None
     regression: Regression | None = None
     old: Stored | None = None
     rerun: Rerun | None = None
@@ -122,7 +122,7 @@ def look_up(
         changes = regression(filters.of(old.runs, *_known(studies)), kept)
         found = dataclasses.replace(found, old=old, regression=changes)
     elif filters.statuses is None:
-        found = dataclasses.replace(found, standings=standings(kept))
+        found = dataclasses.replace(found, leaderboard=leaderboard_of(kept))
     return dataclasses.replace(found, written=[exports.export(target, stored, kept) for target in export])
 
 
@@ -159,10 +159,10 @@ def print_results(found: Results) -> None:
         console.out(f"{line}\n")
     if found.regression is not None:
         _print_regression(found, found.regression)
-    elif found.standings is None:
-        console.out("no standings: of runs picked by how they ended, nothing can be said of solvers\n")
+    elif found.leaderboard is None:
+        console.out("no leaderboard: of runs picked by how they ended, nothing can be said of solvers\n")
     else:
-        _print_standings(found, found.standings)
+        _print_leaderboard(found, found.leaderboard)
     if found.lists_runs and found.runs:
         console.out_table(runs_table("runs", found.runs))
     if found.regression is None:
@@ -184,7 +184,7 @@ def _heading(found: Results) -> list[str]:
     return lines
 
 
-def _print_standings(found: Results, ranked: Sequence[Standing]) -> None:
+def _print_leaderboard(found: Results, ranked: Sequence[LeaderboardRow]) -> None:
     if not ranked:
         console.out("no runs yet\n" if not found.filters.is_on else "no run is left\n")
         return
@@ -196,12 +196,12 @@ def _print_standings(found: Results, ranked: Sequence[Standing]) -> None:
     else:
         console.out(f"a table of {n_lines} lines for each solver is not shown; --solver NAME shows one\n")
     # last, as the end is what is seen first on a terminal
-    print_standings(found.runs, ranked)
+    print_leaderboard(found.runs, ranked)
 
 
-def print_standings(runs: Sequence[Run], ranked: Sequence[Standing]) -> None:
+def print_leaderboard(runs: Sequence[Run], ranked: Sequence[LeaderboardRow]) -> None:
     """Print who wins, by how much, how sure that is, and where each solver fails (errors as `terminal.out`)."""
-    console.out_table(standings_table("standings", ranked))
+    console.out_table(leaderboard_table("leaderboard", ranked))
     n_scenarios = len({run.scenario.name for run in runs})
     _print_lines("", overview_lines(overview(ranked, n_scenarios)))
 
@@ -235,7 +235,7 @@ def document(found: Results) -> dict[str, Any]:
         "sessions": plain(stored.sessions),
         "filters": plain(found.filters),
         "kept": len(found.runs),
-        "standings": None if found.standings is None else plain(found.standings),
+        "standings": None if found.leaderboard is None else plain(found.leaderboard),
         "against": None if found.old is None else str(found.old.folder),
         "regression": None if found.regression is None else plain(found.regression),
         "failures": exports.run_rows(failed(found.runs), stored.runs),

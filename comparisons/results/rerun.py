@@ -96,9 +96,9 @@ def rerun(stored: Stored, number: int) -> Rerun:
         If there is no such run, or the study cannot be read.
     """
     before = find(stored, number)
-    contenders = {contender.label: contender for contender in load_study(stored.folder).contenders}
+    entrants = {entrant.label: entrant for entrant in load_study(stored.folder).entrants}
     seeds = () if before.seed is None else (before.seed,)
-    alone = Study([before.scenario], [contenders[before.solver]], seeds, tolerance=None, limits=stored.limits)
+    alone = Study([before.scenario], [entrants[before.solver]], seeds, tolerance=None, limits=stored.limits)
     with console.running_solvers(), closing(run_study(alone, workers=1)) as runs:
         now = next(runs)
     solution = runner.bounded(now.solution, before.certificate)
@@ -139,7 +139,7 @@ def _cells(run: Run) -> dict[str, str]:
     return {
         "status": solution.status.label,
         "cost": figure(solution.cost, 12),
-        "gap": percent(solution.gap) if solution.status.is_path else "-",
+        "gap": percent(solution.gap) if solution.status.has_path else "-",
         "length": figure(solution.length, 12),
         "risk": figure(solution.risk, 12),
         "clearance": figure(solution.clearance, 6),

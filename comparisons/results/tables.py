@@ -1,15 +1,20 @@
-"""What `cgla results` prints of a study: standings, a table a solver, single runs, and failures."""
+"""What `cgla results` prints of a study: leaderboard, a table a solver, single runs, and failures."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from cgla_graph.comparisons.leaderboard.failures import FailureGroup, failure_groups
-from cgla_graph.comparisons.leaderboard.leaderboard import Standing
+from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
 from cgla_graph.comparisons.study.columns import SHOWN, Format, RunColumn
 from cgla_graph.comparisons.study.rows import Summary, by_scenario, row, summaries
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
-from cgla_graph.comparisons.tables.leaderboard_columns import SPARE, standing_cells, standing_heads, standing_notes
+from cgla_graph.comparisons.tables.leaderboard_columns import (
+    SPARE,
+    leaderboard_cells,
+    leaderboard_heads,
+    leaderboard_notes,
+)
 from cgla_graph.comparisons.tables.overview import Overview
 from cgla_graph.comparisons.tables.tables import duration, figure, percent
 from cgla_graph.comparisons.tables.words import DASH, counted, listed
@@ -40,11 +45,11 @@ def overview_lines(said: Overview) -> list[str]:
     return [line for line in (said.headline, *answers, said.caution) if line]
 
 
-def standings_table(title: str, found: Sequence[Standing]) -> FittedTable:
+def leaderboard_table(title: str, found: Sequence[LeaderboardRow]) -> FittedTable:
     """Show who wins: a line a solver, the best first."""
-    heads = standing_heads()
-    rows: list[Sequence[str]] = [standing_cells(one) for one in found]
-    return FittedTable(title, heads[:1], heads[1:], SPARE, standing_notes(found), rows)
+    heads = leaderboard_heads()
+    rows: list[Sequence[str]] = [leaderboard_cells(one) for one in found]
+    return FittedTable(title, heads[:1], heads[1:], SPARE, leaderboard_notes(found), rows)
 
 
 def solver_tables(runs: Sequence[Run]) -> Iterator[FittedTable]:

@@ -211,7 +211,7 @@ def progress(solution: Solution) -> FloatArray:
     array([[ 1.2, 10. ,  3. ],
            [ 2. , 50. ,  2. ]])
     """
-    if not solution.status.is_path:
+    if not solution.status.has_path:
         return np.empty((0, 3))
     trace = [point for point in solution.trace if math.isfinite(point.cost + point.seconds)]
     points = [(point.seconds, point.evaluations, point.cost) for point in trace]
@@ -267,4 +267,4 @@ def path_cost(solution: Solution) -> float:
     >>> path_cost(Solution(Status.INFEASIBLE, cost=1.0))
     inf
     """
-    return float(solution.cost) if solution.status.is_path else math.inf
+    return float(solution.cost) if solution.status.has_path else math.inf

@@ -67,15 +67,15 @@ def excess_over(cost: float, best: float) -> float:
 
 def _excess(run: Run, best_exact: float) -> float:
     # a path that may not be flown is no match for one that may
-    return excess_over(run.solution.cost, best_exact) if run.solution.status.is_path else math.nan
+    return excess_over(run.solution.cost, best_exact) if run.solution.status.has_path else math.nan
 
 
 def _gap(run: Run, _: float) -> float:
-    return run.solution.gap if run.solution.status.is_path else math.nan
+    return run.solution.gap if run.solution.status.has_path else math.nan
 
 
 def _waypoints(run: Run, _: float) -> int:
-    return np.size(run.solution.path, 0) if run.solution.status.is_path else 0
+    return np.size(run.solution.path, 0) if run.solution.status.has_path else 0
 
 
 def _settings(run: Run, _: float) -> str:

@@ -65,13 +65,13 @@ class Database:
     Examples
     --------
     >>> import tempfile
-    >>> from cgla_graph.comparisons.study.entrant import Contender
+    >>> from cgla_graph.comparisons.study.entrant import Entrant
     >>> from cgla_graph.comparisons.study.runner import compare
     >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> study = Study([load_scenario("one-threat")], [Contender.parse("cgla"), Contender.parse("dijkstra")])
+    >>> study = Study([load_scenario("one-threat")], [Entrant.parse("cgla"), Entrant.parse("dijkstra")])
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with Database.create(Path(folder), study) as database:
-    ...         for run in compare(study.scenarios, study.contenders[:1], tolerance=None):
+    ...         for run in compare(study.scenarios, study.entrants[:1], tolerance=None):
     ...             run = database.add(run)
     ...     stored = load(Path(folder))
     >>> [(run.number, run.solver, run.solution.status.label) for run in stored.runs], stored.is_complete
@@ -88,7 +88,7 @@ class Database:
         (self._session, source) = connection.execute("SELECT id, source FROM sessions ORDER BY id DESC").fetchone()
         self.study = content.study(source)
         self._scenarios = {scenario.name: key for key, scenario in content.scenarios.items()}
-        self._contenders = {contender.label: key for key, contender in content.contenders.items()}
+        self._entrants = {entrant.label: key for key, entrant in content.entrants.items()}
         self._certificates = {content.scenarios[key].name: one for key, one in content.certificates.items()}
         self._cells, self._finished = _cells(connection, content)
         self._experiments = _editions(connection, origin)
@@ -143,7 +143,7 @@ class Database:
     @classmethod
     def resume(cls, folder: Path, study: Study, *, workers: int | str = 1, command: str = "") -> "Database":
         """
-        Go on with a study, which may have grown by scenarios, contenders and seeds.
+        Go on with a study, which may have grown by scenarios, entrants and seeds.
 
         Parameters
         ----------
@@ -262,7 +262,7 @@ class Database:
             msg = f"{self.path}: {cell.solver!r} on {cell.scenario!r} with seed {cell.seed} {why}; nothing was written"
             raise StudyError(msg)
         kept, published, steps = answer(run), run_row(run), progress_rows(run.solution)
-        scenario, planner = self._scenarios[cell.scenario], self._contenders[cell.solver]
+        scenario, planner = self._scenarios[cell.scenario], self._entrants[cell.solver]
         with _writing(self.path), _transaction(self._connection) as connection:
             experiment = self._experiments.get(scenario)
             if experiment is None:
@@ -292,8 +292,8 @@ def _cells(connection: sqlite3.Connection, content: Content) -> tuple[dict[Cell,
         "SELECT cells.id, scenario, contender, seed, run FROM cells LEFT JOIN answers ON answers.cell = cells.id"
     )
     keys, done = {}, set()
-    for key, scenario, contender, seed, run in rows:
-        name, label = content.scenarios[scenario].name, content.contenders[contender].label
+    for key, scenario, entrant, seed, run in rows:
+        name, label = content.scenarios[scenario].name, content.entrants[entrant].label
         cell = Cell(name, label, decode(json.loads(seed)))
         keys[cell] = key
         if run is not None:

@@ -1,4 +1,4 @@
-"""Scenarios, contenders and certificates as JSON documents, exact to the last bit."""
+"""Scenarios, entrants and certificates as JSON documents, exact to the last bit."""
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache
@@ -9,7 +9,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study.codec import decode, encode, lattice_document, lattice_from
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.errors import CglaError, StudyError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
@@ -103,9 +103,9 @@ def _scenario(document: Document) -> Scenario:
     )
 
 
-def contender_document(contender: Contender) -> Document:
+def entrant_document(entrant: Entrant) -> Document:
     """
-    Turn a contender into a document.
+    Turn an entrant into a document.
 
     Raises
     ------
@@ -114,21 +114,21 @@ def contender_document(contender: Contender) -> Document:
 
     Examples
     --------
-    >>> contender_document(Contender.parse("rrt-star:iterations=500"))["settings"]
+    >>> entrant_document(Entrant.parse("rrt-star:iterations=500"))["settings"]
     {'iterations': 500}
     """
     return {
-        "label": contender.label,
-        "name": contender.name,
-        "settings": _settings_document(contender.settings, contender.label),
-        "budget": _settings_document(contender.budget, contender.label),
-        "refine": bool(contender.refine),
+        "label": entrant.label,
+        "name": entrant.name,
+        "settings": _settings_document(entrant.settings, entrant.label),
+        "budget": _settings_document(entrant.budget, entrant.label),
+        "refine": bool(entrant.refine),
     }
 
 
-def contender_from(document: Document) -> Contender:
+def entrant_from(document: Document) -> Entrant:
     """
-    Build the contender of a document; whether its solver is known here is not asked.
+    Build the entrant of a document; whether its solver is known here is not asked.
 
     Raises
     ------
@@ -137,15 +137,15 @@ def contender_from(document: Document) -> Contender:
 
     Examples
     --------
-    >>> quick = Contender.parse("rrt-star:iterations=500")
-    >>> contender_from(contender_document(quick)) == quick
+    >>> quick = Entrant.parse("rrt-star:iterations=500")
+    >>> entrant_from(entrant_document(quick)) == quick
     True
     """
-    return _built("contender", document, _contender)
+    return _built("entrant", document, _entrant)
 
 
-def _contender(document: Document) -> Contender:
-    return Contender(
+def _entrant(document: Document) -> Entrant:
+    return Entrant(
         label=_text(document["label"]),
         name=_text(document["name"]),
         settings=_settings(document["settings"]),

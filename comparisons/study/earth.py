@@ -108,7 +108,7 @@ def plan_on_earth(scenario: Scenario, plan: PlanWithin) -> PlanWithin:
         # that even the shortest path on the plane is too long
         dual = 0.0
     solution = plan.solution
-    if not plan.status.is_path and solution.message:
+    if not plan.status.has_path and solution.message:
         solution = dataclasses.replace(solution, message=f"{solution.message}; measured on the flat map")
     return dataclasses.replace(plan, dual_bound=dual, solution=solution)
 

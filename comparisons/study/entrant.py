@@ -1,4 +1,4 @@
-"""Contenders: solvers as the user asked for them, and the settings that each runs with."""
+"""Entrants: solvers as the user asked for them, and the settings that each runs with."""
 
 import ast
 import dataclasses
@@ -19,7 +19,7 @@ _ITERATIONS = ("milestones", "samples")
 
 
 @dataclass(frozen=True)
-class Contender:
+class Entrant:
     """
     A solver as the user asked for it.
 
@@ -32,13 +32,13 @@ class Contender:
     settings
         What the user set.
     budget
-        What ends the runs of all contenders alike (see `with_budget`).
+        What ends the runs of all entrants alike (see `with_budget`).
     refine
         Whether its path is refined before it counts.
 
     Examples
     --------
-    >>> Contender.parse("rrt-star:iterations=500").settings
+    >>> Entrant.parse("rrt-star:iterations=500").settings
     {'iterations': 500}
     """
 
@@ -49,7 +49,7 @@ class Contender:
     refine: bool = False
 
     @classmethod
-    def parse(cls, text: str) -> "Contender":
+    def parse(cls, text: str) -> "Entrant":
         """
         Read ``name`` or ``name:setting=value:setting=value``.
 
@@ -92,9 +92,9 @@ class Contender:
         base = self.settings.get("base")
         return registry.is_built_in(self.name) and (not isinstance(base, str) or registry.is_built_in(base))
 
-    def with_budget(self, budget: Mapping[str, float]) -> "Contender":
+    def with_budget(self, budget: Mapping[str, float]) -> "Entrant":
         """
-        Give it the budget of all contenders: it applies where the solver has such a setting and the user left it open.
+        Give it the budget of all entrants: it applies where the solver has such a setting and the user left it open.
 
         The solver's other limits are lifted then, so that the budget rules and not a default; what the user set stays.
 
@@ -113,7 +113,7 @@ class Contender:
             registry.get(given.name, **{**given._limits(), **given.settings})  # noqa: SLF001 - its own class
         return given
 
-    def refined(self) -> "Contender":
+    def refined(self) -> "Entrant":
         """Have its paths refined; its label says so."""
         return dataclasses.replace(self, label=f"{self.label}+refine", refine=True)
 
@@ -167,9 +167,9 @@ class Contender:
             return False
 
 
-def every_solver() -> list[Contender]:
+def every_solver() -> list[Entrant]:
     """Enter every solver, those that are not installed too: their rows say why."""
-    return [Contender(name, name) for name in registry.names(installed=False)]
+    return [Entrant(name, name) for name in registry.names(installed=False)]
 
 
 def parse_budget(text: str) -> dict[str, float]:
@@ -241,19 +241,19 @@ def check_settings(scenario: Scenario) -> None:
             raise ScenarioError(msg) from error
 
 
-def budget_note(contenders: Sequence[Contender]) -> str:
+def budget_note(entrants: Sequence[Entrant]) -> str:
     """
-    Say in one line what budget the contenders have and which of them take it; empty without one.
+    Say in one line what budget the entrants have and which of them take it; empty without one.
 
     Examples
     --------
-    >>> budget_note([Contender.parse("cgla").with_budget({"seconds": 0.5})])
+    >>> budget_note([Entrant.parse("cgla").with_budget({"seconds": 0.5})])
     'budget: seconds=0.5, which no solver here takes'
     """
-    budget = next((contender.budget for contender in contenders if contender.budget), {})
+    budget = next((entrant.budget for entrant in entrants if entrant.budget), {})
     if not budget:
         return ""
-    takers = ", ".join(contender.label for contender in contenders if contender.takes_budget())
+    takers = ", ".join(entrant.label for entrant in entrants if entrant.takes_budget())
     words = ", ".join(f"{key}={value:g}" for key, value in budget.items())
     return f"budget: {words}, {f'taken by {takers}' if takers else 'which no solver here takes'}"
 

@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 import shapely
 
 from cgla_graph.comparisons.study.codec import dumps, encode
-from cgla_graph.comparisons.study.documents import Document, contender_document, scenario_document
+from cgla_graph.comparisons.study.documents import Document, entrant_document, scenario_document
 from cgla_graph.comparisons.study.provenance import Provenance
 from cgla_graph.comparisons.study.stored import Content
 from cgla_graph.comparisons.study.study import Study
@@ -25,7 +25,7 @@ def enter(connection: sqlite3.Connection, study: Study, origin: Provenance, work
     """Write a study into a database that may hold some of it, and that a session began."""
     for what, names in (
         ("scenario", [scenario.name for scenario in study.scenarios]),
-        ("contender", [contender.label for contender in study.contenders]),
+        ("entrant", [entrant.label for entrant in study.entrants]),
     ):
         twice = [name for name, count in Counter(names).items() if count > 1]
         if twice:
@@ -44,14 +44,14 @@ def enter(connection: sqlite3.Connection, study: Study, origin: Provenance, work
     connection.executemany("INSERT OR REPLACE INTO study VALUES (?, ?)", rows)
     _enter_session(connection, study, origin, workers, command)
     scenarios = _enter_scenarios(connection, merged, origin)
-    contenders = _enter_contenders(connection, merged)
+    entrants = _enter_entrants(connection, merged)
     # what is not done is planned anew: a solver may have been installed since
     connection.execute("DELETE FROM cells WHERE id NOT IN (SELECT cell FROM answers)")
     connection.executemany(
         "INSERT INTO cells (place, scenario, contender, seed) VALUES (?, ?, ?, ?) "
         "ON CONFLICT (scenario, contender, seed) DO UPDATE SET place = excluded.place",
         [
-            (place, scenarios[cell.scenario], contenders[cell.solver], dumps(encode(cell.seed)))
+            (place, scenarios[cell.scenario], entrants[cell.solver], dumps(encode(cell.seed)))
             for place, cell in enumerate(merged.cells())
         ],
     )
@@ -68,16 +68,16 @@ def _merged(study: Study, before: Study) -> Study:
     known = {scenario.name: scenario_document(scenario) for scenario in before.scenarios}
     for scenario in study.scenarios:
         _check_equal("scenario", scenario.name, known.get(scenario.name), scenario_document(scenario))
-    known = {contender.label: contender_document(contender) for contender in before.contenders}
-    for contender in study.contenders:
-        _check_equal("contender", contender.label, known.get(contender.label), contender_document(contender))
+    known = {entrant.label: entrant_document(entrant) for entrant in before.entrants}
+    for entrant in study.entrants:
+        _check_equal("entrant", entrant.label, known.get(entrant.label), entrant_document(entrant))
     # in today's order; of equal ones, the first ones stay
     scenarios = {one.name: one for one in (*study.scenarios, *before.scenarios)}
-    contenders = {one.label: one for one in (*study.contenders, *before.contenders)}
+    entrants = {one.label: one for one in (*study.entrants, *before.entrants)}
     return dataclasses.replace(
         study,
         scenarios=list(scenarios.values()),
-        contenders=list(contenders.values()),
+        entrants=list(entrants.values()),
         seeds=tuple(dict.fromkeys((*study.seeds, *before.seeds))),
         title=study.title or before.title,
     )
@@ -152,22 +152,22 @@ def _enter_scenarios(connection: sqlite3.Connection, study: Study, origin: Prove
     return known
 
 
-def _enter_contenders(connection: sqlite3.Connection, study: Study) -> dict[str, int]:
-    """Write contenders and return their keys."""
+def _enter_entrants(connection: sqlite3.Connection, study: Study) -> dict[str, int]:
+    """Write entrants and return their keys."""
     known = {
         json.loads(document)["label"]: key
         for key, document in connection.execute("SELECT id, document FROM contenders").fetchall()
     }
-    for place, contender in enumerate(study.contenders):
-        if contender.label in known:
-            connection.execute("UPDATE contenders SET place = ? WHERE id = ?", (place, known[contender.label]))
+    for place, entrant in enumerate(study.entrants):
+        if entrant.label in known:
+            connection.execute("UPDATE contenders SET place = ? WHERE id = ?", (place, known[entrant.label]))
             continue
-        document = contender_document(contender)
+        document = entrant_document(entrant)
         told = {key: value for key, value in document.items() if key != "label" and value}
-        row = (visible(contender.label), dumps(told))
+        row = (visible(entrant.label), dumps(told))
         key = connection.execute("INSERT INTO plannerConfigs (name, settings) VALUES (?, ?)", row).lastrowid or 0
         connection.execute("INSERT INTO contenders VALUES (?, ?, ?)", (key, place, dumps(document)))
-        known[contender.label] = key
+        known[entrant.label] = key
     return known
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study import runner, worker
 from cgla_graph.comparisons.study.database import Database
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.comparisons.workers.cluster import spread
@@ -59,7 +59,7 @@ def run_study(
     Examples
     --------
     >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> study = Study([load_scenario("one-threat")], [Contender.parse("cgla")], tolerance=None)
+    >>> study = Study([load_scenario("one-threat")], [Entrant.parse("cgla")], tolerance=None)
     >>> [(run.solver, run.solution.status.label) for run in run_study(study, workers=0)]
     [('cgla', 'optimal')]
     """
@@ -116,7 +116,7 @@ class _Agenda:
     limits: Limits
     certificates: dict[str, Certificate]
     scenarios: dict[str, Scenario]
-    contenders: dict[str, Contender]
+    entrants: dict[str, Entrant]
     #: scenarios with something left to be called for, in order
     open: deque["_Open"] = field(default_factory=deque)
 
@@ -128,7 +128,7 @@ class _Agenda:
             limits,
             certificates=database.certificates() if database else {},
             scenarios={scenario.name: scenario for scenario in study.scenarios},
-            contenders={contender.label: contender for contender in study.contenders},
+            entrants={entrant.label: entrant for entrant in study.entrants},
         )
         done = database.finished() if database else set()
         left = {name: _Open(scenario) for name, scenario in agenda.scenarios.items()}
@@ -156,7 +156,7 @@ class _Agenda:
 
     def _run_call(self, scenario: "_Open") -> Call:
         cell = scenario.cells.popleft()
-        arguments = (scenario.parcel(), self.contenders[cell.solver], cell.seed, self.limits)
+        arguments = (scenario.parcel(), self.entrants[cell.solver], cell.seed, self.limits)
         if not scenario.cells:
             self.open.remove(scenario)
         return Call(cell, worker.run, arguments)
@@ -174,12 +174,12 @@ class _Agenda:
 
     def run(self, cell: Cell, outcome: Outcome) -> Run:
         """Make a run of what a worker answered."""
-        contender = self.contenders[cell.solver]
+        entrant = self.entrants[cell.solver]
         how: dict[str, Any] = {}
         if outcome.failure is None:
             answer: worker.Answer = outcome.value
             solution = answer.solution
-            if solution.status.is_path and not contender.is_built_in:
+            if solution.status.has_path and not entrant.is_built_in:
                 # it may have changed what it was judged by
                 solution = self.scenarios[cell.scenario].problem.judge(solution)
             how = {"megabytes": answer.megabytes, "host": answer.host}
@@ -187,9 +187,9 @@ class _Agenda:
             status, message = lost(outcome, self.limits)
             # a run that was killed has told nothing, but how long it was waited for
             seconds = self.limits.seconds if outcome.failure is Failure.TIMED_OUT else 0.0
-            solution = Solution(status, solver=contender.name, message=message, seconds=seconds)
+            solution = Solution(status, solver=entrant.name, message=message, seconds=seconds)
         certificate = self.certificates.get(cell.scenario)
-        return runner.run_of(self.scenarios[cell.scenario], contender, cell.seed, solution, certificate, **how)
+        return runner.run_of(self.scenarios[cell.scenario], entrant, cell.seed, solution, certificate, **how)
 
 
 @dataclass(eq=False)

@@ -12,7 +12,7 @@ from cgla_graph.scenarios.scenario import Scenario
 
 
 @dataclass(frozen=True, eq=False)
-class Sortie:
+class MissionSpec:
     """
     A mission to be flown, and what its file says beside it.
 
@@ -59,7 +59,7 @@ class Sortie:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Flown(Sortie):
+class MissionRun(MissionSpec):
     """
     A mission that was flown.
 

@@ -1,4 +1,4 @@
-"""What the options of the command line mean: contenders, scenarios, points and the tolerance."""
+"""What the options of the command line mean: entrants, scenarios, points and the tolerance."""
 
 import dataclasses
 import math
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TypeVar
 
 from cgla_graph._types import Bounds, Point
-from cgla_graph.comparisons.study.entrant import Contender, check_settings, every_solver, parse_budget
+from cgla_graph.comparisons.study.entrant import Entrant, check_settings, every_solver, parse_budget
 from cgla_graph.comparisons.study.runner import TOLERANCE
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError
@@ -19,14 +19,14 @@ from cgla_graph.scenarios.scenario import Scenario
 NamedT = TypeVar("NamedT", Scenario, MissionFile)
 
 
-def read_contenders(text: str | None, *, budget: str | None = None, refine: bool = False) -> list[Contender]:
+def read_entrants(text: str | None, *, budget: str | None = None, refine: bool = False) -> list[Entrant]:
     """
     Read ``--solvers``, with the budget and the refinement of all.
 
     Parameters
     ----------
     text
-        Solvers as in `Contender.parse`, separated by commas; None for all. Those named twice enter once.
+        Solvers as in `Entrant.parse`, separated by commas; None for all. Those named twice enter once.
     budget
         As in `parse_budget`, or None.
     refine
@@ -39,19 +39,19 @@ def read_contenders(text: str | None, *, budget: str | None = None, refine: bool
 
     Examples
     --------
-    >>> [contender.label for contender in read_contenders("cgla,dijkstra,cgla", refine=True)]
+    >>> [entrant.label for entrant in read_entrants("cgla,dijkstra,cgla", refine=True)]
     ['cgla+refine', 'dijkstra+refine']
     """
-    chosen = every_solver() if text is None else [Contender.parse(part) for part in _parts(text)]
+    chosen = every_solver() if text is None else [Entrant.parse(part) for part in _parts(text)]
     if not chosen:
         msg = "--solvers names no solver; cgla solvers lists them"
         raise CglaError(msg)
     if budget is not None:
         limits = parse_budget(budget)
-        chosen = [contender.with_budget(limits) for contender in chosen]
+        chosen = [entrant.with_budget(limits) for entrant in chosen]
     if refine:
-        chosen = [contender.refined() for contender in chosen]
-    return list({contender.label: contender for contender in chosen}.values())
+        chosen = [entrant.refined() for entrant in chosen]
+    return list({entrant.label: entrant for entrant in chosen}.values())
 
 
 def _parts(text: str) -> list[str]:
@@ -60,15 +60,15 @@ def _parts(text: str) -> list[str]:
     return [part for part in parts if part]
 
 
-def read_highlighted(text: str | None, contenders: Sequence[Contender]) -> frozenset[str]:
+def read_highlighted(text: str | None, entrants: Sequence[Entrant]) -> frozenset[str]:
     """
-    Read ``--highlight``: which contenders stand out in pictures.
+    Read ``--highlight``: which entrants stand out in pictures.
 
     Parameters
     ----------
     text
         Their labels, or names for all of that name, separated by commas; None for none.
-    contenders
+    entrants
         Those that are compared.
 
     Returns
@@ -83,24 +83,24 @@ def read_highlighted(text: str | None, contenders: Sequence[Contender]) -> froze
 
     Examples
     --------
-    >>> sorted(read_highlighted("cgla", [Contender.parse("cgla:schedule=sweeps"), Contender.parse("dijkstra")]))
+    >>> sorted(read_highlighted("cgla", [Entrant.parse("cgla:schedule=sweeps"), Entrant.parse("dijkstra")]))
     ['cgla:schedule=sweeps']
     """
     found: set[str] = set()
     for part in _parts(text or ""):
-        labels = {one.label for one in contenders if part in {one.label, one.name}}
+        labels = {one.label for one in entrants if part in {one.label, one.name}}
         if not labels:
-            known = ", ".join(one.label for one in contenders)
+            known = ", ".join(one.label for one in entrants)
             msg = f"--highlight has {part!r}, which is not compared; give some of {known}"
             raise CglaError(msg)
         found |= labels
     return frozenset(found)
 
 
-def read_contender(text: str, *, refine: bool = False) -> Contender:
-    """Read ``--solver`` (see `Contender.parse` for the errors)."""
-    contender = Contender.parse(text)
-    return contender.refined() if refine else contender
+def read_entrant(text: str, *, refine: bool = False) -> Entrant:
+    """Read ``--solver`` (see `Entrant.parse` for the errors)."""
+    entrant = Entrant.parse(text)
+    return entrant.refined() if refine else entrant
 
 
 def read_tolerance(tolerance: float | None, *, certify: bool = True) -> float | None:

@@ -54,7 +54,7 @@ def run_row(run: Run) -> tuple[float | int | None, ...]:
     1.5
     """
     solution = run.solution
-    is_path = solution.status.is_path
+    is_path = solution.status.has_path
     of_path = (solution.length, solution.cost, solution.risk, solution.clearance)
     length, cost, risk, clearance = (_finite(value) if is_path else None for value in of_path)
     return (
@@ -101,7 +101,7 @@ def progress_rows(solution: Solution) -> list[tuple[float, float, int]]:
 
 def answer(run: Run) -> Answer:
     """
-    Return what restores a run, but for its scenario, contender and certificate.
+    Return what restores a run, but for its scenario, entrant and certificate.
 
     Its nodes are not kept: the path says the same.
 

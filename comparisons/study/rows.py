@@ -98,7 +98,7 @@ def scenario_bound(runs: Iterable[Run]) -> float:
     """
     runs = list(runs)
     certified = [run.certificate.lower_bound for run in runs if run.certificate is not None]
-    proven = [run.solution.lower_bound for run in runs if run.solution.status.is_path]
+    proven = [run.solution.lower_bound for run in runs if run.solution.status.has_path]
     for bounds in (certified, proven):
         known = [bound for bound in bounds if not math.isnan(bound)]
         if known:
@@ -108,7 +108,7 @@ def scenario_bound(runs: Iterable[Run]) -> float:
 
 def best_exact(runs: Iterable[Run]) -> float:
     """Return the least cost that an exact graph solver found: the optimum of the lattice; NaN without one."""
-    costs = [run.solution.cost for run in runs if run.exact and run.solution.status.is_path]
+    costs = [run.solution.cost for run in runs if run.exact and run.solution.status.has_path]
     return min(costs, default=math.nan)
 
 
@@ -120,7 +120,7 @@ class Summary:
     Attributes
     ----------
     solver
-        The contender's label.
+        The entrant's label.
     status
         The common status, or how many of the runs found a path.
     n_paths
@@ -177,7 +177,7 @@ def summaries(runs: Sequence[Run]) -> list[Summary]:
 def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
     solutions = [run.solution for run in runs]
     labels = {solution.status.label for solution in solutions}
-    n_paths = sum(solution.status.is_path for solution in solutions)
+    n_paths = sum(solution.status.has_path for solution in solutions)
     median = median_run(runs).solution
     # of a solver that found nothing that may be flown, the table shows what its path would cost
     costs = [path_cost(solution) if n_paths else solution.cost for solution in solutions]

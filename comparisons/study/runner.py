@@ -11,7 +11,7 @@ from typing import Any
 
 from cgla_graph.certificate.certificate import Certificate, lower_bound
 from cgla_graph.comparisons.study import earth
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.errors import CglaError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import BOUND_TOLERANCE, GraphProblem, Problem
@@ -37,7 +37,7 @@ class Run:
     scenario
         The scenario.
     solver
-        The contender's label.
+        The entrant's label.
     seed
         For seeded solvers; else None.
     exact
@@ -71,13 +71,13 @@ class Run:
 
 def compare(
     scenarios: Iterable[Scenario],
-    contenders: Sequence[Contender],
+    entrants: Sequence[Entrant],
     n_seeds: int = 3,
     *,
     tolerance: float | None = TOLERANCE,
 ) -> Iterator[Run]:
     """
-    Run every contender on every scenario; seeded ones with the seeds 1 to `n_seeds`.
+    Run every entrant on every scenario; seeded ones with the seeds 1 to `n_seeds`.
 
     All graph solvers share one graph a scenario, and one time to build it. Before them, the cost of every path of the
     scenario is bounded from below, so that each run says how far from the best possible it is; no solver is charged
@@ -85,7 +85,7 @@ def compare(
 
     Parameters
     ----------
-    scenarios, contenders
+    scenarios, entrants
         What to run.
     n_seeds
         At least 1.
@@ -101,43 +101,43 @@ def compare(
     Examples
     --------
     >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> runs = compare([load_scenario("one-threat")], [Contender.parse("cgla"), Contender.parse("straight-line")])
+    >>> runs = compare([load_scenario("one-threat")], [Entrant.parse("cgla"), Entrant.parse("straight-line")])
     >>> [(run.solver, run.solution.status.label) for run in runs]
     [('cgla', 'optimal'), ('straight-line', 'found')]
     """
-    warm_up(contenders)
+    warm_up(entrants)
     if tolerance is not None:
         warm_up_proof()
     ground = None
     for scenario in scenarios:
         certificate = None if tolerance is None else certify(scenario, tolerance)
         ground = Ground.lay(scenario, ground)
-        for contender in contenders:
-            for seed in seeds_of(scenario, contender, range(1, n_seeds + 1)):
-                yield run_of(scenario, contender, seed, run(ground, contender, seed), certificate)
+        for entrant in entrants:
+            for seed in seeds_of(scenario, entrant, range(1, n_seeds + 1)):
+                yield run_of(scenario, entrant, seed, run(ground, entrant, seed), certificate)
 
 
-def seeds_of(scenario: Scenario, contender: Contender, seeds: Sequence[int]) -> Sequence[int | None]:
-    """List the seeds of a contender: none, the one that the user or the scenario set, or those of the comparison."""
-    if not contender.is_available or not registry.traits(contender.name).seeded:
+def seeds_of(scenario: Scenario, entrant: Entrant, seeds: Sequence[int]) -> Sequence[int | None]:
+    """List the seeds of an entrant: none, the one that the user or the scenario set, or those of the comparison."""
+    if not entrant.is_available or not registry.traits(entrant.name).seeded:
         return [None]
-    settings = contender.settings_on(scenario)
+    settings = entrant.settings_on(scenario)
     return [settings["seed"]] if "seed" in settings else seeds
 
 
 def run_of(
     scenario: Scenario,
-    contender: Contender,
+    entrant: Entrant,
     seed: int | None,
     solution: Solution,
     certificate: Certificate | None,
     **how: Any,  # noqa: ANN401 - more fields of a run
 ) -> Run:
     """Put an answer beside what is proven of its scenario."""
-    settings = contender.settings_on(scenario) if contender.is_available else {}
+    settings = entrant.settings_on(scenario) if entrant.is_available else {}
     settings.pop("seed", None)
     answer = bounded(solution, certificate)
-    names = (scenario, contender.label, seed, contender.is_exact)
+    names = (scenario, entrant.label, seed, entrant.is_exact)
     return Run(*names, solution=answer, certificate=certificate, settings=settings, **how)
 
 
@@ -150,7 +150,7 @@ def certify(scenario: Scenario, tolerance: float) -> Certificate:
     began = time.perf_counter()
     try:
         best = Hybrid(tolerance=None).solve(scenario.problem)
-        path = best.path if best.status.is_path else None
+        path = best.path if best.status.has_path else None
         on_plane = earth.plane_tolerance(scenario, tolerance, best.cost)
         proof = lower_bound(scenario.problem, on_plane, path=path)
         found = earth.certificate_on_earth(scenario, proof, tolerance)
@@ -185,7 +185,7 @@ def bounded(solution: Solution, certificate: Certificate | None) -> Solution:
     if not solution.lower_bound >= certificate.lower_bound:
         solution = dataclasses.replace(solution, lower_bound=certificate.lower_bound)
     cost = solution.cost
-    if solution.status.is_path and certificate.lower_bound > cost + BOUND_TOLERANCE * abs(cost):
+    if solution.status.has_path and certificate.lower_bound > cost + BOUND_TOLERANCE * abs(cost):
         message = (
             f"its path costs {cost:.9g}, but the certificate says that none costs less than "
             f"{certificate.lower_bound:.9g}; one of the two is wrong"
@@ -225,43 +225,43 @@ class Ground:
         return self.graph_problem
 
 
-def run(ground: Ground, contender: Contender, seed: int | None) -> Solution:
+def run(ground: Ground, entrant: Entrant, seed: int | None) -> Solution:
     """Run one solver; whatever it raises becomes its answer."""
-    missing = registry.missing(contender.name)
+    missing = registry.missing(entrant.name)
     if missing is not None:
-        return Solution(Status.UNAVAILABLE, solver=contender.name, message=missing)
-    settings = contender.settings_on(ground.scenario)
+        return Solution(Status.UNAVAILABLE, solver=entrant.name, message=missing)
+    settings = entrant.settings_on(ground.scenario)
     if seed is not None:
         settings["seed"] = seed
     problem, lattice = ground.scenario.problem, ground.scenario.lattice
     try:
-        if registry.traits(contender.name).domain == "plane":
-            solution = _solve(problem, contender, settings, resolution=lattice)
+        if registry.traits(entrant.name).domain == "plane":
+            solution = _solve(problem, entrant, settings, resolution=lattice)
             return earth.solution_on_earth(ground.scenario, solution)
-        solution = _solve(problem, contender, settings, on=ground.graph())
+        solution = _solve(problem, entrant, settings, on=ground.graph())
         # what a solver proves of the paths on a graph does not hold for those in the plane
         bound = 0.0 if problem.start == problem.goal else math.nan
         build_seconds = ground.build_seconds + solution.build_seconds
         return dataclasses.replace(solution, build_seconds=build_seconds, lower_bound=bound)
     except MemoryError as error:
-        return Solution(Status.OUT_OF_MEMORY, solver=contender.name, message=reason(error))
+        return Solution(Status.OUT_OF_MEMORY, solver=entrant.name, message=reason(error))
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a comparison survives any solver
-        return Solution(Status.FAILED, solver=contender.name, message=reason(error))
+        return Solution(Status.FAILED, solver=entrant.name, message=reason(error))
 
 
-def _solve(problem: Problem, contender: Contender, settings: dict[str, Any], **how: Any) -> Solution:  # noqa: ANN401 - as `solve`
-    return solve(problem, registry.get(contender.name, **settings), refine=contender.refine, **how)
+def _solve(problem: Problem, entrant: Entrant, settings: dict[str, Any], **how: Any) -> Solution:  # noqa: ANN401 - as `solve`
+    return solve(problem, registry.get(entrant.name, **settings), refine=entrant.refine, **how)
 
 
-def warm_up(contenders: Iterable[Contender]) -> None:
+def warm_up(entrants: Iterable[Entrant]) -> None:
     """Load the compiled kernels and the solvers' packages, so that no solver's first run is charged for that."""
-    for contender in contenders:
+    for entrant in entrants:
         # what is wrong with a solver is told by its own run
         with suppress(Exception):
-            for package in registry.traits(contender.name).needs:
+            for package in registry.traits(entrant.name).needs:
                 importlib.import_module(package)
-            solver = registry.get(contender.name, **contender.settings_on(None))
-            warm_up_solver(solver, refine=contender.refine)
+            solver = registry.get(entrant.name, **entrant.settings_on(None))
+            warm_up_solver(solver, refine=entrant.refine)
 
 
 def warm_up_proof() -> None:

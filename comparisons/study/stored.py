@@ -14,8 +14,8 @@ from typing import Any
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study import schema
 from cgla_graph.comparisons.study.codec import decode
-from cgla_graph.comparisons.study.documents import certificate_from, contender_from, scenario_from
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.documents import certificate_from, entrant_from, scenario_from
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.records import Answer, restored
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.study import Study
@@ -91,7 +91,7 @@ class Stored:
     scenarios
         All of the study, those without runs too.
     solvers
-        Labels of all contenders.
+        Labels of all entrants.
     n_cells
         How many runs there will be.
     sessions
@@ -145,7 +145,7 @@ def load(folder: Path) -> Stored:
         title=content.title,
         runs=runs,
         scenarios=list(content.scenarios.values()),
-        solvers=[contender.label for contender in content.contenders.values()],
+        solvers=[entrant.label for entrant in content.entrants.values()],
         n_cells=content.n_cells,
         sessions=sessions,
         limits=content.limits,
@@ -192,7 +192,7 @@ class Content:
     ----------
     title, seeds, tolerance, limits, n_cells
         As in `Study` and `Stored`.
-    scenarios, contenders, certificates
+    scenarios, entrants, certificates
         By key; certificates of those scenarios that have one.
     """
 
@@ -202,7 +202,7 @@ class Content:
     limits: Limits
     n_cells: int
     scenarios: dict[int, Scenario]
-    contenders: dict[int, Contender]
+    entrants: dict[int, Entrant]
     certificates: dict[int, Certificate]
 
     @classmethod
@@ -218,7 +218,7 @@ class Content:
             limits=Limits(said["seconds"], said["megabytes"]),
             n_cells=connection.execute("SELECT COUNT(*) FROM cells").fetchone()[0],
             scenarios=scenarios,
-            contenders={key: contender_from(json.loads(document)) for key, document in rows},
+            entrants={key: entrant_from(json.loads(document)) for key, document in rows},
             certificates=certificates,
         )
 
@@ -226,7 +226,7 @@ class Content:
         """Return the study."""
         return Study(
             scenarios=list(self.scenarios.values()),
-            contenders=list(self.contenders.values()),
+            entrants=list(self.entrants.values()),
             seeds=self.seeds,
             tolerance=self.tolerance,
             limits=self.limits,
@@ -240,12 +240,12 @@ class Content:
             restored(
                 number,
                 self.scenarios[scenario],
-                self.contenders[contender].label,
+                self.entrants[entrant].label,
                 decode(json.loads(seed)),
                 self.certificates.get(scenario),
                 Answer(*answer),
             )
-            for number, scenario, contender, seed, *answer in kept
+            for number, scenario, entrant, seed, *answer in kept
         ]
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import TOLERANCE, seeds_of
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.scenarios.scenario import Scenario
@@ -14,7 +14,7 @@ SEEDS = (1, 2, 3)
 
 
 class Cell(NamedTuple):
-    """One run to be made: names of scenario and contender, and the seed (None for solvers that draw no numbers)."""
+    """One run to be made: names of scenario and entrant, and the seed (None for solvers that draw no numbers)."""
 
     scenario: str
     solver: str
@@ -30,7 +30,7 @@ class Study:
     ----------
     scenarios
         With names of their own.
-    contenders
+    entrants
         With labels of their own.
     seeds
         Of solvers that draw random numbers.
@@ -45,7 +45,7 @@ class Study:
     """
 
     scenarios: Sequence[Scenario]
-    contenders: Sequence[Contender]
+    entrants: Sequence[Entrant]
     seeds: Sequence[int] = SEEDS
     tolerance: float | None = TOLERANCE
     limits: Limits = field(default_factory=Limits)
@@ -55,6 +55,6 @@ class Study:
     def cells(self) -> Iterator[Cell]:
         """List the runs to be made, scenario by scenario."""
         for scenario in self.scenarios:
-            for contender in self.contenders:
-                for seed in seeds_of(scenario, contender, self.seeds):
-                    yield Cell(scenario.name, contender.label, seed)
+            for entrant in self.entrants:
+                for seed in seeds_of(scenario, entrant, self.seeds):
+                    yield Cell(scenario.name, entrant.label, seed)

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from cgla_graph.comparisons.study.entrant import Contender, every_solver
+from cgla_graph.comparisons.study.entrant import Entrant, every_solver
 from cgla_graph.comparisons.study.options import number_names, open_all
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.study.study_tables import RandomTable, SolverTable, StudyTable, seed_list
@@ -140,10 +140,10 @@ def study_from_toml(text: str, folder: Path | None = None, *, where: str = "stud
         raise StudyError(str(error)) from error
     with _told(where):
         seeds = seed_list(table.seeds)
-        contenders = _contenders(table, seeds)
+        entrants = _entrants(table, seeds)
         return Study(
             scenarios=number_names(_scenarios(table, Path() if folder is None else folder)),
-            contenders=contenders,
+            entrants=entrants,
             seeds=seeds,
             tolerance=table.tolerance or None,
             limits=Limits(table.limits.seconds, table.limits.memory),
@@ -205,7 +205,7 @@ def _from_folder(spec: str, folder: Path) -> str:
     return str(folder / spec) if is_file else spec
 
 
-def _contenders(table: StudyTable, seeds: Sequence[int]) -> list[Contender]:
+def _entrants(table: StudyTable, seeds: Sequence[int]) -> list[Entrant]:
     """Enter the solvers, each under a label of its own."""
     entries = every_solver() if table.solvers is None else table.solvers
     places: dict[str, str] = {}
@@ -214,28 +214,28 @@ def _contenders(table: StudyTable, seeds: Sequence[int]) -> list[Contender]:
         place = f"solvers.{number}"
         with _told(place):
             if isinstance(entry, str):
-                contender = Contender.parse(entry)
+                entrant = Entrant.parse(entry)
             else:
-                contender = entry.build() if isinstance(entry, SolverTable) else entry
+                entrant = entry.build() if isinstance(entry, SolverTable) else entry
             if table.refine:
-                contender = contender.refined()
-            other = places.setdefault(contender.label, place)
+                entrant = entrant.refined()
+            other = places.setdefault(entrant.label, place)
             if other != place:
-                msg = f"the label {contender.label!r} is that of {other} too; give one of them a label of its own"
+                msg = f"the label {entrant.label!r} is that of {other} too; give one of them a label of its own"
                 raise StudyError(msg)
         with _told(f"budget, for {place}"):
-            contender = contender.with_budget(table.budget.given())
+            entrant = entrant.with_budget(table.budget.given())
         with _told(f"seeds, for {place}"):
-            _check_seeds(contender, seeds)
-        found.append(contender)
+            _check_seeds(entrant, seeds)
+        found.append(entrant)
     return found
 
 
-def _check_seeds(contender: Contender, seeds: Sequence[int]) -> None:
+def _check_seeds(entrant: Entrant, seeds: Sequence[int]) -> None:
     """Build a solver with the least and the greatest seed, so that no run fails for it."""
-    if contender.is_available and registry.traits(contender.name).seeded and "seed" not in contender.settings:
+    if entrant.is_available and registry.traits(entrant.name).seeded and "seed" not in entrant.settings:
         for seed in (min(seeds), max(seeds)):
-            registry.get(contender.name, **{**contender.settings, "seed": seed})
+            registry.get(entrant.name, **{**entrant.settings, "seed": seed})
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
 
-from cgla_graph.comparisons.study.entrant import BUDGETS, Contender
+from cgla_graph.comparisons.study.entrant import BUDGETS, Entrant
 from cgla_graph.comparisons.study.runner import TOLERANCE
 from cgla_graph.comparisons.study.study import SEEDS
 from cgla_graph.comparisons.workers.limits import Limits
@@ -132,14 +132,14 @@ class SolverTable(Table):
     name: str = Field(min_length=1, description="as cgla solvers lists them")
     label: Line | None = Field(None, min_length=1, description="what tables call it (default: NAME:SETTING=VALUE…)")
 
-    def build(self) -> Contender:
+    def build(self) -> Entrant:
         """Enter the solver, its settings checked."""
         settings = self.__pydantic_extra__
         registry.solver_class(self.name)
         if registry.missing(self.name) is None:
             registry.get(self.name, **settings)
         label = ":".join([self.name, *(f"{key}={_written(value)}" for key, value in settings.items())])
-        return Contender(self.label or label, self.name, settings)
+        return Entrant(self.label or label, self.name, settings)
 
 
 class BudgetTable(Table):
@@ -203,7 +203,7 @@ def _two(pair: list[float]) -> tuple[float, float]:
 
 
 def _written(value: object) -> str:
-    """Write a setting as `Contender.parse` reads it."""
+    """Write a setting as `Entrant.parse` reads it."""
     if isinstance(value, str):
         try:
             ast.literal_eval(value)

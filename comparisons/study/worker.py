@@ -14,7 +14,7 @@ import numpy as np
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study import runner
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.comparisons.workers.pool import limited, use_up
 from cgla_graph.model.solution import Solution, Status, TracePoint
@@ -22,7 +22,7 @@ from cgla_graph.scenarios.scenario import Scenario
 
 #: What a worker needs, whatever it is asked for: loaded once, before workers part from each other.
 PRELOAD = (__name__, "cgla_graph.comparisons.commands.app")
-#: What has been made ready in this process: labels of contenders, and the proof (None).
+#: What has been made ready in this process: labels of entrants, and the proof (None).
 _ready: set[str | None] = set()
 #: The scenario of the last run in this process, by its key.
 _last: dict[str, runner.Ground] = {}
@@ -76,7 +76,7 @@ def prove(parcel: Parcel, tolerance: float, limits: Limits) -> Certificate:
     return dataclasses.replace(proof, grids=())
 
 
-def run(parcel: Parcel, contender: Contender, seed: int | None, limits: Limits) -> Answer:
+def run(parcel: Parcel, entrant: Entrant, seed: int | None, limits: Limits) -> Answer:
     """
     Make one run.
 
@@ -84,14 +84,14 @@ def run(parcel: Parcel, contender: Contender, seed: int | None, limits: Limits) 
     anything behind, in the process and in the problem that it was given.
     """
     ground = _ground(parcel)
-    if not contender.is_built_in:
+    if not entrant.is_built_in:
         use_up()
         forget()
-    if contender.label not in _ready:
-        runner.warm_up([contender])
-        _ready.add(contender.label)
+    if entrant.label not in _ready:
+        runner.warm_up([entrant])
+        _ready.add(entrant.label)
     with limited(limits.seconds, limits.megabytes) as usage:
-        solution = runner.run(ground, contender, seed)
+        solution = runner.run(ground, entrant, seed)
     if solution.status is Status.OUT_OF_MEMORY:
         solution = dataclasses.replace(solution, message=limits.spent_memory(solution.message))
     return Answer(plain(solution), usage.megabytes, socket.gethostname())

@@ -64,7 +64,7 @@ def verdict(run: Run, *, digits: int = 9, scale: float = 1.0, unit: str = "") ->
     bound = f"no path costs less than {rounded_down(proof.lower_bound * scale, digits)}{unit}"
     if math.isinf(proof.upper_bound):
         return f"{bound}; no path is known"
-    which = "this one" if run.solution.status.is_path else "the best that the proof knows"
+    which = "this one" if run.solution.status.has_path else "the best that the proof knows"
     cost = f"{figure(proof.upper_bound * scale, digits)}{unit}"
     return f"{bound}; {which} costs {cost}, at most {at_most(proof.gap)} more than the best possible"
 

@@ -1,9 +1,9 @@
-"""The columns of a table of standings, said once: the terminal, LaTeX and the report all show these."""
+"""The columns of a table of leaderboard, said once: the terminal, LaTeX and the report all show these."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from cgla_graph.comparisons.leaderboard.leaderboard import NEAR_PERCENT, Standing
+from cgla_graph.comparisons.leaderboard.leaderboard import NEAR_PERCENT, LeaderboardRow
 from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS
 from cgla_graph.comparisons.tables.tables import duration, figure, percent
 from cgla_graph.comparisons.tables.words import (
@@ -34,10 +34,10 @@ class Column(NamedTuple):
 
     head: str
     explained: str
-    cell: Callable[[Standing], Cell]
+    cell: Callable[[LeaderboardRow], Cell]
 
 
-def _cost_ratio(one: Standing) -> Cell:
+def _cost_ratio(one: LeaderboardRow) -> Cell:
     return Cell(DASH) if one.versus_best is None else estimate_cell(one.versus_best.ratio, ratio, least=0.0)
 
 
@@ -88,17 +88,17 @@ COLUMNS = (
 SPARE = ("p", f"to {NEAR_PERCENT} %", "cheapest on", "failed", "cost ratio", "success", "gap")
 
 
-def standing_heads() -> tuple[str, ...]:
+def leaderboard_heads() -> tuple[str, ...]:
     """Return the heads of the columns, the solver's first."""
     return "solver", *(column.head for column in COLUMNS)
 
 
-def standing_cells(one: Standing) -> list[str]:
-    """Return what a table says of a solver, a cell for each of `standing_heads`; intervals stand in a second line."""
+def leaderboard_cells(one: LeaderboardRow) -> list[str]:
+    """Return what a table says of a solver, a cell for each head; intervals stand in a second line."""
     return [one.solver, *(column.cell(one).lines for column in COLUMNS)]
 
 
-def standing_notes(found: Sequence[Standing]) -> list[str]:
+def leaderboard_notes(found: Sequence[LeaderboardRow]) -> list[str]:
     """Explain the columns, a line each, and the intervals."""
     notes = [f"{column.head}: {column.explained}" for column in COLUMNS]
     notes.append("below: 95 % intervals, of medians and ratios free of any distribution")

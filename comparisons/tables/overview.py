@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cgla_graph.comparisons.leaderboard.leaderboard import Standing
+from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
 from cgla_graph.comparisons.statistics.paired import Paired
 from cgla_graph.comparisons.statistics.told_apart import LEVEL
 from cgla_graph.comparisons.tables.tables import percent
@@ -45,14 +45,14 @@ class Overview:
     caution: str = ""
 
 
-def overview(found: Sequence[Standing], n_scenarios: int) -> Overview:
+def overview(found: Sequence[LeaderboardRow], n_scenarios: int) -> Overview:
     """
     Answer the four questions.
 
     Parameters
     ----------
     found
-        The standings, best first.
+        The leaderboard, best first.
     n_scenarios
         How many scenarios the study has, run or not.
 
@@ -76,7 +76,7 @@ def overview(found: Sequence[Standing], n_scenarios: int) -> Overview:
     return Overview(_headline(found), answers, _caution(n_instances, n_scenarios))
 
 
-def _headline(found: Sequence[Standing]) -> str:
+def _headline(found: Sequence[LeaderboardRow]) -> str:
     first = found[0]
     share = [one.solver for one in found if one.place == 1]
     scenarios = counted(first.n_instances, "scenario")
@@ -85,7 +85,7 @@ def _headline(found: Sequence[Standing]) -> str:
     return f"{first.solver} ranks first of {len(found)} solvers on {scenarios}{_lead(found[1])}."
 
 
-def _lead(next_one: Standing) -> str:
+def _lead(next_one: LeaderboardRow) -> str:
     """Say how far behind the next one is, where that is a plain number."""
     paired = next_one.versus_best
     if paired is None or not 1.0 < paired.ratio.median < 10.0:  # noqa: PLR2004 - beyond that, percentages say little
@@ -94,7 +94,7 @@ def _lead(next_one: Standing) -> str:
     return f"; the next one, {next_one.solver}, typically costs {words}"
 
 
-def _who(found: Sequence[Standing]) -> Answer:
+def _who(found: Sequence[LeaderboardRow]) -> Answer:
     first, share = found[0], [one.solver for one in found if one.place == 1]
     words = f"average rank {first.average_rank:.2f}; cheapest, alone or jointly, on {first.wins} of {first.n_instances}"
     gap = f"; median gap {percent(first.gap.median)}" if math.isfinite(first.gap.median) else ""
@@ -103,13 +103,13 @@ def _who(found: Sequence[Standing]) -> Answer:
     return Answer("Who wins?", listed(share, _MOST_NAMES), words + gap)
 
 
-def _how_much(others: Sequence[Standing]) -> list[Answer]:
+def _how_much(others: Sequence[LeaderboardRow]) -> list[Answer]:
     """Compare the first with the next one."""
     paired = others[0].versus_best
     return [] if paired is None else [Answer("By how much?", _ratio_figure(paired), _ratio_words(paired))]
 
 
-def _how_sure(found: Sequence[Standing]) -> Answer:
+def _how_sure(found: Sequence[LeaderboardRow]) -> Answer:
     """
     Say which of the others are shown to differ from the first, by the p-values that the table has of them.
 
@@ -153,7 +153,7 @@ def _strength(p: float) -> str:
     return next((words for bound, words in _STRENGTHS if p < bound), "not enough evidence")
 
 
-def _failing(found: Sequence[Standing]) -> tuple[str, str]:
+def _failing(found: Sequence[LeaderboardRow]) -> tuple[str, str]:
     n_runs, n_failed = sum(one.n_runs for one in found), sum(one.n_runs - one.n_paths for one in found)
     if not n_failed:
         return "nowhere", f"each of the {n_runs:,} runs found a path"

@@ -100,7 +100,7 @@ class Hybrid:
         if not problem.field.is_probability:
             return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         answer = _Search(problem, self).run()
-        if self.tolerance is None or not answer.status.is_path:
+        if self.tolerance is None or not answer.status.has_path:
             return answer
         certificate = lower_bound(problem, self.tolerance, path=answer.path)
         return dataclasses.replace(answer, lower_bound=certificate.lower_bound, certificate_seconds=certificate.seconds)

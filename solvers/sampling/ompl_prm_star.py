@@ -84,7 +84,7 @@ class OmplPrmStar:
         graph = GeometricGraph.from_sparse(matrix, directed=False, positions=positions)
         build_seconds = time.perf_counter() - began
         answer = Dijkstra().solve(GraphProblem(graph, source, target))
-        found = answer.status.is_path
+        found = answer.status.has_path
         return Solution(
             Status.FOUND if found else Status.NOT_FOUND,
             path=positions[[graph.index_of(node) for node in answer.nodes]],

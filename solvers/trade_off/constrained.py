@@ -85,7 +85,7 @@ class PlanWithin:
         At least as large as the distance from the best path within the budget. It stays above 0 where no risk weight
         asks for that path.
         """
-        if not self.status.is_path:
+        if not self.status.has_path:
             return math.nan
         value = self.solution.length if self.limited == "risk" else self.solution.risk
         if value <= self.dual_bound:
@@ -194,7 +194,7 @@ class _Search:
         if not self.problem.field.is_probability:
             return self._plan(Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS), 0.0, math.nan)
         shortest = self.reweighed.at(0.0)
-        if not shortest.status.is_path:
+        if not shortest.status.has_path:
             return self._plan(shortest, 0.0, math.inf if shortest.status is Status.NO_PATH else math.nan)
         if self.keeps(shortest) == self.on_risk:
             return self._plan(shortest, *self._dual(0.0)) if self.on_risk else self._too_short(shortest)
@@ -227,7 +227,7 @@ class _Search:
         short = safe = shortest
         for k in growing_weights(shortest):
             found = self.reweighed.at(k)
-            if found.status.is_path and found.risk < safe.risk:
+            if found.status.has_path and found.risk < safe.risk:
                 short, safe = safe, found
             if self.keeps(safe) == self.on_risk or safe.risk == 0.0:
                 return short, safe
@@ -243,13 +243,13 @@ class _Search:
             k = chord_weight(short, safe)
             now = self.reweighed.at(k)
             cost = short.length + k * short.risk
-            if not now.status.is_path or now.cost >= cost * (1.0 - ROUNDING):
+            if not now.status.has_path or now.cost >= cost * (1.0 - ROUNDING):
                 break
             short, safe = (short, now) if self.keeps(now) == self.on_risk else (now, safe)
             if not self.reweighed.exact and self._is_close(safe if self.on_risk else short, now, k):
                 break
         broken = short if self.on_risk else safe
-        found = [path for path in (short, safe, *self.reweighed.solved.values()) if path.status.is_path]
+        found = [path for path in (short, safe, *self.reweighed.solved.values()) if path.status.has_path]
         kept = min(filter(self.keeps, found), key=self.value)
         if self.reweighed.exact:
             return self._on_lattice(kept)
@@ -268,7 +268,7 @@ class _Search:
     def _dual(self, k: float) -> tuple[float, float]:
         """Return the weight that bounds best and its bound: of all solved on a lattice, else that of `k`, proven."""
         if self.reweighed.exact:
-            solved = [(weight, found) for weight, found in self.reweighed.solved.items() if found.status.is_path]
+            solved = [(weight, found) for weight, found in self.reweighed.solved.items() if found.status.has_path]
             # length alone says nothing of risk
             solved = solved if self.on_risk else [pair for pair in solved if pair[0] > 0.0]
             bounds = [(self._bound(found.cost * (1.0 - ROUNDING), weight), weight) for weight, found in solved]
@@ -283,7 +283,7 @@ class _Search:
         if self.tolerance is None or straight == 0.0:
             return straight
         weighted = dataclasses.replace(self.problem, k=k)
-        paths = [found.path for found in self.reweighed.solved.values() if found.status.is_path]
+        paths = [found.path for found in self.reweighed.solved.values() if found.status.has_path]
         path = min(paths, key=lambda path: weighted.evaluate(path).cost)
         return max(straight, lower_bound(weighted, self.tolerance, path=path).lower_bound)
 
@@ -311,15 +311,15 @@ class _Search:
     def _in_plane(self, kept: Solution, broken: Solution, k: float) -> Solution:
         """Search for what no risk weight finds: near the path that keeps the budget, and near the lattice's best."""
         best = self._bent(kept, broken)
-        known = max(self._bound(path.cost, k) for k, path in self.reweighed.solved.items() if path.status.is_path)
+        known = max(self._bound(path.cost, k) for k, path in self.reweighed.solved.items() if path.status.has_path)
         if self.value(best) <= known * (1.0 + SMALL_GAP):
             return best
         seeds = [kept]
         if self.problem.on_lattice(self.reweighed.resolution).graph.n_nodes <= SEEDS_UP_TO:
             lattice = Reweighed(self.problem, "cgla", resolution=self.reweighed.resolution)
             seed = _Search(lattice, self.limited, self.budget, self.tolerance).run().solution
-            seeds.append(dataclasses.replace(seed, status=Status.FOUND) if seed.status.is_path else seed)
-        found = [self._refined(seed, k) for seed in seeds if seed.status.is_path]
+            seeds.append(dataclasses.replace(seed, status=Status.FOUND) if seed.status.has_path else seed)
+        found = [self._refined(seed, k) for seed in seeds if seed.status.has_path]
         return min([best, *found], key=self.value)
 
     def _refined(self, kept: Solution, k: float) -> Solution:
@@ -392,7 +392,7 @@ class _Search:
 
     def _plan(self, solution: Solution, k: float, bound: float) -> PlanWithin:
         """Judge the path under the problem's own weight."""
-        if solution.status.is_path:
+        if solution.status.has_path:
             cost = self.problem.evaluate(solution.path).cost
             solution = dataclasses.replace(solution, cost=cost, lower_bound=math.nan, message="")
         seconds = time.perf_counter() - self.began

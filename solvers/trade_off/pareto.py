@@ -215,7 +215,7 @@ def pareto(
     if not problem.field.is_probability:
         return Front((), Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
     shortest = reweighed.at(0.0)
-    if not shortest.status.is_path:
+    if not shortest.status.has_path:
         return Front((), shortest.status, n_solves=1, message=shortest.message)
     if k_max is not None:
         reweighed.at(k_max)
@@ -269,7 +269,7 @@ def lower_hull(solved: Iterable[tuple[float, Solution]]) -> list[tuple[float, So
     """
     hull: list[tuple[float, Solution]] = []
     for k, now in sorted(
-        ((k, found) for k, found in solved if found.status.is_path),
+        ((k, found) for k, found in solved if found.status.has_path),
         key=lambda pair: (pair[1].length, pair[1].risk, pair[0]),
     ):
         if hull and now.risk >= hull[-1][1].risk - ROUNDING * hull[0][1].risk:

@@ -111,7 +111,7 @@ class Reweighed:
             return None
         weights = np.where(np.isfinite(self._lengths), self._risks, np.inf)
         answer = self._on_graph(weights)
-        if not answer.status.is_path:
+        if not answer.status.has_path:
             return answer
         return self.problem.judge(dataclasses.replace(answer, cost=self.problem.evaluate(answer.path).cost))
 

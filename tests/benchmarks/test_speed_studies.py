@@ -13,7 +13,7 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from cgla_graph.comparisons.study.database import Database
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.runner import compare
 from cgla_graph.comparisons.study.study import Study
@@ -65,9 +65,9 @@ def gaps(runs: Iterable[object]) -> list[float]:
 def test_a_trivial_run_of_a_study(benchmark: BenchmarkFixture, tmp_path: Path, workers: int) -> None:
     """Isolation and the database cost less than 5 ms a run (median of 1000) on top of a plain loop."""
     scenarios = [random_scenario(seed) for seed in range(50)]
-    contenders = [Contender(f"straight-{number}", "straight-line") for number in range(20)]
-    study = Study(scenarios, contenders, tolerance=None)
-    loop = gaps(compare(scenarios, contenders, 1, tolerance=None))
+    entrants = [Entrant(f"straight-{number}", "straight-line") for number in range(20)]
+    study = Study(scenarios, entrants, tolerance=None)
+    loop = gaps(compare(scenarios, entrants, 1, tolerance=None))
     with Database.create(tmp_path, study) as database:
         ours = benchmark.pedantic(
             lambda: gaps(run_study(study, database=database, workers=workers)), rounds=1, iterations=1
@@ -83,7 +83,7 @@ def test_a_trivial_run_of_a_study(benchmark: BenchmarkFixture, tmp_path: Path, w
 @pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one core")
 def test_two_workers_on_equal_runs(benchmark: BenchmarkFixture, tmp_path: Path) -> None:
     """Two workers make equal runs at least 1.8 times as fast as one, once they have started."""
-    study = Study([random_scenario(1)], [Contender.parse("prm-star:milestones=600")], range(1, 61), tolerance=None)
+    study = Study([random_scenario(1)], [Entrant.parse("prm-star:milestones=600")], range(1, 61), tolerance=None)
 
     def took(workers: int, folder: Path) -> float:
         folder.mkdir()

@@ -143,7 +143,7 @@ def some_paths(problem: cg.Problem, rng: np.random.Generator) -> list[FloatArray
     found = [path for path in [good_path(problem)] if path is not None]
     name, own_settings = SOLVERS[rng.integers(len(SOLVERS))]
     solution = cg.solve(problem, name, resolution=12, **own_settings)
-    if solution.status.is_path:
+    if solution.status.has_path:
         found += [solution.path, refine_path(problem, solution.path).path]
     found += [np.vstack([problem.start, *rng.uniform(problem.bounds[:2], problem.bounds[2:], (n, 2)), problem.goal])
               for n in (0, 1, 2)]  # fmt: skip

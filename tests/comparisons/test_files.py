@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgla_graph.comparisons import files
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.rows import COLUMNS, row
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.errors import OutputError
@@ -35,7 +35,7 @@ numbers = st.floats(allow_nan=False, allow_infinity=False) | st.none()
 
 @pytest.fixture
 def one() -> Run:
-    (run,) = compare([scenario_from_toml(TEXT, "one")], [Contender.parse("cgla")], 1)
+    (run,) = compare([scenario_from_toml(TEXT, "one")], [Entrant.parse("cgla")], 1)
     return run
 
 

@@ -332,10 +332,10 @@ def test_a_path_where_none_may_fly_is_infeasible(path: FloatArray, words: str) -
 
 def test_a_path_beyond_all_bounds_is_an_answer_not_an_exception() -> None:
     path = np.array([(0.1, 0.1), (1e200, 0.1), (0.9, 0.1)])
-    assert not OPEN.judge(Solution(Status.FOUND, path=path, cost=1.0)).status.is_path
+    assert not OPEN.judge(Solution(Status.FOUND, path=path, cost=1.0)).status.has_path
 
 
-@pytest.mark.parametrize("status", [status for status in Status if not status.is_path])
+@pytest.mark.parametrize("status", [status for status in Status if not status.has_path])
 def test_without_a_path_every_number_is_infinite(status: Status) -> None:
     claim = Solution(status, path=STRAIGHT, nodes=(0, 1), cost=1.0, length=1.0, risk=1.0, message="why")
     chain = GraphProblem(GeometricGraph.from_matrix([[0, 1], [1, 0]]), 0, 1)

@@ -297,7 +297,7 @@ def test_every_solver_can_be_refined(name: str) -> None:
     solver = registry.get(name, **{key: SMALL[key] for key in SMALL if key in known}, **UNCERTIFIED.get(name, {}))
     plain = cg.solve(ONE_THREAT, solver, resolution=8)
     refined = cg.solve(ONE_THREAT, solver, resolution=8, refine=True)
-    assert refined.status.is_path
+    assert refined.status.has_path
     assert refined.cost <= plain.cost
     if refined.cost < plain.cost:
         assert refined.status is cg.Status.FOUND

@@ -231,7 +231,7 @@ def test_a_map_alone(tmp_path: Path) -> None:
     assert (scenario.name, scenario.y_down) == ("tiny", True)
     assert scenario.problem.bounds == (0.0, 0.0, 4.0, 3.0)
     assert scenario.lattice == Lattice((4, 3), bounds=(0, 0, 4, 3), kind="centre")
-    assert solve(scenario.problem, "cgla", resolution=scenario.lattice).status.is_path
+    assert solve(scenario.problem, "cgla", resolution=scenario.lattice).status.has_path
 
 
 def test_a_map_with_ends_of_the_users_own(tmp_path: Path) -> None:
@@ -386,4 +386,4 @@ def test_published_lengths_from_file_to_solver(file: Path) -> None:
         scenario = only(f"{file}:{index}")
         answer = solve(scenario.problem, "eight-direction", **scenario.settings["eight-direction"])
         expected = pytest.approx(rows[index].optimal_length, rel=1e-4, abs=1e-6)
-        assert (answer.status.is_path, answer.cost) == (True, expected)
+        assert (answer.status.has_path, answer.cost) == (True, expected)

@@ -161,13 +161,13 @@ def answers(number: int) -> Iterator[tuple[str, Solution]]:
 
 def faults(problem: cg.Problem, found: dict[str, Solution]) -> Iterator[str]:
     """Say what is not true of the answers to one problem."""
-    reached = [name for name, answer in found.items() if answer.status.is_path]
+    reached = [name for name, answer in found.items() if answer.status.has_path]
     bound = max((answer.lower_bound for answer in found.values() if answer.lower_bound > 0.0), default=0.0)
     for name, answer in found.items():
         traits, status = registry.traits(name), answer.status
         if answer.solver != name:
             yield f"{name}: calls itself {answer.solver}"
-        if status.is_path:
+        if status.has_path:
             yield from (f"{name}: {fault}" for fault in faults_of_path(problem, answer, bound))
             continue
         if not (status in NOTHING or (status is Status.INFEASIBLE and not traits.no_fly)):
@@ -181,7 +181,7 @@ def faults(problem: cg.Problem, found: dict[str, Solution]) -> Iterator[str]:
     exact = [answer for name, answer in found.items() if registry.traits(name).exact]
     if len({answer.status for answer in exact}) > 1:
         yield f"exact solvers disagree: {', '.join(answer.status.label for answer in exact)}"
-    optima = [answer.cost for answer in exact if answer.status.is_path]
+    optima = [answer.cost for answer in exact if answer.status.has_path]
     if optima and not max(optima) <= min(optima) * (1.0 + 1e-9):
         yield f"optima of one lattice differ: {sorted(optima)}"
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from cgla_graph.comparisons.missions.fly import StopRequest, fly_one, open_mission
-from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.study.mission_run import MissionRun
 
 #: Two UAVs that cross, told apart by sharing; a threat that comes and moves, an area that comes and goes.
 CROSSING = """
@@ -51,9 +51,9 @@ resolution = 5
 """
 
 
-def flown_of(text: str, folder: Path, *, name: str = "small", **options: object) -> list[Flown]:
+def flown_of(text: str, folder: Path, *, name: str = "small", **options: object) -> list[MissionRun]:
     """Fly every variant of a mission written down in a folder."""
     path = folder / f"{name}.toml"
     path.write_text(text, encoding="utf-8")
-    _, sorties = open_mission(str(path), **options)
-    return [fly_one(sortie, None, StopRequest()) for sortie in sorties]
+    _, specs = open_mission(str(path), **options)
+    return [fly_one(spec, None, StopRequest()) for spec in specs]

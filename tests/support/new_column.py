@@ -40,14 +40,14 @@ def _write(folder: Path) -> None:
     from cgla_graph.comparisons.report.page import write_report
     from cgla_graph.comparisons.results.exports import export
     from cgla_graph.comparisons.results.tables import runs_table
-    from cgla_graph.comparisons.study.entrant import Contender
+    from cgla_graph.comparisons.study.entrant import Entrant
     from cgla_graph.comparisons.study.rows import COLUMNS, rows_of
     from cgla_graph.comparisons.study.runner import compare
     from cgla_graph.model.solution import Solution, Status
     from cgla_graph.scenarios.scenario import load_scenario
 
-    contenders = [Contender.parse(name) for name in ("straight-line", "cgla")]
-    runs = list(compare([load_scenario("one-threat")], contenders, tolerance=None))
+    entrants = [Entrant.parse(name) for name in ("straight-line", "cgla")]
+    runs = list(compare([load_scenario("one-threat")], entrants, tolerance=None))
     lost = dataclasses.replace(runs[0], solver="lost", solution=Solution(Status.NOT_FOUND))
     stored = stored_of([*runs, lost])
     (folder / "rows.csv").write_text(csv_text(rows_of(stored.runs), COLUMNS), encoding="utf-8")

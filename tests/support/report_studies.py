@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 import cgla_graph as cg
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.comparisons.study.stored import Session, Stored
 from cgla_graph.comparisons.workers.limits import Limits
@@ -55,7 +55,7 @@ def small_runs() -> list[Run]:
     problem = dataclasses.replace(scenarios[1].problem, field=cg.RiskField([cg.Threat(0.5, 0.5, 0.1)]), k=1.0)
     lattice = Lattice(9, bounds=problem.bounds)
     scenarios[1] = dataclasses.replace(scenarios[1], problem=problem, lattice=lattice, y_down=True)
-    return list(compare(scenarios, [Contender.parse(name) for name in names], n_seeds=2))
+    return list(compare(scenarios, [Entrant.parse(name) for name in names], n_seeds=2))
 
 
 def failing(run: Run, status: Status, message: str) -> Run:
@@ -66,7 +66,7 @@ def failing(run: Run, status: Status, message: str) -> Run:
 def odd_runs() -> list[Run]:
     """Give a scenario, a solver and a message names that try to be more than text."""
     runs = []
-    for run in compare([load_scenario("one-threat")], [Contender.parse("straight-line")], n_seeds=1, tolerance=None):
+    for run in compare([load_scenario("one-threat")], [Entrant.parse("straight-line")], n_seeds=1, tolerance=None):
         scenario = dataclasses.replace(run.scenario, name=f"scenario {ODD}", title=f"title {ODD}")
         runs += [
             dataclasses.replace(run, scenario=scenario),

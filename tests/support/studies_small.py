@@ -8,7 +8,7 @@ import numpy as np
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study.database import Database, Stored, load
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run, run_of
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.model.solution import Solution, Status
@@ -39,27 +39,27 @@ def named(name: str) -> Scenario:
 
 def small_study(names: Sequence[str], labels: Sequence[str], seeds: Sequence[int] = (1, 2), title: str = "") -> Study:
     """Return a study; each label is that of `prm-star`, which draws random numbers, or else of `straight-line`."""
-    contenders = [
-        Contender(
+    entrants = [
+        Entrant(
             label,
             "prm-star" if label.startswith("prm") else "straight-line",
             {"milestones": 50} if label.startswith("prm") else {},
         )
         for label in labels
     ]
-    return Study([named(name) for name in names], contenders, seeds, 0.1, title=title)
+    return Study([named(name) for name in names], entrants, seeds, 0.1, title=title)
 
 
 def runs_of(study: Study, answers: Answers = by_number) -> list[Run]:
     """Make up the runs of a study."""
     proof = Certificate(BOUND, 1.05, 0.1, 0.01, 9, "the reason", 0.1)
     scenarios = {scenario.name: scenario for scenario in study.scenarios}
-    contenders = {one.label: (number, one) for number, one in enumerate(study.contenders)}
+    entrants = {one.label: (number, one) for number, one in enumerate(study.entrants)}
     runs = []
     for cell in study.cells():
-        number, contender = contenders[cell.solver]
+        number, entrant = entrants[cell.solver]
         solution = answers(cell.scenario, number, cell.seed)
-        runs.append(run_of(scenarios[cell.scenario], contender, cell.seed, solution, proof, megabytes=1.5, host="here"))
+        runs.append(run_of(scenarios[cell.scenario], entrant, cell.seed, solution, proof, megabytes=1.5, host="here"))
     return runs
 
 

@@ -9,10 +9,10 @@ and the row says what differs. Where not even the measure is, ours is left out.
 from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
 
-from cgla_graph.comparisons.claims.exhibit import Comparison, Exhibit, TableRow
+from cgla_graph.comparisons.claims.artefact import Artefact, Comparison, TableRow
 from cgla_graph.comparisons.claims.figure_page import SELECTED
 from cgla_graph.comparisons.claims.paper.printed_tables import WORKING_SCALE
-from cgla_graph.comparisons.claims.paper.ways import Way, Ways, arrived, escape, fly, of_weights, planned
+from cgla_graph.comparisons.claims.paper.routes import Way, Ways, arrived, escape, fly, of_weights, planned
 from cgla_graph.comparisons.claims.paper_values import TABLE_1, TABLE_2, TABLE_3, TABLE_4, TABLE_5, PaperValue
 from cgla_graph.comparisons.claims.proving import require
 
@@ -177,10 +177,10 @@ def _team(table: Sequence[PaperValue]) -> dict[str, Ways]:
     return ours
 
 
-EXHIBITS: tuple[Exhibit, ...] = (
-    Exhibit("table-1", "Table 1", "one UAV: CGLA, BCV, A2D and Q-Learning", table_1),
-    Exhibit("table-2", "Table 2", "a sudden threat", table_2),
-    Exhibit("table-3", "Table 3", "with and without sharing", table_3),
-    Exhibit("table-4", "Table 4", "risk of three UAVs", table_4),
-    Exhibit("table-5", "Table 5", "length of the ways of three UAVs", table_5),
+ARTEFACTS: tuple[Artefact, ...] = (
+    Artefact("table-1", "Table 1", "one UAV: CGLA, BCV, A2D and Q-Learning", table_1),
+    Artefact("table-2", "Table 2", "a sudden threat", table_2),
+    Artefact("table-3", "Table 3", "with and without sharing", table_3),
+    Artefact("table-4", "Table 4", "risk of three UAVs", table_4),
+    Artefact("table-5", "Table 5", "length of the ways of three UAVs", table_5),
 )

@@ -124,7 +124,7 @@ def planned(problem: Problem, solver: Solver) -> dict[str, Any]:
 
 
 def _of_path(field: RiskField, solution: Solution) -> dict[str, Any]:
-    found = solution.status.is_path
+    found = solution.status.has_path
     names = ("length", "risk", "cost")
     return {
         "status": solution.status.label,

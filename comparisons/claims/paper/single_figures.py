@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.comparisons.claims.exhibit import Exhibit, Picture
+from cgla_graph.comparisons.claims.artefact import Artefact, Picture
 from cgla_graph.comparisons.claims.figure_page import (
     NARROW,
     SELECTED,
@@ -24,8 +24,8 @@ from cgla_graph.comparisons.claims.figure_page import (
     picture,
     write_beside,
 )
+from cgla_graph.comparisons.claims.paper.routes import Way, Ways, escape, flown, of_weights, paper_field, planned
 from cgla_graph.comparisons.claims.paper.single_experiments import SIZES, farthest_pair
-from cgla_graph.comparisons.claims.paper.ways import Way, Ways, escape, flown, of_weights, paper_field, planned
 from cgla_graph.comparisons.claims.paper.weight_claims import REGIONS
 from cgla_graph.comparisons.claims.paper_flight import GOAL, RADIUS, START, paper_lattice
 from cgla_graph.comparisons.claims.proving import improper_field, require
@@ -310,11 +310,11 @@ def _frame(axes: Axes, x: str, y: str, *, grid: bool = True, **limits: object) -
         axes.grid(color="0.92", linewidth=0.5)
 
 
-EXHIBITS: tuple[Exhibit, ...] = (
-    Exhibit("fig-1", "Fig. 1", "the risk of one threat and of several", fig_1),
-    Exhibit("fig-2", "Fig. 2", "a straight segment and eight directions", fig_2),
-    Exhibit("fig-3", "Fig. 3", "weights of segments for K = 10 and 200", fig_3),
-    Exhibit("fig-5", "Fig. 5", "ways for K = 10, 50 and 200", fig_5),
-    Exhibit("fig-6", "Fig. 6", "a sudden threat, K = 10 and 100", fig_6),
-    Exhibit("fig-11", "Fig. 11", "lattices of N = 15, 20 and 25", fig_11),
+ARTEFACTS: tuple[Artefact, ...] = (
+    Artefact("fig-1", "Fig. 1", "the risk of one threat and of several", fig_1),
+    Artefact("fig-2", "Fig. 2", "a straight segment and eight directions", fig_2),
+    Artefact("fig-3", "Fig. 3", "weights of segments for K = 10 and 200", fig_3),
+    Artefact("fig-5", "Fig. 5", "ways for K = 10, 50 and 200", fig_5),
+    Artefact("fig-6", "Fig. 6", "a sudden threat, K = 10 and 100", fig_6),
+    Artefact("fig-11", "Fig. 11", "lattices of N = 15, 20 and 25", fig_11),
 )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from cgla_graph.comparisons.claims.exhibit import Exhibit, Picture
+from cgla_graph.comparisons.claims.artefact import Artefact, Picture
 from cgla_graph.comparisons.claims.figure_page import (
     SELECTED,
     WIDE,
@@ -20,10 +20,10 @@ from cgla_graph.comparisons.claims.figure_page import (
     picture,
     write_beside,
 )
-from cgla_graph.comparisons.claims.paper.ways import Way, fly
+from cgla_graph.comparisons.claims.paper.routes import Way, fly
 from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.comparisons.plots.scene import SIGHT_DASHES, colour_of, draw_ring, patch_key
-from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import UavFlight
 
 
@@ -70,7 +70,7 @@ def _draw_plans(axes: Axes, uavs: Sequence[UavFlight]) -> list[Key]:
     return [*keys, (patch_key(linestyle=SIGHT_DASHES), "detection radius"), *ends]
 
 
-def _away(view: Flown, name: str) -> str:
+def _away(view: MissionRun, name: str) -> str:
     """Say how far a UAV starts from the first threat."""
     threat, start = view.mission.world.field_at(0).threats[0], view.flight.uavs[name].uav.start
     return f"{np.hypot(threat.x - start[0], threat.y - start[1]):.2f}"
@@ -154,13 +154,13 @@ def fig_12() -> Picture:
     )
 
 
-def _drawn(label: str, title: str, views: Sequence[Flown], caption: str) -> Picture:
+def _drawn(label: str, title: str, views: Sequence[MissionRun], caption: str) -> Picture:
     """Draw flights; all must have arrived, as the captions say nothing else."""
     require(all(view.flight.all_arrived for view in views), f"{label}: a UAV does not arrive")
     return picture(flights_page((label, title), views), caption)
 
 
-def _meetings(views: Sequence[Flown]) -> str:
+def _meetings(views: Sequence[MissionRun]) -> str:
     """Say how near the UAVs of each variant came to each other."""
     pairs = [(view.variant, view.closest) for view in views]
     told = [f"{pair.distance:.3f} at tick {pair.time:.0f}{_in(variant)}" for variant, pair in pairs if pair is not None]
@@ -171,11 +171,11 @@ def _in(variant: str) -> str:
     return f" ({variant})" if variant else ""
 
 
-EXHIBITS: tuple[Exhibit, ...] = (
-    Exhibit("fig-4", "Fig. 4", "what one UAV detects, the other one knows", fig_4),
-    Exhibit("fig-7", "Fig. 7", "virtual obstacles 0, 3 and 5 steps ahead", fig_7),
-    Exhibit("fig-8", "Fig. 8", "two UAVs meet, unless virtual obstacles keep them apart", fig_8),
-    Exhibit("fig-9", "Fig. 9", "a wall of threats, without and with sharing", fig_9),
-    Exhibit("fig-10", "Fig. 10", "three UAVs that share what they see", fig_10),
-    Exhibit("fig-12", "Fig. 12", "two UAVs among five and seven threats", fig_12),
+ARTEFACTS: tuple[Artefact, ...] = (
+    Artefact("fig-4", "Fig. 4", "what one UAV detects, the other one knows", fig_4),
+    Artefact("fig-7", "Fig. 7", "virtual obstacles 0, 3 and 5 steps ahead", fig_7),
+    Artefact("fig-8", "Fig. 8", "two UAVs meet, unless virtual obstacles keep them apart", fig_8),
+    Artefact("fig-9", "Fig. 9", "a wall of threats, without and with sharing", fig_9),
+    Artefact("fig-10", "Fig. 10", "three UAVs that share what they see", fig_10),
+    Artefact("fig-12", "Fig. 12", "two UAVs among five and seven threats", fig_12),
 )

@@ -53,7 +53,7 @@ def check_c36(_: Evidence) -> Finding:
     for solver in solvers:
         solve(problem, solver, resolution=paper_lattice())
     (ours, plan), (learnt, policy) = (_timed(problem, solver, N) for solver in solvers)
-    require(plan.status.is_path and policy.status.is_path, "one of the two found no path")
+    require(plan.status.has_path and policy.status.has_path, "one of the two found no path")
     uses = _relaxations(problem)
     updates = _updates(policy)
     times = paper_values.TIMES

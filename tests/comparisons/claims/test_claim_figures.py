@@ -19,11 +19,10 @@ from scipy.integrate import quad
 from strategies import examples, few, points, seeds
 
 from cgla_graph.comparisons.claims import figure_page
-from cgla_graph.comparisons.claims.exhibit import Exhibit, Picture
+from cgla_graph.comparisons.claims.artefact import Artefact, Picture
 from cgla_graph.comparisons.claims.figure_page import NARROW, SELECTED, WIDE, add_map, draw_way, finish, page
-from cgla_graph.comparisons.claims.paper import single_figures, team_figures, ways
-from cgla_graph.comparisons.claims.paper.single_figures import HIGH, LOW, READINGS, SIGMAS, weights_from_origin
-from cgla_graph.comparisons.claims.paper.ways import (
+from cgla_graph.comparisons.claims.paper import routes, single_figures, team_figures
+from cgla_graph.comparisons.claims.paper.routes import (
     Way,
     Ways,
     arrived,
@@ -34,16 +33,17 @@ from cgla_graph.comparisons.claims.paper.ways import (
     paper_field,
     planned,
 )
+from cgla_graph.comparisons.claims.paper.single_figures import HIGH, LOW, READINGS, SIGMAS, weights_from_origin
 from cgla_graph.comparisons.claims.paper_flight import GOAL, START, STEP, paper_lattice
 from cgla_graph.comparisons.plots.scene import line_key
-from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import MissionStatus
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.solvers import get
 
 MODULES = (single_figures, team_figures)
-FIGURES = [(module, one) for module in MODULES for one in module.EXHIBITS]
+FIGURES = [(module, one) for module in MODULES for one in module.ARTEFACTS]
 #: Figures on the map that was selected to agree with the paper.
 ON_SELECTED = {"Fig. 5", "Fig. 7", "Fig. 8", "Fig. 11"}
 #: Dots that a picture may be wide, so that its words are read where it is shown 900 dots wide.
@@ -51,13 +51,13 @@ MOST_DOTS = 1620
 
 
 @cache
-def once(name: str, *, solver: str | None = None) -> list[Flown]:
+def once(name: str, *, solver: str | None = None) -> list[MissionRun]:
     """Fly a mission for all tests."""
     return fly(name, solver=solver)
 
 
-def drawn(module: ModuleType, exhibit: Exhibit, monkeypatch: pytest.MonkeyPatch) -> tuple[Figure, Picture]:
-    """Make an exhibit, and get hold of its figure; no files are made of it, which takes long."""
+def drawn(module: ModuleType, artefact: Artefact, monkeypatch: pytest.MonkeyPatch) -> tuple[Figure, Picture]:
+    """Make an artefact, and get hold of its figure; no files are made of it, which takes long."""
     figures: list[Figure] = []
 
     def kept(figure: Figure, caption: str) -> Picture:
@@ -66,7 +66,7 @@ def drawn(module: ModuleType, exhibit: Exhibit, monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(module, "picture", kept)
     monkeypatch.setattr(team_figures, "fly", once)
-    made = exhibit.make()
+    made = artefact.make()
     assert isinstance(made, Picture)
     (figure,) = figures
     return figure, made
@@ -79,17 +79,17 @@ def test_every_figure_of_the_paper_is_there_once() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("module", "exhibit"), FIGURES, ids=[one.name for _, one in FIGURES])
+@pytest.mark.parametrize(("module", "artefact"), FIGURES, ids=[one.name for _, one in FIGURES])
 def test_a_figure_is_tidy_and_its_caption_honest(
-    module: ModuleType, exhibit: Exhibit, monkeypatch: pytest.MonkeyPatch
+    module: ModuleType, artefact: Artefact, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    figure, made = drawn(module, exhibit, monkeypatch)
+    figure, made = drawn(module, artefact, monkeypatch)
     assert_tidy(figure)
-    assert figure.texts[0].get_text() == exhibit.label
+    assert figure.texts[0].get_text() == artefact.label
     assert figure.get_size_inches()[0] * 150 < MOST_DOTS
     # what is the paper's and what is ours is said, and whether the map was selected
     assert "ours" in made.caption or "our default" in made.caption
-    assert (SELECTED in made.caption) == (exhibit.label in ON_SELECTED)
+    assert (SELECTED in made.caption) == (artefact.label in ON_SELECTED)
     assert "nan" not in re.findall(r"[a-z]+", made.caption)
 
 
@@ -248,7 +248,7 @@ def test_the_escape_knows_the_sudden_threat_once() -> None:
 # --- captions that would no longer be true ---
 
 
-def swapped(name: str, *, solver: str | None = None) -> list[Flown]:
+def swapped(name: str, *, solver: str | None = None) -> list[MissionRun]:
     """Fly, and mix up the variants, as a change of the program might."""
     views = once(name, solver=solver)
     return [
@@ -268,7 +268,7 @@ def test_a_team_figure_that_shows_something_else_is_refused(
 
 
 def test_a_figure_of_a_flight_that_does_not_arrive_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    def lost(name: str) -> list[Flown]:
+    def lost(name: str) -> list[MissionRun]:
         (view,) = once(name)
         flights = {uav.name: dataclasses.replace(uav, status=MissionStatus.STUCK) for uav in view.flight.uavs.values()}
         return [dataclasses.replace(view, flight=dataclasses.replace(view.flight, uavs=flights))]
@@ -288,4 +288,4 @@ def test_an_escape_that_is_not_safer_is_refused(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_flying_builds_the_missions_of_the_file() -> None:
-    assert [view.solver for view in ways.fly("fig10", solver="fbcri-style")] == ["fbcri-style"]
+    assert [view.solver for view in routes.fly("fig10", solver="fbcri-style")] == ["fbcri-style"]

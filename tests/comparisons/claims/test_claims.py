@@ -7,7 +7,8 @@ from types import MappingProxyType
 
 import pytest
 
-from cgla_graph.comparisons.claims import catalogue, command, exhibiting
+from cgla_graph.comparisons.claims import catalogue, command, make_artefacts
+from cgla_graph.comparisons.claims.artefact import Artefact, Comparison, Picture, TableRow
 from cgla_graph.comparisons.claims.checking import check_claims, count_steps
 from cgla_graph.comparisons.claims.claim import (
     Claim,
@@ -20,7 +21,6 @@ from cgla_graph.comparisons.claims.claim import (
     finding_from,
 )
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
-from cgla_graph.comparisons.claims.exhibit import Comparison, Exhibit, Picture, TableRow
 from cgla_graph.comparisons.claims.experiment import Experiment, Record
 from cgla_graph.comparisons.claims.printing import results_document
 from cgla_graph.comparisons.claims.report import report_html, report_markdown, sections
@@ -78,18 +78,18 @@ def _no_picture() -> Picture:
     raise ValueError(msg)
 
 
-EXHIBITS = (
-    Exhibit("fig-1", "Fig. 1", "a picture", _picture),
-    Exhibit("fig-2", "Fig. 2", "no picture", _no_picture),
-    Exhibit("table-1", "Table 1", "a table", _table),
+ARTEFACTS = (
+    Artefact("fig-1", "Fig. 1", "a picture", _picture),
+    Artefact("fig-2", "Fig. 2", "no picture", _no_picture),
+    Artefact("table-1", "Table 1", "a table", _table),
 )
 
 
 @pytest.fixture(autouse=True)
 def small_catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Claims, experiments and exhibits of our own instead of the paper's."""
-    for module in (command, exhibiting):
-        monkeypatch.setattr(module, "exhibits", lambda: EXHIBITS)
+    """Claims, experiments and artefacts of our own instead of the paper's."""
+    for module in (command, make_artefacts):
+        monkeypatch.setattr(module, "artefacts", lambda: ARTEFACTS)
     experiment = Experiment("squares", "the square of a seed", _squares, quick=5)
     monkeypatch.setattr(catalogue, "claims", lambda: MappingProxyType({claim.id: claim for claim in CLAIMS}))
     monkeypatch.setattr(catalogue, "experiments", lambda: {"squares": experiment})
@@ -259,6 +259,6 @@ def test_ids_are_numbers_and_ranges() -> None:
 
 
 def test_some_claims_get_their_own_figures_only(tmp_path: Path) -> None:
-    assert [one.label for one in command.Request(CLAIMS[:1], folder=tmp_path).exhibits] == ["Fig. 1"]
-    assert not command.Request(CLAIMS[1:2], folder=tmp_path).exhibits
-    assert not command.Request(CLAIMS).exhibits
+    assert [one.label for one in command.Request(CLAIMS[:1], folder=tmp_path).artefacts] == ["Fig. 1"]
+    assert not command.Request(CLAIMS[1:2], folder=tmp_path).artefacts
+    assert not command.Request(CLAIMS).artefacts

@@ -13,7 +13,7 @@ import pytest
 from command_line import Call, caller
 
 from cgla_graph.comparisons.claims import catalogue, counterexamples
-from cgla_graph.comparisons.claims.exhibit import exhibits
+from cgla_graph.comparisons.claims.artefact import artefacts
 from cgla_graph.comparisons.claims.proving import improper_allowed
 from cgla_graph.scenarios.mission_file import is_mission_file
 
@@ -30,14 +30,14 @@ def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureF
 def test_all_54_claims_are_there_and_what_they_name_as_well() -> None:
     claims = catalogue.claims()
     assert list(claims) == [f"C{number}" for number in range(1, 55)]
-    known, labels = catalogue.experiments(), {exhibit.label for exhibit in exhibits()}
+    known, labels = catalogue.experiments(), {artefact.label for artefact in artefacts()}
     for claim in claims.values():
         assert all((claim.place, claim.sentence, claim.statement)), claim.id
         assert set(claim.experiments) <= set(known), claim.id
         assert set(claim.figures) <= labels, claim.id
     assert {name for claim in claims.values() for name in claim.experiments} == set(known)
     figures, tables = ([f"{kind} {n}" for n in range(1, last + 1)] for kind, last in (("Fig.", 12), ("Table", 5)))
-    assert [exhibit.label for exhibit in exhibits()] == [*figures, *tables]
+    assert [artefact.label for artefact in artefacts()] == [*figures, *tables]
 
 
 @pytest.mark.parametrize("name", counterexamples.names())

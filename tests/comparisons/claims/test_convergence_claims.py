@@ -87,7 +87,7 @@ def test_a_bound_that_is_too_small_is_noticed(monkeypatch: pytest.MonkeyPatch) -
 def test_a_uav_that_stops_falling_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     """A UAV that plans, but is put back to where it was, does not get cheaper."""
 
-    class Standing(Simulation):
+    class LeaderboardRow(Simulation):
         def advance(self) -> None:
             before = [agent.position for agent in self._agents]
             super().advance()
@@ -97,7 +97,7 @@ def test_a_uav_that_stops_falling_is_noticed(monkeypatch: pytest.MonkeyPatch) ->
 
     mission = claims._mission(np.random.default_rng(3))
     with monkeypatch.context() as patched:
-        patched.setattr("cgla_graph.mission.simulation.Simulation", Standing)
+        patched.setattr("cgla_graph.mission.simulation.Simulation", LeaderboardRow)
         with pytest.raises(AssertionError, match="the cost to go went from"):
             claims._require_falling_cost(mission)
     claims._require_falling_cost(mission)

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import usual
 
-from cgla_graph.comparisons.claims.exhibit import Comparison, TableRow
+from cgla_graph.comparisons.claims.artefact import Comparison, TableRow
 from cgla_graph.comparisons.claims.paper import paper_tables
-from cgla_graph.comparisons.claims.paper.paper_tables import EXHIBITS, Reason, reason, rows
-from cgla_graph.comparisons.claims.paper.ways import Way, Ways, fly
+from cgla_graph.comparisons.claims.paper.paper_tables import ARTEFACTS, Reason, reason, rows
+from cgla_graph.comparisons.claims.paper.routes import Way, Ways, fly
 from cgla_graph.comparisons.claims.paper_values import START, TABLES, PaperValue
 from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.solvers import get
@@ -26,7 +26,7 @@ QUOTED = ("BCV", "A2D", "Q-Learning")
 
 @pytest.fixture(scope="module")
 def tables() -> dict[str, Comparison]:
-    made = {one.label: one.make() for one in EXHIBITS}
+    made = {one.label: one.make() for one in ARTEFACTS}
     return {label: table for label, table in made.items() if isinstance(table, Comparison)}
 
 

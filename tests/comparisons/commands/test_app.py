@@ -324,7 +324,7 @@ def test_scenarios_of_one_name(cgla: Call, tmp_path: Path) -> None:
     assert [row["excess"] for row in document["rows"] if row["solver"] == "cgla"] == [0.0, 0.0]
     assert len(set(document["files"])) == 5 + 2 * 3
     assert [row["scenario"] for row in document["rows"]] == ["x", "x", "x-2", "x-2"]
-    # a table of each, and the standings
+    # a table of each, and the leaderboard
     assert cgla(*words).out.count("│ cgla ") == 3
 
 

@@ -35,7 +35,7 @@ def cells(folder: str) -> list[tuple[str, str, int | None]]:
 def test_a_study_from_a_file(cgla: Call) -> None:
     answer = cgla("compare", "study.toml", "--out", "out", "--workers", 2)
     assert answer.code == 0
-    assert answer.out.count("standings") == 1
+    assert answer.out.count("leaderboard") == 1
     assert "how soon" not in answer.out, "tables of each scenario are for `cgla results`"
     names = ["one-threat", "random-10-3"]
     solvers = [("cgla", None), ("straight-line", None), ("few", 1), ("few", 2)]

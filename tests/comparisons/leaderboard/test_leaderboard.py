@@ -10,18 +10,18 @@ from hypothesis import strategies as st
 from strategies import usual
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.leaderboard.leaderboard import Standing, standings
+from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, leaderboard_of
 from cgla_graph.comparisons.leaderboard.profiles import instance_costs
 from cgla_graph.comparisons.statistics.intervals import Estimate, success_interval
 from cgla_graph.comparisons.statistics.paired import against, all_pairs
 from cgla_graph.comparisons.statistics.ranking import ranking
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 
 SCENARIOS = [scenario_from_toml("start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n", f"map {i}") for i in range(40)]
-FAILURES = [status for status in Status if not status.is_path]
+FAILURES = [status for status in Status if not status.has_path]
 
 
 def run_of(
@@ -40,7 +40,7 @@ def run_of(
     return Run(scenario, solver, seed, exact=False, solution=solution, certificate=proof)
 
 
-def by_solver(found: Sequence[Standing]) -> dict[str, Standing]:
+def by_solver(found: Sequence[LeaderboardRow]) -> dict[str, LeaderboardRow]:
     return {one.solver: one for one in found}
 
 
@@ -51,7 +51,7 @@ def test_a_small_study_by_hand() -> None:
         for i, scenario in enumerate(SCENARIOS[:4])
         for solver, row in rows.items()
     ]
-    good, tied, bad = standings(runs)
+    good, tied, bad = leaderboard_of(runs)
     assert [one.solver for one in (good, tied, bad)] == ["good", "tied", "bad"]
     assert [one.place for one in (good, tied, bad)] == [1, 2, 3]
     assert [one.average_rank for one in (good, tied, bad)] == [1.125, 2.0, 2.875]
@@ -69,7 +69,7 @@ def test_a_small_study_by_hand() -> None:
 def test_seeds_are_one_instance_but_many_runs() -> None:
     runs = [run_of(SCENARIOS[0], "a", cost, seed) for seed, cost in enumerate([1.0, math.inf, 1.02])]
     runs += [run_of(SCENARIOS[0], "b", 1.5)]
-    a, b = standings(runs)
+    a, b = leaderboard_of(runs)
     assert (a.n_instances, a.n_runs, a.n_paths, a.failures) == (1, 3, 2, {Status.TIMED_OUT: 1})
     assert a.gap == (pytest.approx(0.02), -math.inf, math.inf)
     assert a.seconds_to_near.median == 1.0
@@ -79,12 +79,12 @@ def test_seeds_are_one_instance_but_many_runs() -> None:
 def test_one_lucky_seed_does_not_win() -> None:
     runs = [run_of(SCENARIOS[0], "lucky", cost, seed) for seed, cost in enumerate([1.0, math.inf, math.inf])]
     runs += [run_of(SCENARIOS[0], "steady", 3.0, seed) for seed in range(3)]
-    assert [one.solver for one in standings(runs)] == ["steady", "lucky"]
+    assert [one.solver for one in leaderboard_of(runs)] == ["steady", "lucky"]
 
 
 def test_of_equal_ranks_the_smaller_gap_and_then_the_quicker_one_stands_first() -> None:
     runs = [run_of(SCENARIOS[0], "slow", 1.0, seconds=3.0), run_of(SCENARIOS[0], "quick", 1.0, seconds=1.0)]
-    assert [(one.solver, one.place, one.wins) for one in standings(runs)] == [("quick", 1, 1), ("slow", 1, 1)]
+    assert [(one.solver, one.place, one.wins) for one in leaderboard_of(runs)] == [("quick", 1, 1), ("slow", 1, 1)]
     # each is cheaper on one scenario, and they tie on the third
     rows = {"far": [1.04, 1.02, 3.0], "near": [1.01, 1.03, 3.0]}
     runs = [
@@ -92,7 +92,7 @@ def test_of_equal_ranks_the_smaller_gap_and_then_the_quicker_one_stands_first() 
         for solver, row in rows.items()
         for scenario, cost in zip(SCENARIOS, row, strict=False)
     ]
-    found = standings(runs)
+    found = leaderboard_of(runs)
     assert [(one.solver, one.place, one.average_rank) for one in found] == [("near", 1, 1.5), ("far", 1, 1.5)]
     assert found[0].gap.median < found[1].gap.median
     assert found[0].seconds_to_near.median > found[1].seconds_to_near.median
@@ -100,28 +100,28 @@ def test_of_equal_ranks_the_smaller_gap_and_then_the_quicker_one_stands_first() 
 
 def test_a_study_that_goes_on() -> None:
     runs = [run_of(scenario, "a", 1.0) for scenario in SCENARIOS[:3]] + [run_of(SCENARIOS[0], "b", math.inf)]
-    found = by_solver(standings(runs))
+    found = by_solver(leaderboard_of(runs))
     assert (found["a"].n_instances, found["a"].n_runs, found["b"].n_runs) == (1, 3, 1)
     # nothing is shared yet
-    alone = standings([run_of(SCENARIOS[0], "a", 1.0), run_of(SCENARIOS[1], "b", 1.0)])
+    alone = leaderboard_of([run_of(SCENARIOS[0], "a", 1.0), run_of(SCENARIOS[1], "b", 1.0)])
     assert [one.n_instances for one in alone] == [0, 0]
     assert all(math.isnan(one.average_rank) and math.isnan(one.gap.median) and one.versus_best is None for one in alone)
-    assert standings([]) == []
+    assert leaderboard_of([]) == []
 
 
 def test_unknown_and_unusable_bounds() -> None:
     for bound in (math.nan, math.inf, -1.0):
-        (one,) = standings([run_of(SCENARIOS[0], "a", 2.0, bound=bound)])
+        (one,) = leaderboard_of([run_of(SCENARIOS[0], "a", 2.0, bound=bound)])
         assert all(math.isnan(end) for end in (*one.gap, *one.seconds_to_near))
         assert (one.average_rank, one.wins) == (1.0, 1)
     runs = [run_of(SCENARIOS[0], "a", 2.0, bound=math.nan), run_of(SCENARIOS[1], "a", 1.5, bound=1.0)]
-    assert standings(runs)[0].gap.median == 0.5
-    assert standings([run_of(SCENARIOS[0], "a", 0.0, bound=0.0)])[0].gap == Estimate(0.0, -math.inf, math.inf)
+    assert leaderboard_of(runs)[0].gap.median == 0.5
+    assert leaderboard_of([run_of(SCENARIOS[0], "a", 0.0, bound=0.0)])[0].gap == Estimate(0.0, -math.inf, math.inf)
 
 
 def test_nobody_wins_where_nobody_finds_a_path() -> None:
     runs = [run_of(scenario, solver, math.inf) for scenario in SCENARIOS for solver in "abc"]
-    for one in standings(runs):
+    for one in leaderboard_of(runs):
         assert (one.place, one.average_rank, one.wins, one.n_paths) == (1, 2.0, 0, 0)
         assert one.gap.median == one.seconds_to_near.median == math.inf
         assert one.failures == {Status.TIMED_OUT: 40}
@@ -145,9 +145,9 @@ def study(table: Sequence[Sequence[float]]) -> list[Run]:
 
 @usual
 @given(table=tables, data=st.data())
-def test_standings_agree_with_the_ranking_and_all_pairs(table: list[list[float]], data: st.DataObject) -> None:
+def test_leaderboards_agree_with_the_ranking_and_all_pairs(table: list[list[float]], data: st.DataObject) -> None:
     runs = study(table)
-    found = standings(runs)
+    found = leaderboard_of(runs)
     costs = instance_costs(runs)
     ranks = ranking(costs)
     assert [one.average_rank for one in found] == pytest.approx(list(ranks.average_ranks))
@@ -159,7 +159,7 @@ def test_standings_agree_with_the_ranking_and_all_pairs(table: list[list[float]]
         assert one.versus_best.p_holm == pytest.approx(pairs[frozenset((one.solver, found[0].solver))].p_holm)
     # the order of the scenarios says nothing
     order = data.draw(st.permutations(table))
-    again = by_solver(standings(study(order)))
+    again = by_solver(leaderboard_of(study(order)))
     for one in found:
         other = again[one.solver]
         assert one.average_rank == pytest.approx(other.average_rank)
@@ -170,9 +170,9 @@ def test_standings_agree_with_the_ranking_and_all_pairs(table: list[list[float]]
 @usual
 @given(table=tables, place=st.integers(0, 11))
 def test_a_failure_never_helps(table: list[list[float]], place: int) -> None:
-    before = by_solver(standings(study(table)))["s0"]
+    before = by_solver(leaderboard_of(study(table)))["s0"]
     worse = [[math.inf, *row[1:]] if i == place % len(table) else row for i, row in enumerate(table)]
-    after = by_solver(standings(study(worse)))["s0"]
+    after = by_solver(leaderboard_of(study(worse)))["s0"]
     assert after.average_rank >= before.average_rank
     assert after.wins <= before.wins
     assert after.n_paths <= before.n_paths
@@ -183,7 +183,7 @@ def test_a_failure_never_helps(table: list[list[float]], place: int) -> None:
 def test_a_clear_winner_is_told_from_noise() -> None:
     rng = np.random.default_rng(2)
     rows = np.exp(0.02 * rng.normal(size=(40, 4))) * np.array([1.0, 1.1, 1.1, 1.1])
-    first, *others = standings(study((1.2 * rows).tolist()))
+    first, *others = leaderboard_of(study((1.2 * rows).tolist()))
     assert first.solver == "s0"
     for one in others:
         assert one.versus_best is not None
@@ -192,9 +192,9 @@ def test_a_clear_winner_is_told_from_noise() -> None:
 
 
 def test_real_runs() -> None:
-    contenders = [Contender.parse(name) for name in ("straight-line", "cgla", "rrt-star:iterations=200")]
-    runs = list(compare(SCENARIOS[:2], contenders, 2, tolerance=0.1))
-    found = by_solver(standings(runs))
+    entrants = [Entrant.parse(name) for name in ("straight-line", "cgla", "rrt-star:iterations=200")]
+    runs = list(compare(SCENARIOS[:2], entrants, 2, tolerance=0.1))
+    found = by_solver(leaderboard_of(runs))
     # without a threat the straight line is the best path of all
     assert found["straight-line"].wins == found["straight-line"].n_instances == 2
     assert found["straight-line"].gap.median == pytest.approx(0.0, abs=0.1)

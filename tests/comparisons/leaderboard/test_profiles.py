@@ -209,4 +209,4 @@ def test_bounds_to_measure_from(bound: float, usable: bool) -> None:
 
 @pytest.mark.parametrize("status", Status)
 def test_only_paths_that_may_be_flown_have_a_cost(status: Status) -> None:
-    assert path_cost(Solution(status, cost=2.0)) == (2.0 if status.is_path else math.inf)
+    assert path_cost(Solution(status, cost=2.0)) == (2.0 if status.has_path else math.inf)

@@ -25,7 +25,7 @@ from cgla_graph.comparisons.missions import fly
 from cgla_graph.comparisons.missions.files import plain_json, whole_log
 from cgla_graph.comparisons.missions.tables import closest_note, flight_table, variants_table
 from cgla_graph.comparisons.plots import animation_file, pictures
-from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import OutputError
 from cgla_graph.mission.records import MissionStatus
@@ -35,7 +35,7 @@ TICK_OF_CTRL_C = 5
 
 
 @pytest.fixture(scope="module")
-def flights(tmp_path_factory: pytest.TempPathFactory) -> list[Flown]:
+def flights(tmp_path_factory: pytest.TempPathFactory) -> list[MissionRun]:
     return flown_of(CROSSING, tmp_path_factory.mktemp("flights"))
 
 
@@ -78,7 +78,7 @@ def raise_interrupt(*_: object) -> None:
 # what is printed
 
 
-def test_the_tables_agree_with_the_flights(cgla: Call, flights: list[Flown]) -> None:
+def test_the_tables_agree_with_the_flights(cgla: Call, flights: list[MissionRun]) -> None:
     answer = cgla("fly", "small.toml", "--no-value")
     assert (answer.code, answer.err) == (0, "")
     rows = cells_of(answer.out)
@@ -165,7 +165,7 @@ def test_names_are_shown_as_they_are(cgla: Call, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("safe", "said"), [(0.4, True), (0.01, False)])
-def test_a_pair_within_its_safe_distance_is_named(flights: list[Flown], safe: float, said: bool) -> None:
+def test_a_pair_within_its_safe_distance_is_named(flights: list[MissionRun], safe: float, said: bool) -> None:
     flown = flights[0]
     first, second = flown.mission.uavs
     # the greater of the two counts
@@ -181,11 +181,11 @@ def test_a_pair_within_its_safe_distance_is_named(flights: list[Flown], safe: fl
     assert "collision" not in note
 
 
-def tables_of(flights: list[Flown]) -> list[FittedTable]:
+def tables_of(flights: list[MissionRun]) -> list[FittedTable]:
     return [*map(flight_table, flights), variants_table(flights)]
 
 
-def test_no_number_is_cut_where_the_terminal_is_narrow(flights: list[Flown]) -> None:
+def test_no_number_is_cut_where_the_terminal_is_narrow(flights: list[MissionRun]) -> None:
     for table, width in itertools.product(tables_of(flights), range(60, 140)):
         console = Console(width=width, file=io.StringIO())
         with console.capture() as capture:
@@ -209,7 +209,7 @@ def test_no_number_is_cut_where_the_terminal_is_narrow(flights: list[Flown]) -> 
             assert len(lines[1].rstrip()) + max(cells) + 3 > width
 
 
-def test_a_wide_terminal_shows_all(flights: list[Flown]) -> None:
+def test_a_wide_terminal_shows_all(flights: list[MissionRun]) -> None:
     for table in tables_of(flights):
         console = Console(width=200, file=io.StringIO())
         with console.capture() as capture:
@@ -220,7 +220,7 @@ def test_a_wide_terminal_shows_all(flights: list[Flown]) -> None:
 # what is written
 
 
-def test_json_holds_everything(cgla: Call, flights: list[Flown]) -> None:
+def test_json_holds_everything(cgla: Call, flights: list[MissionRun]) -> None:
     found = cgla("fly", "small.toml", "--json", "--no-value").document()
     assert (found["mission"], found["title"], found["interrupted"], found["files"]) == ("small", "two cross", False, [])
     for document, flown in zip(found["flights"], flights, strict=True):
@@ -238,7 +238,7 @@ def test_json_holds_everything(cgla: Call, flights: list[Flown]) -> None:
         assert document["settings"]["virtual_obstacle"]["stepnum"] == 1
 
 
-def disagreements(lines: list[dict[str, Any]], flown: Flown) -> list[str]:
+def disagreements(lines: list[dict[str, Any]], flown: MissionRun) -> list[str]:
     """List where a log says something else than the flight."""
     flight, found = flown.flight, []
     logged = [{k: v for k, v in line.items() if k != "type"} for line in lines if line["type"] == "event"]
@@ -267,7 +267,7 @@ def disagreements(lines: list[dict[str, Any]], flown: Flown) -> list[str]:
 
 
 @pytest.mark.slow
-def test_the_files(cgla: Call, flights: list[Flown]) -> None:
+def test_the_files(cgla: Call, flights: list[MissionRun]) -> None:
     cgla("fly", "small.toml", "--variant", "told", "--out", "out", "--no-value")
     kinds = ("jsonl", "csv", "png", "svg")
     before = {path.name: path.read_bytes() for path in Path("out").iterdir()}
@@ -295,7 +295,7 @@ def test_the_files(cgla: Call, flights: list[Flown]) -> None:
 
 
 @pytest.mark.parametrize("what", ["x", "risk", "threats", "plan", "tick", "event"])
-def test_a_wrong_log_is_seen(flights: list[Flown], what: str) -> None:
+def test_a_wrong_log_is_seen(flights: list[MissionRun], what: str) -> None:
     lines = [dict(line) for line in whole_log(flights[0])]
     assert disagreements(lines, flights[0]) == []
     for i, line in enumerate(lines):
@@ -334,7 +334,7 @@ def test_the_log_grows_as_it_happens(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(fly, "LOG_SECONDS", 0.0)
     monkeypatch.setattr(fly, "LOG_SHARE", math.inf)
     (tmp_path / "small.toml").write_text(CROSSING, encoding="utf-8")
-    _, sorties = fly.open_mission(str(tmp_path / "small.toml"), variant="told")
+    _, specs = fly.open_mission(str(tmp_path / "small.toml"), variant="told")
     seen: list[list[dict[str, Any]]] = []
     part = tmp_path / "small-told.jsonl.part"
 
@@ -342,7 +342,7 @@ def test_the_log_grows_as_it_happens(tmp_path: Path, monkeypatch: pytest.MonkeyP
         if "tick" in said:
             seen.append(lines_of(part))
 
-    fly.fly_all(sorties, tmp_path, value=False, animation=False, step=look)
+    fly.fly_all(specs, tmp_path, value=False, animation=False, step=look)
     final = lines_of(tmp_path / "small-told.jsonl")
     sizes = [len(lines) for lines in seen]
     assert sizes == sorted(set(sizes))

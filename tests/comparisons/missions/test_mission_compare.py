@@ -14,7 +14,7 @@ from missions_small import CROSSING, DEGREES
 from cgla_graph.comparisons.missions import compare
 from cgla_graph.comparisons.missions import runs as flight_runs
 from cgla_graph.comparisons.study import runner
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError
 from cgla_graph.mission.mission import Mission
@@ -43,12 +43,12 @@ def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureF
     return caller(tmp_path, monkeypatch, capfd)
 
 
-def contenders(*names: str) -> list[Contender]:
-    return [Contender.parse(name) for name in names]
+def entrants(*names: str) -> list[Entrant]:
+    return [Entrant.parse(name) for name in names]
 
 
 def test_a_row_says_what_the_flight_came_to(small: MissionFile) -> None:
-    runs = list(compare.compare([small], contenders("cgla")))
+    runs = list(compare.compare([small], entrants("cgla")))
     assert len(runs) == 2
     for run, (variant, mission) in zip(runs, small.missions(registry.get).items(), strict=True):
         flight = mission.fly()
@@ -65,13 +65,13 @@ def test_a_row_says_what_the_flight_came_to(small: MissionFile) -> None:
 
 def test_exact_solvers_fly_at_one_cost(small: MissionFile) -> None:
     alone = dataclasses.replace(small, variants={"alone": small.variants["alone"]})
-    costs = [run.row()["cost"] for run in compare.compare([alone], contenders("cgla", "dijkstra"))]
+    costs = [run.row()["cost"] for run in compare.compare([alone], entrants("cgla", "dijkstra"))]
     # ties may be broken differently, after which the two flights see different things
     assert costs[0] == pytest.approx(costs[1], rel=0.2)
 
 
 def test_seeds(small: MissionFile) -> None:
-    of = contenders("cgla", "prm-star:milestones=60", "prm-star:milestones=60:seed=9")
+    of = entrants("cgla", "prm-star:milestones=60", "prm-star:milestones=60:seed=9")
     alone = dataclasses.replace(small, variants={"alone": small.variants["alone"]})
     runs = list(compare.compare([alone], of, 2))
     assert [run.seed for run in runs] == [None, 1, 2, 9]
@@ -95,7 +95,7 @@ class Angry(Dijkstra):
 def test_a_solver_that_raises_is_a_row(small: MissionFile, monkeypatch: pytest.MonkeyPatch) -> None:
     get = registry.get
     monkeypatch.setattr(registry, "get", lambda name, **how: Angry() if name == "dijkstra" else get(name, **how))
-    runs = list(compare.compare([small], contenders("dijkstra", "cgla")))
+    runs = list(compare.compare([small], entrants("dijkstra", "cgla")))
     assert [run.status for run in runs] == ["no-path", "arrived"] * 2
     assert runs[0].message == "a: at tick 0: RuntimeError: no"
     assert runs[0].row()["cost"] is None
@@ -111,7 +111,7 @@ def test_a_flight_that_raises_is_a_row(small: MissionFile, monkeypatch: pytest.M
         return fly(self)
 
     monkeypatch.setattr(Mission, "fly", unlucky)
-    runs = list(compare.compare([small], contenders("cgla")))
+    runs = list(compare.compare([small], entrants("cgla")))
     assert [(run.status, run.message) for run in runs] == [("arrived", ""), ("failed", "RuntimeError: no")]
     assert runs[1].row()["arrived"] is None
     assert not runs[1].all_arrived
@@ -119,17 +119,17 @@ def test_a_flight_that_raises_is_a_row(small: MissionFile, monkeypatch: pytest.M
 
 def test_a_solver_that_is_not_installed_is_a_row(small: MissionFile, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "missing", lambda name: "needs luck" if name == "dijkstra" else None)
-    runs = list(compare.compare([small], contenders("dijkstra")))
+    runs = list(compare.compare([small], entrants("dijkstra")))
     assert [(run.status, run.message) for run in runs] == [("unavailable", "needs luck")] * 2
 
 
 def test_the_usual_pilots_need_nothing_and_are_fast() -> None:
-    every = [Contender.parse(name) for name in registry.names()]
-    names = {one.name for one in compare.pilots(every, chosen=False)}
+    every = [Entrant.parse(name) for name in registry.names()]
+    names = {one.name for one in compare.mission_entrants(every, chosen=False)}
     assert {"cgla", "dijkstra", "hybrid"} <= names
     assert not names & {"networkx", "networkx-astar"}
     assert all(not registry.traits(name).needs for name in names)
-    assert compare.pilots(every, chosen=True) == every
+    assert compare.mission_entrants(every, chosen=True) == every
 
 
 def test_missions_are_told_from_maps() -> None:
@@ -184,7 +184,7 @@ def test_missions_alone_do_not_warm_up_solvers_for_maps(cgla: Call, monkeypatch:
 
 def test_the_cheapest_stands_first_and_who_did_not_fly_last(small: MissionFile) -> None:
     limited = dataclasses.replace(small, variants={"told": small.variants["told"]})
-    (run,) = compare.compare([limited], contenders("cgla"))
+    (run,) = compare.compare([limited], entrants("cgla"))
     assert run.flown is not None
     first, second = run.flown.flight.uavs.values()
 
@@ -266,7 +266,7 @@ def test_bad_words(cgla: Call, words: list[str], said: list[str]) -> None:
 
 @pytest.mark.slow
 def test_flights_in_processes_of_their_own_are_the_same(small: MissionFile) -> None:
-    of = [Contender.parse("cgla"), Contender.parse("eight-direction")]
+    of = [Entrant.parse("cgla"), Entrant.parse("eight-direction")]
     here = {(run.variant, run.solver): run.row() for run in compare.compare([small], of)}
     far = {(run.variant, run.solver): run.row() for run in compare.compare([small], of, workers=2)}
     assert here.keys() == far.keys()
@@ -277,7 +277,7 @@ def test_flights_in_processes_of_their_own_are_the_same(small: MissionFile) -> N
 @pytest.mark.slow
 def test_a_flight_that_takes_too_long_is_a_row(small: MissionFile) -> None:
     limits = Limits(seconds=1e-3)
-    runs = list(compare.compare([small], [Contender.parse("cgla")], workers=1, limits=limits))
+    runs = list(compare.compare([small], [Entrant.parse("cgla")], workers=1, limits=limits))
     assert {run.status for run in runs} == {"timed-out"}
     assert "stopped after 0.001 s" in runs[0].message
     assert not runs[0].all_arrived

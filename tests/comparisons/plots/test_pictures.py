@@ -121,7 +121,7 @@ def test_a_shipped_scenario(suffix: str, tmp_path: Path) -> None:
 
 def test_solvers_without_a_path_are_in_the_legend() -> None:
     where = scenario()
-    statuses = [status for status in Status if not status.is_path and status is not Status.INFEASIBLE]
+    statuses = [status for status in Status if not status.has_path and status is not Status.INFEASIBLE]
     runs = [run(where, status.label, (), status=status, exact=True) for status in statuses]
     figure = plots.map_figure(where, runs, [one.solver for one in runs])
     assert paths(figure) == []
@@ -333,7 +333,7 @@ def test_table_pictures_and_report_show_the_same_run(seeds: list[float | None], 
     (cell,) = scenarios_document([shuffled], ["a"])["scenarios"][0]["cells"]
     assert cell["number"] == shown.number
     (line,) = summaries(shuffled)
-    if shown.solution.status.is_path:
+    if shown.solution.status.has_path:
         assert line.cost == shown.solution.cost
         assert cell["cost"][0] == pytest.approx(line.cost, rel=1e-6)
     assert (line.length == shown.solution.length) or np.isnan(line.length) or not line.n_paths

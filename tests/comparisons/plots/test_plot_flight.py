@@ -30,7 +30,7 @@ from cgla_graph.comparisons.plots.moment import mark_spacing, place_at, telling_
 from cgla_graph.comparisons.plots.page import style
 from cgla_graph.comparisons.plots.scene import NEAR_COLOUR, arrowhead, colour_of, dashes_of, life, outline
 from cgla_graph.comparisons.plots.text import plain
-from cgla_graph.comparisons.study.mission_run import Flown
+from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.errors import OutputError
 from cgla_graph.mission.records import MissionStatus
 from cgla_graph.mission.world import TimedThreat
@@ -40,17 +40,17 @@ WHITE = (255, 255, 255)
 
 
 @pytest.fixture(scope="module")
-def flights(tmp_path_factory: pytest.TempPathFactory) -> list[Flown]:
+def flights(tmp_path_factory: pytest.TempPathFactory) -> list[MissionRun]:
     return flown_of(CROSSING, tmp_path_factory.mktemp("flights"))
 
 
 @pytest.fixture(scope="module")
-def told(flights: list[Flown]) -> Flown:
+def told(flights: list[MissionRun]) -> MissionRun:
     return flights[1]
 
 
 @pytest.fixture(scope="module")
-def north(tmp_path_factory: pytest.TempPathFactory) -> Flown:
+def north(tmp_path_factory: pytest.TempPathFactory) -> MissionRun:
     (flown,) = flown_of(DEGREES, tmp_path_factory.mktemp("north"), name="north")
     return flown
 
@@ -81,7 +81,7 @@ def arrows(axes: Axes, colour: str) -> list[np.ndarray]:
 # the picture
 
 
-def test_every_uav_has_its_trace_its_marks_and_its_ends(told: Flown) -> None:
+def test_every_uav_has_its_trace_its_marks_and_its_ends(told: MissionRun) -> None:
     figure = flight_figure([told])
     axes = figure.axes[0]
     for number, (uav, label) in enumerate(zip(told.flight.uavs.values(), labels(figure), strict=False)):
@@ -98,7 +98,7 @@ def test_every_uav_has_its_trace_its_marks_and_its_ends(told: Flown) -> None:
     assert_tidy(figure)
 
 
-def test_the_closest_approach_is_shown_as_it_was(told: Flown) -> None:
+def test_the_closest_approach_is_shown_as_it_was(told: MissionRun) -> None:
     pair = told.closest
     assert pair is not None
     axes = flight_figure([told]).axes[0]
@@ -116,7 +116,7 @@ def test_the_closest_approach_is_shown_as_it_was(told: Flown) -> None:
         assert hatched == [(o.x, o.y, o.spread) for o in uav.obstacles_at(int(pair.time))]
 
 
-def test_the_other_uav_is_where_the_virtual_obstacle_says(told: Flown) -> None:
+def test_the_other_uav_is_where_the_virtual_obstacle_says(told: MissionRun) -> None:
     # at a safe distance or farther, the obstacle of one is where the other one is
     pair = told.closest
     assert pair is not None
@@ -124,7 +124,7 @@ def test_the_other_uav_is_where_the_virtual_obstacle_says(told: Flown) -> None:
     assert "virtual obstacle" in labels(flight_figure([told]))
 
 
-def test_what_comes_and_goes_says_when(told: Flown) -> None:
+def test_what_comes_and_goes_says_when(told: MissionRun) -> None:
     figure = flight_figure([told])
     said = [text.get_text() for text in figure.axes[0].texts]
     assert {"ticks 3 to 29", "ticks 2 to 39"} <= set(said)
@@ -132,7 +132,7 @@ def test_what_comes_and_goes_says_when(told: Flown) -> None:
     assert life(TimedThreat(Threat(0, 0, 1))) == "from the start"
 
 
-def test_variants_stand_side_by_side(flights: list[Flown]) -> None:
+def test_variants_stand_side_by_side(flights: list[MissionRun]) -> None:
     figure = flight_figure(flights)
     panels = [axes for axes in figure.axes if axes.images]
     (bar,) = (axes for axes in figure.axes if axes not in panels)
@@ -149,7 +149,7 @@ def test_variants_stand_side_by_side(flights: list[Flown]) -> None:
     assert_tidy(figure)
 
 
-def test_degrees_are_drawn_in_kilometres(north: Flown) -> None:
+def test_degrees_are_drawn_in_kilometres(north: MissionRun) -> None:
     figure = flight_figure([north])
     axes = figure.axes[0]
     uav = north.flight.uavs["solo"]
@@ -164,7 +164,7 @@ def test_degrees_are_drawn_in_kilometres(north: Flown) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", HOSTILE)
-def test_any_name_can_be_drawn(told: Flown, name: str) -> None:
+def test_any_name_can_be_drawn(told: MissionRun, name: str) -> None:
     names = [name if name.strip() else "?", f"{name} 2"]
     renamed = {
         new: dataclasses.replace(uav, uav=dataclasses.replace(uav.uav, name=new))
@@ -182,7 +182,7 @@ def test_a_crowd_keeps_its_colours_apart() -> None:
     assert len(looks) == 40
 
 
-def test_a_picture_is_the_same_every_time(told: Flown, tmp_path: Path) -> None:
+def test_a_picture_is_the_same_every_time(told: MissionRun, tmp_path: Path) -> None:
     first, second = (pictures.save(flight_figure([told]), tmp_path / f"{i}.svg").read_bytes() for i in range(2))
     assert first == second
 
@@ -193,7 +193,7 @@ def test_marks_are_never_too_many(ticks: int) -> None:
         departed, ended = 3, 3 + ticks
 
     class View:
-        class flight:  # noqa: N801 - as of `Flown`
+        class flight:  # noqa: N801 - as of `MissionRun`
             uavs = {"a": Uav()}  # noqa: RUF012 - the same
 
     spacing = mark_spacing(View())  # type: ignore[arg-type]
@@ -236,7 +236,7 @@ def test_frames_are_evenly_spread(ticks: int) -> None:
     assert len(frames) * milliseconds <= 1000 * SECONDS * 1.2 or len(frames) < 40
 
 
-def test_the_plan_ahead_begins_where_the_uav_is_and_ends_at_its_goal(flights: list[Flown]) -> None:
+def test_the_plan_ahead_begins_where_the_uav_is_and_ends_at_its_goal(flights: list[MissionRun]) -> None:
     for flown in flights:
         for uav in flown.flight.uavs.values():
             for tick in range(uav.departed, uav.ended):
@@ -251,7 +251,7 @@ def test_the_plan_ahead_begins_where_the_uav_is_and_ends_at_its_goal(flights: li
             assert len(plan_ahead(uav, uav.ended + 1)) == 0
 
 
-def test_a_frame_shows_what_each_uav_knows(told: Flown) -> None:
+def test_a_frame_shows_what_each_uav_knows(told: MissionRun) -> None:
     tick = 8
     with style():
         film = Film(told)
@@ -273,7 +273,7 @@ def test_a_frame_shows_what_each_uav_knows(told: Flown) -> None:
 
 
 @pytest.mark.parametrize("status", [status for status in MissionStatus if status is not MissionStatus.ARRIVED])
-def test_who_did_not_arrive_is_seen_where_its_flight_ends(told: Flown, status: MissionStatus) -> None:
+def test_who_did_not_arrive_is_seen_where_its_flight_ends(told: MissionRun, status: MissionStatus) -> None:
     def bodies_at_the_end(status: MissionStatus) -> list[np.ndarray]:
         uavs = {name: dataclasses.replace(uav, status=status) for name, uav in told.flight.uavs.items()}
         with style():
@@ -289,7 +289,7 @@ def test_who_did_not_arrive_is_seen_where_its_flight_ends(told: Flown, status: M
     assert not any(np.array_equal(spot, here) for spot in bodies_at_the_end(MissionStatus.ARRIVED))
 
 
-def test_words_say_how_each_uav_is(told: Flown) -> None:
+def test_words_say_how_each_uav_is(told: MissionRun) -> None:
     uav = told.flight.uavs["a"]
     late = dataclasses.replace(uav, departed=4, ended=uav.ended + 4)
     assert state_at(late, 3) == "on the ground"
@@ -298,7 +298,7 @@ def test_words_say_how_each_uav_is(told: Flown) -> None:
 
 
 @pytest.mark.slow
-def test_a_gif_is_short_small_and_the_same_every_time(told: Flown, tmp_path: Path) -> None:
+def test_a_gif_is_short_small_and_the_same_every_time(told: MissionRun, tmp_path: Path) -> None:
     (path,) = animate(told, [tmp_path / "told.gif"])
     data = path.read_bytes()
     assert len(data) < 3_000_000
@@ -316,7 +316,7 @@ def test_a_gif_is_short_small_and_the_same_every_time(told: Flown, tmp_path: Pat
 
 
 @pytest.mark.slow
-def test_the_last_frame_of_a_gif_is_the_last_tick(told: Flown, tmp_path: Path) -> None:
+def test_the_last_frame_of_a_gif_is_the_last_tick(told: MissionRun, tmp_path: Path) -> None:
     (path,) = animate(told, [tmp_path / "told.gif"])
     with style():
         drawn = np.asarray(Film(told).frame(told.flight.ticks)).astype(int)
@@ -328,7 +328,7 @@ def test_the_last_frame_of_a_gif_is_the_last_tick(told: Flown, tmp_path: Path) -
     assert np.abs(found - drawn).mean() < 2.0
 
 
-def test_a_crowd_is_counted(flights: list[Flown]) -> None:
+def test_a_crowd_is_counted(flights: list[MissionRun]) -> None:
     uav = next(iter(flights[0].flight.uavs.values()))
     many = {f"u{i}": dataclasses.replace(uav, uav=dataclasses.replace(uav.uav, name=f"u{i}")) for i in range(14)}
     flight = dataclasses.replace(flights[0].flight, uavs=many)
@@ -358,7 +358,7 @@ def path_of_programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="the program is a script")
-def test_ffmpeg_gets_every_frame(told: Flown, tmp_path: Path, path_of_programs: Path) -> None:
+def test_ffmpeg_gets_every_frame(told: MissionRun, tmp_path: Path, path_of_programs: Path) -> None:
     fake_ffmpeg(
         path_of_programs,
         "data = sys.stdin.buffer.read()\n"
@@ -378,14 +378,14 @@ def test_ffmpeg_gets_every_frame(told: Flown, tmp_path: Path, path_of_programs: 
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="the program is a script")
-def test_an_ffmpeg_that_fails_leaves_nothing(told: Flown, tmp_path: Path, path_of_programs: Path) -> None:
+def test_an_ffmpeg_that_fails_leaves_nothing(told: MissionRun, tmp_path: Path, path_of_programs: Path) -> None:
     fake_ffmpeg(path_of_programs, "sys.exit('no such encoder')")
     with pytest.raises(OutputError, match=r"told\.mp4: cannot be drawn: ffmpeg failed: no such encoder"):
         animate(told, [tmp_path / "told.gif", tmp_path / "told.mp4"])
     assert {one.name for one in tmp_path.iterdir()} == {"bin"}
 
 
-def test_formats(told: Flown, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_formats(told: MissionRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(animation_file.shutil, "which", lambda _: None)
     assert animation_file.suffixes() == [".gif"]
     with pytest.raises(OutputError, match="ffmpeg is not installed"):

@@ -19,7 +19,7 @@ from report_studies import ODD, failing, large_study, odd_runs, small_runs, stor
 from strategies import few
 
 import cgla_graph as cg
-from cgla_graph.comparisons.leaderboard.leaderboard import standings
+from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.profiles import instance_costs
 from cgla_graph.comparisons.report.maps import MOST_CORNERS, MOST_WAYPOINTS, SLACK, STEPS, map_document, path_steps
 from cgla_graph.comparisons.report.page import report_html, write_report
@@ -30,7 +30,7 @@ from cgla_graph.comparisons.statistics.ranking import ranking
 from cgla_graph.comparisons.statistics.told_apart import fewest_instances
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.stored import Stored
-from cgla_graph.comparisons.tables.leaderboard_columns import standing_notes
+from cgla_graph.comparisons.tables.leaderboard_columns import leaderboard_notes
 from cgla_graph.comparisons.tables.overview import overview
 from cgla_graph.errors import OutputError
 from cgla_graph.model.lattice import Lattice
@@ -166,7 +166,7 @@ def test_medians_on_the_map_are_those_of_the_runs(stored: Stored, page: Page) ->
         for cell in scenario["cells"]:
             label = page.data["solvers"][cell["solver"]]
             group = [run for run in stored.runs if (run.scenario.name, run.solver) == (scenario["name"], label)]
-            costs = [run.solution.cost if run.solution.status.is_path else math.inf for run in group]
+            costs = [run.solution.cost if run.solution.status.has_path else math.inf for run in group]
             median = statistics.median_low(costs)
             assert cell["cost"][0] == (pytest.approx(median, rel=1e-7) if median < math.inf else None)
             assert (cell["runs"], cell["paths"]) == (len(group), sum(cost < math.inf for cost in costs))
@@ -342,7 +342,7 @@ def test_a_no_fly_area_of_many_corners_becomes_a_raster() -> None:
 
 def test_the_summary_answers_the_four_questions() -> None:
     stored = study_of({"bad": [3.0] * 11 + [math.inf], "good": [1.0] * 12, "near": [1.1] * 12})
-    said = overview(standings(stored.runs), 12)
+    said = overview(leaderboard_of(stored.runs), 12)
     assert said.headline.startswith(
         "good ranks first of 3 solvers on 12 scenarios; the next one, near, typically costs"
     )
@@ -362,7 +362,7 @@ def test_the_summary_answers_the_four_questions() -> None:
 
 def test_a_draw_and_few_scenarios_are_called_so() -> None:
     stored = study_of({"a": [1.0, 2.0], "b": [1.0, 2.0]})
-    said = overview(standings(stored.runs), 2)
+    said = overview(leaderboard_of(stored.runs), 2)
     assert said.headline == "a and b share the first place of 2 solvers on 2 scenarios."
     assert said.answers[2].figure == "too few scenarios to say"
     assert "it takes 6 scenarios or more" in said.answers[2].words
@@ -378,10 +378,10 @@ def test_a_draw_and_few_scenarios_are_called_so() -> None:
 def test_words_and_p_values_agree(k: int, n: int, spread: float, random: Any) -> None:  # noqa: ANN401 - random.Random
     costs = {f"s{i}": [1.0 + spread * i + round(random.random(), 1) for _ in range(n)] for i in range(k)}
     runs = study_of(costs).runs
-    found, ranks = standings(runs), ranking(instance_costs(runs))
+    found, ranks = leaderboard_of(runs), ranking(instance_costs(runs))
     sure = next(answer for answer in overview(found, n).answers if answer.question == "How sure?")
     told = [one for one in found[1:] if one.versus_best is not None and one.versus_best.p_holm < 0.05]
-    texts = [ranking_table(found, ranks)["note"], *standing_notes(found), sure.words]
+    texts = [ranking_table(found, ranks)["note"], *leaderboard_notes(found), sure.words]
     fewest = fewest_instances(k)
     if n < fewest:
         assert not told
@@ -403,7 +403,7 @@ def test_words_and_p_values_agree(k: int, n: int, spread: float, random: Any) ->
 
 def test_six_scenarios_and_five_solvers_say_what_it_takes() -> None:
     stored = study_of({name: [1.0 + 0.1 * place] * 6 for place, name in enumerate("abcde")})
-    found = standings(stored.runs)
+    found = leaderboard_of(stored.runs)
     assert {one.versus_best.p_holm for one in found if one.versus_best is not None} == {0.3125}
     html = "".join(Page(report_html(stored)).text)
     note = "6 scenarios cannot tell 5 solvers apart: after Holm for 10 pairs no p is below 0.31; it takes 9 scenarios"
@@ -413,10 +413,10 @@ def test_six_scenarios_and_five_solvers_say_what_it_takes() -> None:
 
 def test_a_scenario_that_not_all_have_run_is_told() -> None:
     stored = study_of({"a": [1.0, 2.0, 3.0], "b": [2.0, 3.0]})
-    said = overview(standings(stored.runs), 3)
+    said = overview(leaderboard_of(stored.runs), 3)
     assert "1 scenario not run by all solvers yet" in said.caution
     only = study_of({"a": [1.0], "b": []})
-    assert "only solver" in overview(standings(only.runs), 1).headline
+    assert "only solver" in overview(leaderboard_of(only.runs), 1).headline
 
 
 def test_nobody_finds_a_path() -> None:
@@ -436,7 +436,7 @@ def test_a_tie_of_failures_and_paths_has_no_nan_in_words() -> None:
 
 def test_the_ranking_table_never_leaves_failures_out() -> None:
     stored = study_of({"a": [1.0] * 7, "b": [0.5] * 3 + [math.inf] * 4})
-    table = ranking_table(standings(stored.runs), ranking(instance_costs(stored.runs)))
+    table = ranking_table(leaderboard_of(stored.runs), ranking(instance_costs(stored.runs)))
     b = next(row for row in table["rows"] if row["solver"] == "b")
     cells = dict(zip((column.head for column in table["columns"]), b["cells"], strict=True))
     assert cells["gap"].value == "never"
@@ -456,11 +456,11 @@ def test_failures_are_grouped_by_reason() -> None:
 
 def test_the_grid_shows_the_share_of_failures() -> None:
     stored = study_of({"a": [1.0, 1.0, 1.0], "b": [1.0, math.inf, 1.0]})
-    grid = failure_grid(standings(stored.runs), stored.runs)
+    grid = failure_grid(leaderboard_of(stored.runs), stored.runs)
     assert grid is not None
     assert [column["name"] for column in grid["columns"]] == ["map-1"]
     assert [(row["name"], [cell["share"] for cell in row["cells"]]) for row in grid["rows"]] == [("b", [1.0])]
-    assert failure_grid(standings(stored.runs[:2]), stored.runs[:2]) is None
+    assert failure_grid(leaderboard_of(stored.runs[:2]), stored.runs[:2]) is None
 
 
 @given(st.integers(2, 12), st.integers(1, 9), st.randoms(use_true_random=False))

@@ -272,8 +272,8 @@ def compiled(folder: Path, *tables: str) -> str:
 
 
 @pytest.mark.skipif(TEX is None, reason="no pdflatex here")
-def test_the_standings_compile(stored: Stored, tmp_path: Path) -> None:
-    table = export(tmp_path / "standings.tex", stored, stored.runs).read_text(encoding="ascii")
+def test_the_leaderboards_compile(stored: Stored, tmp_path: Path) -> None:
+    table = export(tmp_path / "leaderboard.tex", stored, stored.runs).read_text(encoding="ascii")
     assert r"50 \% \& \$1 \#2 \_x\_ \textasciicircum{}\textasciitilde{}\textbackslash{}\{\}" in table
     assert "Missing character" not in compiled(tmp_path, table)
 

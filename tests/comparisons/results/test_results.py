@@ -1,4 +1,4 @@
-"""`cgla results`: filters, tables that fit, standings, regression, reruns, and one JSON document."""
+"""`cgla results`: filters, tables that fit, leaderboard, regression, reruns, and one JSON document."""
 
 import dataclasses
 import io
@@ -16,15 +16,15 @@ from rich.cells import cell_len
 from rich.console import Console
 from studies_small import by_number, named, runs_of, small_study, write_study
 
-from cgla_graph.comparisons.leaderboard.leaderboard import standings
+from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.regression import regression
 from cgla_graph.comparisons.results import lookup
 from cgla_graph.comparisons.results.filters import Filters
 from cgla_graph.comparisons.results.regression_table import regression_table
 from cgla_graph.comparisons.results.rerun import Rerun
-from cgla_graph.comparisons.results.tables import failure_lines, runs_table, solver_tables, standings_table
+from cgla_graph.comparisons.results.tables import failure_lines, leaderboard_table, runs_table, solver_tables
 from cgla_graph.comparisons.study.database import FILE, Database, Stored, load
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
@@ -192,7 +192,7 @@ def test_long_words_fold_before_numbers_go() -> None:
 @pytest.mark.parametrize("width", [60, 80, 100, 120, 200])
 def test_the_tables_of_a_study_fit(stored: Stored, width: int) -> None:
     tables = [
-        standings_table("standings", standings(stored.runs)),
+        leaderboard_table("leaderboard", leaderboard_of(stored.runs)),
         runs_table("runs", stored.runs),
         regression_table("both", regression(stored.runs, stored.runs)),
         *solver_tables(stored.runs),
@@ -211,7 +211,7 @@ def test_the_summary_says_who_wins_and_where_each_fails(folder: Path, capfd: pyt
     text = printed(capfd, lookup.look_up(folder))
     assert "a study: 40 of 40 runs, complete" in text
     assert "prm-fast ranks first of 3 solvers on 8 scenarios" in text
-    lines = cells(text.split("standings\n")[-1] if "standings\n" in text else text[text.rindex("standings") :])
+    lines = cells(text.split("leaderboard\n")[-1] if "leaderboard\n" in text else text[text.rindex("leaderboard") :])
     assert [line[0] for line in lines if line[0]] == SOLVERS
     assert "straight-line: timed-out in 1 run on maze (--rerun 40): stopped after 60 s" in text
     assert "prm-slow:a=[1,2]: crashed in 1 run on maze (--rerun 39): <b> died at 0x7f12" in text
@@ -236,11 +236,11 @@ def test_runs_are_listed_when_asked_for(folder: Path, capfd: pytest.CaptureFixtu
     assert numbers == [str(run.number) for run in stored.runs if run.scenario.name == "maze"]
 
 
-def test_no_standings_of_runs_picked_by_how_they_ended(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_no_leaderboards_of_runs_picked_by_how_they_ended(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     found = lookup.look_up(folder, status="found")
-    assert found.standings is None
+    assert found.leaderboard is None
     text = printed(capfd, found)
-    assert "no standings" in text
+    assert "no leaderboard" in text
     assert "ranks first" not in text
     for more in ({"against": folder}, {"export": [Path("a.tex")]}):
         with pytest.raises(CglaError, match="leave out --status"):
@@ -330,8 +330,8 @@ def test_against_where_nothing_pairs(tmp_path: Path, folder: Path, capfd: pytest
 def solved(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a study that was really run."""
     folder = tmp_path_factory.mktemp("solved")
-    contenders = [Contender.parse(text) for text in ("cgla", "prm-star:milestones=60", "straight-line")]
-    study = Study([load_scenario("thin-wall")], contenders, seeds=(1, 2), tolerance=None)
+    entrants = [Entrant.parse(text) for text in ("cgla", "prm-star:milestones=60", "straight-line")]
+    study = Study([load_scenario("thin-wall")], entrants, seeds=(1, 2), tolerance=None)
     with Database.create(folder, study) as database:
         for _ in run_study(study, database=database, workers=0):
             pass

@@ -237,7 +237,7 @@ def test_rates_of_nonsense(successes: int, n: int) -> None:
 
 def slow_hit(solution: Solution, target: float) -> tuple[float, float]:
     """Walk through the trace: the definition."""
-    if not solution.status.is_path:
+    if not solution.status.has_path:
         return NEVER
     for point in solution.trace:
         if point.cost <= target and math.isfinite(point.cost):
@@ -265,7 +265,7 @@ def test_building_counts() -> None:
     assert to_target(run, 1.0) == (4.0, 100)
 
 
-@pytest.mark.parametrize("status", [status for status in Status if not status.is_path])
+@pytest.mark.parametrize("status", [status for status in Status if not status.has_path])
 def test_a_path_that_may_not_be_flown_never_gets_there(status: Status) -> None:
     assert to_target(solution_of(1.0, [(0.1, 1, 1.0)], status)) == NEVER
 
@@ -337,10 +337,10 @@ def runs_of(answers: Sequence[Solution], bound: float = math.nan, solver: str = 
 @given(answers=st.lists(solutions(), min_size=1, max_size=9), bound=st.sampled_from([math.nan, 1.0, 3.0]))
 def test_performance_is_made_of_the_medians(answers: list[Solution], bound: float) -> None:
     (one,) = performances(runs_of(answers, bound))
-    found = [answer for answer in answers if answer.status.is_path]
+    found = [answer for answer in answers if answer.status.has_path]
     assert (one.n_runs, one.n_paths) == (len(answers), len(found))
     assert one.cost.median == statistics.median_low(
-        [answer.cost if answer.status.is_path else math.inf for answer in answers]
+        [answer.cost if answer.status.has_path else math.inf for answer in answers]
     )
     targets = [math.inf, 1.1 * bound, 1.05 * bound, 1.01 * bound]
     for target, seconds, evaluations in zip(targets, one.seconds, one.evaluations, strict=True):

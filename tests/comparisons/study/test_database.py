@@ -29,7 +29,7 @@ from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study import database as database_module
 from cgla_graph.comparisons.study import schema, stored
 from cgla_graph.comparisons.study.database import FILE, Database, load, load_study
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.provenance import Revision, provenance
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.study import Cell, Study
@@ -159,7 +159,7 @@ def test_a_study_is_what_was_asked_for(folder: Path) -> None:
     Database.create(folder, asked, workers=3, command="cgla compare caf\udce9.toml").close()
     again = load_study(folder)
     assert list(again.cells()) == list(asked.cells())
-    assert [bits(one) for one in again.contenders] == [bits(one) for one in asked.contenders]
+    assert [bits(one) for one in again.entrants] == [bits(one) for one in asked.entrants]
     assert [bits(one) for one in again.scenarios] == [bits(one) for one in asked.scenarios]
     assert (again.title, again.source, again.tolerance, again.limits) == ("Any runs", source, None, asked.limits)
     (session,) = load(folder).sessions
@@ -173,7 +173,7 @@ def test_scenarios_on_one_map_share_its_area(folder: Path, tmp_path: Path) -> No
     lines = [f"0\tbig.map\t50\t50\t0\t0\t{x}\t1\t3.0" for x in range(1, 41)]
     tmp_path.joinpath("big.scen").write_text("\n".join(["version 1", *lines]), encoding="utf-8")
     scenarios = list(open_scenarios(str(tmp_path / "big.scen")))
-    Database.create(folder, Study(scenarios, [Contender.parse("straight-line")])).close()
+    Database.create(folder, Study(scenarios, [Entrant.parse("straight-line")])).close()
     assert rows(folder / FILE, "SELECT COUNT(*) FROM areas") == [(1,)]
     again = load(folder).scenarios
     assert [bits(one) for one in again] == [bits(one) for one in scenarios]
@@ -229,7 +229,7 @@ def test_a_cell_is_never_in_it_twice_whoever_writes(folder: Path) -> None:
 
 
 def test_a_study_that_names_something_twice_is_refused(folder: Path) -> None:
-    for study, what in ((small_study(["a", "a"], ["x"]), "scenario"), (small_study(["a"], ["x", "x"]), "contender")):
+    for study, what in ((small_study(["a", "a"], ["x"]), "scenario"), (small_study(["a"], ["x", "x"]), "entrant")):
         with pytest.raises(StudyError, match=f"more than one {what} of the name"):
             Database.create(folder, study)
         assert names_in(folder) == set()
@@ -245,7 +245,7 @@ def test_a_study_goes_on_and_grows(folder: Path) -> None:
         assert database.finished() == {cell_of(run) for run in RUNS[:3]}
         whole = database.study
         assert [one.name for one in whole.scenarios] == ["third", "second", "first"]
-        assert [one.label for one in whole.contenders] == ["straight", "prm-c", "prm-a", "prm-b"]
+        assert [one.label for one in whole.entrants] == ["straight", "prm-c", "prm-a", "prm-b"]
         assert whole.seeds == (3, 1, 2)
         assert whole.title == "Any runs"
         assert database.certificates().keys() == {"first", "second"}
@@ -273,7 +273,7 @@ def test_what_has_become_another_one_is_refused_and_nothing_is_written(folder: P
     easier = dataclasses.replace(named("first"), problem=dataclasses.replace(named("first").problem, k=1.0))
     other: list[tuple[dict[str, Any], str]] = [
         ({"scenarios": [easier]}, "scenario 'first' is not the one in the study so far: problem.k differ"),
-        ({"contenders": [Contender("straight", "cgla")]}, "contender 'straight' .* name differ"),
+        ({"entrants": [Entrant("straight", "cgla")]}, "entrant 'straight' .* name differ"),
         ({"limits": Limits(1.0, 4096.0)}, "limits of 600 seconds .* this one limits of 1 seconds"),
         ({"tolerance": None}, "a tolerance of 0.1, this one no lower bounds"),
     ]
@@ -291,7 +291,7 @@ def test_a_solver_that_was_not_installed_and_is_now_is_planned_anew(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(Contender, "is_available", property(lambda one: one.name != "prm-star"))
+        patch.setattr(Entrant, "is_available", property(lambda one: one.name != "prm-star"))
         assert write_study(folder, STUDY, first=1).n_cells == 6
         assert load(folder).runs[0].seed is None
     with Database.resume(folder, STUDY) as database:
@@ -330,7 +330,7 @@ def test_an_existing_study_is_kept_unless_it_shall_be_replaced(folder: Path) -> 
 
 def test_a_failed_replacement_keeps_the_old_study(folder: Path) -> None:
     before = bits(write_study(folder, STUDY).runs)
-    odd = dataclasses.replace(STUDY, contenders=[Contender("odd", "odd", {"x": object()})])
+    odd = dataclasses.replace(STUDY, entrants=[Entrant("odd", "odd", {"x": object()})])
     with pytest.raises(StudyError, match="odd"):
         Database.create(folder, odd, overwrite=True)
     assert bits(load(folder).runs) == before
@@ -975,11 +975,11 @@ def test_the_numbers_of_ompls_outcomes_are_its_own() -> None:
 
 def test_settings_of_a_shipped_scenario_survive(folder: Path) -> None:
     paper = load_scenario("paper")
-    study = Study([paper], [Contender.parse("cgla").with_budget({"seconds": 0.5}).refined()])
+    study = Study([paper], [Entrant.parse("cgla").with_budget({"seconds": 0.5}).refined()])
     (run,) = runs_of(study)
     run = dataclasses.replace(run, settings={"resolution": paper.lattice, "pair": (1, None), "far": math.inf})
     with Database.create(folder, study) as database:
         database.add(run)
     (again,) = load(folder).runs
     assert bits(again.settings) == bits(run.settings)
-    assert load_study(folder).contenders == study.contenders
+    assert load_study(folder).entrants == study.entrants

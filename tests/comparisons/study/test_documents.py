@@ -1,4 +1,4 @@
-"""Documents: scenarios, contenders and certificates survive being written as JSON, to the last bit."""
+"""Documents: scenarios, entrants and certificates survive being written as JSON, to the last bit."""
 
 import copy
 import dataclasses
@@ -23,12 +23,12 @@ from cgla_graph.comparisons.study.documents import (
     Document,
     certificate_document,
     certificate_from,
-    contender_document,
-    contender_from,
+    entrant_document,
+    entrant_from,
     scenario_document,
     scenario_from,
 )
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.errors import StudyError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
@@ -157,11 +157,11 @@ def test_heights_and_reference_systems_of_an_area_survive() -> None:
 
 @usual
 @given(texts, texts, settings, st.dictionaries(texts, numbers, max_size=2), st.booleans())
-def test_any_contender_survives(
+def test_any_entrant_survives(
     label: str, name: str, told: dict[str, Any], budget: dict[str, float], refine: bool
 ) -> None:
-    contender = Contender(label, name, told, budget, refine)
-    assert bits(contender_from(through_json(contender_document(contender)))) == bits(contender)
+    entrant = Entrant(label, name, told, budget, refine)
+    assert bits(entrant_from(through_json(entrant_document(entrant)))) == bits(entrant)
 
 
 @usual
@@ -174,17 +174,17 @@ def test_any_certificate_survives_without_its_grids(some: list[float], cells: in
 
 def test_numpy_scalars_become_plain_numbers() -> None:
     told = {"n": np.int64(3), "x": np.float64(0.1), "yes": np.bool_(1), "far": np.float64(math.inf)}
-    contender = Contender("mine", "mine", told)
-    again = contender_from(through_json(contender_document(contender))).settings
+    entrant = Entrant("mine", "mine", told)
+    again = entrant_from(through_json(entrant_document(entrant))).settings
     assert again == told
     assert [type(value) for value in again.values()] == [int, float, bool, float]
 
 
 @pytest.mark.parametrize("odd", [object(), ..., np.zeros(3), lambda: None])
 def test_a_setting_that_no_document_holds_is_refused_by_name(odd: object) -> None:
-    contender = Contender("mine", "mine", {"odd": [1, odd]})
+    entrant = Entrant("mine", "mine", {"odd": [1, odd]})
     with pytest.raises(StudyError, match=r"^mine: .* is of type .*, which no study holds; give numbers"):
-        contender_document(contender)
+        entrant_document(entrant)
     scenario = dataclasses.replace(load_scenario("paper"), settings={"mine": {"odd": odd}})
     with pytest.raises(StudyError, match=r"^paper: solvers.mine: .* is of type"):
         scenario_document(scenario)
@@ -217,15 +217,15 @@ def test_a_damaged_document_is_one_error() -> None:
     assert n_refused > 20
     for damaged in (None, [], 3, {}, {"label": "x"}):
         with pytest.raises(StudyError, match="is malformed"):
-            contender_from(damaged)  # type: ignore[arg-type]
+            entrant_from(damaged)  # type: ignore[arg-type]
         with pytest.raises(StudyError, match="is malformed"):
             certificate_from(damaged)  # type: ignore[arg-type]
 
 
 def test_equal_documents_are_equal_texts() -> None:
     assert dumps({"a": 1, "b": [2]}) == dumps({"b": [2], "a": 1})
-    first, second = Contender("x", "x", {"a": 1, "b": 2}), Contender("x", "x", {"b": 2, "a": 1})
-    assert dumps(contender_document(first)) == dumps(contender_document(second))
+    first, second = Entrant("x", "x", {"a": 1, "b": 2}), Entrant("x", "x", {"b": 2, "a": 1})
+    assert dumps(entrant_document(first)) == dumps(entrant_document(second))
 
 
 def test_bounds_are_exact() -> None:

@@ -18,7 +18,7 @@ from strategies import few
 from cgla_graph.certificate.certificate import Certificate, Grid, lower_bound
 from cgla_graph.comparisons.commands.certify import certify
 from cgla_graph.comparisons.study import earth, runner
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
@@ -33,7 +33,7 @@ def test_helsinki_to_tampere(file: Path) -> None:
     (scenario,) = open_scenarios(str(file), start=HELSINKI, goal=TAMPERE)
     geodesic = GEOD.inv(*HELSINKI, *TAMPERE)[2]
     assert geodesic == pytest.approx(161_490.120, abs=1e-3)
-    (run,) = runner.compare([scenario], [Contender.parse("straight-line")], tolerance=0.005)
+    (run,) = runner.compare([scenario], [Entrant.parse("straight-line")], tolerance=0.005)
     proof = certify(scenario, tolerance=0.001).certificate
     assert run.certificate is not None
     assert proof is not None
@@ -82,7 +82,7 @@ def test_a_bound_holds_for_the_shortest_way_around_a_wall() -> None:
     # the two corners that a taut line on the Earth touches
     on_earth = GEOD.line_length([20.0, 27.0, 27.1, 34.0], [60.0, 55.0, 55.0, 60.0])
     other = GEOD.line_length([20.0, 27.0, 27.1, 34.0], [60.0, 66.0, 66.0, 60.0])
-    (run,) = runner.compare([scenario], [Contender.parse("hybrid")], tolerance=0.02)
+    (run,) = runner.compare([scenario], [Entrant.parse("hybrid")], tolerance=0.02)
     assert run.certificate is not None
     bound = run.certificate.lower_bound
     assert 0.97 * min(on_earth, other) < bound <= min(on_earth, other)

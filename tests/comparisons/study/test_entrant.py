@@ -1,4 +1,4 @@
-"""Contenders: how they are read, and which settings win."""
+"""Entrants: how they are read, and which settings win."""
 
 import dataclasses
 import sys
@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cgla_graph.comparisons.study.entrant import BUDGETS, Contender, budget_note, every_solver, parse_budget
-from cgla_graph.comparisons.study.options import read_contender, read_contenders, read_tolerance
+from cgla_graph.comparisons.study.entrant import BUDGETS, Entrant, budget_note, every_solver, parse_budget
+from cgla_graph.comparisons.study.options import read_entrant, read_entrants, read_tolerance
 from cgla_graph.errors import CglaError, SolverSettingError, UnknownSolverError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
@@ -71,7 +71,7 @@ def scenario(settings: str) -> Scenario:
     return scenario_from_toml(TEXT + settings, "own")
 
 
-# Contenders
+# Entrants
 
 
 @pytest.mark.parametrize(
@@ -84,10 +84,10 @@ def scenario(settings: str) -> Scenario:
         ("eight-direction:resolution=(3, 4)", {"resolution": (3, 4)}),
     ],
 )
-def test_contenders_are_read(text: str, settings: dict[str, Any]) -> None:
-    contender = Contender.parse(text)
-    assert (contender.label, contender.name) == (text.strip(), text.strip().split(":")[0])
-    assert contender.settings == settings
+def test_entrants_are_read(text: str, settings: dict[str, Any]) -> None:
+    entrant = Entrant.parse(text)
+    assert (entrant.label, entrant.name) == (text.strip(), text.strip().split(":")[0])
+    assert entrant.settings == settings
 
 
 @pytest.mark.parametrize(
@@ -104,9 +104,9 @@ def test_contenders_are_read(text: str, settings: dict[str, Any]) -> None:
         ("cgla:schedule=__import__('os').abort()", "unknown schedule", SolverSettingError),
     ],
 )
-def test_contenders_that_are_wrong(text: str, words: str, kind: type[CglaError]) -> None:
+def test_entrants_that_are_wrong(text: str, words: str, kind: type[CglaError]) -> None:
     with pytest.raises(kind, match=words):
-        Contender.parse(text)
+        Entrant.parse(text)
 
 
 @pytest.mark.parametrize(
@@ -115,11 +115,11 @@ def test_contenders_that_are_wrong(text: str, words: str, kind: type[CglaError])
 def test_iterations_that_are_no_whole_number(value: str) -> None:
     pytest.importorskip("ompl")
     with pytest.raises(SolverSettingError, match="iterations"):
-        Contender.parse(f"rrt-star:iterations={value}")
+        Entrant.parse(f"rrt-star:iterations={value}")
 
 
 def test_all_solvers_enter() -> None:
-    assert [contender.label for contender in every_solver()] == registry.names(installed=False)
+    assert [entrant.label for entrant in every_solver()] == registry.names(installed=False)
 
 
 # Which settings win
@@ -128,9 +128,9 @@ def test_all_solvers_enter() -> None:
 def test_the_users_settings_win_over_the_budget_and_that_over_the_scenarios() -> None:
     where = scenario("[solvers.anytime]\niterations = 1\nseconds = 1.0\nevaluations = 1\n")
     budget = {"seconds": 2.0, "evaluations": 2}
-    found = Contender.parse("anytime:seconds=3.0").with_budget(budget).settings_on(where)
+    found = Entrant.parse("anytime:seconds=3.0").with_budget(budget).settings_on(where)
     assert found == {"iterations": None, "seconds": 3.0, "evaluations": 2, "tolerance": None}
-    assert Contender.parse("anytime").settings_on(where) == {
+    assert Entrant.parse("anytime").settings_on(where) == {
         "iterations": 1,
         "seconds": 1.0,
         "evaluations": 1,
@@ -139,17 +139,17 @@ def test_the_users_settings_win_over_the_budget_and_that_over_the_scenarios() ->
 
 
 def test_what_the_user_set_is_never_lifted() -> None:
-    found = Contender.parse("anytime:iterations=7").with_budget({"seconds": 2.0}).settings_on(SCENARIO)
+    found = Entrant.parse("anytime:iterations=7").with_budget({"seconds": 2.0}).settings_on(SCENARIO)
     assert found == {"iterations": 7, "seconds": 2.0, "evaluations": None, "tolerance": None}
 
 
 def test_limits_that_cannot_be_lifted_stay() -> None:
-    assert Contender.parse("stubborn").with_budget({"seconds": 2.0}).settings_on(SCENARIO) == {"seconds": 2.0}
+    assert Entrant.parse("stubborn").with_budget({"seconds": 2.0}).settings_on(SCENARIO) == {"seconds": 2.0}
 
 
 def test_a_budget_that_a_solver_does_not_know_changes_nothing() -> None:
-    assert Contender.parse("cgla").with_budget({"seconds": 2.0}).settings_on(SCENARIO) == {}
-    assert Contender.parse("stubborn").with_budget({"evaluations": 2}).settings_on(SCENARIO) == {}
+    assert Entrant.parse("cgla").with_budget({"seconds": 2.0}).settings_on(SCENARIO) == {}
+    assert Entrant.parse("stubborn").with_budget({"evaluations": 2}).settings_on(SCENARIO) == {}
 
 
 @given(
@@ -158,11 +158,11 @@ def test_a_budget_that_a_solver_does_not_know_changes_nothing() -> None:
 )
 def test_the_given_budget_rules(budget: dict[str, float], own: dict[str, int]) -> None:
     text = ":".join(["anytime", *(f"{key}={value}" for key, value in own.items())])
-    contender = Contender.parse(text).with_budget(budget)
-    found = registry.get("anytime", **contender.settings_on(SCENARIO))
+    entrant = Entrant.parse(text).with_budget(budget)
+    found = registry.get("anytime", **entrant.settings_on(SCENARIO))
     for key in BUDGETS:
         assert getattr(found, key) == own.get(key, budget.get(key))
-    assert contender.takes_budget() == bool(set(budget) - set(own))
+    assert entrant.takes_budget() == bool(set(budget) - set(own))
 
 
 @pytest.mark.parametrize(
@@ -175,32 +175,32 @@ def test_the_given_budget_rules(budget: dict[str, float], own: dict[str, int]) -
     ],
 )
 def test_no_solver_certifies_what_the_comparison_has_certified(text: str, settings: str, tolerance: object) -> None:
-    contender = Contender.parse(text)
-    found: Any = registry.get(contender.name, **contender.settings_on(scenario(settings)))
+    entrant = Entrant.parse(text)
+    found: Any = registry.get(entrant.name, **entrant.settings_on(scenario(settings)))
     assert found.tolerance == tolerance
 
 
 def test_built_in_solvers_with_limits_let_the_budget_rule() -> None:
     takers = set()
-    for contender in every_solver():
-        given = contender.with_budget({"seconds": 0.5})
-        if contender.is_available and given.takes_budget():
-            solver: Any = registry.get(contender.name, **given.settings_on(SCENARIO))
+    for entrant in every_solver():
+        given = entrant.with_budget({"seconds": 0.5})
+        if entrant.is_available and given.takes_budget():
+            solver: Any = registry.get(entrant.name, **given.settings_on(SCENARIO))
             assert solver.seconds == 0.5
-            kind = registry.solver_class(contender.name)
+            kind = registry.solver_class(entrant.name)
             hints = get_type_hints(kind)
             for other in {"iterations", "evaluations", "milestones"} & set(registry.setting_names(kind)):
                 assert (getattr(solver, other) is None) == (type(None) in get_args(hints[other]))
-            takers.add(contender.name)
+            takers.add(entrant.name)
     assert takers >= {"anytime", "stubborn"}
 
 
 def test_a_budget_is_said_with_who_takes_it() -> None:
     entered = [
-        Contender.parse(text).with_budget({"seconds": 0.5}) for text in ("cgla", "anytime", "stubborn:seconds=1.0")
+        Entrant.parse(text).with_budget({"seconds": 0.5}) for text in ("cgla", "anytime", "stubborn:seconds=1.0")
     ]
     assert budget_note(entered) == "budget: seconds=0.5, taken by anytime"
-    assert budget_note([Contender.parse("anytime")]) == budget_note([]) == ""
+    assert budget_note([Entrant.parse("anytime")]) == budget_note([]) == ""
 
 
 # Budgets and options as text
@@ -247,15 +247,15 @@ def test_budgets_that_are_wrong(text: str, words: str) -> None:
 
 def test_a_budget_that_a_solver_refuses_is_told_before_any_work() -> None:
     with pytest.raises(SolverSettingError, match="too many"):
-        read_contenders("anytime", budget="iterations=1e12")
+        read_entrants("anytime", budget="iterations=1e12")
 
 
-def test_refined_contenders_say_so() -> None:
-    assert [one.label for one in read_contenders("cgla:schedule=sweeps,dijkstra", refine=True)] == [
+def test_refined_entrants_say_so() -> None:
+    assert [one.label for one in read_entrants("cgla:schedule=sweeps,dijkstra", refine=True)] == [
         "cgla:schedule=sweeps+refine",
         "dijkstra+refine",
     ]
-    assert (read_contender("cgla", refine=True).label, read_contender("cgla").label) == ("cgla+refine", "cgla")
+    assert (read_entrant("cgla", refine=True).label, read_entrant("cgla").label) == ("cgla+refine", "cgla")
 
 
 @pytest.mark.parametrize("tolerance", [-1.0, -1e-9, float("nan"), float("inf")])

@@ -11,7 +11,7 @@ import pytest
 
 from cgla_graph.comparisons.study import execution, worker
 from cgla_graph.comparisons.study.database import Database, load
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.comparisons.study.study import Study
@@ -44,7 +44,7 @@ def small(name: str = "small") -> Scenario:
 
 
 def study(*texts: str, scenarios: list[Scenario] | None = None, **more: object) -> Study:
-    chosen = [Contender.parse(text) for text in texts]
+    chosen = [Entrant.parse(text) for text in texts]
     given: dict[str, object] = {"tolerance": None, **more}
     return Study(scenarios or [small()], chosen, **given)  # type: ignore[arg-type]
 
@@ -70,7 +70,7 @@ def test_whatever_a_solver_does_is_a_row(
         solution = runs[name].solution
         assert (solution.status.label, word in solution.message) == (status, True), (name, solution.message)
         assert "\n" not in solution.message
-        assert math.isfinite(solution.cost) == solution.status.is_path or name in {"nan", "lies"}
+        assert math.isfinite(solution.cost) == solution.status.has_path or name in {"nan", "lies"}
     assert runs["sleeps"].solution.seconds == 2.0
     assert capfd.readouterr().out == ""
 
@@ -80,7 +80,7 @@ def test_no_solver_leaves_anything_to_another(tmp_path: Path, monkeypatch: pytes
     plug_ins.install(tmp_path, monkeypatch)
     labels = ("honest", "dirties", "honest:note=again", "cgla", "dirties:note=again", "talks", "prm-star:milestones=50")
     runs = {run.solver: run.solution for run in run_study(study(*labels, seeds=(1,)), workers=1)}
-    assert {label for label, answer in runs.items() if not answer.status.is_path} == {"dirties", "dirties:note=again"}
+    assert {label for label, answer in runs.items() if not answer.status.has_path} == {"dirties", "dirties:note=again"}
     assert runs["honest"].cost == runs["honest:note=again"].cost > runs["cgla"].cost
     # it was judged by what it had changed; it is judged again where it could not
     assert runs["dirties"].status is Status.FAILED
@@ -100,7 +100,7 @@ def test_a_solver_that_disarms_its_limit_is_stopped(name: str, tmp_path: Path, m
 def test_runs_are_those_of_a_plain_loop() -> None:
     names = ["cgla", "dijkstra", "prm-star:milestones=60", "straight-line", "lazy-theta-star"]
     asked = study(*names, scenarios=[small("a"), load_scenario("one-threat")], tolerance=0.01, seeds=(1, 2))
-    loop = list(compare(asked.scenarios, asked.contenders, 2, tolerance=0.01))
+    loop = list(compare(asked.scenarios, asked.entrants, 2, tolerance=0.01))
     for workers in (0, 1, 2):
         runs = sorted(run_study(asked, workers=workers), key=lambda run: list(asked.cells()).index(_cell(run)))
         assert len(runs) == len(loop) == 12

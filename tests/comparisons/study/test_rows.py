@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study.columns import excess_over
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.median_run import median_run
 from cgla_graph.comparisons.study.rows import (
     COLUMNS,
@@ -47,7 +47,7 @@ def run_of(
     certificate: Certificate | None = None,
     **more: Any,  # noqa: ANN401 - any field of a solution
 ) -> Run:
-    path = LINE if status.is_path else np.empty((0, 2))
+    path = LINE if status.has_path else np.empty((0, 2))
     return Run(scenario, solver, None, exact, Solution(status, **{"path": path, "cost": cost, **more}), certificate)
 
 
@@ -61,7 +61,7 @@ def strict(document: object) -> Any:  # noqa: ANN401 - any JSON
 
 
 def test_a_row_has_the_columns_of_the_files() -> None:
-    (run,) = compare([SCENARIO], [Contender.parse("cgla")], 1, tolerance=None)
+    (run,) = compare([SCENARIO], [Entrant.parse("cgla")], 1, tolerance=None)
     found = row(run, 1.0)
     assert tuple(found) == COLUMNS
     solution = run.solution
@@ -165,7 +165,7 @@ def test_the_gap_is_relative_to_the_lower_bound(cost: float, bound: float) -> No
     assert (1.0 + found["gap"]) * bound == pytest.approx(cost)
 
 
-@pytest.mark.parametrize("status", [status for status in Status if not status.is_path])
+@pytest.mark.parametrize("status", [status for status in Status if not status.has_path])
 def test_only_a_path_that_may_be_flown_has_a_gap(status: Status) -> None:
     found = row(run_of(2.0, status=status, lower_bound=1.0))
     assert (found["lower_bound"], found["gap"]) == (1.0, None)

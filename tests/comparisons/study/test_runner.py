@@ -1,4 +1,4 @@
-"""The runner: contenders, seeds, the shared graph, and solvers that misbehave."""
+"""The runner: entrants, seeds, the shared graph, and solvers that misbehave."""
 
 import dataclasses
 import math
@@ -15,7 +15,7 @@ import pytest
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study import runner
-from cgla_graph.comparisons.study.entrant import Contender, every_solver
+from cgla_graph.comparisons.study.entrant import Entrant, every_solver
 from cgla_graph.comparisons.study.rows import row, rows_of
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.errors import ProblemError
@@ -47,12 +47,12 @@ def quick(name: str) -> str:
     return ":".join([name, *(f"{key}={value}" for key, value in QUICK.items() if key in known)])
 
 
-def contenders(*texts: str) -> list[Contender]:
-    return [Contender.parse(quick(text)) for text in texts]
+def entrants(*texts: str) -> list[Entrant]:
+    return [Entrant.parse(quick(text)) for text in texts]
 
 
 def runs_of(scenarios: list[Scenario], *texts: str, seeds: int = 1, tolerance: float | None = None) -> list[Run]:
-    return list(compare(scenarios, contenders(*texts), seeds, tolerance=tolerance))
+    return list(compare(scenarios, entrants(*texts), seeds, tolerance=tolerance))
 
 
 def straight(problem: Problem) -> Solution:
@@ -111,7 +111,7 @@ def test_a_seed_of_the_scenario_counts() -> None:
 def test_runs_are_lazy(enter: Enter) -> None:
     calls = []
     name = enter(lambda problem: calls.append(1) or straight(problem))
-    runs = compare([small("a"), small("b")], contenders(name), tolerance=None)
+    runs = compare([small("a"), small("b")], entrants(name), tolerance=None)
     assert calls == []
     next(runs)
     assert calls == [1]
@@ -217,7 +217,7 @@ def test_start_equal_to_goal_is_an_answer_of_every_solver() -> None:
     scenario = scenario_from_toml(SMALL.replace("0.9, 0.9", "0.1, 0.1") + LATTICE + WALL, "stay")
     for run in runs_of([scenario], *registry.names()):
         solution = run.solution
-        assert solution.status.is_path, run.solver
+        assert solution.status.has_path, run.solver
         assert (solution.cost, solution.length, solution.risk) == (0.0, 0.0, 0.0)
         assert solution.path.tolist() == [[0.1, 0.1]]
         assert solution.clearance == pytest.approx(0.35)
@@ -227,7 +227,7 @@ def test_start_equal_to_goal_on_a_graph() -> None:
     graph = small().problem.on_lattice(3).graph
     for name in GRAPH_SOLVERS:
         solution = solve(GraphProblem(graph, 4, 4), name)
-        assert (solution.status.is_path, solution.cost, list(solution.nodes)) == (True, 0.0, [4])
+        assert (solution.status.has_path, solution.cost, list(solution.nodes)) == (True, 0.0, [4])
 
 
 @pytest.mark.slow
@@ -240,7 +240,7 @@ def test_where_no_path_exists_every_solver_says_so() -> None:
         if not registry.traits(run.solution.solver).complete:
             said.add("stuck")
         assert run.solution.status.label in ({"infeasible"} if run.solver == "straight-line" else said), run.solver
-        assert not run.solution.status.is_path
+        assert not run.solution.status.has_path
         assert not len(run.solution.path) or run.solver == "straight-line"
 
 
@@ -421,7 +421,7 @@ def test_every_run_has_the_bound_of_its_scenario_as_soon_as_it_is_done(bounds: B
     asked = bounds(lambda _: 0.5 + len(asked) / 10)
     name = enter(lambda problem: calls.append(len(asked)) or straight(problem))
     scenarios = [small("a"), small("b")]
-    runs = compare(scenarios, contenders("cgla", name, "straight-line"), tolerance=0.1)
+    runs = compare(scenarios, entrants("cgla", name, "straight-line"), tolerance=0.1)
     for number, run in enumerate(runs):
         where = number // 3
         assert len(asked) == where + 1, "one proof a scenario, before its solvers"
@@ -506,16 +506,16 @@ def test_a_real_bound_is_below_every_path() -> None:
     runs = runs_of([small(), small(more=WALL)], "cgla", "eight-direction", "straight-line", tolerance=0.05)
     for run in runs:
         assert run.certificate is not None
-        if run.solution.status.is_path:
+        if run.solution.status.has_path:
             assert 0.0 < run.certificate.lower_bound <= run.solution.cost
-    assert sum(run.solution.status.is_path for run in runs) == 5
+    assert sum(run.solution.status.has_path for run in runs) == 5
 
 
 # Budgets and refinement
 
 
 def test_refined_paths_cost_less_than_those_of_the_lattice() -> None:
-    plain = Contender.parse("cgla")
+    plain = Entrant.parse("cgla")
     before, after = compare([small()], [plain, plain.refined()], tolerance=None)
     assert (before.solver, after.solver) == ("cgla", "cgla+refine")
     assert after.solution.cost < before.solution.cost * 0.999
@@ -525,8 +525,8 @@ def test_refined_paths_cost_less_than_those_of_the_lattice() -> None:
 
 def test_a_budget_reaches_the_solver() -> None:
     pytest.importorskip("ompl")
-    contender = Contender.parse("rrt-star").with_budget({"iterations": 50})
-    (run,) = compare([small()], [contender], 1, tolerance=None)
+    entrant = Entrant.parse("rrt-star").with_budget({"iterations": 50})
+    (run,) = compare([small()], [entrant], 1, tolerance=None)
     (own,) = runs_of([small()], "rrt-star:iterations=50")
     np.testing.assert_array_equal(run.solution.path, own.solution.path)
     assert run.solution.evaluations == own.solution.evaluations
@@ -534,18 +534,18 @@ def test_a_budget_reaches_the_solver() -> None:
 
 
 def test_the_refined_optimum_of_the_lattice_is_no_longer_that() -> None:
-    contender = Contender.parse("cgla")
-    assert (contender.is_exact, contender.refined().is_exact) == (True, False)
+    entrant = Entrant.parse("cgla")
+    assert (entrant.is_exact, entrant.refined().is_exact) == (True, False)
 
 
 def test_nobody_pays_for_compiled_code(monkeypatch: pytest.MonkeyPatch) -> None:
     warmed: list[tuple[str, bool]] = []
     monkeypatch.setattr(runner, "warm_up_solver", lambda solver, *, refine: warmed.append((solver.traits.name, refine)))
-    next(compare([small()], [Contender.parse("cgla"), Contender.parse("eight-direction").refined()], tolerance=None))
+    next(compare([small()], [Entrant.parse("cgla"), Entrant.parse("eight-direction").refined()], tolerance=None))
     assert warmed == [("cgla", False), ("eight-direction", True)]
 
 
 def test_runs_name_their_solver_as_the_user_did() -> None:
     (run,) = runs_of([small()], "cgla:schedule=sweeps")
     assert (run.solver, run.solution.solver, run.exact) == ("cgla:schedule=sweeps", "cgla", True)
-    assert Contender("x", "cgla").settings == {}
+    assert Entrant("x", "cgla").settings == {}

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from strategies import usual
 
 from cgla_graph.comparisons.study import runner, study_file
-from cgla_graph.comparisons.study.entrant import Contender, every_solver
+from cgla_graph.comparisons.study.entrant import Entrant, every_solver
 from cgla_graph.comparisons.study.options import number_names
 from cgla_graph.comparisons.study.study import SEEDS, Study
 from cgla_graph.comparisons.study.study_file import (
@@ -48,7 +48,7 @@ def message_of(text: str, folder: Path | None = None) -> str:
 
 
 def labels(study: Study) -> list[str]:
-    return [contender.label for contender in study.contenders]
+    return [entrant.label for entrant in study.entrants]
 
 
 def names(study: Study) -> list[str]:
@@ -76,7 +76,7 @@ def folder(tmp_path: Path) -> Path:
 def test_the_least_file() -> None:
     study = study_from_toml("scenarios = ['paper']", where="some/mine.toml")
     assert names(study) == ["paper"]
-    assert labels(study) == [contender.label for contender in every_solver()]
+    assert labels(study) == [entrant.label for entrant in every_solver()]
     assert (list(study.seeds), study.tolerance, study.limits) == (list(SEEDS), runner.TOLERANCE, Limits())
     assert (study.title, study.source) == ("mine", "scenarios = ['paper']")
 
@@ -103,7 +103,7 @@ def test_every_key_is_heard() -> None:
     assert (study.scenarios[1].problem, study.scenarios[1].lattice) == (drawn.problem, drawn.lattice)
     assert study.scenarios[0].lattice.shape == (12, 12)
     assert labels(study) == ["hybrid+refine", "quick+refine"]
-    quick = study.contenders[1]
+    quick = study.entrants[1]
     assert (quick.name, quick.settings, quick.budget, quick.refine) == (
         "prm-star",
         {"milestones": 500},
@@ -205,14 +205,14 @@ def test_a_table_is_the_text_that_says_the_same(data: st.DataObject) -> None:
             ]
         )
     )
-    parsed = Contender.parse(text)
+    parsed = Entrant.parse(text)
     values = {key: list(value) if isinstance(value, tuple) else value for key, value in parsed.settings.items()}
     keys = data.draw(st.permutations(list(values)))
     table = ", ".join([f'name = "{parsed.name}"', *(f"{key} = {json.dumps(values[key])}" for key in keys)])
-    (contender,) = study_from_toml(f"scenarios = ['paper']\nsolvers = [{{ {table} }}]").contenders
-    assert (contender.name, contender.settings) == (parsed.name, parsed.settings)
-    assert Contender.parse(contender.label) == contender
-    assert contender.label == ":".join([parsed.name, *(part for key in keys for part in [text_of(text, key)])])
+    (entrant,) = study_from_toml(f"scenarios = ['paper']\nsolvers = [{{ {table} }}]").entrants
+    assert (entrant.name, entrant.settings) == (parsed.name, parsed.settings)
+    assert Entrant.parse(entrant.label) == entrant
+    assert entrant.label == ":".join([parsed.name, *(part for key in keys for part in [text_of(text, key)])])
 
 
 def text_of(text: str, key: str) -> str:
@@ -319,7 +319,7 @@ def test_no_run_is_asked_for_twice(data: st.DataObject) -> None:
     assert len(cells) == len(set(cells))
     assert cells == list(study_from_toml(text).cells())
     assert len(set(names(study))) == len(study.scenarios)
-    assert len(set(labels(study))) == len(study.contenders)
+    assert len(set(labels(study))) == len(study.entrants)
 
 
 @given(given_names=st.lists(st.sampled_from(["a", "a-2", "a-2-2", "a-3", "b"]), max_size=9))

@@ -23,7 +23,7 @@ from cgla_graph.comparisons.claims import printing
 from cgla_graph.comparisons.claims.claim import Table
 from cgla_graph.comparisons.commands import output
 from cgla_graph.comparisons.commands.pareto import front_table
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.comparisons.tables.tables import comparison_table
@@ -111,7 +111,7 @@ def set_width(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -
 
 def tables() -> Iterator[FittedTable]:
     yield comparison_table(SCENARIO, runs())
-    yield front_table(SCENARIO, Contender.parse("hybrid"), front())
+    yield front_table(SCENARIO, Entrant.parse("hybrid"), front())
     rows = [["a cell with many words in it", 200, 0.512345, -5.47512e4, 123456, 0.03, "yes"]] * 3
     heads = ("cell", "maps", "evaded", "95 % from", "greatest of all counts", "p (Holm)", "holds")
     yield printing._table(Table("a title", heads, rows, "a rule"))
@@ -155,7 +155,7 @@ def test_without_a_terminal_and_without_a_number_the_page_is_wide(
     columns: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("COLUMNS", columns)
-    text = shown(capfd, front_table(SCENARIO, Contender.parse("hybrid"), front()))
+    text = shown(capfd, front_table(SCENARIO, Entrant.parse("hybrid"), front()))
     assert "too narrow" not in text
     assert max(cell_len(line) for line in text.splitlines()) <= 160
 

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.leaderboard.performance import performances
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.comparisons.tables.tables import (
     bound_note,
@@ -41,7 +41,7 @@ def shown(table: Table, width: int = 200) -> str:
 
 def run_of(name: str, solver: str, message: str = "", status: Status = Status.NOT_FOUND) -> Run:
     path = np.array([(0.1, 0.1), (0.9, 0.9)])
-    solution = Solution(status, path=path if status.is_path else np.empty((0, 2)), message=message)
+    solution = Solution(status, path=path if status.has_path else np.empty((0, 2)), message=message)
     return Run(scenario_from_toml(TEXT, name), solver, None, False, solution)  # noqa: FBT003 - positional fields
 
 
@@ -91,7 +91,7 @@ def test_no_name_breaks_a_table(name: str) -> None:
 def test_a_comparison_has_a_line_a_solver() -> None:
     scenario = load_scenario("one-threat")
     names = ["cgla", "dijkstra", "straight-line"]
-    runs = list(compare([scenario], [Contender.parse(name) for name in names], 1, tolerance=None))
+    runs = list(compare([scenario], [Entrant.parse(name) for name in names], 1, tolerance=None))
     text = shown(comparison_table(scenario, runs))
     for name in names:
         assert text.count(f"│ {name} ") == 1
@@ -172,7 +172,7 @@ def test_how_soon_shows_names_as_they_are(odd: str) -> None:
 
 def test_lengths_on_maps_in_degrees_are_metres() -> None:
     scenario = load_scenario("finland")
-    (run,) = compare([scenario], [Contender.parse("straight-line")], 1, tolerance=None)
+    (run,) = compare([scenario], [Entrant.parse("straight-line")], 1, tolerance=None)
     assert "lengths in m)" in shown(comparison_table(scenario, [run]))
 
 

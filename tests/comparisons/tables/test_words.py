@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from cgla_graph.comparisons.leaderboard.failures import failed, failure_groups
 from cgla_graph.comparisons.statistics.intervals import Estimate
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.tables.leaderboard_columns import SPARE, standing_heads
+from cgla_graph.comparisons.tables.leaderboard_columns import SPARE, leaderboard_heads
 from cgla_graph.comparisons.tables.words import DASH, estimate_cell, listed, or_never, p_equals, p_value, ratio, span
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario
@@ -57,7 +57,7 @@ def test_a_unit_stands_once_where_both_ends_have_it() -> None:
 
 
 def test_columns_that_may_be_left_out_are_columns() -> None:
-    assert {*SPARE} < {*standing_heads()}
+    assert {*SPARE} < {*leaderboard_heads()}
 
 
 @given(st.lists(st.tuples(st.sampled_from("ab"), st.sampled_from([*Status]), st.sampled_from(["x 1", "x 2.5", "y"]))))
@@ -75,4 +75,4 @@ def test_groups_of_failures_share_out_the_failures(ends: list[tuple[str, Status,
         for run in group.runs:
             assert (run.solver, run.solution.status, run.solution.message[0]) in keys
             assert (run.solver, run.solution.status) == (group.solver, group.status)
-            assert not run.solution.status.is_path
+            assert not run.solution.status.has_path

@@ -20,7 +20,7 @@ import pytest
 from awkward_calls import alive, until
 
 from cgla_graph.comparisons.study.database import Database, load
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.comparisons.workers import cluster
@@ -146,8 +146,8 @@ def test_outcomes_are_those_of_this_machine_though_a_worker_is_killed(awkward: M
 def test_a_study_is_the_same_on_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
     scenarios = [random_scenario(seed, resolution=12) for seed in range(3)]
     names = ("cgla", "straight-line", "prm-star:milestones=150")
-    contenders = [Contender.parse(name) for name in names]
-    study = Study(scenarios, contenders, range(1, 7), tolerance=0.05)
+    entrants = [Entrant.parse(name) for name in names]
+    study = Study(scenarios, entrants, range(1, 7), tolerance=0.05)
     local = {Cell(run.scenario.name, run.solver, run.seed): run for run in run_study(study, workers=0)}
     (tmp_path / "dask").mkdir()
     with Cluster(tmp_path / "dask", 2) as parts, Database.create(tmp_path, study) as database:

@@ -89,7 +89,7 @@ def test_what_must_not_be_comes_before_the_cost() -> None:
 def test_answers_stand_up_to_the_oracle(seed: int, areas: int) -> None:
     problem = random_scenario(seed, threats=3, areas=areas).problem
     answer = cg.solve(problem, Evolutionary(**QUICK, seed=seed % 100))
-    if not answer.status.is_path:
+    if not answer.status.has_path:
         assert answer.status is Status.NOT_FOUND
         assert "crosses" in answer.message
         return

@@ -76,7 +76,7 @@ def test_it_stays_inside_and_above_the_bound(
 ) -> None:
     problem = cg.Problem(start, goal, field, k=k)
     answer = cg.solve(problem, "fast-marching", cells=64)
-    if answer.status.is_path:
+    if answer.status.has_path:
         assert answer.cost >= math.dist(problem.start, problem.goal) * (1 - 1e-12)
 
 

@@ -55,10 +55,10 @@ def test_between_the_complete_lattice_and_eight_directions(
     theta = cg.solve(problem, LazyThetaStar(resolution))
     eight = cg.solve(problem, EightDirection(resolution))
     assert theta.status in {cg.Status.OPTIMAL, cg.Status.FOUND, cg.Status.NO_PATH}, theta.message
-    if eight.status.is_path:
-        assert theta.status.is_path
+    if eight.status.has_path:
+        assert theta.status.has_path
         assert theta.cost <= eight.cost * (1 + 1e-12) + 1e-12
-    if theta.status.is_path:
+    if theta.status.has_path:
         best = cg.solve(problem, "cgla", resolution=resolution)
         assert theta.cost >= best.cost * (1 - 1e-12) - 1e-12
 
@@ -88,7 +88,7 @@ def test_without_risk_no_path_is_shorter_than_the_shortest_among_polygons(
     best = visibility_optimum(start, goal, no_fly)
     assert answer.cost >= best * (1 - 1e-12)
     # with a lattice point at every corner, turning at the first corner in sight is seldom far from the best
-    if answer.status.is_path:
+    if answer.status.has_path:
         assert answer.cost <= 1.2 * best
     if no_fly.is_empty:
         assert answer.cost == pytest.approx(math.dist(start, goal), rel=1e-12)
@@ -133,7 +133,7 @@ def test_both_free_holds_along_every_segment(free: BoolArray, data: st.DataObjec
     theta = cg.solve(problem, LazyThetaStar(lattice, "both-free"))
     eight = cg.solve(problem, EightDirection(lattice, "both-free"))
     # where cells are joined by their sides only, what eight directions cannot reach no straight line does
-    assert theta.status.is_path == eight.status.is_path
+    assert theta.status.has_path == eight.status.has_path
     assert theta.cost <= eight.cost * (1 + 1e-12)
     corners = [(round(x - 0.5), round(y - 0.5)) for x, y in theta.path.tolist()]
     for a, b in itertools.pairwise(corners):

@@ -99,8 +99,8 @@ def test_without_discount_values_are_the_costs_of_dijkstra(
     best = cg.solve(problem, EightDirection(resolution, rule))
     rollout = greedy(process, values.moves)
     assert rollout.circle == 0
-    assert (rollout.states[-1] == process.target) == best.status.is_path
-    if best.status.is_path:
+    assert (rollout.states[-1] == process.target) == best.status.has_path
+    if best.status.has_path:
         path = np.asarray(process.on.graph.positions)[list(rollout.states)]
         assert problem.evaluate(path).cost == pytest.approx(best.cost, rel=1e-12)
 
@@ -212,7 +212,7 @@ def test_least_target_reward_by_another_way(problem: cg.Problem, side: int, gamm
     process = decision_process(on, reward=reward)
     found = least_target_reward(problem, gamma=gamma, reward=reward, resolution=side)  # type: ignore[arg-type]
     expected = least_by_moves(process, gamma)
-    if not cg.solve(problem, EightDirection(side)).status.is_path:
+    if not cg.solve(problem, EightDirection(side)).status.has_path:
         assert found == expected == math.inf
         return
     scale = np.abs(process.rewards).max() / (1.0 - gamma)
@@ -421,7 +421,7 @@ def test_never_cheaper_than_eight_directions_and_no_path_where_they_have_none(
     best = cg.solve(problem, EightDirection(resolution, rule))
     assert answer.status in {cg.Status.FOUND, cg.Status.STUCK, cg.Status.NO_PATH}, answer.message
     assert (answer.status is cg.Status.NO_PATH) == (best.status is cg.Status.NO_PATH)
-    if answer.status.is_path:
+    if answer.status.has_path:
         assert problem.evaluate(answer.path).feasible
         assert answer.cost >= best.cost * (1.0 - 1e-12)
         positions = problem.on_eight_connected(resolution, corner_rule=rule).graph.positions
@@ -434,7 +434,7 @@ def test_with_long_training_it_is_eight_direction(problem: cg.Problem, resolutio
     thorough = QLearning(resolution=resolution, seed=seed, episodes=20_000, last_epsilon=1.0, tolerance=0)
     answer = cg.solve(problem, thorough)
     best = cg.solve(problem, EightDirection(resolution))
-    assert answer.status.is_path == best.status.is_path
+    assert answer.status.has_path == best.status.has_path
     assert answer.cost == best.cost or answer.cost == pytest.approx(best.cost, rel=1e-9)
 
 
@@ -478,7 +478,7 @@ def test_a_scaled_problem_has_the_scaled_path(
     other = dataclasses.replace(learner, target_reward=2.0 * scale).solve(scaled)
     assert (answer.status, answer.nodes) == (other.status, other.nodes)
     np.testing.assert_array_equal(other.path, scale * answer.path)
-    if answer.status.is_path:
+    if answer.status.has_path:
         assert answer.message == other.message
 
 

@@ -153,8 +153,8 @@ def test_a_mission_that_knows_everything_flies_the_path_of_the_problem() -> None
         uav = Uav("a", problem.start, problem.goal, 0.2, k=10.0)
         alone = cg.solve(problem, "a2d-style", step=Mission(world, [uav], A2dStyle()).step_of(uav))
         flown = Mission(world, [uav], A2dStyle(), knowledge="all").fly().uavs["a"]
-        assert (flown.status.label == "arrived") is alone.status.is_path
-        if alone.status.is_path:
+        assert (flown.status.label == "arrived") is alone.status.has_path
+        if alone.status.has_path:
             np.testing.assert_allclose(flown.trace, alone.path, atol=1e-9)
 
 

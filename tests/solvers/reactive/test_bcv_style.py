@@ -157,7 +157,7 @@ def test_aversion_to_risk_lowers_the_risk() -> None:
     for seed in range(20):
         problem = random_scenario(seed).problem
         answers = cg.solve(problem, averse), cg.solve(problem, blind)
-        if all(answer.status.is_path for answer in answers):
+        if all(answer.status.has_path for answer in answers):
             pairs.append([answer.risk for answer in answers])
     assert len(pairs) >= 10
     assert np.median(np.divide(*np.transpose(pairs))) < 0.9
@@ -176,7 +176,7 @@ def test_the_path_scales_with_the_map(problem: cg.Problem, power: int) -> None:
 @pytest.mark.parametrize("name", shipped())
 def test_shipped_scenarios_end_in_a_path_or_a_reason(name: str) -> None:
     answer = cg.solve(load_scenario(name).problem, "bcv-style")
-    assert answer.status.is_path or (answer.status is cg.Status.STUCK and "no headway in 200 steps" in answer.message)
+    assert answer.status.has_path or (answer.status is cg.Status.STUCK and "no headway in 200 steps" in answer.message)
 
 
 def test_before_a_goal_that_is_walled_in_it_gets_stuck_for_want_of_headway() -> None:
@@ -237,7 +237,7 @@ def test_a_mission_with_full_knowledge_flies_the_planned_path(seed: int) -> None
     world = World(problem.field, problem.bounds, no_fly=problem.no_fly)
     uav = Uav("a", problem.start, problem.goal, 0.2, k=10, step=0.02)
     flight = Mission(world, [uav], solver=BcvStyle(), knowledge="all").fly().uavs["a"]
-    assert flight.status.label == ("arrived" if answer.status.is_path else "stuck")
-    if answer.status.is_path:
+    assert flight.status.label == ("arrived" if answer.status.has_path else "stuck")
+    if answer.status.has_path:
         assert flight.length == pytest.approx(answer.length, abs=0.03)
         assert flight.risk == pytest.approx(answer.risk, abs=1e-3)

@@ -220,7 +220,7 @@ def test_every_path_stands_up_to_the_oracle(solver: FbcriStyle | CpvsStyle, prob
     # impatient, to be quick
     answer = replace(solver, patience=50).solve(problem)
     assert answer.status in {Status.FOUND, Status.STUCK}
-    if not answer.status.is_path:
+    if not answer.status.has_path:
         assert answer.message.startswith("at (")
         return
     judged = problem.judge(answer)
@@ -315,7 +315,7 @@ def test_evaluations_count_points_of_the_field(solver: FbcriStyle | CpvsStyle, m
 def test_improper_fields_are_flown(solver: FbcriStyle | CpvsStyle) -> None:
     with pytest.warns(ImproperFieldWarning):
         field = RiskField([cg.Threat(0.5, 0.5, 0.05, peak=3.0), cg.Threat(0.55, 0.5, 0.05, peak=3.0)], improper=True)
-    assert solver.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=10.0)).status.is_path
+    assert solver.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=10.0)).status.has_path
 
 
 @BOTH

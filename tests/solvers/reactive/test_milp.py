@@ -128,7 +128,7 @@ def test_the_cost_to_go_is_the_shortest_way_around() -> None:
 def test_paths_stand_up_to_the_oracle(seed: int) -> None:
     problem = random_scenario(seed, threats=2, areas=2).problem
     answer = cg.solve(problem, Milp())
-    if not answer.status.is_path:
+    if not answer.status.has_path:
         assert answer.status is Status.STUCK
         return
     assert problem.evaluate(answer.path).feasible

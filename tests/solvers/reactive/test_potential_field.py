@@ -52,7 +52,7 @@ def test_every_step_lowers_the_potential_and_may_be_flown(problem: cg.Problem) -
     solver = PotentialField()
     answer = cg.solve(problem, solver)
     assert answer.status in {cg.Status.OPTIMAL, cg.Status.FOUND, cg.Status.STUCK}, answer.message
-    if answer.status.is_path:
+    if answer.status.has_path:
         assert tuple(answer.path[0]) == problem.start
         assert tuple(answer.path[-1]) == problem.goal
         assert (np.hypot(*np.diff(answer.path, axis=0).T) <= 0.02 * (1 + 1e-9)).all()
@@ -139,7 +139,7 @@ def test_the_path_scales_with_the_map(problem: cg.Problem, power: int) -> None:
 @pytest.mark.parametrize("name", shipped())
 def test_shipped_scenarios_end_in_a_path_or_a_reason(name: str) -> None:
     answer = cg.solve(load_scenario(name).problem, "potential-field")
-    assert answer.status.is_path or (answer.status is cg.Status.STUCK and "forces cancel" in answer.message)
+    assert answer.status.has_path or (answer.status is cg.Status.STUCK and "forces cancel" in answer.message)
 
 
 def test_walled_in_it_says_that_the_forces_cancel() -> None:
@@ -178,7 +178,7 @@ def test_a_mission_with_full_knowledge_flies_the_planned_path(seed: int) -> None
     world = World(problem.field, problem.bounds, no_fly=problem.no_fly)
     uav = Uav("a", problem.start, problem.goal, 0.2, k=10, step=0.02)
     flight = Mission(world, [uav], solver=PotentialField(), knowledge="all").fly().uavs["a"]
-    assert flight.status.label == ("arrived" if answer.status.is_path else "stuck")
-    if answer.status.is_path:
+    assert flight.status.label == ("arrived" if answer.status.has_path else "stuck")
+    if answer.status.has_path:
         assert flight.length == pytest.approx(answer.length, abs=0.03)
         assert flight.risk == pytest.approx(answer.risk, abs=1e-3)

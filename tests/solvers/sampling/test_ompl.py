@@ -23,7 +23,7 @@ from strategies import few, fields, points, usual
 
 import cgla_graph as cg
 from cgla_graph.certificate.certificate import lower_bound
-from cgla_graph.comparisons.study.entrant import Contender
+from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import compare
 from cgla_graph.model import isolated
 from cgla_graph.model.risk import ImproperFieldWarning
@@ -319,8 +319,8 @@ def test_what_a_cost_raises_fails_the_run_and_nothing_else(name: str, monkeypatc
 
 def test_a_comparison_goes_on_after_a_planner_that_raises(monkeypatch: pytest.MonkeyPatch) -> None:
     broken_cost(monkeypatch, raiser(ZeroDivisionError("broken cost")))
-    contenders = [Contender.parse("rrt-star:iterations=50"), Contender.parse("straight-line")]
-    runs = list(compare([load_scenario("one-threat")], contenders, n_seeds=1))
+    entrants = [Entrant.parse("rrt-star:iterations=50"), Entrant.parse("straight-line")]
+    runs = list(compare([load_scenario("one-threat")], entrants, n_seeds=1))
     assert [run.solution.status for run in runs] == [Status.FAILED, Status.FOUND]
     assert "broken cost" in runs[0].solution.message
 

@@ -267,7 +267,7 @@ def test_start_at_goal() -> None:
             cg.plan_within_risk(problem, 0.0, solver=solver),
             cg.plan_within_length(problem, 0.0, solver=solver),
         ):
-            assert (plan.status.is_path, plan.gap) == (True, 0.0)
+            assert (plan.status.has_path, plan.gap) == (True, 0.0)
 
 
 def test_the_default_solver() -> None:
@@ -326,7 +326,7 @@ def test_a_plan_within_a_budget_is_the_best_of_all_paths(
     assume(not (np.abs(use - budget) <= NEAR * (1 + budget)).any() or budget in use)
     plan = within(problem, limited, budget, solver="cgla", resolution=resolution)
     surely, perhaps = (value[use <= budget + slack].min(initial=math.inf) for slack in (0.0, NEAR))
-    if not plan.status.is_path:
+    if not plan.status.has_path:
         assert plan.status is cg.Status.NO_PATH
         assert math.isinf(value[use <= budget - NEAR].min(initial=math.inf))
         assert plan.dual_bound == math.inf
@@ -367,12 +367,12 @@ def test_the_bound_is_below_every_path_that_keeps_the_budget(problem: cg.Problem
         for k in (0.0, 0.3, 3.0, 30.0, 300.0)
         for solver, resolution in (("cgla", 9), ("lazy-theta-star", 25))
     ]
-    found = [path for path in paths if path.status.is_path]
+    found = [path for path in paths if path.status.has_path]
     assume(found)
     use = [path.risk if limited == "risk" else path.length for path in found]
     budget = min(use) + share * (max(use) - min(use))
     plan = within(problem, limited, budget, solver="lazy-theta-star", resolution=12, tolerance=0.05)
-    if plan.status.is_path:
+    if plan.status.has_path:
         found.append(plan.solution)
         assert (plan.solution.risk if limited == "risk" else plan.solution.length) <= budget * (1 + 1e-12)
     else:

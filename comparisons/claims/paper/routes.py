@@ -10,7 +10,7 @@ from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.claims.paper_flight import BOUNDS, GOAL, START, N, fly_alone, paper_lattice, risk_sum
 from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.comparisons.missions.fly import open_mission
-from cgla_graph.comparisons.study.mission_run import Flown, Sortie
+from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 from cgla_graph.mission.records import MissionStatus, UavFlight
 from cgla_graph.mission.world import TimedThreat
 from cgla_graph.model.problem import Problem
@@ -108,7 +108,7 @@ def planned(field: RiskField, *, k: float, start: Point = START, n: int = N, sol
     """
     problem = Problem(start, GOAL, field, k=k, bounds=BOUNDS)
     solution = solve(problem, get(solver), resolution=paper_lattice(n))
-    require(solution.status.is_path, f"{solver} finds no way: {solution.message or solution.status.value}")
+    require(solution.status.has_path, f"{solver} finds no way: {solution.message or solution.status.value}")
     return Way(solution.path, risk_sum(field, solution.path))
 
 
@@ -207,7 +207,7 @@ def escape() -> Escape:
     return Escape(field, sudden, start, found)
 
 
-def fly(mission: str, *, solver: str | None = None) -> list[Flown]:
+def fly(mission: str, *, solver: str | None = None) -> list[MissionRun]:
     """
     Fly all variants of a shipped mission.
 
@@ -223,6 +223,6 @@ def fly(mission: str, *, solver: str | None = None) -> list[Flown]:
     >>> [view.variant for view in fly("fig6")]
     ['K = 10', 'K = 100']
     """
-    _, sorties = open_mission(mission, solver=solver)
-    names = [one.name for one in dataclasses.fields(Sortie)]
-    return [Flown(**{name: getattr(sortie, name) for name in names}, flight=sortie.mission.fly()) for sortie in sorties]
+    _, specs = open_mission(mission, solver=solver)
+    names = [one.name for one in dataclasses.fields(MissionSpec)]
+    return [MissionRun(**{name: getattr(spec, name) for name in names}, flight=spec.mission.fly()) for spec in specs]

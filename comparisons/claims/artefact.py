@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TypeAlias
 
-#: Modules with ``EXHIBITS``.
+#: Modules with ``ARTEFACTS``.
 MODULES = ("single_figures", "team_figures", "paper_tables")
 
 
@@ -75,7 +75,7 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class Exhibit:
+class Artefact:
     """
     A figure or table of the paper.
 
@@ -97,20 +97,20 @@ class Exhibit:
     make: "Make"
 
 
-#: What makes an exhibit.
+#: What makes an artefact.
 Make: TypeAlias = Callable[[], Picture | Comparison]
 
 
 @cache
-def exhibits() -> Sequence[Exhibit]:
+def artefacts() -> Sequence[Artefact]:
     """
-    Return all exhibits: the figures in the order of the paper, then the tables.
+    Return all artefacts: the figures in the order of the paper, then the tables.
 
     Examples
     --------
-    >>> [exhibit.label for exhibit in exhibits()][::8]
+    >>> [artefact.label for artefact in artefacts()][::8]
     ['Fig. 1', 'Fig. 9', 'Table 5']
     """
     modules = [importlib.import_module(f"cgla_graph.comparisons.claims.paper.{name}") for name in MODULES]
-    found: list[Exhibit] = [exhibit for module in modules for exhibit in module.EXHIBITS]
+    found: list[Artefact] = [artefact for module in modules for artefact in module.ARTEFACTS]
     return sorted(found, key=lambda one: (one.label.startswith("Table"), int(one.label.split()[-1])))

@@ -5,23 +5,23 @@ from collections.abc import Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
-from cgla_graph.comparisons.claims.exhibit import MODULES, Comparison, Exhibit, Picture, exhibits
+from cgla_graph.comparisons.claims.artefact import MODULES, Artefact, Comparison, Picture, artefacts
 from cgla_graph.comparisons.study.execution import limits_where, made
 from cgla_graph.comparisons.workers.limits import Limits, lost
 from cgla_graph.comparisons.workers.pool import Call, limited
 
-#: What one exhibit may take.
+#: What one artefact may take.
 LIMITS = Limits()
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
     """
-    What came of an exhibit.
+    What came of an artefact.
 
     Attributes
     ----------
-    exhibit
+    artefact
         The figure or table.
     content
         What was made; None where that failed.
@@ -29,12 +29,12 @@ class Shown:
         Why.
     """
 
-    exhibit: Exhibit
+    artefact: Artefact
     content: Picture | Comparison | None
     failed: str = ""
 
 
-def make_exhibits(wanted: Sequence[Exhibit], *, workers: int = 1, scheduler: str | None = None) -> Generator[Shown]:
+def make_artefacts(wanted: Sequence[Artefact], *, workers: int = 1, scheduler: str | None = None) -> Generator[Shown]:
     """
     Draw figures and fill tables.
 
@@ -51,8 +51,8 @@ def make_exhibits(wanted: Sequence[Exhibit], *, workers: int = 1, scheduler: str
         As soon as it is made; one that fails says why.
     """
     limits = limits_where(LIMITS, workers=workers, scheduler=scheduler)
-    calls = deque(Call(exhibit.label, _make, (exhibit.label, limits)) for exhibit in wanted)
-    by_label = {exhibit.label: exhibit for exhibit in wanted}
+    calls = deque(Call(artefact.label, _make, (artefact.label, limits)) for artefact in wanted)
+    by_label = {artefact.label: artefact for artefact in wanted}
     modules = [f"cgla_graph.comparisons.claims.paper.{name}" for name in MODULES]
 
     def next_call() -> Call | None:
@@ -67,7 +67,7 @@ def make_exhibits(wanted: Sequence[Exhibit], *, workers: int = 1, scheduler: str
 
 
 def _make(label: str, limits: Limits) -> Picture | Comparison:
-    """Make one exhibit, in a worker."""
-    (exhibit,) = (one for one in exhibits() if one.label == label)
+    """Make one artefact, in a worker."""
+    (artefact,) = (one for one in artefacts() if one.label == label)
     with limited(limits.seconds, limits.megabytes):
-        return exhibit.make()
+        return artefact.make()
