@@ -43,7 +43,7 @@ def write_study(stored: Stored) -> list[Path]:
     OutputError
         If a file cannot be written.
     """
-    from cgla_graph.comparisons.report.page import write_report  # noqa: PLC0415 - loads plotly
+    from cgla_graph.comparisons.report.page import write_report  # noqa: PLC0415 - loads the page's templates
 
     folder, runs = stored.folder, stored.runs
     table = rows_of(runs)

@@ -210,13 +210,9 @@ def _inlined(name: str) -> Markup:
     return Markup(_template(name))  # noqa: S704 - not made of anybody's input
 
 
-@cache
 def _plotly() -> Markup:
-    """Return plotly.js so that it can stand inside a script element: that ends at the first ``</script``."""
-    # the import takes a while, so it happens when a report is written
-    from plotly.offline import get_plotlyjs  # noqa: PLC0415
-
-    return Markup(re.sub("<(?=/script|script|!--)", r"\\x3c", get_plotlyjs(), flags=re.IGNORECASE))  # noqa: S704 - as it comes with plotly
+    """Return the basic bundle of plotly.js so that it can stand inside a script element, which a ``</script`` ends."""
+    return Markup(re.sub("<(?=/script|script|!--)", r"\\x3c", _template("plotly-basic.min.js"), flags=re.IGNORECASE))  # noqa: S704 - as it was published
 
 
 def _json(document: dict[str, Any]) -> str:
