@@ -131,6 +131,28 @@ class Finding:
     counterexample: str = ""
 
 
+def supported(holds: object) -> Verdict:
+    """Return the verdict of what a sample shows, or does not show."""
+    return Verdict.SUPPORTED if holds else Verdict.NOT_SUPPORTED
+
+
+def require(holds: object, message: str) -> None:
+    """
+    End a check, so that its claim has no verdict, unless `holds`; an assert would vanish under ``python -O``.
+
+    Raises
+    ------
+    AssertionError
+        With the message.
+
+    Examples
+    --------
+    >>> require(1 + 1 == 2, "sums are wrong")
+    """
+    if not holds:
+        raise AssertionError(message)
+
+
 #: What decides a claim: at top level of its topic's module; its random numbers come from the evidence only.
 Check: TypeAlias = Callable[[Evidence], Finding]
 

@@ -6,7 +6,9 @@ source and a target.
 """
 
 import json
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -18,6 +20,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph.errors import ClaimError
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
+from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
 from cgla_graph.scenarios.mission_file import MissionFile, mission_from_toml
 from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 
@@ -94,14 +97,15 @@ def weights(rows: Sequence[Sequence[float | None]]) -> FloatArray:
 
 def scenario(name: str) -> Scenario:
     """
-    Read a map.
+    Read a map; its peaks may be above 1.
 
     Raises
     ------
     ClaimError
         If there is none of that name.
     """
-    return scenario_from_toml(text(name), Path(name).stem)
+    with _improper_allowed():
+        return scenario_from_toml(text(name), Path(name).stem)
 
 
 def mission(name: str) -> MissionFile:
@@ -114,3 +118,17 @@ def mission(name: str) -> MissionFile:
         If there is none of that name.
     """
     return mission_from_toml(text(name), Path(name).stem)
+
+
+def improper_field(threats: Iterable[Threat]) -> RiskField:
+    """Build a field that may have peaks above 1."""
+    with _improper_allowed():
+        return RiskField(threats, improper=True)
+
+
+@contextmanager
+def _improper_allowed() -> Iterator[None]:
+    """Build fields with peaks above 1 without a warning: they are here to show what breaks."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ImproperFieldWarning)
+        yield

@@ -16,8 +16,16 @@ from cgla_graph.comparisons.claims.checking import Result
 from cgla_graph.comparisons.claims.claim import Entry, Kind, Verdict
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.make_artefacts import Shown
-from cgla_graph.comparisons.claims.printing import results_document
-from cgla_graph.comparisons.claims.texts import counted, counts, is_number, rerun, sampled, scale_words, written
+from cgla_graph.comparisons.claims.wording import (
+    counted,
+    counts,
+    is_number,
+    rerun,
+    results_document,
+    sampled,
+    scale_words,
+    written,
+)
 from cgla_graph.comparisons.files import make_folder, write_bytes, write_text
 
 #: What the claims are about, by the number of the first.

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph.comparisons.claims.evidence import Scale
-from cgla_graph.comparisons.claims.texts import scale_words
+from cgla_graph.comparisons.claims.wording import scale_words
 from cgla_graph.comparisons.files import write_text
 from cgla_graph.errors import ClaimError
 

@@ -460,7 +460,7 @@ def claims(
     report.md), the paper's figures and tables remade, the counterexamples, and all numbers (claims.json); what is
     measured is kept as it comes (claims.jsonl), so that an interrupted study can go on. Ctrl-C keeps what is done.
     """
-    from cgla_graph.comparisons.claims import catalogue, command, printing
+    from cgla_graph.comparisons.claims import catalogue, command, terminal, wording
     from cgla_graph.comparisons.claims.evidence import Scale
     from cgla_graph.errors import CglaError
 
@@ -476,9 +476,9 @@ def claims(
         request = dataclasses.replace(request, workers=workers)
     done = command.check_all(request)
     if as_json:
-        _print_json(printing.results_document(done.results, scale))
+        _print_json(wording.results_document(done.results, scale))
     else:
-        printing.print_results(done.results, scale)
+        terminal.print_results(done.results, scale)
         _say_files(done.written, out)
     if done.interrupted:
         kept = f"; go on with --out {out} --resume" if out else ""

@@ -8,10 +8,11 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Claim, Entry, Finding, Kind, Part, Table, Verdict
+from cgla_graph.comparisons.claims.claim import Claim, Entry, Finding, Kind, Part, Table, Verdict, require
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.inference import power_law
-from cgla_graph.comparisons.claims.operation_counts import (
+from cgla_graph.comparisons.claims.paper.flights import paper_lattice
+from cgla_graph.comparisons.claims.paper.operation_counts import (
     count_flight,
     counted_label_setting,
     integral_count,
@@ -22,8 +23,6 @@ from cgla_graph.comparisons.claims.operation_counts import (
 )
 from cgla_graph.comparisons.claims.paper.time_checks import check_c36, check_c47
 from cgla_graph.comparisons.claims.paper.update_checks import check_c23
-from cgla_graph.comparisons.claims.paper_flight import paper_lattice
-from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.comparisons.statistics.hodges_lehmann import hodges_lehmann
 from cgla_graph.comparisons.statistics.intervals import Estimate
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
@@ -100,9 +99,7 @@ def check_c20(evidence: Evidence) -> Finding:
 
 def _planned(problem: Problem, n: int) -> tuple[GraphProblem, int, int]:
     """Plan on the paper's lattice: the graph problem, rounds until the start is in Delta_k, and edges of the path."""
-    on = problem.on_lattice(paper_lattice(n))
-    # all weights at once, for several plans on them
-    on.graph.weight_matrix()
+    on = problem.on_lattice(paper_lattice(n)).weighed()
     early = cost_matrix(on.graph, on.target, source=on.source)
     full = cost_matrix(on.graph, on.target)
     require(early.rounds == rounds_until(full, on.graph.index_of(on.source)), "the early stop came in another round")
@@ -125,8 +122,7 @@ def check_c21(evidence: Evidence) -> Finding:
             "uses of Eq. 9 are not as the formula has it",
         )
     scenario = counterexamples.scenario("start-settles-late.toml")
-    stored = scenario.problem.on_lattice(scenario.lattice)
-    stored.graph.weight_matrix()
+    stored = scenario.problem.on_lattice(scenario.lattice).weighed()
     last = cost_matrix(stored.graph, stored.target, source=stored.source).rounds
     require(last >= stored.graph.n_nodes - 2, f"on the stored map the start is in Delta_k after {last} rounds already")
     rows: list[list[Entry]] = []

@@ -13,12 +13,11 @@ import numpy as np
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.cells import cell_name, span
-from cgla_graph.comparisons.claims.claim import Claim, Finding, Kind, Part, Table, Verdict
+from cgla_graph.comparisons.claims.claim import Claim, Finding, Kind, Part, Table, Verdict, require
+from cgla_graph.comparisons.claims.contrasts import cell_name, span
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import Proportion, proportion
 from cgla_graph.comparisons.claims.paper.team_experiments import EXCLUSIONS, STEPNUM, fly_two, same_trace
-from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, Livelock, MissionStatus, UavFlight

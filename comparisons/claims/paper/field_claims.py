@@ -6,15 +6,14 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Claim, Entry, Finding, Kind, Part, Table, Verdict
+from cgla_graph.comparisons.claims.claim import Claim, Entry, Finding, Kind, Part, Table, Verdict, require
+from cgla_graph.comparisons.claims.counterexamples import improper_field
 from cgla_graph.comparisons.claims.evidence import Evidence
-from cgla_graph.comparisons.claims.proving import improper_allowed, improper_field, require
 from cgla_graph.fusion.fusion import Fusion, fused_weights
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import Reading, RiskField, Threat
-from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.exact.cgla import Cgla
 from cgla_graph.solvers.grid.eight_direction import EightDirection
 
@@ -45,12 +44,6 @@ def _proper(rng: np.random.Generator) -> RiskField:
     )
 
 
-def _stored(name: str) -> Scenario:
-    """Open a stored map with peaks above 1."""
-    with improper_allowed():
-        return counterexamples.scenario(name)
-
-
 def _extremes(threats: list[Threat], rng: np.random.Generator) -> tuple[float, float]:
     """Return the least and the greatest F seen: on a grid, at the centres and half way between them."""
     grid = Lattice(41, bounds=_UNIT).points
@@ -76,7 +69,7 @@ def check_c1(evidence: Evidence) -> Finding:
         field = _proper(rng)
         values = field.density(rng.random((500, 2)))
         require((values >= 0.0).all() and (values <= 1.0).all(), "F left [0, 1] although no peak is above 1")
-    stored = _stored("printed-peaks.toml").problem
+    stored = counterexamples.scenario("printed-peaks.toml").problem
     middle = float(stored.field.density((0.5, 0.5)))
     require(middle < 0.0, "the stored map does not show F below 0")
     parts = [Part("membership reading, peak at most 1", Verdict.PROVED, f"0 <= F <= 1 on {2 * count} random fields")]
@@ -121,7 +114,7 @@ def check_c2(evidence: Evidence) -> Finding:
         clear = 1.0 - field.density(points)
         exact = RiskField(extra).density(points) * clear
         require(np.abs(rise - exact).max() < ROUNDING, "the rise of F is not f_new * prod(1 - f_i)")
-    stored = _stored("printed-peaks.toml").problem.field
+    stored = counterexamples.scenario("printed-peaks.toml").problem.field
     one = improper_field(list(stored.threats[:1]))
     alone, both = float(one.density((0.5, 0.5))), float(stored.density((0.5, 0.5)))
     require(both < alone, "the stored map does not show that a second threat lowers F")
@@ -146,7 +139,7 @@ def check_c2(evidence: Evidence) -> Finding:
 
 def check_c3(_: Evidence) -> Finding:
     """C3: a no-fly area is a very large value of risk."""
-    stored = _stored("very-large-value.toml").problem
+    stored = counterexamples.scenario("very-large-value.toml").problem
     at_one, between = (float(value) for value in stored.field.density([(0.45, 0.5), (0.5, 0.5)]))
     (weight,) = stored.model.weights([(0.46, 0.5)], [(0.54, 0.5)]).tolist()
     require(at_one < 0.0 and weight < 0.0, "the stored map does not show risk below 0")
@@ -210,7 +203,7 @@ def check_c5(evidence: Evidence) -> Finding:
         field = improper_field(_draw(rng, 10, "literal"))
         weights = CostModel(field, 10.0).matrix(lattice.points, lattice.shape)
         negative.append(float((weights < 0.0).sum() / (lattice.n_points * (lattice.n_points - 1))))
-    stored = _stored("printed-peaks.toml").problem
+    stored = counterexamples.scenario("printed-peaks.toml").problem
     (weight,) = stored.model.weights([(0.42, 0.5)], [(0.58, 0.5)]).tolist()
     require(weight < 0.0, "the stored map does not show a weight below 0")
     return Finding(

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.claims.cells import ALPHA, Case, RateContrast, finite, rate_contrasts, rate_table
 from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict
+from cgla_graph.comparisons.claims.contrasts import ALPHA, Case, RateContrast, finite, rate_contrasts, rate_table
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import Shift, at_least, paired_shift, proportion
 from cgla_graph.comparisons.claims.paper.planner_experiments import EVOLUTION, NAMED, THREATS

@@ -8,11 +8,10 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Claim, Entry, Finding, Kind, Part, Table, Verdict
+from cgla_graph.comparisons.claims.claim import Claim, Entry, Finding, Kind, Part, Table, Verdict, require
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.inference import proportion
-from cgla_graph.comparisons.claims.paper_flight import paper_lattice
-from cgla_graph.comparisons.claims.proving import require
+from cgla_graph.comparisons.claims.paper.flights import paper_lattice
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem

@@ -6,12 +6,18 @@ import math
 import numpy as np
 
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Check, Claim, Finding, Kind, Table, Verdict
+from cgla_graph.comparisons.claims.claim import Check, Claim, Finding, Kind, Table, Verdict, require
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.paper.path_checks import check_c14, check_c15, check_c16
 from cgla_graph.comparisons.claims.paper.pivot_checks import PROOF, check_c11
-from cgla_graph.comparisons.claims.proving import improper_allowed, require
-from cgla_graph.comparisons.claims.random_graphs import SAME, are_close, eq_9, least_costs, random_graph, zero_diagonal
+from cgla_graph.comparisons.claims.paper.random_graphs import (
+    SAME,
+    are_close,
+    eq_9,
+    least_costs,
+    random_graph,
+    zero_diagonal,
+)
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.solvers.exact.cgla import Cgla
@@ -86,9 +92,8 @@ def check_c12(evidence: Evidence) -> Finding:
 
 def check_c13(_: Evidence) -> Finding:
     """C13: with negative weights G has no bottom."""
-    with improper_allowed():
-        problem = counterexamples.scenario("printed-peaks.toml").problem
-        weight = float(problem.model.weights([(0.42, 0.5)], [(0.58, 0.5)])[0])
+    problem = counterexamples.scenario("printed-peaks.toml").problem
+    weight = float(problem.model.weights([(0.42, 0.5)], [(0.58, 0.5)])[0])
     steps = list(eq_9(np.array([[0.0, weight], [weight, 0.0]]), 0, [0, 1] * 50))
     lows = [float(values.min()) for values in steps[2:]]
     require(

@@ -9,10 +9,19 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.cells import ALPHA, CELLS, RateContrast, cell_name, rate_contrasts, rate_table, span
-from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict
+from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict, require
+from cgla_graph.comparisons.claims.contrasts import (
+    ALPHA,
+    CELLS,
+    RateContrast,
+    cell_name,
+    rate_contrasts,
+    rate_table,
+    span,
+)
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import cochran, paired_shift, proportion
+from cgla_graph.comparisons.claims.paper.flights import RADIUS
 from cgla_graph.comparisons.claims.paper.team_experiments import (
     COLLISION_DISTANCE,
     MEETING,
@@ -21,8 +30,6 @@ from cgla_graph.comparisons.claims.paper.team_experiments import (
     STEPNUM,
     STEPNUMS,
 )
-from cgla_graph.comparisons.claims.paper_flight import RADIUS
-from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight
 from cgla_graph.scenarios.mission_file import load_mission

@@ -10,11 +10,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
 
 from cgla_graph.comparisons.claims.artefact import Artefact, Comparison, TableRow
-from cgla_graph.comparisons.claims.figure_page import SELECTED
+from cgla_graph.comparisons.claims.claim import require
+from cgla_graph.comparisons.claims.paper.figure_page import SELECTED
 from cgla_graph.comparisons.claims.paper.printed_tables import WORKING_SCALE
+from cgla_graph.comparisons.claims.paper.printed_values import TABLE_1, TABLE_2, TABLE_3, TABLE_4, TABLE_5, PaperValue
 from cgla_graph.comparisons.claims.paper.routes import Way, Ways, arrived, escape, fly, of_weights, planned
-from cgla_graph.comparisons.claims.paper_values import TABLE_1, TABLE_2, TABLE_3, TABLE_4, TABLE_5, PaperValue
-from cgla_graph.comparisons.claims.proving import require
 
 #: Planners in the style of the paper's, by its names for them.
 STYLES: Mapping[str, str] = {"CGLA": "cgla", "FBCRI": "fbcri-style", "CPVS": "cpvs-style"}

@@ -7,10 +7,9 @@ import numpy as np
 
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict
+from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict, require
 from cgla_graph.comparisons.claims.evidence import Evidence
-from cgla_graph.comparisons.claims.proving import require
-from cgla_graph.comparisons.claims.random_graphs import SAME, random_field, random_graph, zero_diagonal
+from cgla_graph.comparisons.claims.paper.random_graphs import SAME, random_field, random_graph, zero_diagonal
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph.fusion.fusion import fused_graph
 from cgla_graph.model.graph import GeometricGraph

@@ -7,11 +7,10 @@ from scipy.sparse import csgraph
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Entry, Finding, Part, Table, Verdict
+from cgla_graph.comparisons.claims.claim import Entry, Finding, Part, Table, Verdict, require
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.inference import bootstrapped
-from cgla_graph.comparisons.claims.proving import require
-from cgla_graph.comparisons.claims.random_graphs import (
+from cgla_graph.comparisons.claims.paper.random_graphs import (
     are_close,
     eq_9,
     least_costs,

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.claims import paper_values
-from cgla_graph.comparisons.claims.cells import (
+from cgla_graph.comparisons.claims.claim import Claim, Finding, Kind, Part, Table, Verdict
+from cgla_graph.comparisons.claims.contrasts import (
     ALPHA,
     CELLS,
     LEAST,
@@ -29,9 +29,9 @@ from cgla_graph.comparisons.claims.cells import (
     span,
     tally,
 )
-from cgla_graph.comparisons.claims.claim import Claim, Finding, Kind, Part, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import at_least, paired_shift, proportion
+from cgla_graph.comparisons.claims.paper import printed_values
 from cgla_graph.comparisons.claims.paper.introduction_claims import check_c50
 from cgla_graph.comparisons.claims.paper.planner_experiments import OWN, TRAINING, K, versus_cgla
 from cgla_graph.comparisons.statistics.hodges_lehmann import hodges_lehmann
@@ -286,7 +286,7 @@ def check_c53(evidence: Evidence) -> Finding:
         rows.append((share, rate.n, *finite(arrived.rate, rate.rate), *rate.interval, median, p, p < ALPHA))
     whole = rows[-1]
     columns = ("share of training", "maps", "finds a way", "as good", "95 % from", "to", "median excess", "p", "holds")
-    table_1 = {name: paper_values.value("Table 1", name).risk for name in ("Q-Learning", "CGLA, K = 10")}
+    table_1 = {name: printed_values.value("Table 1", name).risk for name in ("Q-Learning", "CGLA, K = 10")}
     printed = (table_1["Q-Learning"] or math.nan) / (table_1["CGLA, K = 10"] or math.nan)
     return Finding(
         _verdict(holds=bool(whole[-1])),

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from cgla_graph.comparisons.claims.cells import CELLS, RADII, Case, Contrast, contrast
+from cgla_graph.comparisons.claims.contrasts import CELLS, RADII, Case, Contrast, contrast
 from cgla_graph.comparisons.claims.evidence import Samples
 from cgla_graph.comparisons.claims.experiment import Experiment, Record
-from cgla_graph.comparisons.claims.paper_flight import (
+from cgla_graph.comparisons.claims.paper.flights import (
     ARRIVAL_RADIUS,
     BOUNDS,
     GOAL,
@@ -20,7 +20,7 @@ from cgla_graph.comparisons.claims.paper_flight import (
     paper_lattice,
     risk_sum,
 )
-from cgla_graph.comparisons.claims.paper_values import STARTS
+from cgla_graph.comparisons.claims.paper.printed_values import STARTS
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import TimedThreat, World

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cgla_graph.comparisons.claims import paper_values
-from cgla_graph.comparisons.claims.cells import (
+from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict
+from cgla_graph.comparisons.claims.contrasts import (
     CELLS,
     LEAST,
     Contrast,
@@ -14,12 +14,12 @@ from cgla_graph.comparisons.claims.cells import (
     finite,
     tally,
 )
-from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict
 from cgla_graph.comparisons.claims.counterexamples import mission
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import bootstrapped
+from cgla_graph.comparisons.claims.paper import printed_values
 from cgla_graph.comparisons.claims.paper.planner_experiments import OWN, versus_cgla
-from cgla_graph.comparisons.claims.paper_values import TABLE_1, PaperValue, value
+from cgla_graph.comparisons.claims.paper.printed_values import TABLE_1, PaperValue, value
 from cgla_graph.mission.records import MissionStatus
 from cgla_graph.solvers import get
 
@@ -38,7 +38,7 @@ def check_c31(_: Evidence) -> Finding:
     if not dominates:
         msg = "the rows of K = 50 and K = 200 of Table 1 are not as they are printed"
         raise AssertionError(msg)
-    tightest = paper_values.rows_with_length()[0]
+    tightest = printed_values.rows_with_length()[0]
     return Finding(
         Verdict.NOT_TESTABLE,
         f"The risks of {', '.join(quoted)} are quoted from their original papers: other maps, other measures. They "
@@ -54,7 +54,7 @@ def check_c31(_: Evidence) -> Finding:
                 "One unit of length fits all tables",
                 Verdict.PROVED,
                 f"if a side of the map is at most {_scale(tightest):.1f} units ({tightest.place}, {tightest.method}); "
-                f"{_violations(200.0)} of {len(paper_values.rows_with_length())} rows are shorter than the straight "
+                f"{_violations(200.0)} of {len(printed_values.rows_with_length())} rows are shorter than the straight "
                 f"line at 200 units a side, {_violations(256.0)} at 256.",
             ),
         ),
@@ -88,7 +88,7 @@ def length_units() -> Table:
             _scale(row),
             (row.length or 0.0) / WORKING_SCALE / row.straight,
         )
-        for row in paper_values.rows_with_length()[:8]
+        for row in printed_values.rows_with_length()[:8]
     ]
     columns = ("table", "row", "printed length", "straight line", "most units a side", "detour at 160")
     return Table("Units of length that the tables allow (the eight tightest rows)", columns, rows)
@@ -104,7 +104,7 @@ def _scale(row: PaperValue) -> float:
 
 def _violations(scale: float) -> int:
     """Count the rows that would be shorter than the straight line."""
-    return sum(_scale(row) < scale for row in paper_values.rows_with_length())
+    return sum(_scale(row) < scale for row in printed_values.rows_with_length())
 
 
 def _less(first: PaperValue, second: PaperValue) -> bool:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.comparisons.claims.paper_flight import BOUNDS, GOAL, START, N, fly_alone, paper_lattice, risk_sum
-from cgla_graph.comparisons.claims.proving import require
+from cgla_graph.comparisons.claims.claim import require
+from cgla_graph.comparisons.claims.paper.flights import BOUNDS, GOAL, START, N, fly_alone, paper_lattice, risk_sum
 from cgla_graph.comparisons.missions.fly import open_mission
 from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 from cgla_graph.mission.records import MissionStatus, UavFlight

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.cells import (
+from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict, require
+from cgla_graph.comparisons.claims.contrasts import (
     CELLS,
     RULE,
     Contrast,
@@ -14,13 +15,11 @@ from cgla_graph.comparisons.claims.cells import (
     span,
     tally,
 )
-from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import log_shift, proportion
+from cgla_graph.comparisons.claims.paper.flights import RADIUS
 from cgla_graph.comparisons.claims.paper.obstacle_checks import shipped, supported
 from cgla_graph.comparisons.claims.paper.team_experiments import SHARING_KS, K, fly_two, sharings, team_measures
-from cgla_graph.comparisons.claims.paper_flight import RADIUS
-from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.mission.records import Flight
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import get

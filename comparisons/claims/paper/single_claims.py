@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from cgla_graph.comparisons.claims.cells import ALPHA, CELLS, cell_name
 from cgla_graph.comparisons.claims.claim import Claim, Finding, Kind, Part, Table, Verdict
+from cgla_graph.comparisons.claims.contrasts import ALPHA, CELLS, cell_name
 from cgla_graph.comparisons.claims.counterexamples import mission
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import at_least, bootstrapped, equivalence, proportion

@@ -8,9 +8,9 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.claims.cells import CELLS
+from cgla_graph.comparisons.claims.contrasts import CELLS
 from cgla_graph.comparisons.claims.experiment import Experiment, Record
-from cgla_graph.comparisons.claims.paper_flight import GOAL, fly_alone, measures, paper_lattice, risk_sum
+from cgla_graph.comparisons.claims.paper.flights import GOAL, fly_alone, measures, paper_lattice, risk_sum
 from cgla_graph.mission.records import UavFlight
 from cgla_graph.mission.world import TimedThreat
 from cgla_graph.model.problem import Problem

@@ -11,7 +11,9 @@ from matplotlib.ticker import FuncFormatter
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.claims.artefact import Artefact, Picture
-from cgla_graph.comparisons.claims.figure_page import (
+from cgla_graph.comparisons.claims.claim import require
+from cgla_graph.comparisons.claims.counterexamples import improper_field
+from cgla_graph.comparisons.claims.paper.figure_page import (
     NARROW,
     SELECTED,
     WIDE,
@@ -24,11 +26,10 @@ from cgla_graph.comparisons.claims.figure_page import (
     picture,
     write_beside,
 )
+from cgla_graph.comparisons.claims.paper.flights import GOAL, RADIUS, START, paper_lattice
 from cgla_graph.comparisons.claims.paper.routes import Way, Ways, escape, flown, of_weights, paper_field, planned
 from cgla_graph.comparisons.claims.paper.single_experiments import SIZES, farthest_pair
 from cgla_graph.comparisons.claims.paper.weight_claims import REGIONS
-from cgla_graph.comparisons.claims.paper_flight import GOAL, RADIUS, START, paper_lattice
-from cgla_graph.comparisons.claims.proving import improper_field, require
 from cgla_graph.comparisons.plots.risk import risk_colours
 from cgla_graph.comparisons.plots.scene import (
     NEAR_COLOUR,

@@ -4,15 +4,14 @@ import math
 from dataclasses import replace
 from typing import Literal
 
-from cgla_graph.comparisons.claims.cells import ALPHA, CELLS, cell_name
-from cgla_graph.comparisons.claims.claim import Claim, Finding, Kind, Part, Table, Verdict
+from cgla_graph.comparisons.claims.claim import Claim, Finding, Kind, Part, Table, Verdict, require
+from cgla_graph.comparisons.claims.contrasts import ALPHA, CELLS, cell_name
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.inference import at_least, proportion
+from cgla_graph.comparisons.claims.paper.flights import RADIUS, STEP
 from cgla_graph.comparisons.claims.paper.obstacle_checks import check_c39, check_c40, check_c41, shipped, supported
 from cgla_graph.comparisons.claims.paper.sharing_checks import check_c42, check_c43, check_c45, check_c51
 from cgla_graph.comparisons.claims.paper.team_experiments import COLLISION_DISTANCE, FEW_THREATS, STEPNUM, fly_two
-from cgla_graph.comparisons.claims.paper_flight import RADIUS, STEP
-from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.comparisons.statistics.paired import holm
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.records import Flight

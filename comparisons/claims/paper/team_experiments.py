@@ -7,9 +7,9 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from cgla_graph._types import Point
-from cgla_graph.comparisons.claims.cells import CELLS, RADII
+from cgla_graph.comparisons.claims.contrasts import CELLS, RADII
 from cgla_graph.comparisons.claims.experiment import Experiment
-from cgla_graph.comparisons.claims.paper_flight import (
+from cgla_graph.comparisons.claims.paper.flights import (
     ARRIVAL_RADIUS,
     BOUNDS,
     GOAL,
@@ -124,7 +124,7 @@ def team_measures(flight: Flight) -> dict[str, Any]:
     """
     Return what is measured of a mission: sums over its UAVs, and how near they came to each other.
 
-    The sums are missing unless all arrived (see `paper_flight.measures`). How near they came is measured in any case.
+    The sums are missing unless all arrived (see `flights.measures`). How near they came is measured in any case.
     """
     each = [measures(one) for one in flight.uavs.values()]
     names = ("length", "risk", "risk_sum", "cost", "exposure")

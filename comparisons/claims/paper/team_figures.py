@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from cgla_graph.comparisons.claims.artefact import Artefact, Picture
-from cgla_graph.comparisons.claims.figure_page import (
+from cgla_graph.comparisons.claims.claim import require
+from cgla_graph.comparisons.claims.paper.figure_page import (
     SELECTED,
     WIDE,
     Key,
@@ -21,7 +22,6 @@ from cgla_graph.comparisons.claims.figure_page import (
     write_beside,
 )
 from cgla_graph.comparisons.claims.paper.routes import Way, fly
-from cgla_graph.comparisons.claims.proving import require
 from cgla_graph.comparisons.plots.scene import SIGHT_DASHES, colour_of, draw_ring, patch_key
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import UavFlight

@@ -7,14 +7,13 @@ import time
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.claims import paper_values
-from cgla_graph.comparisons.claims.cells import ALPHA, RULE
-from cgla_graph.comparisons.claims.claim import Entry, Finding, Part, Table, Verdict
+from cgla_graph.comparisons.claims.claim import Entry, Finding, Part, Table, Verdict, require
+from cgla_graph.comparisons.claims.contrasts import ALPHA, RULE
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.inference import Shift, log_shift
-from cgla_graph.comparisons.claims.operation_counts import integral_count, pair_count, relaxation_count
-from cgla_graph.comparisons.claims.paper_flight import N, paper_lattice
-from cgla_graph.comparisons.claims.proving import require
+from cgla_graph.comparisons.claims.paper import printed_values
+from cgla_graph.comparisons.claims.paper.flights import N, paper_lattice
+from cgla_graph.comparisons.claims.paper.operation_counts import integral_count, pair_count, relaxation_count
 from cgla_graph.comparisons.statistics.paired import holm
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.model.problem import Problem
@@ -56,7 +55,7 @@ def check_c36(_: Evidence) -> Finding:
     require(plan.status.has_path and policy.status.has_path, "one of the two found no path")
     uses = _relaxations(problem)
     updates = _updates(policy)
-    times = paper_values.TIMES
+    times = printed_values.TIMES
     rows: list[list[Entry]] = [
         ["the paper's seconds", times.cgla, times.q_learning, times.ratio],
         ["our seconds for one plan", ours, learnt, learnt / ours],
@@ -95,8 +94,7 @@ def check_c36(_: Evidence) -> Finding:
 
 def _relaxations(problem: Problem) -> int:
     """Return how often CGLA uses Eq. 9 for a plan on the paper's lattice."""
-    on = problem.on_lattice(paper_lattice())
-    on.graph.weight_matrix()
+    on = problem.on_lattice(paper_lattice()).weighed()
     return relaxation_count(on.graph.n_nodes, cost_matrix(on.graph, on.target, source=on.source).rounds)
 
 

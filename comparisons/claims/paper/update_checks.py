@@ -5,11 +5,10 @@ import math
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.claims.claim import Entry, Finding, Part, Table, Verdict
+from cgla_graph.comparisons.claims.claim import Entry, Finding, Part, Table, Verdict, require
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.inference import bootstrapped
-from cgla_graph.comparisons.claims.paper_flight import paper_lattice
-from cgla_graph.comparisons.claims.proving import require
+from cgla_graph.comparisons.claims.paper.flights import paper_lattice
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.cost_to_go.repair import reweigh
 from cgla_graph.model.cost_model import CostModel

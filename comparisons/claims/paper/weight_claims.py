@@ -9,8 +9,8 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.claims import paper_values
-from cgla_graph.comparisons.claims.cells import (
+from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict
+from cgla_graph.comparisons.claims.contrasts import (
     CELLS,
     Contrast,
     adjusted,
@@ -20,12 +20,12 @@ from cgla_graph.comparisons.claims.cells import (
     contrast_table,
     tally,
 )
-from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict
 from cgla_graph.comparisons.claims.counterexamples import mission
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import proportion
+from cgla_graph.comparisons.claims.paper import printed_values
+from cgla_graph.comparisons.claims.paper.flights import fly_alone
 from cgla_graph.comparisons.claims.paper.single_experiments import OFFLINE_K, ONLINE_K, POPUP_K
-from cgla_graph.comparisons.claims.paper_flight import fly_alone
 from cgla_graph.mission.records import MissionStatus, UavFlight
 from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers import get
@@ -154,7 +154,7 @@ def check_c37(evidence: Evidence) -> Finding:
     flown = Samples([record for record in samples.records if record["sudden"] and record["integral"] != "known"])
     contrasts = _both_ways(flown, *POPUP_K)
     half = len(contrasts) // 2
-    low, high = paper_values.TABLE_2
+    low, high = printed_values.TABLE_2
     risk, length = (
         cast("float", high.risk) / cast("float", low.risk),
         cast("float", high.length) / cast("float", low.length),
@@ -183,7 +183,7 @@ def check_c37(evidence: Evidence) -> Finding:
 
 def _break_even() -> float:
     """Return the K at which the two ways of Table 2 cost the same, in the working reading of its units."""
-    low, high = paper_values.TABLE_2
+    low, high = printed_values.TABLE_2
     longer = (cast("float", high.length) - cast("float", low.length)) / 160.0
     return longer / ((cast("float", low.risk) - cast("float", high.risk)) * 0.02)
 

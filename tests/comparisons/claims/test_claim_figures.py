@@ -18,10 +18,10 @@ from matplotlib.figure import Figure
 from scipy.integrate import quad
 from strategies import examples, few, points, seeds
 
-from cgla_graph.comparisons.claims import figure_page
 from cgla_graph.comparisons.claims.artefact import Artefact, Picture
-from cgla_graph.comparisons.claims.figure_page import NARROW, SELECTED, WIDE, add_map, draw_way, finish, page
-from cgla_graph.comparisons.claims.paper import routes, single_figures, team_figures
+from cgla_graph.comparisons.claims.paper import figure_page, routes, single_figures, team_figures
+from cgla_graph.comparisons.claims.paper.figure_page import NARROW, SELECTED, WIDE, add_map, draw_way, finish, page
+from cgla_graph.comparisons.claims.paper.flights import GOAL, START, STEP, paper_lattice
 from cgla_graph.comparisons.claims.paper.routes import (
     Way,
     Ways,
@@ -34,7 +34,6 @@ from cgla_graph.comparisons.claims.paper.routes import (
     planned,
 )
 from cgla_graph.comparisons.claims.paper.single_figures import HIGH, LOW, READINGS, SIGMAS, weights_from_origin
-from cgla_graph.comparisons.claims.paper_flight import GOAL, START, STEP, paper_lattice
 from cgla_graph.comparisons.plots.scene import line_key
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import MissionStatus

@@ -22,10 +22,9 @@ from cgla_graph.comparisons.claims.claim import (
 )
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.experiment import Experiment, Record
-from cgla_graph.comparisons.claims.printing import results_document
 from cgla_graph.comparisons.claims.report import report_html, report_markdown, sections
 from cgla_graph.comparisons.claims.store import FILE, Measured, Store
-from cgla_graph.comparisons.claims.texts import rerun
+from cgla_graph.comparisons.claims.wording import rerun, results_document
 from cgla_graph.errors import ClaimError, OutputError
 
 EVIL = "<script>alert('x')</script> | *bold* \\"

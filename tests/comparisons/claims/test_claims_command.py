@@ -14,7 +14,6 @@ from command_line import Call, caller
 
 from cgla_graph.comparisons.claims import catalogue, counterexamples
 from cgla_graph.comparisons.claims.artefact import artefacts
-from cgla_graph.comparisons.claims.proving import improper_allowed
 from cgla_graph.scenarios.mission_file import is_mission_file
 
 PROGRAM = [sys.executable, "-m", "cgla_graph.comparisons"]
@@ -51,8 +50,7 @@ def test_each_counterexample_can_be_read(name: str, tmp_path: Path) -> None:
     elif is_mission_file(str(tmp_path / name)):
         assert counterexamples.mission(name).title
     else:
-        with improper_allowed():
-            assert counterexamples.scenario(name).title
+        assert counterexamples.scenario(name).title
 
 
 @pytest.mark.slow

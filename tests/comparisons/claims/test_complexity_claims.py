@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from strategies import few, seeds, usual
 
-from cgla_graph.comparisons.claims import counterexamples, operation_counts
+from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Finding, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
 from cgla_graph.comparisons.claims.paper import complexity_claims as claims
-from cgla_graph.comparisons.claims.paper import time_checks, update_checks
+from cgla_graph.comparisons.claims.paper import operation_counts, time_checks, update_checks
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.graph import GeometricGraph

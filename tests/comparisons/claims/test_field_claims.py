@@ -1,8 +1,11 @@
 """The claims about the model: their verdicts, and that a broken model has none."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
+from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
 from cgla_graph.comparisons.claims.paper import field_claims
@@ -68,12 +71,10 @@ def test_weights_that_are_broken_have_no_verdict(monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_stored_map_that_shows_nothing_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    stored = field_claims._stored("printed-peaks.toml")
+    stored = counterexamples.scenario("printed-peaks.toml")
     harmless = RiskField([Threat(0.5, 0.5, 0.1)])
-    import dataclasses  # noqa: PLC0415 - only here
-
     changed = dataclasses.replace(stored, problem=dataclasses.replace(stored.problem, field=harmless))
-    monkeypatch.setattr(field_claims, "_stored", lambda _: changed)
+    monkeypatch.setattr(counterexamples, "scenario", lambda _: changed)
     for claim in ("C1", "C2", "C3", "C5"):
         with pytest.raises(AssertionError, match="the stored map does not show"):
             CHECKS[claim](QUICK)

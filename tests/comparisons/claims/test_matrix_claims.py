@@ -11,7 +11,7 @@ from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
 from cgla_graph.comparisons.claims.paper import matrix_claims, path_checks, pivot_checks
-from cgla_graph.comparisons.claims.random_graphs import eq_9
+from cgla_graph.comparisons.claims.paper.random_graphs import eq_9
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 
 QUICK = Evidence(Scale(quick=True))

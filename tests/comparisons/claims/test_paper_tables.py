@@ -13,8 +13,8 @@ from strategies import usual
 from cgla_graph.comparisons.claims.artefact import Comparison, TableRow
 from cgla_graph.comparisons.claims.paper import paper_tables
 from cgla_graph.comparisons.claims.paper.paper_tables import ARTEFACTS, Reason, reason, rows
+from cgla_graph.comparisons.claims.paper.printed_values import START, TABLES, PaperValue
 from cgla_graph.comparisons.claims.paper.routes import Way, Ways, fly
-from cgla_graph.comparisons.claims.paper_values import START, TABLES, PaperValue
 from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.solvers import get
 

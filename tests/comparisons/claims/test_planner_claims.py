@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import few
 
-from cgla_graph.comparisons.claims.cells import CELLS, RADII, adjusted, all_hold
 from cgla_graph.comparisons.claims.claim import Finding, Verdict
+from cgla_graph.comparisons.claims.contrasts import CELLS, RADII, adjusted, all_hold
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.paper import introduction_claims, planner_claims, planner_experiments

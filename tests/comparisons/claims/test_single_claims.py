@@ -13,16 +13,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import few, seeds, usual
 
-from cgla_graph.comparisons.claims import paper_values
-from cgla_graph.comparisons.claims.cells import CELLS, Contrast, adjusted, all_hold, contrast, rate_contrasts
 from cgla_graph.comparisons.claims.claim import Finding, Verdict
+from cgla_graph.comparisons.claims.contrasts import CELLS, Contrast, adjusted, all_hold, contrast, rate_contrasts
 from cgla_graph.comparisons.claims.counterexamples import mission, text
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
-from cgla_graph.comparisons.claims.paper import printed_tables, single_claims, single_experiments, weight_claims
+from cgla_graph.comparisons.claims.paper import (
+    printed_tables,
+    printed_values,
+    single_claims,
+    single_experiments,
+    weight_claims,
+)
+from cgla_graph.comparisons.claims.paper.flights import fly_alone, measures, positions_at_steps, risk_sum
+from cgla_graph.comparisons.claims.paper.printed_values import TABLE_1, rows_with_length, value
 from cgla_graph.comparisons.claims.paper.single_experiments import OFFLINE_K, ONLINE_K, POPUP_K, farthest_pair
-from cgla_graph.comparisons.claims.paper_flight import fly_alone, measures, positions_at_steps, risk_sum
-from cgla_graph.comparisons.claims.paper_values import TABLE_1, rows_with_length, value
 from cgla_graph.mission.records import UavFlight
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.scenarios.random_map import random_scenario
@@ -414,9 +419,10 @@ def test_arithmetic_of_printed_lengths() -> None:
 
 def test_a_table_without_the_contradiction_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     tame = tuple(
-        dataclasses.replace(row, length=300.0) if row.method == "CGLA, K = 200" else row for row in paper_values.TABLES
+        dataclasses.replace(row, length=300.0) if row.method == "CGLA, K = 200" else row
+        for row in printed_values.TABLES
     )
-    monkeypatch.setattr(paper_values, "TABLES", tame)
+    monkeypatch.setattr(printed_values, "TABLES", tame)
     with pytest.raises(AssertionError, match="not as they are printed"):
         single_claims.check_c31(Evidence())
 

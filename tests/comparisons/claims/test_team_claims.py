@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from strategies import examples, seeds
 
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.cells import CELLS
 from cgla_graph.comparisons.claims.claim import Finding, Verdict
+from cgla_graph.comparisons.claims.contrasts import CELLS
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.paper import obstacle_checks, sharing_checks, team_experiments
 from cgla_graph.comparisons.claims.paper import team_claims as claims

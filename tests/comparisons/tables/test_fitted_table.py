@@ -19,7 +19,7 @@ from strategies import few
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.claims import printing
+from cgla_graph.comparisons.claims import terminal
 from cgla_graph.comparisons.claims.claim import Table
 from cgla_graph.comparisons.commands import output
 from cgla_graph.comparisons.commands.pareto import front_table
@@ -114,7 +114,7 @@ def tables() -> Iterator[FittedTable]:
     yield front_table(SCENARIO, Entrant.parse("hybrid"), front())
     rows = [["a cell with many words in it", 200, 0.512345, -5.47512e4, 123456, 0.03, "yes"]] * 3
     heads = ("cell", "maps", "evaded", "95 % from", "greatest of all counts", "p (Holm)", "holds")
-    yield printing._table(Table("a title", heads, rows, "a rule"))
+    yield terminal._table(Table("a title", heads, rows, "a rule"))
 
 
 @pytest.mark.parametrize("width", WIDTHS)

@@ -1,10 +1,11 @@
-"""Findings in words: the same in the terminal, in the report and in the manual."""
+"""Findings in words, the same in the terminal, in the report and in the manual; and all of them as one document."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 from cgla_graph.comparisons.claims.checking import Result
-from cgla_graph.comparisons.claims.claim import Entry, Verdict
+from cgla_graph.comparisons.claims.claim import Entry, Verdict, finding_document
 from cgla_graph.comparisons.claims.evidence import Scale
 
 #: Significant digits of numbers in tables.
@@ -85,3 +86,34 @@ def sampled(result: Result) -> str:
     parts = [f"{name}: {number} maps" for name, number in result.maps.items()]
     parts += [f"{name}: maps that told nothing: {reason}" for name, reason in result.lost.items()]
     return "; ".join(parts)
+
+
+def results_document(results: Sequence[Result], scale: Scale) -> dict[str, Any]:
+    """Return all that is known as one JSON document."""
+    return {
+        "maps": scale.maps,
+        "seed": scale.seed,
+        "quick": scale.quick,
+        "claims": [
+            {
+                "id": result.claim.id,
+                "place": result.claim.place,
+                "sentence": result.claim.sentence,
+                "statement": result.claim.statement,
+                "kind": result.claim.kind.label,
+                "figures": list(result.claim.figures),
+                **_labelled(finding_document(result.finding)),
+                "maps": dict(result.maps),
+                "lost": dict(result.lost),
+                "seconds": result.seconds,
+                "rerun": rerun(result.claim.id, scale),
+            }
+            for result in results
+        ],
+    }
+
+
+def _labelled(document: dict[str, Any]) -> dict[str, Any]:
+    """Write verdicts as people read them."""
+    parts = [{**part, "verdict": Verdict[part["verdict"]].label} for part in document["parts"]]
+    return {**document, "verdict": Verdict[document["verdict"]].label, "parts": parts}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.comparisons.claims.paper_flight import ARRIVAL_RADIUS, BOUNDS, GOAL, RADIUS, START, paper_lattice
+from cgla_graph.comparisons.claims.paper.flights import ARRIVAL_RADIUS, BOUNDS, GOAL, RADIUS, START, paper_lattice
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix
 from cgla_graph.cost_to_go.repair import lazy_cost_matrix, linked
 from cgla_graph.mission.mission import Mission

@@ -14,7 +14,7 @@ from matplotlib.text import Text
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.claims.artefact import Picture
-from cgla_graph.comparisons.claims.paper_flight import BOUNDS, GOAL, START, paper_lattice
+from cgla_graph.comparisons.claims.paper.flights import BOUNDS, GOAL, START, paper_lattice
 from cgla_graph.comparisons.plots.flight import flight_figure
 from cgla_graph.comparisons.plots.page import Part, add_legend, style
 from cgla_graph.comparisons.plots.pictures import save

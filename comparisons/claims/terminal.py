@@ -1,7 +1,6 @@
 """Claims in the terminal: a row each, or all that is known of a few."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.padding import Padding
@@ -10,9 +9,9 @@ from rich.text import Text
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.claims.checking import Result
-from cgla_graph.comparisons.claims.claim import Table, Verdict, finding_document
+from cgla_graph.comparisons.claims.claim import Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Scale
-from cgla_graph.comparisons.claims.texts import counted, is_number, rerun, sampled, scale_words, written
+from cgla_graph.comparisons.claims.wording import counted, is_number, rerun, sampled, scale_words, written
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 
 #: Up to this many claims, all that is known of them is printed.
@@ -81,34 +80,3 @@ def _table(table: Table) -> FittedTable:
 
 def _is_of_numbers(table: Table, column: int) -> bool:
     return all(is_number(row[column]) for row in table.rows)
-
-
-def results_document(results: Sequence[Result], scale: Scale) -> dict[str, Any]:
-    """Return all that is known as one JSON document."""
-    return {
-        "maps": scale.maps,
-        "seed": scale.seed,
-        "quick": scale.quick,
-        "claims": [
-            {
-                "id": result.claim.id,
-                "place": result.claim.place,
-                "sentence": result.claim.sentence,
-                "statement": result.claim.statement,
-                "kind": result.claim.kind.label,
-                "figures": list(result.claim.figures),
-                **_labelled(finding_document(result.finding)),
-                "maps": dict(result.maps),
-                "lost": dict(result.lost),
-                "seconds": result.seconds,
-                "rerun": rerun(result.claim.id, scale),
-            }
-            for result in results
-        ],
-    }
-
-
-def _labelled(document: dict[str, Any]) -> dict[str, Any]:
-    """Write verdicts as people read them."""
-    parts = [{**part, "verdict": Verdict[part["verdict"]].label} for part in document["parts"]]
-    return {**document, "verdict": Verdict[document["verdict"]].label, "parts": parts}
