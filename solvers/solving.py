@@ -42,7 +42,8 @@ def solve(
     resolution
         For solvers that need a lattice: points a side, or a `Lattice`.
     on
-        The same problem laid on a graph before (`Problem.on_lattice`), to share its weights between graph solvers.
+        The same problem laid on a graph before, to share its weights between graph solvers:
+        ``problem.on_lattice(20).weighed()``.
     refine
         Whether to refine the solver's path in the plane (`cgla_graph.refine.refine.refine_path`). The time and the
         evaluations that this takes are added to the solver's.
@@ -161,7 +162,7 @@ def _solve_in_plane(
 def weighed(problem: GraphProblem) -> GraphProblem:
     """Weigh a complete graph at once if its matrix is affordable; larger ones are weighed row by row, when asked."""
     if problem.graph.is_implicit and problem.graph.n_nodes <= DENSE_UP_TO:
-        problem.graph.weight_matrix()
+        return problem.weighed()
     return problem
 
 

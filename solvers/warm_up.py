@@ -63,9 +63,7 @@ def warm_up(solver: Solver, *, refine: bool = False) -> None:
     with suppress(Exception):
         short: Any = shortened(solver)
         if solver.traits.domain == "graph":
-            on = problem.on_lattice(2)
-            on.graph.weight_matrix()
-            answer = short.solve(on)
+            answer = short.solve(problem.on_lattice(2).weighed())
         else:
             answer = short.solve(problem)
         problem.judge(answer)

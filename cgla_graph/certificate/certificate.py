@@ -205,9 +205,8 @@ def _cost_of_own(problem: Problem) -> float:
     if problem.start == problem.goal:
         return 0.0
     points = corners(problem.model.area, problem.bounds)[:MOST_CORNERS]
-    on = problem.on_lattice(OWN_LATTICE, extra=map(tuple, points.tolist()))
     # all weights at once, on all cores
-    on.graph.weight_matrix()
+    on = problem.on_lattice(OWN_LATTICE, extra=map(tuple, points.tolist())).weighed()
     nodes = cost_matrix(on.graph, on.target).path_from(on.source)
     positions = np.asarray(on.graph.positions)
     return refine_path(problem, positions[np.array(nodes, dtype=np.int64)]).cost if nodes else math.inf

@@ -1,5 +1,6 @@
 """Incremental planning: a cost matrix, or all weights, after threats or no-fly areas came, went or moved."""
 
+import dataclasses
 from functools import lru_cache, partial
 
 import numpy as np
@@ -14,6 +15,7 @@ from cgla_graph.errors import GraphError
 from cgla_graph.model.adjacency import Node
 from cgla_graph.model.cost_model import CostModel, share_out
 from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.weights import DenseWeights, ImplicitWeights, Weights
 
 #: A box around everything.
 EVERYWHERE = np.array([[-np.inf, -np.inf, np.inf, np.inf]])
@@ -120,7 +122,7 @@ def repair(matrix: CostMatrix, model: CostModel) -> CostMatrix:
         )
         raise GraphError(msg)
     old = matrix.graph
-    graph = GeometricGraph(old.labels, old.positions, model=model, lattice=old.lattice)
+    graph = old.under(model)
     if not _is_proper(old_model, model):
         return cost_matrix(graph, old.labels[matrix.target])
     change = ModelChange.between(old_model, model)
@@ -192,8 +194,7 @@ def reweigh(graph: GeometricGraph, model: CostModel) -> GeometricGraph:
     # the other pairs are sums of primitive ones, in rows of any share
     share_out(partial(weigh, primitive=True), graph.n_nodes)
     share_out(partial(weigh, primitive=False), graph.n_nodes)
-    out.flags.writeable = False
-    return GeometricGraph(graph.labels, graph.positions, model=model, lattice=graph.lattice, _stored=out)
+    return dataclasses.replace(graph, model=model, weights=DenseWeights(out))
 
 
 def linked(matrix: CostMatrix, point: Point) -> tuple[CostMatrix, Node]:
@@ -232,15 +233,15 @@ def linked(matrix: CostMatrix, point: Point) -> tuple[CostMatrix, Node]:
     >>> round(joined.value(node), 12), joined.path_from(node)
     (0.5, [9, 8])
     """
-    _complete(matrix.graph)
+    _, model = _complete(matrix.graph)
     if len(matrix.order) != int(np.isfinite(matrix.values).sum()):
         msg = f"this cost matrix settled {len(matrix.order)} nodes, not all; compute it without a source"
         raise GraphError(msg)
-    graph, node = with_node(_implicit(matrix.graph), point)
+    graph, node = with_node(matrix.graph.under(model), point)
     index = graph.index_of(node)
     if graph.n_nodes == matrix.graph.n_nodes:
         return matrix, node
-    nodes, model = _complete(graph)
+    nodes, _ = _complete(graph)
     if model.field.is_probability:
         value, successor = repair_kernels.link(nodes, matrix.values, model.kernel_model())
     else:
@@ -286,18 +287,18 @@ def with_node(graph: GeometricGraph, point: Point) -> tuple[GeometricGraph, Node
     _, model = _complete(graph)
     spot = pair("the point", point)
     positions = _positions(graph)
-    for index in np.flatnonzero((positions == spot).all(axis=1))[:1].tolist():
-        return graph, graph.labels[index]
+    if (node := graph.node_at(spot)) is not None:
+        return graph, node
     n = graph.n_nodes
     positions = np.vstack([positions, spot])
     positions.flags.writeable = False
-    stored = None
+    weights: Weights = ImplicitWeights(model, positions, graph.lattice_shape)
     if not graph.is_implicit:
         stored = np.empty((n + 1, n + 1))
         stored[:n, :n] = graph.weight_matrix()
-        stored[n] = stored[:, n] = model.row(positions, n, _shape(graph))
-        stored.flags.writeable = False
-    return GeometricGraph(range(n + 1), positions, model=model, lattice=graph.lattice, _stored=stored), n
+        stored[n] = stored[:, n] = weights.row(n)
+        weights = DenseWeights(stored)
+    return GeometricGraph(range(n + 1), positions, model=model, lattice=graph.lattice, weights=weights), n
 
 
 def _nothing(n_nodes: int) -> repair_kernels.Before:
@@ -340,7 +341,7 @@ def _complete(graph: GeometricGraph) -> tuple[repair_kernels.Nodes, CostModel]:
         what = "sparse" if graph.is_sparse else "without a cost model" if graph.model is None else "without positions"
         msg = f"this graph is {what}; incremental planning needs a complete graph: GeometricGraph.complete(lattice, …)"
         raise GraphError(msg)
-    shape = _shape(graph)
+    shape = graph.lattice_shape
     return (graph.positions, *shape, _coprime(*shape)), graph.model
 
 
@@ -354,16 +355,8 @@ def _is_proper(*models: CostModel) -> bool:
     return all(model.field.is_probability for model in models)
 
 
-def _implicit(graph: GeometricGraph) -> GeometricGraph:
-    return GeometricGraph(graph.labels, graph.positions, model=graph.model, lattice=graph.lattice)
-
-
 def _positions(graph: GeometricGraph) -> FloatArray:
     return np.empty((0, 2)) if graph.positions is None else graph.positions
-
-
-def _shape(graph: GeometricGraph) -> tuple[int, int]:
-    return graph.lattice.shape if graph.lattice else (0, 0)
 
 
 @lru_cache(maxsize=8)

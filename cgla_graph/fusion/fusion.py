@@ -184,7 +184,7 @@ def fused_graph(
     complete = GeometricGraph.complete(points, _united(known), k, no_fly=no_fly, extra=extra)
     if (fusion == "union" and not parts) or complete.positions is None:
         return complete
-    positions, lattice_shape = complete.positions, complete.lattice.shape if complete.lattice else (0, 0)
+    positions, lattice_shape = complete.positions, complete.lattice_shape
     lengths = CostModel(no_fly=no_fly).matrix(positions, lattice_shape)
 
     def weigh(group: Group) -> FloatArray:

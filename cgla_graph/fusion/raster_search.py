@@ -229,9 +229,8 @@ class RasterGuide:
     def _kernel_arguments(
         self, graph: GeometricGraph, risk: RiskField
     ) -> tuple[raster_kernels.Nodes, raster_kernels.Raster]:
-        width, height = graph.lattice.shape if graph.lattice else (0, 0)
         lengths = CostModel(no_fly=self.model.no_fly).kernel_model()
-        return (_positions(graph), width, height), (lengths, self.model.k, kernel_fields((risk,)), self.samples)
+        return (_positions(graph), *graph.lattice_shape), (lengths, self.model.k, kernel_fields((risk,)), self.samples)
 
     def _detours(self, at: int) -> list[IntArray]:
         """Return the ways from a node straight to a node of the last path, and along that."""

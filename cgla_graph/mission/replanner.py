@@ -172,7 +172,7 @@ class Replanner:
         known = CostModel(situation.field, self.uav.k, situation.no_fly)
         if self._matrix is None or not self.mission.incremental:
             graph = self._complete(known, self.uav.goal)
-            self._matrix = lazy_cost_matrix(graph, _node_at(graph, self.uav.goal))
+            self._matrix = lazy_cost_matrix(graph, graph.node_at(self.uav.goal))
         elif self._matrix.graph.model != known:
             self._matrix = repair(self._matrix, known)
         if not situation.obstacles:
@@ -223,8 +223,8 @@ class Replanner:
             matrix, node = linked(self.matrix(situation), first)
         else:
             graph = self._complete(problem.model, self.uav.goal, first)
-            graph.weight_matrix()
-            matrix, node = cost_matrix(graph, _node_at(graph, self.uav.goal)), _node_at(graph, first)
+            graph = graph.weighed()
+            matrix, node = cost_matrix(graph, graph.node_at(self.uav.goal)), graph.node_at(first)
         answer = solver.read(GraphProblem(matrix.graph, node, matrix.graph.labels[matrix.target]), matrix)
         return self._from(problem, answer, matrix.graph)
 
@@ -242,7 +242,7 @@ class Replanner:
     def _solve_on_graph(self, problem: Problem, situation: Situation) -> Solution:
         """Give the solver a graph with all its weights."""
         graph, source = self._weighed(problem, situation)
-        target = _node_at(graph, self.uav.goal)
+        target = graph.node_at(self.uav.goal)
         if situation.excluded:
             graph = _without(graph, situation.excluded - {source, target})
         on = GraphProblem(graph, source, target)
@@ -262,11 +262,10 @@ class Replanner:
                 fusion=mission.fusion,
                 integral=mission.integral,
             )
-            return graph, _node_at(graph, first)
+            return graph, graph.node_at(first)
         known = CostModel(situation.field, self.uav.k, situation.no_fly)
         if self._graph is None or not mission.incremental:
-            self._graph = self._complete(known, self.uav.goal)
-            self._graph.weight_matrix()
+            self._graph = self._complete(known, self.uav.goal).weighed()
         elif self._graph.model != known:
             self._graph = reweigh(self._graph, known)
         graph = self._graph if not situation.obstacles else reweigh(self._graph, problem.model)
@@ -304,12 +303,6 @@ def _bends(path: FloatArray) -> FloatArray:
     turn = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
     kept = turn > IN_LINE * np.hypot(*before.T) * np.hypot(*after.T)
     return path[np.concatenate([[True], kept, [True]])] if len(path) > 1 else path
-
-
-def _node_at(graph: GeometricGraph, place: Point) -> Node:
-    """Return the node at a place that is one."""
-    positions = np.empty((0, 2)) if graph.positions is None else graph.positions
-    return graph.labels[int(np.nonzero((positions == place).all(axis=1))[0][0])]
 
 
 def _without(graph: GeometricGraph, nodes: "frozenset[Node]") -> GeometricGraph:

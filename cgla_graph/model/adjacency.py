@@ -75,15 +75,6 @@ def compressed(
     return sparse.csr_array((weights[first], heads[first], starts), shape=(n_nodes, n_nodes))
 
 
-def dense_row(matrix: sparse.csr_array, index: int) -> FloatArray:
-    """Spread one stored row out over all nodes, shape ``(n,)``: infinity where nothing is stored, 0 at the node."""
-    row = np.full(matrix.shape[0], np.inf)
-    begin, end = matrix.indptr[index], matrix.indptr[index + 1]
-    row[matrix.indices[begin:end]] = matrix.data[begin:end]
-    row[index] = 0.0
-    return row
-
-
 def networkx_positions(graph: "nx.Graph[Any]", pos: str, *, needed: bool) -> FloatArray | None:
     """Read the nodes' positions, shape ``(n, 2)``; None if a node has none and they are not `needed`."""
     spots = [data.get(pos) for _, data in graph.nodes(data=True)]

@@ -97,6 +97,10 @@ class CostModel:
         graph_kernels.segment_weights(first, second, self.kernel_model(), out)
         return out
 
+    def pair(self, positions: FloatArray, tail: int, head: int, lattice_shape: tuple[int, int] = (0, 0)) -> float:
+        """Weigh the segment between two nodes: an entry of `matrix`, to the last bit."""
+        return graph_kernels.pair_weight(positions, *lattice_shape, tail, head, self.kernel_model())
+
     def row(self, positions: FloatArray, node: int, lattice_shape: tuple[int, int] = (0, 0)) -> FloatArray:
         """Weigh the segments between one node and all, shape ``(n,)``: a row of `matrix`, to the last bit."""
         out = np.empty(len(positions))

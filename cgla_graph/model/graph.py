@@ -5,7 +5,7 @@ Longer than most modules: each way to make a graph says in full what it takes an
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -23,7 +23,6 @@ from cgla_graph.model.adjacency import (
     Node,
     cell_corners,
     compressed,
-    dense_row,
     edge_weight,
     eight_neighbours,
     networkx_positions,
@@ -33,6 +32,7 @@ from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.risk import RiskField
+from cgla_graph.model.weights import DenseWeights, ImplicitWeights, SparseWeights, Weights
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,13 +41,15 @@ class GeometricGraph:
     Nodes, and a weight for each ordered pair of them: the one thing that a graph solver sees.
 
     Made by `complete`, `eight_connected`, `from_networkx`, `from_matrix` or `from_sparse`. The weights are held as
-    a dense matrix, a sparse one, or not at all and computed when asked (a complete graph); `weights_from` and
-    `weights_to` answer alike for all three. Infinity means that there is no edge; zero is a weight like any other.
+    a dense matrix, a sparse one, or not at all and computed when asked (a complete graph, until `weighed`); all
+    three answer alike. Infinity means that there is no edge; zero is a weight like any other.
 
     Attributes
     ----------
     labels
         The nodes, in the order of their indices: 0, 1, … unless the user's graph names them.
+    weights
+        How the weights are held.
     positions
         Shape ``(n, 2)``, map units, read-only; None if the nodes have none.
     directed
@@ -69,7 +71,7 @@ class GeometricGraph:
     directed: bool = False
     model: CostModel | None = None
     lattice: Lattice | None = None
-    _stored: "FloatArray | sparse.csr_array | None" = field(default=None, repr=False)
+    weights: Weights = field(kw_only=True, repr=False)
 
     @classmethod
     def complete(
@@ -84,7 +86,7 @@ class GeometricGraph:
         """
         Join every pair of points by its straight segment, weighted by Eq. 5.
 
-        Weights are computed when asked; `weight_matrix` computes them all and keeps them.
+        Weights are computed when asked; `weighed` computes them all.
 
         Parameters
         ----------
@@ -114,7 +116,8 @@ class GeometricGraph:
             raise ProblemError(msg)
         positions = _with_extra(base, lattice, extra)
         model = CostModel(RiskField() if field is None else field, k, no_fly)
-        return cls(range(len(positions)), positions, model=model, lattice=lattice)
+        weights = ImplicitWeights(model, positions, lattice.shape if lattice else (0, 0))
+        return cls(range(len(positions)), positions, model=model, lattice=lattice, weights=weights)
 
     @classmethod
     def eight_connected(
@@ -173,7 +176,7 @@ class GeometricGraph:
             tails, heads = np.concatenate([tails, more[0]]), np.concatenate([heads, more[1]])
         weights = model.weights(positions[tails], positions[heads])
         matrix = compressed(tails, heads, weights, len(positions), mirrored=True)
-        return cls(range(len(positions)), positions, model=model, lattice=lattice, _stored=matrix)
+        return cls(range(len(positions)), positions, model=model, lattice=lattice, weights=SparseWeights(matrix))
 
     @classmethod
     def from_networkx(
@@ -242,7 +245,7 @@ class GeometricGraph:
             if no_fly is not None and positions is not None:
                 weights[NoFlyArea(no_fly).crosses(positions[tails], positions[heads])] = np.inf
         matrix = compressed(tails, heads, weights, len(labels), mirrored=not graph.is_directed())
-        return cls(labels, positions, directed=graph.is_directed(), model=model, _stored=matrix)
+        return cls(labels, positions, directed=graph.is_directed(), model=model, weights=SparseWeights(matrix))
 
     @classmethod
     def from_matrix(
@@ -290,9 +293,8 @@ class GeometricGraph:
         names = _labels(labels, len(weights))
         if len(tails):
             reject_weight(names[tails[0]], names[heads[0]], float(weights[tails[0], heads[0]]))
-        weights.flags.writeable = False
         where = _positions(positions, len(weights))
-        return cls(names, where, directed=not np.array_equal(weights, weights.T), _stored=weights)
+        return cls(names, where, directed=not np.array_equal(weights, weights.T), weights=DenseWeights(weights))
 
     @classmethod
     def from_sparse(
@@ -353,7 +355,7 @@ class GeometricGraph:
             reject_weight(names[tails[bad]], names[heads[bad]], float(weights[bad]))
         kept = tails != heads
         stored = compressed(tails[kept], heads[kept], weights[kept], len(names), mirrored=not directed)
-        return cls(names, _positions(positions, len(names)), directed=directed, _stored=stored)
+        return cls(names, _positions(positions, len(names)), directed=directed, weights=SparseWeights(stored))
 
     @property
     def n_nodes(self) -> int:
@@ -362,22 +364,23 @@ class GeometricGraph:
 
     @property
     def is_implicit(self) -> bool:
-        """Whether weights are computed when asked, because `weight_matrix` was not called yet."""
-        return self._stored is None
+        """Whether weights are computed when asked (see `weighed`)."""
+        return isinstance(self.weights, ImplicitWeights)
 
     @property
     def is_sparse(self) -> bool:
         """Whether the weights are held as a sparse matrix."""
-        return self._rows is not None
+        return isinstance(self.weights, SparseWeights)
+
+    @property
+    def lattice_shape(self) -> tuple[int, int]:
+        """Points of the lattice along x and along y; ``(0, 0)`` without one."""
+        return self.lattice.shape if self.lattice else (0, 0)
 
     @property
     def n_edges(self) -> int:
         """Number of edges: ordered pairs in a directed graph, else unordered ones; weighs a graph that is implicit."""
-        if self._rows is not None:
-            entries = int(self._rows.nnz)
-        else:
-            entries = int(np.isfinite(self.weight_matrix()).sum()) - self.n_nodes
-        return entries if self.directed else entries // 2
+        return self.weights.n_edges if self.directed else self.weights.n_edges // 2
 
     @property
     def n_pairs(self) -> int:
@@ -396,14 +399,40 @@ class GeometricGraph:
         """Whether a weight is below 0, against the assumption of Theorem 1; only an improper risk field does that."""
         if self.model is None or self.model.field.is_probability:
             return False
-        weights = self.weight_matrix() if self._rows is None else self._rows.data
+        weights = self.weights.rows.data if isinstance(self.weights, SparseWeights) else self.weights.matrix()
         return bool((weights < 0.0).any())
+
+    def weighed(self) -> "GeometricGraph":
+        """
+        Return the graph with all its weights held in memory, ``8 n ** 2`` bytes; one that holds them is returned as is.
+
+        Examples
+        --------
+        >>> graph = GeometricGraph.complete(Lattice(20, bounds=(0, 0, 1, 1)))
+        >>> graph.is_implicit, graph.weighed().is_implicit
+        (True, False)
+        """
+        return replace(self, weights=self.weights.held()) if isinstance(self.weights, ImplicitWeights) else self
+
+    def under(self, model: CostModel) -> "GeometricGraph":
+        """
+        Return the complete graph of the same nodes under another cost model, its weights computed when asked.
+
+        Raises
+        ------
+        GraphError
+            If the nodes have no positions.
+        """
+        if self.positions is None:
+            msg = "this graph has no positions, so that no segment can be weighed; build it with positions"
+            raise GraphError(msg)
+        weights = ImplicitWeights(model, self.positions, self.lattice_shape)
+        return GeometricGraph(self.labels, self.positions, model=model, lattice=self.lattice, weights=weights)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Restore a pickled graph; pickling forgets that arrays are read-only."""
-        for value in state.values():
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
+        if state["positions"] is not None:
+            state["positions"].flags.writeable = False
         self.__dict__.update(state)
 
     @cached_property
@@ -426,6 +455,37 @@ class GeometricGraph:
             msg = f"node {node!r} is not in the graph; it has {self.n_nodes} nodes: {some}, …"
             raise NodeNotFoundError(msg) from None
 
+    def node_at(self, place: Point) -> Node | None:
+        """
+        Return the first node whose position is exactly `place`, or None where there is none.
+
+        Examples
+        --------
+        >>> graph = GeometricGraph.complete([(0, 0), (3, 0)])
+        >>> graph.node_at((3, 0)), graph.node_at((1, 0))
+        (1, None)
+        """
+        if self.positions is None:
+            return None
+        (found,) = np.nonzero((self.positions == place).all(axis=1))
+        return self.labels[int(found[0])] if len(found) else None
+
+    def weight(self, tail: int, head: int) -> float:
+        """
+        Return the weight of the edge between two nodes, given by their indices; infinity where there is none.
+
+        Raises
+        ------
+        IndexError
+            If there is no such index.
+
+        Examples
+        --------
+        >>> GeometricGraph.complete([(0, 0), (3, 0), (3, 4)]).weight(0, 2)
+        5.0
+        """
+        return self.weights.entry(self._checked(tail), self._checked(head))
+
     def weights_from(self, index: int) -> FloatArray:
         """
         Return the weights of the edges from one node to all, shape ``(n,)``; infinity where there is no edge.
@@ -445,24 +505,15 @@ class GeometricGraph:
         IndexError
             If there is no such index; negative ones do not count from the end.
         """
-        if not 0 <= index < self.n_nodes:
-            msg = f"node index {index} is not in 0 to {self.n_nodes - 1}"
-            raise IndexError(msg)
-        if self._rows is not None:
-            return dense_row(self._rows, index)
-        if isinstance(self._stored, np.ndarray):
-            return np.asarray(self._stored[index])
-        return self._cost_model.row(self._where, index, self._lattice_shape)
+        return self.weights.row(self._checked(index))
 
     def weights_to(self, index: int) -> FloatArray:
         """Return the weights of the edges from all nodes to one, shape ``(n,)``: the column of Eq. 9's ``p_r``."""
-        if not (self.directed and 0 <= index < self.n_nodes):
-            return self.weights_from(index)
-        return dense_row(self._reversed, index) if self.is_sparse else self._reversed_matrix[index]
+        return self.weights.column(self._checked(index)) if self.directed else self.weights_from(index)
 
     def weight_matrix(self) -> FloatArray:
         """
-        Return all weights as a dense matrix, and keep it, so that later calls cost nothing.
+        Return all weights as a dense matrix. A graph that is implicit works them out anew each time (see `weighed`).
 
         Returns
         -------
@@ -470,18 +521,11 @@ class GeometricGraph:
             Shape ``(n, n)``, read-only: ``[i, j]`` weighs the edge from ``i`` to ``j``, infinity where there is
             none, 0 on the diagonal.
         """
-        if self._rows is not None:
-            return self._dense
-        if isinstance(self._stored, np.ndarray):
-            return self._stored
-        matrix = self._cost_model.matrix(self._where, self._lattice_shape)
-        matrix.flags.writeable = False
-        object.__setattr__(self, "_stored", matrix)
-        return matrix
+        return self.weights.matrix()
 
     def weight_matrix_to(self) -> FloatArray:
         """Return the dense matrix whose row ``r`` holds the weights **to** ``r``, shape ``(n, n)``."""
-        return self._reversed_matrix if self.directed else self.weight_matrix()
+        return self.weights.matrix_to() if self.directed else self.weights.matrix()
 
     def to_csgraph(self) -> sparse.csr_array:
         """
@@ -494,15 +538,7 @@ class GeometricGraph:
         >>> GeometricGraph.from_matrix([[0, 0], [5, 0]]).to_csgraph().nnz
         2
         """
-        if self._rows is not None:
-            return self._rows.copy()
-        matrix = self.weight_matrix()
-        kept = np.isfinite(matrix)
-        np.fill_diagonal(kept, val=False)
-        # 32-bit indices, and no array of index pairs: the matrix is large enough
-        columns = np.broadcast_to(np.arange(self.n_nodes, dtype=np.int32), matrix.shape)[kept]
-        counts = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
-        return sparse.csr_array((matrix[kept], columns, counts), shape=matrix.shape)
+        return self.weights.csgraph()
 
     def to_networkx(self) -> "nx.Graph[Any]":
         """
@@ -527,48 +563,11 @@ class GeometricGraph:
         )
         return graph
 
-    @property
-    def _rows(self) -> "sparse.csr_array | None":
-        """The weights, where they are held row by row as a sparse matrix."""
-        return None if isinstance(self._stored, np.ndarray) else self._stored
-
-    @property
-    def _lattice_shape(self) -> tuple[int, int]:
-        return self.lattice.shape if self.lattice else (0, 0)
-
-    @cached_property
-    def _dense(self) -> FloatArray:
-        """The sparse weights spread out, made once."""
-        dense = np.full((self.n_nodes, self.n_nodes), np.inf)
-        entries = self.to_csgraph().tocoo()
-        dense[entries.coords] = entries.data
-        np.fill_diagonal(dense, 0.0)
-        dense.flags.writeable = False
-        return dense
-
-    @property
-    def _cost_model(self) -> CostModel:
-        if self.model is None:
-            msg = "this graph has neither weights nor a cost model; build it with one of the constructors"
-            raise GraphError(msg)
-        return self.model
-
-    @property
-    def _where(self) -> FloatArray:
-        if self.positions is None:
-            msg = "this graph has no positions; build it with one of the constructors"
-            raise GraphError(msg)
-        return self.positions
-
-    @cached_property
-    def _reversed(self) -> sparse.csr_array:
-        return sparse.csr_array(self.to_csgraph().T)
-
-    @cached_property
-    def _reversed_matrix(self) -> FloatArray:
-        matrix = np.ascontiguousarray(self.weight_matrix().T)
-        matrix.flags.writeable = False
-        return matrix
+    def _checked(self, index: int) -> int:
+        if not 0 <= index < self.n_nodes:
+            msg = f"node index {index} is not in 0 to {self.n_nodes - 1}"
+            raise IndexError(msg)
+        return index
 
 
 def _with_extra(base: FloatArray, lattice: Lattice | None, extra: Sequence[Point]) -> FloatArray:
@@ -599,6 +598,9 @@ def _labels(labels: Sequence[Node] | None, n_nodes: int) -> Sequence[Node]:
     except TypeError as error:
         msg = f"a label cannot be a node: {error}; give hashable labels"
         raise GraphError(msg) from error
+    if any(name is None for name in names):
+        msg = "a label is None, which cannot be a node, as in networkx; give another label"
+        raise GraphError(msg)
     if len(names) != n_nodes or len(set(names)) != n_nodes:
         msg = f"{len(names)} labels, {len(set(names))} of them different, for {n_nodes} nodes; give one for each node"
         raise GraphError(msg)

@@ -258,7 +258,7 @@ class Problem:
         Returns
         -------
         problem
-            The same problem on a graph, the weights not computed yet.
+            The same problem on a graph whose weights are computed when asked (see `GraphProblem.weighed`).
 
         Raises
         ------
@@ -268,7 +268,7 @@ class Problem:
         lattice = resolution if isinstance(resolution, Lattice) else Lattice(resolution, bounds=self.bounds)
         nodes = (self.start, self.goal, *extra)
         graph = GeometricGraph.complete(lattice, self.field, self.k, no_fly=self.no_fly, extra=nodes)
-        return GraphProblem(graph, *self._ends(graph))
+        return GraphProblem(graph, graph.node_at(self.start), graph.node_at(self.goal))
 
     def on_eight_connected(
         self, resolution: "int | tuple[int, int] | Lattice" = 20, *, corner_rule: CornerRule = "touch"
@@ -283,13 +283,7 @@ class Problem:
             extra=(self.start, self.goal),
             corner_rule=corner_rule,
         )
-        return GraphProblem(graph, *self._ends(graph))
-
-    def _ends(self, graph: GeometricGraph) -> tuple[int, int]:
-        """Find the nodes at start and goal."""
-        positions = graph.positions if graph.positions is not None else np.empty((0, 2))
-        source, target = (int(np.nonzero((positions == end).all(axis=1))[0][0]) for end in (self.start, self.goal))
-        return source, target
+        return GraphProblem(graph, graph.node_at(self.start), graph.node_at(self.goal))
 
 
 @dataclass(frozen=True, eq=False)
@@ -335,7 +329,11 @@ class GraphProblem:
             If a node is not in the graph.
         """
         indices = [self.graph.index_of(node) for node in nodes]
-        return float(sum(float(self.graph.weights_from(i)[j]) for i, j in pairwise(indices)))
+        return float(sum(self.graph.weight(i, j) for i, j in pairwise(indices)))
+
+    def weighed(self) -> "GraphProblem":
+        """Return the problem on the graph with all its weights held in memory, for several solvers to share."""
+        return replace(self, graph=self.graph.weighed())
 
     def judge(self, solution: Solution) -> Solution:
         """

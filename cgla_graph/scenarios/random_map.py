@@ -280,7 +280,7 @@ def difficulty(scenario: Scenario) -> float:
         return 1.0
     laid = problem.on_lattice(scenario.lattice)
     if laid.graph.n_nodes <= DENSE_UP_TO:
-        laid.graph.weight_matrix()
+        laid = laid.weighed()
     least = cost_matrix(laid.graph, laid.target, source=laid.source).value(laid.source)
     # the straight line is an edge of the graph, so that only rounding can lead below 1
     return max(1.0, straight.cost / least)

@@ -145,9 +145,9 @@ def _chosen(solver: str | Solver | None, settings: dict[str, Any]) -> Solver:
 
 def _matrices(problem: Problem, graph: GeometricGraph) -> tuple[FloatArray, FloatArray]:
     """Weigh all pairs by length alone, and by risk alone."""
-    positions = cast("FloatArray", graph.positions)
-    shape = graph.lattice.shape if graph.lattice else (0, 0)
-    lengths, heavy = (CostModel(problem.field, k, problem.no_fly).matrix(positions, shape) for k in (0.0, RISK_ALONE))
+    lengths, heavy = (
+        graph.under(CostModel(problem.field, k, problem.no_fly)).weight_matrix() for k in (0.0, RISK_ALONE)
+    )
     flyable = np.isfinite(lengths)
     risks = np.zeros_like(lengths)
     np.subtract(heavy, lengths, out=risks, where=flyable)

@@ -49,6 +49,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
+from cgla_graph.model.weights import DenseWeights
 
 UNIT: Bounds = (0.0, 0.0, 1.0, 1.0)
 
@@ -73,7 +74,7 @@ def walk(matrix: CostMatrix, node: int) -> list[int]:
 
 def unchecked(weights: FloatArray) -> GeometricGraph:
     """Build a graph past the checks, with weights that Theorem 1 does not allow."""
-    return GeometricGraph(range(len(weights)), directed=True, _stored=np.array(weights, dtype=np.float64))
+    return GeometricGraph(range(len(weights)), directed=True, weights=DenseWeights(np.array(weights, dtype=np.float64)))
 
 
 @st.composite
@@ -305,10 +306,12 @@ def test_an_early_stop_finds_the_final_value_and_path(case: Case) -> None:
         assert [set(delta.tolist()) for delta in early.delta_sets] == sets[: early.rounds]
 
 
-def test_weighing_the_graph_later_changes_no_delta_set() -> None:
+def test_a_weighed_graph_has_the_same_delta_sets() -> None:
     graph = GeometricGraph.complete(Lattice(20, bounds=UNIT))
     matrix = cost_matrix(graph, 210)
-    graph.weight_matrix()
+    weighed = cost_matrix(graph.weighed(), 210)
+    assert (weighed.values == matrix.values).all()
+    assert [delta.tolist() for delta in weighed.delta_sets] == [delta.tolist() for delta in matrix.delta_sets]
     assert all(node in delta for node, delta in zip(matrix.order.tolist(), matrix.delta_sets, strict=True))
     assert matrix.residual() == 0.0
 
@@ -394,8 +397,7 @@ def test_a_chain_against_the_order_needs_a_sweep_for_each_hop() -> None:
 def test_a_single_pass_in_random_order_leaves_most_nodes_suboptimal(seed: int) -> None:
     rng = np.random.default_rng(seed)
     field = RiskField([Threat(x, y, spread=0.06) for x, y in rng.random((8, 2)).tolist()])
-    graph = GeometricGraph.complete(Lattice(9, bounds=UNIT), field, k=50.0)
-    graph.weight_matrix()
+    graph = GeometricGraph.complete(Lattice(9, bounds=UNIT), field, k=50.0).weighed()
     final = cost_matrix(graph, graph.n_nodes - 1)
     draws = rng.integers(0, graph.n_nodes, graph.n_nodes).tolist()
     single = given_order(graph, graph.n_nodes - 1, draws)
@@ -579,10 +581,9 @@ def test_complete_costs_at_most_as_much_as_eight_connected(
     lattice: Lattice, field: RiskField, k: float, extra: list[Point]
 ) -> None:
     graphs = [
-        make(lattice, field, k, extra=extra) for make in (GeometricGraph.complete, GeometricGraph.eight_connected)
+        make(lattice, field, k, extra=extra).weighed()
+        for make in (GeometricGraph.complete, GeometricGraph.eight_connected)
     ]
-    for graph in graphs:
-        graph.weight_matrix()
     complete, eight = (cost_matrix(graph, graph.n_nodes - 1).values for graph in graphs)
     assert (complete <= eight + 1e-10 * (1.0 + k)).all()
 
@@ -603,8 +604,7 @@ def test_eight_directions_cost_the_octile_distance(n: int, data: st.DataObject) 
 
 def solve(problem: Problem, n: int) -> tuple[float, float, float]:
     """Return cost, length and risk of the optimum on a closed lattice of n points a side."""
-    on_graph = problem.on_lattice(n)
-    on_graph.graph.weight_matrix()
+    on_graph = problem.on_lattice(n).weighed()
     matrix = cost_matrix(on_graph.graph, on_graph.target, source=on_graph.source)
     assert on_graph.graph.positions is not None
     found = problem.evaluate(on_graph.graph.positions[np.array(matrix.path_from(on_graph.source), dtype=np.int64)])

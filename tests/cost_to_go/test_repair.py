@@ -64,7 +64,7 @@ def graphs(draw: st.DrawFn, model: CostModel, max_side: int = 7) -> GeometricGra
 
 def under(graph: GeometricGraph, model: CostModel) -> GeometricGraph:
     """Weigh the same nodes afresh."""
-    return GeometricGraph(graph.labels, graph.positions, model=model, lattice=graph.lattice)
+    return graph.under(model)
 
 
 def bits(matrix: CostMatrix) -> tuple[bytes, ...]:
@@ -455,7 +455,7 @@ def test_with_node_is_a_graph_with_one_more_node(data: st.DataObject) -> None:
     graph = data.draw(graphs(model))
     stored = data.draw(st.booleans())
     if stored:
-        graph.weight_matrix()
+        graph = graph.weighed()
     n = graph.n_nodes
     spot = data.draw(points)
     assert graph.positions is not None

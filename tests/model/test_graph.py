@@ -1,7 +1,9 @@
 """Graphs: complete, 8-connected and the user's own, against dense references."""
 
+import dataclasses
 import itertools
 import math
+import pickle
 import tracemalloc
 from collections.abc import Callable, Hashable
 
@@ -78,9 +80,9 @@ def test_rows_computed_when_asked_equal_the_dense_matrix(
     lattice: Lattice, field: RiskField, k: float, extra: list[Point]
 ) -> None:
     implicit = GeometricGraph.complete(lattice, field, k, extra=extra)
-    dense = GeometricGraph.complete(lattice, field, k, extra=extra)
+    dense = implicit.weighed()
     matrix = dense.weight_matrix()
-    assert implicit.is_implicit
+    assert (implicit.weight_matrix() == matrix).all()
     assert not dense.is_implicit
     assert (rows(implicit) == matrix).all()
     assert implicit.is_implicit
@@ -88,6 +90,9 @@ def test_rows_computed_when_asked_equal_the_dense_matrix(
     assert (columns(dense) == matrix).all()
     assert (columns(implicit) == rows(implicit)).all()
     assert dense.weight_matrix_to() is matrix
+    assert dense.weighed() is dense
+    for graph in (implicit, dense):
+        assert [graph.weight(i, j) for i, j in np.ndindex(matrix.shape)] == matrix.ravel().tolist()
 
 
 @usual
@@ -143,14 +148,14 @@ def test_with_risk_the_triangle_inequality_fails() -> None:
 @given(lattices(unit=True), fields(0, 4), risk_weights)
 def test_weights_add_up_along_a_line(lattice: Lattice, field: RiskField, k: float) -> None:
     nx_, ny = lattice.shape
-    for graph in [GeometricGraph.complete(lattice, field, k) for _ in range(2)]:
+    complete = GeometricGraph.complete(lattice, field, k)
+    for graph in (complete, complete.weighed()):
         matrix = rows(graph)
         for a, step in itertools.product(range(lattice.n_points), [(1, 0), (0, 1), (1, 1), (-1, 1), (2, 1)]):
             x, y = a % nx_ + 2 * step[0], a // nx_ + 2 * step[1]
             if 0 <= x < nx_ and y < ny:
                 b, c = a + step[0] + step[1] * nx_, x + y * nx_
                 assert abs(matrix[a, b] + matrix[b, c] - matrix[a, c]) <= 1e-10 * (1.0 + k)
-        graph.weight_matrix()  # the second time, the rows are those of the dense matrix
 
 
 @fast
@@ -568,7 +573,8 @@ def test_a_bad_weight_of_a_matrix_is_named(weight: float) -> None:
         (lambda: GeometricGraph.from_matrix(np.zeros((2, 2)), labels="a"), "1 labels, 1 of them different"),
         (lambda: GeometricGraph.from_matrix(np.zeros((2, 2)), labels="aa"), "2 labels, 1 of them different"),
         (lambda: GeometricGraph.from_matrix(np.zeros((2, 2)), positions=[(0, 0)]), r"\(1, 2\) for 2 nodes"),
-        (lambda: GeometricGraph((0, 1)).weights_from(0), "neither weights nor a cost model"),
+        (lambda: GeometricGraph.from_matrix(np.zeros((2, 2))).under(CostModel()), "no positions"),
+        (lambda: GeometricGraph.from_matrix(np.zeros((2, 2)), labels=[None, 1]), "a label is None"),
         (lambda: GeometricGraph.from_matrix([[0, 1], [2]]), "matrix"),
         (lambda: GeometricGraph.from_matrix("ab"), "matrix"),
         (lambda: GeometricGraph.from_sparse(None), "matrix"),
@@ -681,13 +687,21 @@ def test_nothing_passed_in_is_changed() -> None:
     "graph",
     [
         GeometricGraph.complete(TINY),
+        GeometricGraph.complete(TINY).weighed(),
         GeometricGraph.from_matrix([[0.0, 1.0], [2.0, 0.0]]),
         GeometricGraph.eight_connected(TINY),
     ],
 )
-def test_the_dense_matrix_is_kept_and_read_only(graph: GeometricGraph) -> None:
-    assert not graph.weight_matrix().flags.writeable
-    assert graph.weight_matrix() is graph.weight_matrix()
+def test_the_dense_matrix_is_read_only_and_asking_changes_nothing(graph: GeometricGraph) -> None:
+    before = {one.name: getattr(graph, one.name) for one in dataclasses.fields(graph)}
+    for made in (graph, pickle.loads(pickle.dumps(graph))):  # noqa: S301 - what was just written
+        assert not made.weight_matrix().flags.writeable
+        assert not made.weight_matrix_to().flags.writeable
+        assert made.positions is None or not made.positions.flags.writeable
+        for index in range(made.n_nodes):
+            made.weights_to(index)
+        _ = made.n_edges, made.has_negative_weights, made.to_csgraph(), made.index_of(0)
+    assert all(getattr(graph, name) is value for name, value in before.items())
 
 
 @few

@@ -8,7 +8,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Claim, Entry, Finding, Kind, Part, Table, Verdict, require
+from cgla_graph.comparisons.claims.claim import Entry, Finding, Kind, Part, Table, Verdict, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.inference import power_law
 from cgla_graph.comparisons.claims.paper.flights import paper_lattice
@@ -21,8 +21,6 @@ from cgla_graph.comparisons.claims.paper.operation_counts import (
     rounds_until,
     sample_count,
 )
-from cgla_graph.comparisons.claims.paper.time_checks import check_c36, check_c47
-from cgla_graph.comparisons.claims.paper.update_checks import check_c23
 from cgla_graph.comparisons.statistics.hodges_lehmann import hodges_lehmann
 from cgla_graph.comparisons.statistics.intervals import Estimate
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
@@ -40,8 +38,8 @@ FLIGHT_SIZES = (8, 12, 16, 20, 24, 28)
 BETWEEN = (3.9, 5.1)
 
 
-def check_c20(evidence: Evidence) -> Finding:
-    """C20: all weights take of the order of N^4 integrals."""
+@claim(20, "Section 4.2.3 (1)", "Computing all weights takes of the order of N^4 operations.", "N^2 (N^2 - 1) / 2 line integrals; N^4 if the time of one does not grow with N.", Kind.PROOF,)
+def _check_c20(evidence: Evidence) -> Finding:
     rng = evidence.rng("C20")
     for n in range(2, 3 + evidence.instances(8, 4)):
         problem = random_scenario(int(rng.integers(2**31))).problem
@@ -107,8 +105,8 @@ def _planned(problem: Problem, n: int) -> tuple[GraphProblem, int, int]:
     return on, early.rounds, len(early.path_from(on.source)) - 1
 
 
-def check_c21(evidence: Evidence) -> Finding:
-    """C21: G takes T N^2 ln N^2, where T, far below N, is the number of rounds, and that of moves."""
+@claim(21, "Section 4.2.3 (2)", "Computing G takes T N^2 ln N^2, where T is far smaller than N.", "T, the rounds until p_s is in Delta_k, is below N; and so is T as the number of moves.", Kind.PROOF,)
+def _check_c21(evidence: Evidence) -> Finding:
     rng = evidence.rng("C21")
     for _ in range(evidence.instances(30, 5)):
         on, rounds, _ = _planned(random_scenario(int(rng.integers(2**31))).problem, int(rng.integers(3, 9)))
@@ -181,8 +179,8 @@ def check_c21(evidence: Evidence) -> Finding:
     )
 
 
-def check_c22(evidence: Evidence) -> Finding:
-    """C22: a flight takes T N^4 + T^2 N^2 ln N^2, roughly between N^4 and N^5."""
+@claim(22, "Section 4.2.3, Eq. 14", "A flight takes T N^4 + T^2 N^2 ln N^2, roughly between N^4 and N^5.", "Counted operations of whole flights grow with an exponent between 4 and 5 over N.", Kind.STATISTIC,)
+def _check_c22(evidence: Evidence) -> Finding:
     rng = evidence.rng("C22")
     for _ in range(evidence.instances(200, 50)):
         moves, n, log = (Fraction(int(rng.integers(1, 10**6)), int(rng.integers(1, 100))) for _ in range(3))
@@ -295,55 +293,3 @@ def _part(inside: bool, exponent: Estimate) -> tuple[Verdict, str]:
     return Verdict.SUPPORTED if inside else Verdict.NOT_SUPPORTED, f"exponent {_said(exponent)}"
 
 
-CLAIMS = (
-    Claim(
-        "C20",
-        "Section 4.2.3 (1)",
-        "Computing all weights takes of the order of N^4 operations.",
-        "N^2 (N^2 - 1) / 2 line integrals; N^4 if the time of one does not grow with N.",
-        Kind.PROOF,
-        check_c20,
-    ),
-    Claim(
-        "C21",
-        "Section 4.2.3 (2)",
-        "Computing G takes T N^2 ln N^2, where T is far smaller than N.",
-        "T, the rounds until p_s is in Delta_k, is below N; and so is T as the number of moves.",
-        Kind.PROOF,
-        check_c21,
-    ),
-    Claim(
-        "C22",
-        "Section 4.2.3, Eq. 14",
-        "A flight takes T N^4 + T^2 N^2 ln N^2, roughly between N^4 and N^5.",
-        "Counted operations of whole flights grow with an exponent between 4 and 5 over N.",
-        Kind.STATISTIC,
-        check_c22,
-    ),
-    Claim(
-        "C23",
-        "Section 4.2.3, Remark 3",
-        "When something is detected, only the edges that it crosses need a new weight.",
-        "Weights of segments out of a new threat's reach stay; how many are within.",
-        Kind.PROOF,
-        check_c23,
-    ),
-    Claim(
-        "C36",
-        "Section 5.2, Fig. 7",
-        "CGLA takes 7.64 s where Q-Learning takes 26.5 s.",
-        "The ratio of times of one plan on the map of Fig. 7.",
-        Kind.SCENARIO,
-        check_c36,
-        figures=("Fig. 7",),
-    ),
-    Claim(
-        "C47",
-        "Section 5.3",
-        "A greater N takes more time.",
-        "Counted operations, and the time of a plan, grow from N = 15 over 20 to 25.",
-        Kind.STATISTIC,
-        check_c47,
-        figures=("Fig. 11",),
-    ),
-)

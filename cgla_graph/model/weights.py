@@ -1,0 +1,237 @@
+"""
+How a graph holds its weights: as a dense matrix, as a sparse one, or not at all and computed when asked.
+
+All three answer alike: infinity where there is no edge, 0 at the node itself. None changes when it is asked.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from scipy import sparse
+
+from cgla_graph._types import FloatArray
+from cgla_graph.model.cost_model import CostModel
+
+
+class Weights(Protocol):
+    """The weights of a graph of ``n`` nodes: entry ``[i, j]`` weighs the edge from ``i`` to ``j``."""
+
+    def row(self, index: int) -> FloatArray:
+        """Return the weights from one node to all, shape ``(n,)``."""
+        ...
+
+    def column(self, index: int) -> FloatArray:
+        """Return the weights from all nodes to one, shape ``(n,)``."""
+        ...
+
+    def entry(self, tail: int, head: int) -> float:
+        """Return the weight of one ordered pair."""
+        ...
+
+    def matrix(self) -> FloatArray:
+        """Return all weights, shape ``(n, n)``, read-only."""
+        ...
+
+    def matrix_to(self) -> FloatArray:
+        """Return the transposed matrix, shape ``(n, n)``, row by row in memory, read-only."""
+        ...
+
+    def csgraph(self) -> sparse.csr_array:
+        """Return a new sparse matrix whose stored entries are the edges, stored zeros too."""
+        ...
+
+    @property
+    def n_edges(self) -> int:
+        """Number of ordered pairs with an edge."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class DenseWeights:
+    """
+    A matrix of all weights.
+
+    Parameters
+    ----------
+    values
+        Shape ``(n, n)``, which nobody writes to any more.
+    """
+
+    values: FloatArray
+
+    def __post_init__(self) -> None:
+        """Keep the matrix from being written to."""
+        self.values.flags.writeable = False
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Restore pickled weights; pickling forgets that arrays are read-only."""
+        self.__dict__.update(state)
+        self.__post_init__()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what can be worked out again."""
+        return {"values": self.values}
+
+    def row(self, index: int) -> FloatArray:
+        """Return a view of the row."""
+        return np.asarray(self.values[index])
+
+    def column(self, index: int) -> FloatArray:
+        """Return a view of the transposed matrix's row."""
+        return np.asarray(self._transposed[index])
+
+    def entry(self, tail: int, head: int) -> float:
+        """Return the entry."""
+        return float(self.values[tail, head])
+
+    def matrix(self) -> FloatArray:
+        """Return the matrix itself."""
+        return self.values
+
+    def matrix_to(self) -> FloatArray:
+        """Return the transposed matrix."""
+        return self._transposed
+
+    def csgraph(self) -> sparse.csr_array:
+        """Pick the finite entries off the diagonal."""
+        kept = np.isfinite(self.values)
+        np.fill_diagonal(kept, val=False)
+        # 32-bit indices, and no array of index pairs: the matrix is large enough
+        columns = np.broadcast_to(np.arange(len(kept), dtype=np.int32), kept.shape)[kept]
+        counts = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
+        return sparse.csr_array((self.values[kept], columns, counts), shape=kept.shape)
+
+    @property
+    def n_edges(self) -> int:
+        """Count the finite entries off the diagonal."""
+        return int(np.isfinite(self.values).sum()) - len(self.values)
+
+    @cached_property
+    def _transposed(self) -> FloatArray:
+        matrix = np.ascontiguousarray(self.values.T)
+        matrix.flags.writeable = False
+        return matrix
+
+
+@dataclass(frozen=True, eq=False)
+class SparseWeights:
+    """
+    The weights of the edges alone, row by row.
+
+    Parameters
+    ----------
+    rows
+        Shape ``(n, n)``: stored entries are edges, stored zeros too; none on the diagonal.
+    """
+
+    rows: sparse.csr_array
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what can be worked out again."""
+        return {"rows": self.rows}
+
+    def row(self, index: int) -> FloatArray:
+        """Spread one stored row out over all nodes."""
+        return _spread(self.rows, index)
+
+    def column(self, index: int) -> FloatArray:
+        """Spread one stored column out over all nodes."""
+        return _spread(self._columns, index)
+
+    def entry(self, tail: int, head: int) -> float:
+        """Look the entry up in its row."""
+        if tail == head:
+            return 0.0
+        begin, end = self.rows.indptr[tail], self.rows.indptr[tail + 1]
+        stored = self.rows.data[begin:end][self.rows.indices[begin:end] == head]
+        return float(stored[0]) if len(stored) else np.inf
+
+    def matrix(self) -> FloatArray:
+        """Spread all rows out."""
+        dense = np.full(self.rows.shape, np.inf)
+        entries = self.rows.tocoo()
+        dense[entries.coords] = entries.data
+        np.fill_diagonal(dense, 0.0)
+        dense.flags.writeable = False
+        return dense
+
+    def matrix_to(self) -> FloatArray:
+        """Spread all columns out."""
+        return SparseWeights(self._columns).matrix()
+
+    def csgraph(self) -> sparse.csr_array:
+        """Return a copy."""
+        return self.rows.copy()
+
+    @property
+    def n_edges(self) -> int:
+        """Count the stored entries."""
+        return int(self.rows.nnz)
+
+    @cached_property
+    def _columns(self) -> sparse.csr_array:
+        return sparse.csr_array(self.rows.T)
+
+
+@dataclass(frozen=True, eq=False)
+class ImplicitWeights:
+    """
+    Every pair of nodes joined by its straight segment, weighed by Eq. 5 when asked; symmetric.
+
+    Parameters
+    ----------
+    model
+        What a segment costs.
+    positions
+        Shape ``(n, 2)``, map units.
+    lattice_shape
+        As `cgla_graph.model.cost_model.CostModel.matrix` takes it.
+    """
+
+    model: CostModel
+    positions: FloatArray
+    lattice_shape: tuple[int, int]
+
+    def row(self, index: int) -> FloatArray:
+        """Weigh the segments between one node and all."""
+        return self.model.row(self.positions, index, self.lattice_shape)
+
+    def column(self, index: int) -> FloatArray:
+        """Weigh the segments between one node and all."""
+        return self.row(index)
+
+    def entry(self, tail: int, head: int) -> float:
+        """Weigh one segment."""
+        return self.model.pair(self.positions, tail, head, self.lattice_shape)
+
+    def matrix(self) -> FloatArray:
+        """Weigh all pairs, on all cores; nothing of it is kept."""
+        return self.held().values
+
+    def matrix_to(self) -> FloatArray:
+        """Weigh all pairs."""
+        return self.matrix()
+
+    def csgraph(self) -> sparse.csr_array:
+        """Weigh all pairs."""
+        return self.held().csgraph()
+
+    @property
+    def n_edges(self) -> int:
+        """Weigh all pairs and count those with an edge."""
+        return self.held().n_edges
+
+    def held(self) -> DenseWeights:
+        """Weigh all pairs, and hold what they weigh."""
+        return DenseWeights(self.model.matrix(self.positions, self.lattice_shape))
+
+
+def _spread(rows: sparse.csr_array, index: int) -> FloatArray:
+    """Spread one stored row out over all nodes, shape ``(n,)``: infinity where nothing is stored, 0 at the node."""
+    row = np.full(rows.shape[0], np.inf)
+    begin, end = rows.indptr[index], rows.indptr[index + 1]
+    row[rows.indices[begin:end]] = rows.data[begin:end]
+    row[index] = 0.0
+    return row
