@@ -41,19 +41,12 @@ def cost_bounds(
     """
     hx, hy = spacing
     delta = 0.5 * math.hypot(hx, hy)
-    m = table.shape[0]
-    f = np.empty(m)
-    fx = np.empty(m)
-    fy = np.empty(m)
     for p in range(columns.shape[0]):
         x = origin[0] + hx * columns[p]
         y = origin[1] + hy * rows[p]
-        n = 0
-        bend = 0.0
-        slopes = 0.0
-        squares = 0.0
-        clear = 1.0
-        for i in range(m):
+        bend, slopes, squares = 0.0, 0.0, 0.0
+        gx, gy, clear = 0.0, 0.0, 1.0
+        for i in range(table.shape[0]):
             dx = x - table[i, X]
             dy = y - table[i, Y]
             r2 = dx * dx + dy * dy
@@ -70,21 +63,10 @@ def cost_bounds(
                 bend += high * q
                 slopes += slope
                 squares += slope * slope
+                # the product rule as in `risk_kernels.gradient`
+                gx = gx * (1.0 - value) - clear * q * dx * value
+                gy = gy * (1.0 - value) - clear * q * dy * value
                 clear *= 1.0 - value
-                f[n] = value
-                fx[n] = -q * dx * value
-                fy[n] = -q * dy * value
-                n += 1
-        gx = 0.0
-        gy = 0.0
-        before = 1.0
-        for i in range(n):
-            others = before
-            for j in range(i + 1, n):
-                others *= 1.0 - f[j]
-            gx += fx[i] * others
-            gy += fy[i] * others
-            before *= 1.0 - f[i]
         out[p, COST] = 1.0 + k * (1.0 - clear)
         out[p, SLOPE_X] = k * gx
         out[p, SLOPE_Y] = k * gy

@@ -22,18 +22,16 @@ from cgla_graph.model.risk_kernels import (
     AT,
     HIGH,
     LOG_AMPLITUDE,
-    LOG_PEAK,
     LOW,
     N_NODES,
-    PRECISION,
     PRECISION_AT,
-    REACH2,
-    SPREAD,
-    SPREAD_AT,
+    ROW,
     Field,
-    X,
-    Y,
+    exp_256,
+    panel_end,
+    panel_width,
     segment_risk,
+    threats_in_reach,
 )
 
 #: The table of all different threats (see `risk_kernels.threat_table`), shape ``(u, 7)``; how often each field has
@@ -70,7 +68,7 @@ def workspace(fields: Fields) -> Work:
     n_threats = fields[0].shape[0]
     n_fields = fields[1].shape[0]
     return (
-        np.empty((n_threats, 7)),
+        np.empty((n_threats, 9)),
         np.empty((n_fields, N_NODES)),
         np.empty(n_fields * (n_fields - 1) // 2 + 2),
         np.empty((2 * fields[2].shape[0] + 3 + n_fields, N_NODES)),
@@ -81,27 +79,13 @@ def workspace(fields: Fields) -> Work:
 
 
 @kernel
-def threats_in_reach(
+def described(
     x1: float, y1: float, ux: float, uy: float, length: float, threats: FloatArray, active: FloatArray, ids: IntArray
 ) -> int:
-    """Describe the threats that reach a segment as Gaussians along it, and count them."""
-    m = 0
-    for i in range(threats.shape[0]):
-        rx = threats[i, X] - x1
-        ry = threats[i, Y] - y1
-        t = rx * ux + ry * uy
-        off = rx * uy - ry * ux
-        beyond = min(t, 0.0) + max(t - length, 0.0)
-        if off * off + beyond * beyond < threats[i, REACH2]:
-            half = math.sqrt(threats[i, REACH2] - off * off)
-            active[m, AT] = t
-            active[m, PRECISION_AT] = threats[i, PRECISION]
-            active[m, LOG_AMPLITUDE] = threats[i, LOG_PEAK] - 0.5 * off * off * threats[i, PRECISION]
-            active[m, LOW] = t - half
-            active[m, HIGH] = t + half
-            active[m, SPREAD_AT] = threats[i, SPREAD]
-            ids[m] = i
-            m += 1
+    """Count the threats that reach a segment; say what they are along it (`threats_in_reach`), and which."""
+    m = threats_in_reach(x1, y1, ux, uy, length, threats, active)
+    for i in range(m):
+        ids[i] = int(active[i, ROW])
     return m
 
 
@@ -146,25 +130,6 @@ def _clear(at: float, j: int, m: int, active: FloatArray, ids: IntArray, counts:
 
 
 @kernel
-def _panel_end(start: float, length: float, m: int, active: FloatArray, width: float) -> tuple[float, bool]:
-    """Return where the panel that begins at `start` ends, and whether any threat is in it (cf. `_quadrature`)."""
-    end = length
-    next_low = length
-    any_here = False
-    least = 1e-12 * length
-    for i in range(m):
-        if active[i, HIGH] > start:
-            step = start + max(width * active[i, SPREAD_AT], least)
-            if active[i, LOW] <= start:
-                any_here = True
-                end = min(end, step)
-            else:
-                next_low = min(next_low, active[i, LOW])
-                end = min(end, max(step, active[i, LOW]))
-    return (end, True) if any_here else (next_low, False)
-
-
-@kernel
 def _sample(
     start: float, end: float, m: int, active: FloatArray, ids: IntArray, counts: IntArray, n: int, work: Work
 ) -> None:
@@ -180,21 +145,8 @@ def _sample(
             scale = -0.5 * active[i, PRECISION_AT] * 0.00390625
             offset = active[i, LOG_AMPLITUDE] * 0.00390625
             for node in range(N_NODES):
-                # exp(x) = exp(x / 256)^256 by Taylor, as in `risk_kernels`: the compiler turns it into vectors
                 d = middle + half * _NODES[node] - centre
-                x = max(offset + scale * d * d, -0.5)
-                e = 1.0 + x * (
-                    1.0 + x * (1 / 2 + x * (1 / 6 + x * (1 / 24 + x * (1 / 120 + x * (1 / 720 + x / 5040)))))
-                )
-                e *= e
-                e *= e
-                e *= e
-                e *= e
-                e *= e
-                e *= e
-                e *= e
-                e *= e
-                left[node] = 1.0 - e
+                left[node] = 1.0 - exp_256(offset + scale * d * d)
             for r in range(n):
                 for _ in range(counts[rivals[r], ids[i]]):
                     for node in range(N_NODES):
@@ -357,7 +309,7 @@ def envelope_risk(x1: float, y1: float, x2: float, y2: float, fields: Fields, wo
         return 0.0
     ux = (x2 - x1) / length
     uy = (y2 - y1) / length
-    m = threats_in_reach(x1, y1, ux, uy, length, threats, active, ids)
+    m = described(x1, y1, ux, uy, length, threats, active, ids)
     n = _rivals(m, ids, counts, rivals)
     if n == 0:
         return 0.0
@@ -366,15 +318,12 @@ def envelope_risk(x1: float, y1: float, x2: float, y2: float, fields: Fields, wo
     begun = 0.0
     # with one rival there is nothing to cut
     start = 0.0 if n > 1 else length
-    crowd = 1.0
-    for i in range(m):
-        crowd += math.exp(active[i, LOG_AMPLITUDE])
     # no wider than the panels of `segment_risk`, which resolve ``F``
-    width = 4.6 / (1.0 + 0.38 * math.log(crowd))
+    width = panel_width(m, active)
     last = length
     known = False
     while start < length:
-        end, any_here = _panel_end(start, length, m, active, width)
+        end, any_here = panel_end(start, length, m, active, width)
         if any_here:
             end = min(end, start + GROWTH * last)
             n_pieces = 0

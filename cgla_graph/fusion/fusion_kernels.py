@@ -8,7 +8,7 @@ import math
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.fusion.envelope_kernels import Fields, Work, envelope_risk, threats_in_reach, workspace
+from cgla_graph.fusion.envelope_kernels import Fields, Work, described, envelope_risk, workspace
 from cgla_graph.model.risk_kernels import AT, LOG_AMPLITUDE, PRECISION_AT
 
 
@@ -42,7 +42,7 @@ def raster_risk(
     length = math.hypot(x2 - x1, y2 - y1)
     if length == 0.0:
         return 0.0, 0.0
-    m = threats_in_reach(x1, y1, (x2 - x1) / length, (y2 - y1) / length, length, threats, active, ids)
+    m = described(x1, y1, (x2 - x1) / length, (y2 - y1) / length, length, threats, active, ids)
     if m == 0:
         return 0.0, 0.0
     n = counts.shape[0]

@@ -17,7 +17,7 @@ from cgla_graph.cost_to_go.bound_kernels import ULPS, least_risk, risk_error
 from cgla_graph.fusion.envelope_kernels import Fields, workspace
 from cgla_graph.fusion.fusion_kernels import both_ways
 from cgla_graph.model.graph_kernels import Model, pair_weight
-from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, X, Y
+from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, X, Y, exp_256
 
 #: `rough_risk` leaves out threats whose logarithm stays below this on the whole segment.
 FAINT = -13.0
@@ -63,19 +63,8 @@ def rough_risk(
         taken += 1
         offset, scale = log_amplitude * 0.00390625, -0.5 * precision * 0.00390625
         for sample in range(samples):
-            # exp(x) = exp(x / 256)^256 by Taylor, as in `risk_kernels`: the compiler turns it into vectors
             d = steps[sample] * part - at
-            x = max(offset + scale * d * d, -0.5)
-            e = 1.0 + x * (1.0 + x * (1 / 2 + x * (1 / 6 + x * (1 / 24 + x * (1 / 120 + x * (1 / 720 + x / 5040))))))
-            e *= e
-            e *= e
-            e *= e
-            e *= e
-            e *= e
-            e *= e
-            e *= e
-            e *= e
-            clear[sample] *= 1.0 - e
+            clear[sample] *= 1.0 - exp_256(offset + scale * d * d)
     if taken == 0:
         return 0.0
     total = 0.0

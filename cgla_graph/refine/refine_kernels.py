@@ -16,12 +16,28 @@ from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.model.graph_kernels import Model
 from cgla_graph.model.no_fly_kernels import segment_crosses
-from cgla_graph.model.risk_kernels import LOG_PEAK, N_NODES, PRECISION, REACH2, SPREAD, Field, X, Y, segment_cost
+from cgla_graph.model.risk_kernels import (
+    _NODES,
+    _WEIGHTS,
+    AT,
+    HIGH,
+    LEFT,
+    LOG_AMPLITUDE,
+    LOG_PEAK,
+    LOW,
+    PRECISION,
+    PRECISION_AT,
+    REACH2,
+    SPREAD_AT,
+    Field,
+    X,
+    Y,
+    panel_end,
+    panel_width,
+    segment_cost,
+    threats_in_reach,
+)
 
-# What a threat is along one segment.
-AT, PRECISION_AT, LOG_AMPLITUDE, SLOPE, LOW, HIGH, SPREAD_AT = range(7)
-
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(N_NODES)
 # On a panel of at most a quarter of the full width, as on most segments of a fine path, fewer nodes do as well.
 N_FEW = 7
 _FEW_NODES, _FEW_WEIGHTS = np.polynomial.legendre.leggauss(N_FEW)
@@ -47,47 +63,17 @@ def _moments(
     """
     Integrate ``F``, ``dF/dn`` and ``(s / L) dF/dn`` over a segment, ``n`` on its left.
 
-    By 16-point Gauss-Legendre on panels that adapt to the threats at hand, as `risk_kernels.segment_risk` does it; a
-    little narrower, because the slope of a threat varies faster than the threat.
+    By 16-point Gauss-Legendre on the panels of `risk_kernels`, a little narrower, because the slope of a threat varies
+    faster than the threat.
     """
-    m = 0
-    crowd = 1.0
-    for i in range(table.shape[0]):
-        rx = table[i, X] - x1
-        ry = table[i, Y] - y1
-        along = rx * ux + ry * uy
-        off = ry * ux - rx * uy
-        beyond = min(along, 0.0) + max(along - length, 0.0)
-        if off * off + beyond * beyond < table[i, REACH2]:
-            half = math.sqrt(table[i, REACH2] - off * off)
-            active[m, AT] = along
-            active[m, PRECISION_AT] = table[i, PRECISION]
-            active[m, LOG_AMPLITUDE] = table[i, LOG_PEAK] - 0.5 * off * off * table[i, PRECISION]
-            # d/dn of exp(-precision d^2 / 2) is this times itself, all along the segment
-            active[m, SLOPE] = table[i, PRECISION] * off
-            active[m, LOW] = along - half
-            active[m, HIGH] = along + half
-            active[m, SPREAD_AT] = table[i, SPREAD]
-            crowd += math.exp(active[m, LOG_AMPLITUDE])
-            m += 1
+    m = threats_in_reach(x1, y1, ux, uy, length, table, active)
     risk, slope, lever = 0.0, 0.0, 0.0
-    width = 3.5 / (1.0 + 0.38 * math.log(crowd))
+    width = 0.76 * panel_width(m, active)
     start = 0.0
     while start < length and m > 0:
-        end = length
-        next_low = length
-        n_here = 0
-        for i in range(m):
-            if active[i, HIGH] > start:
-                step = start + max(width * active[i, SPREAD_AT], 1e-12 * length)
-                if active[i, LOW] <= start:
-                    n_here += 1
-                    end = min(end, step)
-                else:
-                    next_low = min(next_low, active[i, LOW])
-                    end = min(end, max(step, active[i, LOW]))
-        if n_here == 0:
-            start = next_low
+        end, any_here = panel_end(start, length, m, active, width)
+        if not any_here:
+            start = end
             continue
         half = 0.5 * (end - start)
         middle = 0.5 * (end + start)
@@ -103,8 +89,9 @@ def _moments(
                 if active[i, LOW] < end and active[i, HIGH] > start:
                     d = s - active[i, AT]
                     f = math.exp(active[i, LOG_AMPLITUDE] - 0.5 * active[i, PRECISION_AT] * d * d)
-                    # the product rule for prod(1 - f_i), without a division: f_i may be 1
-                    change = change * (1.0 - f) - clear * active[i, SLOPE] * f
+                    # the slope across the segment of exp(-precision d^2 / 2) is this times itself, all along it; the
+                    # product rule as in `risk_kernels.gradient`
+                    change = change * (1.0 - f) - clear * active[i, PRECISION_AT] * active[i, LEFT] * f
                     clear *= 1.0 - f
             risk += half * weights[k] * (1.0 - clear)
             slope -= half * weights[k] * change
@@ -122,7 +109,7 @@ def cost_and_gradient(points: FloatArray, k: float, field: Field, gradient: Floa
     """
     table = field[0]
     n = points.shape[0]
-    active = np.empty((max(table.shape[0], 1), 7))
+    active = np.empty((table.shape[0], 9))
     cost = 0.0
     gradient[:] = 0.0
     density = _density(points[0, 0], points[0, 1], table) if k > 0.0 else 0.0
