@@ -38,17 +38,14 @@ MARGIN = 1e-9
 ROUNDING = 32.0 * np.finfo(np.float64).eps
 #: Two costs closer than this, relative to them, are one.
 SAME_COST = 1e-12
+#: Arrivals at a node closer in time than this count as one, which keeps a search small; ticks. At 0, it is exact.
+WINDOW = 0.25
+#: States whose moves are tried before a search gives up.
+MOST_EXPANSIONS = 20_000
 
 
 class SpaceTimeStatus(Enum):
-    """
-    How planning in space and time ended; the value is the sentence.
-
-    Examples
-    --------
-    >>> SpaceTimeStatus.NO_PLAN.label, SpaceTimeStatus.NO_PLAN.is_plan
-    ('no-plan', False)
-    """
+    """How planning in space and time ended; the value is the sentence."""
 
     OPTIMAL = "the plan costs least of all over the moves considered"
     FOUND = "a plan was found"
@@ -56,16 +53,6 @@ class SpaceTimeStatus(Enum):
     NOT_FOUND = "no plan was found; one may exist"
     TOO_CLOSE = "the start is already closer to another than the separation"
     NO_PATH = "no path exists on the graph, even without the others"
-
-    @property
-    def label(self) -> str:
-        """The short form for tables and files."""
-        return self.name.lower().replace("_", "-")
-
-    @property
-    def is_plan(self) -> bool:
-        """Whether there is a plan that may be flown."""
-        return self in {SpaceTimeStatus.OPTIMAL, SpaceTimeStatus.FOUND}
 
 
 @dataclass(frozen=True)
@@ -83,8 +70,6 @@ class SpaceTimePlan:
         Cost of the way flown, by `Problem.evaluate`, plus that of waiting; map units, infinite without a plan.
     lower_bound
         No plan over the moves considered costs less; map units. Infinite: it is known that there is none.
-    waited
-        Ticks of waiting.
     expansions
         States whose moves were tried; 0 if the way without others was free.
     message
@@ -95,7 +80,6 @@ class SpaceTimePlan:
     trajectory: Trajectory | None = None
     cost: float = math.inf
     lower_bound: float = 0.0
-    waited: float = 0.0
     expansions: int = 0
     message: str = ""
 
@@ -108,8 +92,6 @@ def plan_in_space_time(
     start_time: float,
     step: float,
     latest: float,
-    window: float = 0.25,
-    max_expansions: int = 20_000,
 ) -> SpaceTimePlan:
     r"""
     Plan a flight that keeps its distance from other trajectories, at every moment and not only at whole ticks.
@@ -125,9 +107,8 @@ def plan_in_space_time(
     pair keeps its separation.
 
     What is claimed: a plan keeps the separations. `lower_bound` is a bound for all plans over the moves considered; the
-    status says ``OPTIMAL`` if the plan reaches it, and ``NO_PLAN`` if the search proved that there is none. Both always
-    hold for ``window=0``, if the search ends at all. Else arrivals at a node less than `window` apart count as one,
-    which keeps the search small; the first that is left out although it is free gives the bound.
+    status says ``OPTIMAL`` if the plan reaches it, and ``NO_PLAN`` if the search proved that there is none. Arrivals at
+    a node less than `WINDOW` apart count as one; the first that is left out although it is free gives the bound.
 
     Parameters
     ----------
@@ -144,10 +125,6 @@ def plan_in_space_time(
         Map units flown a tick, above 0.
     latest
         When it must have ended, ticks.
-    window
-        Arrivals closer in time than this count as one; ticks, at least 0.
-    max_expansions
-        States whose moves are tried before the search gives up; at least 1.
 
     Returns
     -------
@@ -178,8 +155,8 @@ def plan_in_space_time(
         finite_number("start_time", start_time),
         finite_number("latest", latest),
         positive_number("step", step),
-        non_negative_number("window", window),
-        _whole("max_expansions", max_expansions),
+        WINDOW,
+        MOST_EXPANSIONS,
     )
     area, alone = _map(problem, matrix, limits.step)
     crowd, crowded = _crowd(problem.start, others, limits, float(np.abs(area.positions).max()))
@@ -202,20 +179,12 @@ def plan_in_space_time(
         flight, claimed = _flight(area, state, moments, states), float(moments[state, COST])
         message = f"{claimed / least - 1.0:.2%} more expensive than without the others" if least > 0.0 else ""
         return replace(_judged(problem, flight, limits.step, claimed, bound, message), expansions=n_expansions)
-    status, message = SpaceTimeStatus.NOT_FOUND, f"gave up after {n_expansions} expansions; raise max_expansions"
+    status, message = SpaceTimeStatus.NOT_FOUND, f"gave up after {n_expansions} expansions"
     if outcome == EXHAUSTED:
-        message = "nothing is left to try, but arrivals less than the window apart counted as one; lower the window"
+        message = f"nothing is left to try, but arrivals less than {WINDOW:g} ticks apart counted as one"
         if math.isinf(bound):
             status, message = SpaceTimeStatus.NO_PLAN, f"tried all that arrives by tick {limits.latest:g}"
     return SpaceTimePlan(status, lower_bound=bound, expansions=n_expansions, message=message)
-
-
-def _whole(name: str, value: object) -> int:
-    """Return a number of things, at least 1."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        msg = f"{name} is {value!r}; give a whole number of at least 1"
-        raise ProblemError(msg)
-    return int(value)
 
 
 def _check(problem: Problem, matrix: CostMatrix) -> None:
@@ -236,10 +205,9 @@ def _map(problem: Problem, matrix: CostMatrix, step: float) -> tuple[Map, IntArr
     """Lay out the nodes that the search moves over, the start among them, and list those of the way without others."""
     graph, to_goal, model = matrix.graph, matrix.values, problem.model
     positions = cast("FloatArray", graph.positions)
-    width, height = graph.lattice.shape if graph.lattice else (0, 0)
-    at_start = np.nonzero((positions == problem.start).all(axis=1))[0]
-    if len(at_start):
-        start = first = int(at_start[0])
+    width, height = graph.lattice_shape
+    if (at_start := graph.node_at(problem.start)) is not None:
+        start = first = graph.index_of(at_start)
         alone = []
     else:
         start = len(positions)
@@ -318,14 +286,12 @@ def _judged(
     """Have the oracle say what a flight costs."""
     moves = np.append(True, (np.diff(flight.points, axis=0) != 0.0).any(axis=1))
     judged = problem.evaluate(flight.points[moves])
-    waited = sum(ticks for _, ticks in flight.waits)
-    places = np.array([place for place, _ in flight.waits]).reshape(-1, 2)
-    ticks = np.array([ticks for _, ticks in flight.waits])
-    cost = judged.cost + float((step * (1.0 + problem.k * problem.field.density(places)) * ticks).sum())
+    circled = (ticks * float(1.0 + problem.k * problem.field.density(place)) for place, ticks in flight.waits)
+    cost = judged.cost + step * math.fsum(circled)
     if judged.violations or abs(cost - claimed) > COST_TOLERANCE * cost + 1e-12:
         wrong = "; ".join(judged.violations) or f"a flight costs {cost:.9g} by the problem, {claimed:.9g} by the matrix"
         msg = f"the weights of the cost matrix are not those of the problem: {wrong}"
         raise ProblemError(msg)
     proven = bound >= claimed * (1.0 - SAME_COST)
     status = SpaceTimeStatus.OPTIMAL if proven else SpaceTimeStatus.FOUND
-    return SpaceTimePlan(status, flight, cost, min(bound, cost), waited, message=message)
+    return SpaceTimePlan(status, flight, cost, min(bound, cost), message=message)

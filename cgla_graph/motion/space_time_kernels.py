@@ -141,16 +141,7 @@ def too_near(times: FloatArray, points: FloatArray, others: Motions) -> bool:
     first, other_times, other_points, keep = others
     for i in range(keep.shape[0]):
         low, high = first[i], first[i + 1]
-        distance, _ = closest(
-            times,
-            points,
-            other_times[low:high],
-            other_points[low:high],
-            -math.inf,
-            math.inf,
-            NO_DISC,
-            NO_DISC,
-        )
+        distance, _ = closest(times, points, other_times[low:high], other_points[low:high], NO_DISC, NO_DISC)
         if distance < keep[i]:
             return True
     return False

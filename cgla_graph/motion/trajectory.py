@@ -109,24 +109,6 @@ class Trajectory:
             points[0] = waypoints[0]
         return cls(times[kept], points)
 
-    @classmethod
-    def waiting(cls, place: Point, since: float, until: float) -> "Trajectory":
-        """
-        Stay in one place from `since` to `until`, ticks.
-
-        Raises
-        ------
-        ProblemError
-            If `until` is before `since`, or something is not finite.
-
-        Examples
-        --------
-        >>> Trajectory.waiting((0.5, 0.5), 3, 8).at(4)
-        (0.5, 0.5)
-        """
-        times = [since] if since == until else [since, until]
-        return cls(np.array(times, dtype=np.float64), np.array([point("place", place)] * len(times)))
-
     @property
     def begins(self) -> float:
         """The first time, ticks."""
@@ -159,10 +141,6 @@ class Trajectory:
         still = np.nonzero((np.diff(self.points, axis=0) == 0.0).all(axis=1))[0]
         return [((float(self.points[i, 0]), float(self.points[i, 1])), float(durations[i])) for i in still]
 
-    def exists_at(self, time: float) -> bool:
-        """Whether it is there at `time`: from the first time to the last, both included."""
-        return self.begins <= time <= self.ends
-
     def at(self, time: float) -> Point:
         """
         Return where it is at `time`, map units.
@@ -170,10 +148,10 @@ class Trajectory:
         Raises
         ------
         ProblemError
-            If it is not there at that time (see `exists_at`).
+            If it is not there at that time.
         """
-        if not self.exists_at(time):
-            msg = f"time {time} is outside the trajectory's {self.begins:g} to {self.ends:g}; ask exists_at first"
+        if not self.begins <= time <= self.ends:
+            msg = f"time {time} is outside the trajectory's; give one from {self.begins:g} to {self.ends:g}"
             raise ProblemError(msg)
         piece = trajectory_kernels.piece_at(self.times, time)
         return trajectory_kernels.position(self.times, self.points, piece, time)
@@ -233,23 +211,6 @@ class Trajectory:
         kept = np.append(np.diff(times) > 0.0, True)
         return self._of(times[kept], self.points[kept])
 
-    def between(self, first: float, last: float) -> FloatArray:
-        """
-        Return the waypoints flown from `first` to `last`, ticks, both ends interpolated.
-
-        Returns
-        -------
-        waypoints
-            Shape ``(n, 2)``, map units; empty if it is not there at any time between.
-
-        Examples
-        --------
-        >>> Trajectory([0, 2, 4], [(0, 0), (2, 0), (2, 2)]).between(1, 3).tolist()
-        [[1.0, 0.0], [2.0, 0.0], [2.0, 1.0]]
-        """
-        part = self.part(first, last)
-        return np.empty((0, 2)) if part is None else part.points
-
 
 @dataclass(frozen=True)
 class Approach:
@@ -298,14 +259,7 @@ class Disc:
         object.__setattr__(self, "radius", non_negative_number("radius", self.radius))
 
 
-def closest_approach(
-    a: Trajectory,
-    b: Trajectory,
-    *,
-    since: float = -math.inf,
-    until: float = math.inf,
-    outside: tuple[Disc, Disc] | None = None,
-) -> Approach | None:
+def closest_approach(a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc] | None = None) -> Approach | None:
     """
     Return the least distance of two motions over all times, not only whole ticks, when both are there.
 
@@ -316,8 +270,6 @@ def closest_approach(
     ----------
     a, b
         The two motions.
-    since, until
-        Only times from `since` to `until` count, ticks.
     outside
         The terminal discs of `a` and of `b`: times when **both** are in their own disc do not count, so that two that
         fly to one goal may gather there. One that arrives is still kept from one that only passes by.
@@ -334,13 +286,11 @@ def closest_approach(
     >>> north = Trajectory([0, 10], [(5, -7), (5, 3)])
     >>> closest_approach(east, north)
     Approach(distance=1.4142, time=6.0, where=(5.5, -0.5))
-    >>> closest_approach(east, Trajectory.waiting((5, 0), 11, 20)) is None
+    >>> closest_approach(east, Trajectory([11, 20], [(5, 0), (5, 0)])) is None
     True
     """
     discs = [trajectory_kernels.NO_DISC] * 2 if outside is None else [(*disc.centre, disc.radius) for disc in outside]
-    distance, time = trajectory_kernels.closest(
-        a.times, a.points, b.times, b.points, float(since), float(until), discs[0], discs[1]
-    )
+    distance, time = trajectory_kernels.closest(a.times, a.points, b.times, b.points, discs[0], discs[1])
     if not math.isfinite(distance):
         return None
     (ax, ay), (bx, by) = a.at(time), b.at(time)

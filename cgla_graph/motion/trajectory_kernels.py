@@ -101,18 +101,16 @@ def closest(
     points_a: FloatArray,
     times_b: FloatArray,
     points_b: FloatArray,
-    since: float,
-    until: float,
     disc_a: Disc,
     disc_b: Disc,
 ) -> tuple[float, float]:
     """
-    Return the least distance of two motions while both are there, from `since` to `until`, and the first time of it.
+    Return the least distance of two motions while both are there, and the first time of it.
 
     Moments when each is in its own disc do not count. Infinity and NaN if no moment counts.
     """
-    low = max(since, times_a[0], times_b[0])
-    high = min(until, times_a[-1], times_b[-1])
+    low = max(times_a[0], times_b[0])
+    high = min(times_a[-1], times_b[-1])
     least = math.inf
     at = math.nan
     if not low <= high:
