@@ -201,7 +201,7 @@ def plan(
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.commands import output
     from cgla_graph.comparisons.commands import pareto as trade_off
-    from cgla_graph.comparisons.study import options, rows, runner
+    from cgla_graph.comparisons.study import options, runner
 
     bound = options.read_tolerance(tolerance, certify=not no_certificate)
     entrant = options.read_entrant(solver, refine=refine)
@@ -216,10 +216,7 @@ def plan(
             run = next(iter(runner.compare([opened], [entrant], 1, tolerance=bound)))
     written = output.write_plan(folder, run) if folder and run.solution.status.has_path else []
     document = {
-        **rows.row(run),
-        "path": run.solution.path.tolist(),
-        "certificate": output.certificate_document(run),
-        "stretch": rows.json_number(run.scenario.stretch(run.solution.path)),
+        **output.plan_document(run),
         "files": [str(path) for path in written],
     }
     if limited:

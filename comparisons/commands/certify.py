@@ -15,12 +15,11 @@ from cgla_graph.certificate.certificate import MAX_CELLS, lower_bound
 from cgla_graph.certificate.subsolution import FIRST_CELLS
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.commands import output
-from cgla_graph.comparisons.study import earth, rows
+from cgla_graph.comparisons.numbers import duration, figure
+from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.entrant import Entrant
-from cgla_graph.comparisons.study.rows import json_number
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.certificate import COLUMNS, certificate_table, grid_rows, proof_of, verdict
-from cgla_graph.comparisons.tables.tables import duration, figure
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
@@ -206,14 +205,8 @@ def _print_line(key: str, text: str) -> None:
 
 
 def certificate_document(run: Run) -> dict[str, Any]:
-    """Return a certified path as JSON: its row, its waypoints, what is proven, and each grid."""
-    return {
-        **rows.row(run),
-        "path": run.solution.path.tolist() if run.solution.status.has_path else [],
-        "certificate": output.certificate_document(run),
-        "stretch": json_number(run.scenario.stretch(run.solution.path)),
-        "grids": grid_rows(proof_of(run)),
-    }
+    """Return a certified path as JSON: what `plan_document` says, and each grid."""
+    return {**output.plan_document(run), "grids": grid_rows(proof_of(run))}
 
 
 def write_certificate(folder: Path, run: Run) -> list[Path]:

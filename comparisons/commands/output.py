@@ -7,20 +7,13 @@ from typing import Any
 
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.leaderboard.performance import PERFORMANCE_COLUMNS, performances
+from cgla_graph.comparisons.numbers import duration, figure, json_number, percent, rounded_down
 from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.database import Stored
 from cgla_graph.comparisons.study.entrant import Entrant, budget_note
-from cgla_graph.comparisons.study.rows import COLUMNS, by_scenario, json_number, rows_of, trace_row
+from cgla_graph.comparisons.study.rows import COLUMNS, by_scenario, row, rows_of, trace_row
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.tables.tables import (
-    bound_note,
-    comparison_table,
-    duration,
-    figure,
-    percent,
-    performance_table,
-    rounded_down,
-)
+from cgla_graph.comparisons.tables.tables import bound_note, comparison_table, performance_table
 
 
 def print_comparison(runs: Sequence[Run], entrants: Sequence[Entrant]) -> None:
@@ -126,6 +119,16 @@ def print_plan(run: Run) -> None:
     for key, text in lines.items():
         if text:
             console.out(f"{key:10} {text}\n")
+
+
+def plan_document(run: Run) -> dict[str, Any]:
+    """Return one path as JSON: its row, its waypoints, and what is proven."""
+    return {
+        **row(run),
+        "path": run.solution.path.tolist(),
+        "certificate": certificate_document(run),
+        "stretch": json_number(run.scenario.stretch(run.solution.path)),
+    }
 
 
 def certificate_document(run: Run) -> dict[str, Any] | None:

@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph.comparisons import console, files
+from cgla_graph.comparisons.numbers import figure, json_number, percent, rounded_down
 from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.entrant import Entrant
-from cgla_graph.comparisons.study.rows import json_number
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
-from cgla_graph.comparisons.tables.tables import figure, percent, rounded_down
 from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.scenario import Scenario

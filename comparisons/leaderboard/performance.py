@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from cgla_graph.comparisons.numbers import json_number
 from cgla_graph.comparisons.statistics.intervals import (
     Estimate,
     Interval,
@@ -13,7 +14,7 @@ from cgla_graph.comparisons.statistics.intervals import (
     success_interval,
     to_target,
 )
-from cgla_graph.comparisons.study.rows import by_solver, json_number, scenario_bound
+from cgla_graph.comparisons.study.rows import by_solver, scenario_bound
 from cgla_graph.comparisons.study.runner import Run
 
 #: Targets besides the first path: gaps over the scenario's lower bound, in percent.

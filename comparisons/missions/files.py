@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import shapely
 
+from cgla_graph.comparisons.numbers import json_number
 from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
-from cgla_graph.comparisons.study.rows import json_number
 from cgla_graph.errors import OutputError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, Separation, UavFlight

@@ -8,9 +8,9 @@ from typing import Any
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.missions.files import plain_json, team_totals
+from cgla_graph.comparisons.numbers import duration, figure
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
-from cgla_graph.comparisons.tables.tables import duration, figure
 from cgla_graph.scenarios.mission_file import MissionFile
 
 #: The columns of `flights.jsonl` and `flights.csv`, one row a flight.

@@ -17,14 +17,14 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph.certificate.certificate import Grid
+from cgla_graph.comparisons.numbers import at_most, rounded_down
 from cgla_graph.comparisons.plots.looks import COLOURS
 from cgla_graph.comparisons.plots.map import map_figure
 from cgla_graph.comparisons.plots.page import Part, add_legend, arrange, style
 from cgla_graph.comparisons.plots.text import cost_text, heading
 from cgla_graph.comparisons.plots.units import cost_unit, unit_scale
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.tables.certificate import at_most, proof_of, verdict
-from cgla_graph.comparisons.tables.tables import rounded_down
+from cgla_graph.comparisons.tables.certificate import proof_of, verdict
 from cgla_graph.model.problem import Problem
 
 _WIDTH, _LOWEST, _HIGHEST = 3.6, 2.1, 3.4  # inches: width of the plot of the bracket, and within what its height is

@@ -9,6 +9,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from cgla_graph.comparisons.numbers import figure as digits
 from cgla_graph.comparisons.plots.map import map_figure
 from cgla_graph.comparisons.plots.moment import mark_spacing, obstacles_at, shown_at, telling_tick
 from cgla_graph.comparisons.plots.page import Part, add_legend, arrange, style
@@ -37,7 +38,6 @@ from cgla_graph.comparisons.plots.scene import (
 from cgla_graph.comparisons.plots.text import cost_text, plain
 from cgla_graph.comparisons.plots.units import unit_scale
 from cgla_graph.comparisons.study.mission_run import MissionRun
-from cgla_graph.comparisons.tables.tables import figure as digits
 from cgla_graph.mission.records import UavFlight
 from cgla_graph.mission.world import TimedArea
 

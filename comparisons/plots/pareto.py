@@ -11,11 +11,11 @@ from matplotlib.colors import Colormap, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
+from cgla_graph.comparisons.numbers import figure as digits
 from cgla_graph.comparisons.plots.map import map_figure
 from cgla_graph.comparisons.plots.page import Part, arrange, style
 from cgla_graph.comparisons.plots.text import plain
 from cgla_graph.comparisons.plots.units import cost_unit, unit_scale
-from cgla_graph.comparisons.tables.tables import figure as digits
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.trade_off.pareto import Front, FrontPoint
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import matplotlib as mpl
 from matplotlib.font_manager import get_font
 
+from cgla_graph.comparisons.numbers import counted
 from cgla_graph.comparisons.plots.looks import Entry
 from cgla_graph.comparisons.study.median_run import seeds_note
-from cgla_graph.comparisons.tables.words import counted
 from cgla_graph.scenarios.scenario import Scenario
 
 

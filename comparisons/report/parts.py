@@ -5,10 +5,11 @@ from typing import Any
 
 from cgla_graph.comparisons.leaderboard.failures import failed, failure_groups
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
+from cgla_graph.comparisons.numbers import DASH, Cell, listed, p_equals
 from cgla_graph.comparisons.statistics.ranking import Ranking
+from cgla_graph.comparisons.statistics.told_apart import too_few_note
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.leaderboard_columns import COLUMNS
-from cgla_graph.comparisons.tables.words import DASH, Cell, listed, p_equals, too_few_note
 from cgla_graph.model.solution import Status
 
 #: Most groups of failures that are listed, and most scenarios that are named of each.

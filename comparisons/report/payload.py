@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from cgla_graph.comparisons.numbers import rounded, rounded_all
 from cgla_graph.comparisons.report.maps import map_document, map_key, path_steps, steps_of
-from cgla_graph.comparisons.report.steps import rounded, rounded_all, thinned
+from cgla_graph.comparisons.report.steps import thinned
 from cgla_graph.comparisons.statistics.curves import median_curve
 from cgla_graph.comparisons.statistics.intervals import Estimate, estimate, path_cost, to_target
 from cgla_graph.comparisons.study.columns import SHOWN

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
+from cgla_graph.comparisons.numbers import listed
 from cgla_graph.comparisons.statistics.ranking import Ranking, rank_diagram
+from cgla_graph.comparisons.statistics.told_apart import too_few_note
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.tables.words import listed, too_few_note
 
 _SIDE, _AXIS = 240, 420  # pixels: room for names on either side, and the axis between
 _LINE, _BAR_LINE = 20, 10  # pixels: between names, and between bars

@@ -1,11 +1,8 @@
 """Step functions with few points: what a curve of the report keeps of many."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.comparisons.study.rows import json_number
 
 #: Most points of a curve of one solver on one scenario, and of one over all scenarios.
 MOST_POINTS, MOST_POINTS_OVERALL = 40, 160
@@ -58,30 +55,3 @@ def _changes(values: FloatArray, slack: float) -> IntArray:
     changed = (levels[1:] != levels[:-1]).any(axis=1)
     changed[-1:] = True
     return np.concatenate([[0], np.nonzero(changed)[0] + 1])
-
-
-def rounded_all(values: Sequence[float] | FloatArray, digits: int = 5) -> list[float | None]:
-    """
-    Round numbers to significant digits for the page; None for what is no number.
-
-    Examples
-    --------
-    >>> rounded_all([1234.5678, np.inf, 3.0])
-    [1234.6, None, 3]
-    """
-    return [rounded(float(value), digits) for value in values]
-
-
-def rounded(value: float, digits: int = 5) -> float | None:
-    """
-    Round a number like `rounded_all`; whole ones lose their point.
-
-    Examples
-    --------
-    >>> rounded(0.123456), rounded(2.0), rounded(np.nan)
-    (0.12346, 2, None)
-    """
-    if json_number(value) is None:
-        return None
-    rounded = float(f"{value:.{digits}g}")
-    return int(rounded) if rounded.is_integer() and abs(rounded) < 10**digits else rounded

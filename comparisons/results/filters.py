@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Self
 
+from cgla_graph.comparisons.numbers import listed
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.tables.words import listed
 from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Status
 

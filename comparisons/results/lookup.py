@@ -11,6 +11,7 @@ from cgla_graph.comparisons import console
 from cgla_graph.comparisons.leaderboard.failures import failed
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, leaderboard_of
 from cgla_graph.comparisons.leaderboard.regression import Regression, regression
+from cgla_graph.comparisons.numbers import counted, json_number
 from cgla_graph.comparisons.results import exports
 from cgla_graph.comparisons.results.filters import Filters
 from cgla_graph.comparisons.results.regression_table import regression_table, summary_line
@@ -23,11 +24,9 @@ from cgla_graph.comparisons.results.tables import (
     runs_table,
     solver_tables,
 )
-from cgla_graph.comparisons.study.rows import json_number
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.stored import Stored, load
 from cgla_graph.comparisons.tables.overview import overview
-from cgla_graph.comparisons.tables.words import counted
 from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Status
 

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from cgla_graph.comparisons.leaderboard.regression import SIGNIFICANT, Change, Regression, RunKey, Verdict
+from cgla_graph.comparisons.numbers import counted, estimate_cell, listed, p_value, ratio
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
-from cgla_graph.comparisons.tables.words import counted, estimate_cell, listed, p_value, ratio
 
 _HEADS = (
     "pairs",

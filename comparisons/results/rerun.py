@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from cgla_graph.comparisons import console
+from cgla_graph.comparisons.numbers import duration, figure, percent
 from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.rows import row
@@ -16,7 +17,6 @@ from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.stored import Stored, load_study
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
-from cgla_graph.comparisons.tables.tables import duration, figure, percent
 from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Status
 

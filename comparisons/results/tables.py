@@ -5,6 +5,7 @@ from typing import Any
 
 from cgla_graph.comparisons.leaderboard.failures import FailureGroup, failure_groups
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
+from cgla_graph.comparisons.numbers import DASH, counted, duration, figure, listed, percent
 from cgla_graph.comparisons.study.columns import SHOWN, Format, RunColumn
 from cgla_graph.comparisons.study.rows import Summary, by_scenario, row, summaries
 from cgla_graph.comparisons.study.runner import Run
@@ -16,8 +17,6 @@ from cgla_graph.comparisons.tables.leaderboard_columns import (
     leaderboard_notes,
 )
 from cgla_graph.comparisons.tables.overview import Overview
-from cgla_graph.comparisons.tables.tables import duration, figure, percent
-from cgla_graph.comparisons.tables.words import DASH, counted, listed
 from cgla_graph.model.solution import Status
 
 #: So many messages of a solver are shown for each way to fail.

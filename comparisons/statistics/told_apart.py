@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 
+from cgla_graph.comparisons.numbers import counted, p_value
 from cgla_graph.comparisons.statistics.cost_table import cost_table, log_ratios
 from cgla_graph.comparisons.statistics.intervals import CONFIDENCE
 from cgla_graph.comparisons.statistics.paired import holm, signed_rank
@@ -86,3 +87,27 @@ def fewest_instances(n_solvers: int) -> int:
     while least_p(n_instances, n_solvers) >= LEVEL:
         n_instances += 1
     return n_instances
+
+
+def too_few_note(n_scenarios: int, n_solvers: int) -> str:
+    """
+    Say how many scenarios it takes to tell solvers apart; empty where there are as many.
+
+    Parameters
+    ----------
+    n_scenarios, n_solvers
+        How many there are.
+
+    Examples
+    --------
+    >>> too_few_note(6, 5)
+    '6 scenarios cannot tell 5 solvers apart: after Holm for 10 pairs no p is below 0.31; it takes 9 scenarios or more'
+    >>> too_few_note(9, 5), too_few_note(1, 1)
+    ('', '')
+    """
+    if n_solvers < 2 or not 0 < n_scenarios < fewest_instances(n_solvers):  # noqa: PLR2004 - one differs from none
+        return ""
+    pairs = counted(math.comb(n_solvers, 2), "pair")
+    least = f"after Holm for {pairs} no p is below {p_value(least_p(n_scenarios, n_solvers))}"
+    here = f"{counted(n_scenarios, 'scenario')} cannot tell {n_solvers} solvers apart"
+    return f"{here}: {least}; it takes {fewest_instances(n_solvers)} scenarios or more"

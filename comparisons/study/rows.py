@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from cgla_graph.comparisons.numbers import json_number
 from cgla_graph.comparisons.statistics.intervals import path_cost
 from cgla_graph.comparisons.study.columns import COMPARED, RunColumn, excess_over
 from cgla_graph.comparisons.study.median_run import median_run
@@ -200,8 +201,3 @@ def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
         spread=spread,
         message=next((str(solution.message) for solution in solutions if solution.message), ""),
     )
-
-
-def json_number(value: float) -> float | None:
-    """Return a number that JSON knows; None for NaN and infinity, which it does not."""
-    return float(value) if math.isfinite(value) else None

@@ -6,10 +6,9 @@ from typing import Any
 
 from cgla_graph._types import WholeArray
 from cgla_graph.certificate.certificate import Certificate, Grid
-from cgla_graph.comparisons.study.rows import json_number
+from cgla_graph.comparisons.numbers import at_most, figure, json_number, rounded_down
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
-from cgla_graph.comparisons.tables.tables import figure, rounded_down
 from cgla_graph.errors import CglaError
 
 #: The columns of `certificate.csv`, one row a grid: its step in map units and as a fraction of the longer side.
@@ -29,18 +28,6 @@ def proof_of(run: Run) -> Certificate:
         msg = f"{run.scenario.name}: the run of {run.solver} has no certificate"
         raise CglaError(msg)
     return run.certificate
-
-
-def at_most(ratio: float) -> str:
-    """
-    Write a ratio as a percentage that is never below it.
-
-    Examples
-    --------
-    >>> at_most(0.00057287), at_most(0.0), at_most(1e-9)
-    ('0.06 %', '0.00 %', '0.01 %')
-    """
-    return f"{math.ceil(1e4 * ratio) / 1e2:.2f} %" if math.isfinite(ratio) else "-"
 
 
 def verdict(run: Run, *, digits: int = 9, scale: float = 1.0, unit: str = "") -> str:

@@ -4,18 +4,20 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from cgla_graph.comparisons.leaderboard.leaderboard import NEAR_PERCENT, LeaderboardRow
-from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS
-from cgla_graph.comparisons.tables.tables import duration, figure, percent
-from cgla_graph.comparisons.tables.words import (
+from cgla_graph.comparisons.numbers import (
     DASH,
     Cell,
+    duration,
     estimate_cell,
+    figure,
     or_never,
     p_value,
+    percent,
     rate_cell,
     ratio,
-    too_few_note,
 )
+from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS
+from cgla_graph.comparisons.statistics.told_apart import too_few_note
 
 
 class Column(NamedTuple):

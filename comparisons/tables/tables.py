@@ -1,22 +1,29 @@
 """Tables for the terminal."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from decimal import ROUND_FLOOR, Decimal
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from rich.table import Table
 from rich.text import Text
 
 from cgla_graph.comparisons.leaderboard.performance import TARGET_PERCENTS, Performance
-from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS, Estimate
+from cgla_graph.comparisons.numbers import (
+    DASH,
+    duration,
+    estimate_cell,
+    figure,
+    or_never,
+    percent,
+    rate_cell,
+    rounded_down,
+)
+from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS
 from cgla_graph.comparisons.study.rows import Summary, scenario_bound, summaries
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.scenarios.scenario import Scenario
 
-#: Numbers from here on are written with an exponent.
-MOST_DIGITS = 1e12
 #: What a narrow terminal does without of `comparison_table`, the first first.
 _SPARE = ("evaluations", "clearance", "seed spread", "build", "excess", "risk", "length", "time", "gap")
 
@@ -90,10 +97,10 @@ def performance_table(found: Sequence[Performance]) -> FittedTable:
         cells = [
             one.solver,
             str(one.n_runs),
-            _success(one),
-            *(_estimate(time, lambda seconds: _or_never(seconds, figure(1e3 * seconds, 3))) for time in one.seconds),
-            _estimate(one.evaluations[-1], lambda count: _or_never(count, f"{count:,.0f}")),
-            _estimate(one.cost, lambda cost: _or_never(cost, figure(cost, 6))),
+            rate_cell(one.n_paths, one.n_runs, one.success).lines,
+            *(estimate_cell(time, or_never(lambda seconds: figure(1e3 * seconds, 3))).lines for time in one.seconds),
+            estimate_cell(one.evaluations[-1], or_never("{:,.0f}".format)).lines,
+            estimate_cell(one.cost, or_never(lambda cost: figure(cost, 6))).lines,
         ]
         rows.append(cells)
     shares = ", ".join(str(share) for share in TARGET_PERCENTS)
@@ -108,25 +115,6 @@ def performance_table(found: Sequence[Performance]) -> FittedTable:
         notes.append(f"intervals of medians need at least {FEWEST_RUNS} runs (--seeds {FEWEST_RUNS})")
     title = f"{first.scenario}: how soon, in milliseconds"
     return FittedTable(title, ("solver",), heads, spare, notes, rows)
-
-
-def _success(one: Performance) -> str:
-    """Write how many runs found a path, and the interval of the rate below that."""
-    counts = f"{one.n_paths}/{one.n_runs}"
-    return f"{counts}\n{100 * one.success.low:.0f} to {100 * one.success.high:.0f} %" if one.n_runs > 1 else counts
-
-
-def _estimate(found: Estimate, write: Callable[[float], str]) -> str:
-    """Write a median, and its interval below where there is one."""
-    if math.isnan(found.median):
-        return "-"
-    middle = write(found.median)
-    # no interval of too few runs, nor of too few that ever get there
-    return middle if math.isinf(found.low) else f"{middle}\n[{write(found.low)}, {write(found.high)}]"
-
-
-def _or_never(value: float, text: str) -> str:
-    return text if value < math.inf else "never"
 
 
 def _is_quiet(summary: Summary) -> bool:
@@ -145,66 +133,10 @@ def _cells(summary: Summary) -> list[str]:
         figure(summary.risk, 4),
         figure(summary.clearance, 3),
         duration(summary.seconds),
-        duration(summary.build_seconds) if summary.build_seconds else "-",
+        duration(summary.build_seconds) if summary.build_seconds else DASH,
         f"{summary.evaluations:,.0f}",
-        percent(summary.spread) if not math.isnan(summary.spread) else "-",
+        percent(summary.spread),
     ]
-
-
-def figure(value: float, digits: int) -> str:
-    """
-    Write a number with some significant digits, all of those before the point; a dash where there is none.
-
-    Examples
-    --------
-    >>> figure(1.50547714, 6), figure(4805.02, 3), figure(float("inf"), 6)
-    ('1.50548', '4805', '-')
-    """
-    if not math.isfinite(value):
-        return "-"
-    text = f"{value:#.{digits}g}".rstrip(".")
-    return f"{value:.0f}" if "e+" in text and abs(value) < MOST_DIGITS else text
-
-
-def rounded_down(value: float, digits: int) -> str:
-    """
-    Write a bound with some significant digits, never above what is proven.
-
-    Examples
-    --------
-    >>> rounded_down(1.4903821, 5), rounded_down(232275.92, 4), rounded_down(0.0, 3)
-    ('1.4903', '232200', '0.00')
-    """
-    if value == 0.0 or not math.isfinite(value):
-        return figure(value, digits)
-    exact = Decimal(value)
-    unit = Decimal(1).scaleb(exact.adjusted() + 1 - digits)
-    return figure(float(exact.quantize(unit, rounding=ROUND_FLOOR)), digits)
-
-
-def percent(value: float) -> str:
-    """
-    Write a ratio as a percentage; a dash where there is none.
-
-    Examples
-    --------
-    >>> percent(0.0404), percent(-1e-16)
-    ('+4.04 %', '+0.00 %')
-    """
-    return f"{100.0 * value + 0.0:+.2f} %".replace("-0.00", "+0.00") if math.isfinite(value) else "-"
-
-
-def duration(seconds: float) -> str:
-    """
-    Write a time in a unit that suits it.
-
-    Examples
-    --------
-    >>> duration(0.000123), duration(2.5)
-    ('0.123 ms', '2.50 s')
-    """
-    milliseconds = f"{1e3 * seconds:.3g}"
-    return f"{seconds:.2f} s" if "e+" in milliseconds or seconds >= 1.0 else f"{milliseconds} ms"
 
 
 def listing(title: str, heads: Sequence[str], lines: Iterable[Mapping[str, Any]]) -> Table:

@@ -13,17 +13,10 @@ from rich.table import Table
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.leaderboard.performance import performances
+from cgla_graph.comparisons.numbers import duration, figure, percent
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run, compare
-from cgla_graph.comparisons.tables.tables import (
-    bound_note,
-    comparison_table,
-    duration,
-    figure,
-    listing,
-    percent,
-    performance_table,
-)
+from cgla_graph.comparisons.tables.tables import bound_note, comparison_table, listing, performance_table
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario, scenario_from_toml
 
@@ -152,7 +145,7 @@ def test_how_soon_has_a_line_a_solver() -> None:
     assert cells[0] == ["three", "3", "2/3", "500", "500", "500", "never", "never", "1.02000"]
     assert cells[1] == ["", "", "9 to 99 %", "", "", "", "", "", ""]
     assert cells[2] == ["six", "6", "6/6", "250", "250", "250", "never", "never", "1.04000"]
-    assert cells[3] == ["", "", "54 to 100 %", *["[250, 250]"] * 3, "", "", "[1.04000, 1.04000]"]
+    assert cells[3] == ["", "", "54 to 100 %", *["250 to 250"] * 3, "", "", "1.04000 to 1.04000"]
     assert cells[4] == ["none", "1", "0/1", *["never"] * 6]
     assert "need at least 6 runs (--seeds 6)" in text
     assert "over 1.00000" in text

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgla_graph.comparisons.leaderboard.failures import failed, failure_groups
+from cgla_graph.comparisons.numbers import DASH, estimate_cell, listed, or_never, p_equals, p_value, ratio, span
 from cgla_graph.comparisons.statistics.intervals import Estimate
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.leaderboard_columns import SPARE, leaderboard_heads
-from cgla_graph.comparisons.tables.words import DASH, estimate_cell, listed, or_never, p_equals, p_value, ratio, span
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario
 

@@ -1,0 +1,269 @@
+"""How numbers, names and intervals are written: the same on the terminal, in files, in pictures and in the report."""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from decimal import ROUND_FLOOR, Decimal
+from typing import NamedTuple
+
+#: What stands for what is not known.
+DASH = "-"
+#: Numbers from here on are written with an exponent.
+MOST_DIGITS = 1e12
+_SMALLEST_P = 0.001
+_MOST_NAMES = 6
+
+
+def json_number(value: float) -> float | None:
+    """Return a number that JSON knows; None for NaN and infinity, which it does not."""
+    return float(value) if math.isfinite(value) else None
+
+
+def rounded(value: float, digits: int = 5) -> float | None:
+    """
+    Round to significant digits for JSON; None for what is no number, and whole ones lose their point.
+
+    Examples
+    --------
+    >>> rounded(0.123456), rounded(2.0), rounded(math.nan)
+    (0.12346, 2, None)
+    """
+    if not math.isfinite(value):
+        return None
+    short = float(f"{value:.{digits}g}")
+    return int(short) if short.is_integer() and abs(short) < 10**digits else short
+
+
+def rounded_all(values: Iterable[float], digits: int = 5) -> list[float | None]:
+    """
+    Round several numbers (see `rounded`).
+
+    Examples
+    --------
+    >>> rounded_all([1234.5678, math.inf, 3.0])
+    [1234.6, None, 3]
+    """
+    return [rounded(float(value), digits) for value in values]
+
+
+def figure(value: float, digits: int) -> str:
+    """
+    Write a number with some significant digits, all of those before the point; a dash where there is none.
+
+    Examples
+    --------
+    >>> figure(1.50547714, 6), figure(4805.02, 3), figure(float("inf"), 6)
+    ('1.50548', '4805', '-')
+    """
+    if not math.isfinite(value):
+        return DASH
+    text = f"{value:#.{digits}g}".rstrip(".")
+    return f"{value:.0f}" if "e+" in text and abs(value) < MOST_DIGITS else text
+
+
+def rounded_down(value: float, digits: int) -> str:
+    """
+    Write a bound with some significant digits, never above what is proven.
+
+    Examples
+    --------
+    >>> rounded_down(1.4903821, 5), rounded_down(232275.92, 4), rounded_down(0.0, 3)
+    ('1.4903', '232200', '0.00')
+    """
+    if value == 0.0 or not math.isfinite(value):
+        return figure(value, digits)
+    exact = Decimal(value)
+    unit = Decimal(1).scaleb(exact.adjusted() + 1 - digits)
+    return figure(float(exact.quantize(unit, rounding=ROUND_FLOOR)), digits)
+
+
+def percent(value: float) -> str:
+    """
+    Write a ratio as a percentage; a dash where there is none.
+
+    Examples
+    --------
+    >>> percent(0.0404), percent(-1e-16)
+    ('+4.04 %', '+0.00 %')
+    """
+    return f"{100.0 * value + 0.0:+.2f} %".replace("-0.00", "+0.00") if math.isfinite(value) else DASH
+
+
+def at_most(value: float) -> str:
+    """
+    Write a ratio as a percentage that is never below it; a dash where there is none.
+
+    Examples
+    --------
+    >>> at_most(0.00057287), at_most(0.0), at_most(1e-9)
+    ('0.06 %', '0.00 %', '0.01 %')
+    """
+    return f"{math.ceil(1e4 * value) / 1e2:.2f} %" if math.isfinite(value) else DASH
+
+
+def duration(seconds: float) -> str:
+    """
+    Write a time in a unit that suits it.
+
+    Examples
+    --------
+    >>> duration(0.000123), duration(2.5)
+    ('0.123 ms', '2.50 s')
+    """
+    milliseconds = f"{1e3 * seconds:.3g}"
+    return f"{seconds:.2f} s" if "e+" in milliseconds or seconds >= 1.0 else f"{milliseconds} ms"
+
+
+def ratio(value: float) -> str:
+    """
+    Write a ratio of costs or times.
+
+    Examples
+    --------
+    >>> ratio(1.01), ratio(math.inf)
+    ('1.0100', '∞')
+    """
+    return figure(value, 5) if value < math.inf else "∞"
+
+
+def p_value(p: float) -> str:
+    """
+    Write a p-value with the digits that matter.
+
+    Examples
+    --------
+    >>> p_value(0.2), p_value(0.0314), p_value(1e-9)
+    ('0.20', '0.031', '< 0.001')
+    """
+    if p < _SMALLEST_P:
+        return f"< {_SMALLEST_P}"
+    return f"{p:.2f}" if p >= 0.1 else f"{p:.2g}"  # noqa: PLR2004 - digits that matter
+
+
+def p_equals(p: float) -> str:
+    """
+    Write a p-value as a sentence has it.
+
+    Examples
+    --------
+    >>> p_equals(0.2), p_equals(1e-9)
+    ('p = 0.20', 'p < 0.001')
+    """
+    return f"p {p_value(p)}" if p < _SMALLEST_P else f"p = {p_value(p)}"
+
+
+class Cell(NamedTuple):
+    """
+    What one cell of a table says.
+
+    Attributes
+    ----------
+    value
+        The figure.
+    interval
+        The interval that belongs to it; empty without one.
+    """
+
+    value: str
+    interval: str = ""
+
+    @property
+    def lines(self) -> str:
+        """The interval in a second line."""
+        return "\n".join(part for part in self if part)
+
+
+def estimate_cell(
+    estimate: tuple[float, float, float], write: Callable[[float], str], *, least: float = -math.inf
+) -> Cell:
+    """
+    Write a median and its interval; no interval of too few values, nor of too few that ever get there.
+
+    Parameters
+    ----------
+    estimate
+        The median, a dash if it is NaN, and the ends of its interval.
+    write
+        How a number is written, infinity among them.
+    least
+        The least that there can be: an interval from there to infinity says nothing.
+
+    Examples
+    --------
+    >>> estimate_cell((1.0, 0.5, 2.0), "{:.1f} s".format)
+    Cell(value='1.0 s', interval='0.5 to 2.0 s')
+    >>> estimate_cell((1.0, 0.0, math.inf), ratio, least=0.0)
+    Cell(value='1.0000', interval='')
+    >>> estimate_cell((math.inf, math.inf, math.inf), or_never("{:.1f} s".format))
+    Cell(value='never', interval='')
+    """
+    median, low, high = estimate
+    if math.isnan(median):
+        return Cell(DASH)
+    if math.isinf(low) or (low <= least and math.isinf(high)):
+        return Cell(write(median))
+    return Cell(write(median), span(write(low), write(high)))
+
+
+def rate_cell(n_found: int, n: int, rate: tuple[float, float]) -> Cell:
+    """
+    Write how many of some runs succeeded, and the interval of their rate; one run has none.
+
+    Examples
+    --------
+    >>> rate_cell(3, 4, (0.19, 0.99))
+    Cell(value='3/4', interval='19 to 99 %')
+    """
+    low, high = rate
+    return Cell(f"{n_found:,}/{n:,}", f"{100 * low:.0f} to {100 * high:.0f} %" if n > 1 else "")
+
+
+def span(low: str, high: str) -> str:
+    """
+    Write an interval of two written numbers; a unit that both have stands once.
+
+    Examples
+    --------
+    >>> span("1 ms", "2 ms"), span("1 ms", "2 s"), span("1", "2")
+    ('1 to 2 ms', '1 ms to 2 s', '1 to 2')
+    """
+    number, _, unit = low.rpartition(" ")
+    shared = number and unit == high.rpartition(" ")[2]
+    return f"{number if shared else low} to {high}"
+
+
+def or_never(write: Callable[[float], str]) -> Callable[[float], str]:
+    """
+    Let a function that writes a number write "never" for infinity.
+
+    Examples
+    --------
+    >>> or_never("{:.0f} s".format)(math.inf)
+    'never'
+    """
+    return lambda value: write(value) if value < math.inf else "never"
+
+
+def counted(number: int, word: str) -> str:
+    """
+    Write how many there are.
+
+    Examples
+    --------
+    >>> counted(1, "run"), counted(1200, "run")
+    ('1 run', '1,200 runs')
+    """
+    return f"{number:,} {word}" if number == 1 else f"{number:,} {word}s"
+
+
+def listed(names: Sequence[str], most: int = _MOST_NAMES) -> str:
+    """
+    Join names for a sentence; of many, the first.
+
+    Examples
+    --------
+    >>> listed(["a", "b", "c"]), listed(["a", "b", "c"], 2)
+    ('a, b and c', 'a, b and 1 more')
+    """
+    if len(names) > most:
+        return f"{', '.join(names[:most])} and {len(names) - most} more"
+    return " and ".join(part for part in (", ".join(names[:-1]), *names[-1:]) if part)
