@@ -18,6 +18,7 @@ from cgla_graph._types import Bounds, Point
 from cgla_graph.errors import ScenarioError
 from cgla_graph.model.lattice import Lattice, LatticeKind
 from cgla_graph.model.risk import Reading, Threat
+from cgla_graph.scenarios.drawing import Stream, drawn_threats
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
 from cgla_graph.scenarios.projection import LocalProjection, places_around, project_area, projected_bounds
@@ -25,8 +26,6 @@ from cgla_graph.scenarios.projection import LocalProjection, places_around, proj
 #: How many spreads around its centre a threat is seen: a box around threats has room to go around them; and beyond so
 #: many, it is not felt.
 SEEN, FELT = 3.0, 8.0
-#: Draws in a row that fall where they may not before there is no room.
-MOST_MISSES = 10_000
 
 #: What pydantic calls the members of unions, which no file writes; tags of our own begin with "=".
 UNION_MEMBERS = ("int", "float", "str", "bool", "list[", "=")
@@ -86,19 +85,8 @@ class RandomThreatsTable(Table):
 
     def build(self, bounds: Bounds, ends: list[Point]) -> list[Threat]:
         """Draw the threats."""
-        random = np.random.default_rng(self.seed)
-        threats: list[Threat] = []
-        misses = 0
-        while len(threats) < self.count:
-            x, y = random.uniform(bounds[0], bounds[2]), random.uniform(bounds[1], bounds[3])
-            spread, peak = (random.uniform(low, high) for low, high in (self.spread, self.peak))
-            if all(float(np.hypot(x - a, y - b)) >= self.clear for a, b in ends):
-                threats.append(Threat(x, y, spread=spread, peak=peak))
-                misses = 0
-            elif (misses := misses + 1) > MOST_MISSES:
-                msg = f"random_threats: no room that keeps {self.clear:g} from start and goal; lower clear"
-                raise ValueError(msg)
-        return threats
+        stream = Stream(self.seed)
+        return drawn_threats(stream, self.count, bounds, self.spread, self.peak, clear=self.clear, ends=ends)
 
 
 class NoFlyTable(Table):

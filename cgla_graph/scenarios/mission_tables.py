@@ -5,7 +5,6 @@ from collections.abc import Iterable
 from math import dist
 from typing import Annotated, Any, Literal, TypeAlias
 
-import numpy as np
 import shapely
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
@@ -14,7 +13,8 @@ from cgla_graph.fusion.fusion import Fusion, Integral
 from cgla_graph.mission.rules import Avoidance, Exclude, KnowledgeRule, Meeting, Movement, Replan, Start, Update
 from cgla_graph.mission.virtual_obstacle import Placement, Zones
 from cgla_graph.mission.world import TimedArea, TimedThreat, World, union_of
-from cgla_graph.scenarios.map_tables import MOST_MISSES, MapTable, Pair, Ring, Table, ThreatTable
+from cgla_graph.scenarios.drawing import MOST_MISSES, Stream
+from cgla_graph.scenarios.map_tables import MapTable, Pair, Ring, Table, ThreatTable
 
 #: What plans where a file names no solver.
 SOLVER = "cgla"
@@ -79,7 +79,7 @@ class RandomUavsTable(Table):
         They stay apart from `ends`, the starts and goals of other UAVs, too; by `safe_distance` if the table does not
         say how far.
         """
-        random = np.random.default_rng(self.seed)
+        stream = Stream(self.seed)
         apart = safe_distance if self.apart is None else self.apart
         timed = [item.threat for item in world.timed if isinstance(item, TimedThreat)]
         centres = [(threat.x, threat.y) for threat in (*world.field.threats, *timed)]
@@ -96,8 +96,7 @@ class RandomUavsTable(Table):
         taken, misses = list(ends), 0
         drawn: list[tuple[str, Point, Point]] = []
         while len(drawn) < self.count:
-            numbers = random.uniform((x_min, y_min, x_min, y_min), (x_max, y_max, x_max, y_max)).tolist()
-            start, goal = (numbers[0], numbers[1]), (numbers[2], numbers[3])
+            start, goal = ((stream.between(x_min, x_max), stream.between(y_min, y_max)) for _ in range(2))
             if (
                 dist(start, goal) >= self.least_length
                 and is_free(start, (other for other, _ in taken))

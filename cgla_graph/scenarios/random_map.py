@@ -6,7 +6,6 @@ from dataclasses import replace
 from itertools import islice, pairwise
 from typing import TypedDict, Unpack
 
-import numpy as np
 import shapely
 
 from cgla_graph._types import Point
@@ -16,7 +15,8 @@ from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.risk import RiskField
+from cgla_graph.scenarios.drawing import MOST_MISSES, Stream, are_apart, drawn_threats
 from cgla_graph.scenarios.scenario import Scenario
 
 #: What a map has unless told otherwise: the distribution of the harness of the paper's claims.
@@ -28,6 +28,7 @@ K = 10.0
 CLEAR = 0.12
 RESOLUTION = 20
 START, GOAL = (0.1, 0.1), (0.9, 0.9)
+UNIT_SQUARE = (0.0, 0.0, 1.0, 1.0)
 
 #: Areas are at least this far from each other, and half as far from the border, start and goal. So the points of a
 #: lattice whose cells are no wider than this along the diagonal (20 points a side: 0.0744) lead around every area:
@@ -37,8 +38,6 @@ GAP = 0.075
 MOST_THREATS, MOST_AREAS, LARGEST_SEED = 10_000, 1000, 2**63 - 1
 #: The largest area that leaves room for start and goal.
 LARGEST_RADIUS = 0.4
-#: Draws in a row that fall where they may not before there is no room.
-MOST_MISSES = 10_000
 #: Maps that are drawn to fill buckets of difficulty before one of them counts as out of reach.
 MOST_DRAWS = 2000
 #: Corners of an area, least and greatest.
@@ -64,22 +63,6 @@ class MapSettings(TypedDict, total=False):
     resolution: int
     start: Point
     goal: Point
-
-
-class _Stream:
-    """
-    Numbers from a seed, the same on every machine and with every version of NumPy.
-
-    NumPy promises that the integers of PCG64 and of SeedSequence never change, but not so the floats that a Generator
-    makes of them; they are made here, by steps that IEEE 754 rounds alike everywhere.
-    """
-
-    def __init__(self, seed: int, purpose: int) -> None:
-        self._words = np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(purpose,)))
-
-    def between(self, low: float, high: float) -> float:
-        """Draw evenly from ``[low, high)``; `low` if both are the same."""
-        return low + (high - low) * ((int(self._words.random_raw()) >> 11) * 2.0**-53)
 
 
 def random_scenario(
@@ -151,12 +134,15 @@ def random_scenario(
     seed = whole_number("seed", seed, at_least=0, at_most=LARGEST_SEED)
     clear = non_negative_number("clear", clear)
     start, goal = pair("start", start), pair("goal", goal)
+    threats = whole_number("threats", threats, at_least=0, at_most=MOST_THREATS)
     spread, peak = _range("spread", spread), _range("peak", peak, most=1.0)
     area_radius = _range("area_radius", area_radius, most=LARGEST_RADIUS)
     problem = Problem(
         start=start,
         goal=goal,
-        field=RiskField(_threats(seed, threats, spread, peak, clear, [start, goal])),
+        field=RiskField(
+            drawn_threats(Stream(seed, 0), threats, UNIT_SQUARE, spread, peak, clear=clear, ends=[start, goal])
+        ),
         k=k,
         no_fly=_areas(seed, areas, area_radius, clear, [start, goal]),
     )
@@ -294,32 +280,12 @@ def _ceiling(problem: Problem) -> float:
     return straight.cost / straight.length * (1.0 + ROUNDING)
 
 
-def _threats(
-    seed: int, count: int, spread: tuple[float, float], peak: tuple[float, float], clear: float, ends: list[Point]
-) -> list[Threat]:
-    """Draw the threats."""
-    count = whole_number("threats", count, at_least=0, at_most=MOST_THREATS)
-    stream = _Stream(seed, 0)
-    found: list[Threat] = []
-    misses = 0
-    while len(found) < count:
-        x, y = stream.between(0.0, 1.0), stream.between(0.0, 1.0)
-        numbers = stream.between(*spread), stream.between(*peak)
-        if _apart((x, y), ends, clear):
-            found.append(Threat(x, y, *numbers))
-            misses = 0
-        elif (misses := misses + 1) > MOST_MISSES:
-            msg = f"no room for a threat at least {clear:g} from start and goal; lower clear"
-            raise ScenarioError(msg)
-    return found
-
-
 def _areas(
     seed: int, count: int, radii: tuple[float, float], clear: float, ends: list[Point]
 ) -> shapely.GeometryCollection | None:
     """Draw the areas: each inside a circle of its own, and the circles apart, so that no union of them is needed."""
     count = whole_number("areas", count, at_least=0, at_most=MOST_AREAS)
-    stream = _Stream(seed, 1)
+    stream = Stream(seed, 1)
     circles: list[tuple[Point, float]] = []
     polygons: list[shapely.Polygon] = []
     misses = 0
@@ -327,8 +293,8 @@ def _areas(
         radius = stream.between(*radii)
         margin = radius + GAP / 2.0
         centre = stream.between(margin, 1.0 - margin), stream.between(margin, 1.0 - margin)
-        is_free = _apart(centre, ends, radius + max(clear, GAP / 2.0)) and all(
-            _apart(centre, [other], radius + reach + GAP) for other, reach in circles
+        is_free = are_apart(centre, ends, radius + max(clear, GAP / 2.0)) and all(
+            are_apart(centre, [other], radius + reach + GAP) for other, reach in circles
         )
         if is_free:
             circles.append((centre, radius))
@@ -343,7 +309,7 @@ def _areas(
     return shapely.GeometryCollection(polygons) if polygons else None
 
 
-def _convex_polygon(stream: _Stream, centre: Point, radius: float) -> shapely.Polygon:
+def _convex_polygon(stream: Stream, centre: Point, radius: float) -> shapely.Polygon:
     """Draw a polygon whose corners are on a circle, in order and apart, and therefore convex."""
     count = int(stream.between(CORNERS[0], CORNERS[1] + 1))
     turn = stream.between(0.0, 4.0)
@@ -357,12 +323,6 @@ def _convex_polygon(stream: _Stream, centre: Point, radius: float) -> shapely.Po
         norm = math.sqrt(x * x + y * y)
         corners.append((centre[0] + radius * x / norm, centre[1] + radius * y / norm))
     return shapely.Polygon(corners)
-
-
-def _apart(spot: Point, others: Iterable[Point], least: float) -> bool:
-    """Tell whether a point is at least that far from all others."""
-    # by products, as a hypotenuse is not rounded alike on every machine
-    return all((spot[0] - x) * (spot[0] - x) + (spot[1] - y) * (spot[1] - y) >= least * least for x, y in others)
 
 
 def _range(name: str, value: tuple[float, float], most: float = math.inf) -> tuple[float, float]:

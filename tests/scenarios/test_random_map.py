@@ -19,6 +19,7 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
 from cgla_graph.scenarios import random_map
+from cgla_graph.scenarios.drawing import Stream
 from cgla_graph.scenarios.random_map import difficulty, random_scenario, random_scenarios
 from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 
@@ -70,9 +71,9 @@ def test_a_map_is_pinned_to_the_last_bit() -> None:
 @given(seed=seeds)
 @usual
 def test_numbers_are_those_of_numpys_generator(seed: int) -> None:
-    generator = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed).spawn(2)[1]))
-    stream = random_map._Stream(seed, 1)
-    assert [stream.between(0.0, 1.0) for _ in range(20)] == generator.random(20).tolist()
+    spawned = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed).spawn(2)[1]))
+    for stream, generator in ((Stream(seed, 1), spawned), (Stream(seed), np.random.default_rng(seed))):
+        assert [stream.between(-0.3, 0.5) for _ in range(20)] == generator.uniform(-0.3, 0.5, 20).tolist()
 
 
 @given(seed=seeds, threats=st.integers(0, 15), areas=st.integers(0, 4), k=st.floats(0.0, 100.0))
@@ -219,7 +220,7 @@ def test_a_map_without_a_path_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not is_joined(small(Problem((0.1, 0.1), (0.5, 0.5), no_fly=fence), 20))
     assert not is_joined(small(Problem((0.1, 0.1), (0.9, 0.9), no_fly=fence), 20))
     # areas that may overlap shut off parts of some map
-    monkeypatch.setattr(random_map, "_apart", lambda *_: True)
+    monkeypatch.setattr(random_map, "are_apart", lambda *_: True)
     starts: random_map.MapSettings = {"start": (0.0, 0.0), "goal": (1.0, 1.0), "area_radius": (0.08, 0.13)}
     assert not all(is_joined(random_scenario(seed, areas=40, **starts)) for seed in range(30))
 
