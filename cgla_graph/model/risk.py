@@ -209,6 +209,11 @@ class RiskField:
         table.flags.writeable = False
         return table
 
+    @property
+    def centres(self) -> FloatArray:
+        """Where the threats are, shape ``(m, 2)``, map units, read-only."""
+        return self.table[:, :2]
+
     def kernel_field(self) -> risk_kernels.Field:
         """Hand the field to a kernel, with scratch memory of its own (one call for each thread)."""
         return self.table, risk_kernels.workspace(len(self)), not self.is_probability
@@ -312,6 +317,36 @@ class RiskField:
         out = np.empty(where.shape)
         risk_kernels.gradient(where.reshape(-1, 2), self.table, out.reshape(-1, 2))
         return out + 0.0
+
+    def contour_radii(self, level: float) -> FloatArray:
+        """
+        Return how far from its centre each threat's own risk falls to a level.
+
+        Parameters
+        ----------
+        level
+            Risk per unit length, above 0.
+
+        Returns
+        -------
+        radii
+            Shape ``(m,)``, map units; 0 for threats that are nowhere as risky.
+
+        Raises
+        ------
+        ProblemError
+            If the level is not a finite number above 0.
+
+        Examples
+        --------
+        >>> field = RiskField([Threat(0, 0, spread=3), Threat(0, 0, spread=3, peak=0.1)])
+        >>> field.contour_radii(math.exp(-2.0)).tolist()
+        [6.0, 0.0]
+        """
+        log_level = math.log(positive_number("level", level))
+        spreads, log_peaks = self.table[:, risk_kernels.SPREAD], self.table[:, risk_kernels.LOG_PEAK]
+        radii: FloatArray = spreads * np.sqrt(np.maximum(2.0 * (log_peaks - log_level), 0.0))
+        return radii
 
     def line_integral(self, starts: ArrayLike, ends: ArrayLike) -> FloatArray:
         """

@@ -236,6 +236,15 @@ def test_gradient_is_nought_at_the_centre_of_a_lone_threat(centre: Point, spread
     assert not np.signbit(gradient).any()
 
 
+@fast
+@given(crowds(), st.floats(1e-6, 2.0))
+def test_contours_are_where_each_threats_own_risk_falls_to_the_level(field: RiskField, level: float) -> None:
+    assert field.centres.tolist() == [[threat.x, threat.y] for threat in field.threats]
+    for threat, radius in zip(field.threats, field.contour_radii(level).tolist(), strict=True):
+        rim = RiskField([threat]).density((threat.x + radius, threat.y))
+        assert rim == pytest.approx(min(level, threat.peak), rel=1e-6)
+
+
 # Shapes and arrays
 
 
@@ -499,6 +508,12 @@ def test_malformed_points_are_refused(bad: ArrayLike) -> None:
         field.line_integral(bad, (0, 0))
     with pytest.raises(ProblemError, match="ends"):
         field.line_integral((0, 0), bad)
+
+
+@pytest.mark.parametrize("level", [0.0, -1.0, math.nan, "high"])
+def test_a_level_of_risk_is_a_number_above_0(level: float) -> None:
+    with pytest.raises(ProblemError, match="level is"):
+        RiskField().contour_radii(level)
 
 
 @given(x=coordinates)
