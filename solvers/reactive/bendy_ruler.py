@@ -166,12 +166,9 @@ class _Obstacles:
     def __init__(self, around: Surroundings, ruler: BendyRuler) -> None:
         self._around = around
         self._goal = np.asarray(around.problem.goal)
-        discs = [
-            (threat.x, threat.y, threat.spread * math.sqrt(2.0 * math.log(threat.peak / ruler.threshold)))
-            for threat in around.problem.field.threats
-            if threat.peak > ruler.threshold
-        ]
-        self._discs = np.array(discs).reshape(-1, 3)
+        field = around.problem.field
+        radii = field.contour_radii(ruler.threshold)
+        self._discs = np.column_stack([field.centres, radii])[radii > 0.0]
         self._needed = ruler.margin_max * around.side
         of_goal = self._clearance(self._goal[None], self._goal[None], self._needed)
         self._needed_at_goal = min(self._needed, float(of_goal[0]))

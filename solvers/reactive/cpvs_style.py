@@ -8,16 +8,15 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import BoolArray, FloatArray, Point
-from cgla_graph.model.risk_kernels import X, Y
 from cgla_graph.solvers.base import Traits
-from cgla_graph.solvers.reactive.fuzzy_steering import LOG_EDGE, FuzzyMemory, FuzzySteering, edge
+from cgla_graph.solvers.reactive.fuzzy_steering import EDGE, FuzzyMemory, FuzzySteering
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
 
 #: A straight way with more risk than this anywhere is blocked.
 BLOCKED = 0.3
 #: Sub-goals are so far outside a threat's contour of three spreads, or outside a no-fly area (over the shorter side of
 #: the map), and count as reached from so near.
-LOG_OUTER = -4.5
+OUTER = math.exp(-4.5)
 MARGIN, NEAR = 0.03, 0.05
 #: Steps between the last change of the queue and the next sub-goal: without them, sub-goals come and go.
 HYSTERESIS = 10
@@ -188,12 +187,11 @@ def _is_clear(around: Surroundings, here: Point, there: Point) -> bool:
 
 def _beside_threats(around: Surroundings, here: Point, aim: Point) -> FloatArray:
     """Return the places left and right of threats, and in the gaps beside those in the way, shape ``(n, 2)``."""
-    table = around.problem.field.table
-    outer = edge(table, LOG_OUTER)
-    table, outer = table[outer > 0.0], outer[outer > 0.0]
-    centres = table[:, [X, Y]]
+    field = around.problem.field
+    outer, inner = field.contour_radii(OUTER), field.contour_radii(EDGE)
+    felt = outer > 0.0
+    centres, outer, inner = field.centres[felt], outer[felt], inner[felt]
     offset = (outer + MARGIN * around.side)[:, None] * _normal(here, aim)
-    inner = edge(table, LOG_EDGE)
     return np.vstack(
         [centres + offset, centres - offset, _gaps(centres, inner, _in_the_way(centres, inner, here, aim))]
     )

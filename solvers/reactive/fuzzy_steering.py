@@ -8,8 +8,7 @@ from typing import Generic, Self, TypeAlias, TypeVar
 import numpy as np
 import shapely
 
-from cgla_graph._types import FloatArray, Point
-from cgla_graph.model.risk_kernels import LOG_PEAK, SPREAD, X, Y
+from cgla_graph._types import Point
 from cgla_graph.solvers.base import positive_setting, whole_setting
 from cgla_graph.solvers.geometry import bearing, wrapped
 from cgla_graph.solvers.reactive.fuzzy import RuleBase, Triangle, about, centroid
@@ -83,7 +82,7 @@ BLUR = np.array([0.01, 2.0, 2.0])
 #: How wide the conditions of written rules are, at either side, in the same units.
 WIDTH = np.array([0.05, 10.0, 10.0])
 #: The edge of a threat is its contour of this risk: two spreads around a threat of peak 1.
-LOG_EDGE = -2.0
+EDGE = math.exp(-2.0)
 #: Written rules hold this far (eta), and there are at most so many; the oldest is forgotten.
 WEIGHT, MOST_WRITTEN = 0.5, 30
 #: Feedback corrects a turn at most so often.
@@ -254,15 +253,15 @@ class FuzzySteering(Reactive[F], ABC, Generic[F]):
     def _nearest(self, around: Surroundings, here: Point, target: Point) -> tuple[float, float]:
         """Return clearance from the nearest edge of a threat or an area, map units, and the direction of it."""
         clearance, direction = math.inf, 0.0
-        table = around.problem.field.table
-        edges = edge(table, LOG_EDGE)
+        field = around.problem.field
+        centres, edges = field.centres, field.contour_radii(EDGE)
         # a threat that is nowhere as risky as an edge has none, and one around the target has to be entered
-        counted = (edges > 0.0) & (np.hypot(table[:, X] - target[0], table[:, Y] - target[1]) > edges)
-        table, edges = table[counted], edges[counted]
-        if len(table):
-            gaps = np.hypot(table[:, X] - here[0], table[:, Y] - here[1]) - edges
+        counted = (edges > 0.0) & (np.hypot(*(centres - target).T) > edges)
+        centres, edges = centres[counted], edges[counted]
+        if len(centres):
+            gaps = np.hypot(*(centres - here).T) - edges
             nearest = int(gaps.argmin())
-            clearance, direction = float(gaps[nearest]), bearing(here, table[nearest, [X, Y]].tolist())
+            clearance, direction = float(gaps[nearest]), bearing(here, centres[nearest].tolist())
         area = around.problem.model.area
         if not area.is_empty:
             line = shapely.get_coordinates(shapely.shortest_line(shapely.Point(here), area.geometry))
@@ -313,32 +312,6 @@ class FuzzySteering(Reactive[F], ABC, Generic[F]):
                 x, y = places[free[0]].tolist()
                 return replace(memory, target=(x, y), side=side, hit=hit, stalled=0)
         return replace(memory, target=None, stalled=0, side=0)
-
-
-def edge(table: FloatArray, log_level: float) -> FloatArray:
-    """
-    Return the radius of each threat's contour of a risk.
-
-    Parameters
-    ----------
-    table
-        `RiskField.table`, shape ``(m, 7)``.
-    log_level
-        Logarithm of the risk.
-
-    Returns
-    -------
-    radii
-        Shape ``(m,)``, map units; 0 for threats that are nowhere as risky.
-
-    Examples
-    --------
-    >>> from cgla_graph.model.risk import RiskField, Threat
-    >>> edge(RiskField([Threat(0, 0, spread=3), Threat(0, 0, spread=3, peak=0.1)]).table, -2.0).tolist()
-    [6.0, 0.0]
-    """
-    radii: FloatArray = table[:, SPREAD] * np.sqrt(np.maximum(2.0 * (table[:, LOG_PEAK] - log_level), 0.0))
-    return radii
 
 
 def _written_rules(written: tuple[Written, ...]) -> RuleBase:
