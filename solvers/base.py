@@ -1,92 +1,13 @@
-"""What a solver is: settings, traits and one method."""
+"""The checks of settings that solvers share."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import ClassVar, Literal, Protocol, TypeAlias, get_args, runtime_checkable
+from typing import get_args
 
 from cgla_graph._validate import non_negative_number, positive_number, whole_number
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.adjacency import CornerRule
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.model.problem import GraphProblem, Problem
-from cgla_graph.model.solution import Solution
-
-
-@dataclass(frozen=True)
-class Traits:
-    """
-    What a solver is and promises; the contract checks hold it to that.
-
-    Attributes
-    ----------
-    name
-        Its name in the registry, kebab-case.
-    summary
-        One line for `cgla solvers`.
-    domain
-        ``graph``: takes a `GraphProblem`; ``plane``: takes a `Problem`.
-    exact
-        Whether its path always has least cost on the graph it is given (graph solvers).
-    anytime
-        Whether it records its best cost over time in `Solution.trace`.
-    seeded
-        Whether it draws random numbers; then it has a setting ``seed`` and the same seed gives the same path.
-    no_fly
-        Whether it plans around no-fly areas; if not, its path may turn out infeasible.
-    complete
-        Whether it can be expected to find a path where there is one, given time; if not, it may get stuck, and says
-        how.
-    needs
-        Packages beyond those that the toolkit always has.
-    isolated
-        Whether it runs compiled code of others that may crash or hang. Then `cgla_graph.solve` and missions run it in a
-        process of its own (see `cgla_graph.model.isolated`), to which it and its problem are sent: their classes have
-        to be in modules. A run that exceeds its setting ``seconds`` by more than a tenth and 2 s is stopped; one
-        without such a setting, after 600 s.
-
-    Examples
-    --------
-    >>> Traits("mine", "a solver of mine", domain="plane").seeded
-    False
-    """
-
-    name: str
-    summary: str
-    domain: Literal["graph", "plane"]
-    exact: bool = False
-    anytime: bool = False
-    seeded: bool = False
-    no_fly: bool = True
-    complete: bool = True
-    needs: tuple[str, ...] = ()
-    isolated: bool = False
-
-
-@runtime_checkable
-class GraphSolver(Protocol):
-    """A frozen dataclass of settings that plans on a graph, of which it knows nothing but nodes and weights."""
-
-    traits: ClassVar[Traits]
-
-    def solve(self, problem: GraphProblem) -> Solution:
-        """Return status, nodes and its own idea of the cost; the oracle does the rest."""
-        ...
-
-
-@runtime_checkable
-class PlaneSolver(Protocol):
-    """A frozen dataclass of settings that plans in the plane."""
-
-    traits: ClassVar[Traits]
-
-    def solve(self, problem: Problem) -> Solution:
-        """Return status, waypoints and its own idea of the cost; the oracle does the rest."""
-        ...
-
-
-Solver: TypeAlias = GraphSolver | PlaneSolver
-
 
 #: OMPL's random numbers start from 32 bits, and refuse 0.
 LARGEST_SEED = 2**32 - 1

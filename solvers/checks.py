@@ -18,7 +18,7 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.solvers.base import GraphSolver, PlaneSolver, Solver
+from cgla_graph.model.solver import GraphSolver, PlaneSolver, Solver
 from cgla_graph.solvers.solving import solve
 
 #: Statuses that say "there is none" and those that say "I found none".

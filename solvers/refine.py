@@ -13,8 +13,9 @@ from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.model.solver import Solver, Traits
 from cgla_graph.solvers import registry, solving
-from cgla_graph.solvers.base import Solver, Traits, whole_setting
+from cgla_graph.solvers.base import whole_setting
 
 
 @dataclass(frozen=True)

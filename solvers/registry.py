@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from typing import Any, cast
 
 from cgla_graph.errors import SolverSettingError, SolverUnavailableError, UnknownSolverError
-from cgla_graph.solvers.base import Solver, Traits
+from cgla_graph.model.solver import Solver, Traits
 
 ENTRY_POINT_GROUP = "cgla_graph.solvers"
 

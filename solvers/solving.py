@@ -2,18 +2,17 @@
 
 import dataclasses
 import time
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from cgla_graph.errors import ProblemError, SolverSettingError
-from cgla_graph.model import isolated
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.model.solver import Solver, run, stay
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.base import GraphSolver, PlaneSolver, Solver
 from cgla_graph.solvers.warm_up import warm_up
 
 #: Up to this many nodes, a complete graph is weighed at once (288 MB), so that build and solve time part cleanly.
@@ -95,7 +94,7 @@ def solve(
             msg = "a GraphProblem has only its edges, which no path can leave; give a Problem to refine its path"
             raise ProblemError(msg)
         warm_up(chosen)
-        return _solve_graph(problem, _graph_solver(chosen))
+        return run(chosen, problem)
     warm_up(chosen, refine=refine)
     answer = _solve_in_plane(problem, chosen, resolution, on)
     return refined(problem, answer) if refine else answer
@@ -148,55 +147,17 @@ def refined(problem: Problem, solution: Solution, *, tolerance: float = 1e-6, ma
 def _solve_in_plane(
     problem: Problem, chosen: Solver, resolution: int | tuple[int, int] | Lattice, on: GraphProblem | None
 ) -> Solution:
-    if problem.start == problem.goal:
-        return _stay(problem, chosen)
     if chosen.traits.domain == "plane":
-        return _solve_plane(problem, _with_resolution(chosen, resolution))
+        return run(chosen, problem, resolution)
+    if problem.start == problem.goal:
+        return stay(problem, chosen.traits.name)
     began = time.perf_counter()
     graph_problem = weighed(on or problem.on_lattice(resolution))
     laid = time.perf_counter() - began
-    answer = _solve_graph(graph_problem, _graph_solver(chosen))
+    answer = run(chosen, graph_problem)
     return problem.judge(dataclasses.replace(answer, build_seconds=laid + answer.build_seconds))
 
 
 def weighed(problem: GraphProblem) -> GraphProblem:
     """Weigh a complete graph at once if its matrix is affordable; larger ones are weighed row by row, when asked."""
-    if problem.graph.is_implicit and problem.graph.n_nodes <= DENSE_UP_TO:
-        return problem.weighed()
-    return problem
-
-
-def _solve_graph(problem: GraphProblem, solver: GraphSolver) -> Solution:
-    answer = _timed(solver, problem)
-    return problem.judge(dataclasses.replace(answer, evaluations=problem.graph.n_pairs + answer.evaluations))
-
-
-def _solve_plane(problem: Problem, solver: PlaneSolver) -> Solution:
-    return problem.judge(_timed(solver, problem))
-
-
-def _timed(solver: Any, problem: Problem | GraphProblem) -> Solution:  # noqa: ANN401 - of either kind
-    """Run a solver against the clock; what it says it spent on building, or on a certificate, is not solving."""
-    answer, seconds = isolated.run(solver, problem)
-    seconds -= answer.build_seconds + answer.certificate_seconds
-    return dataclasses.replace(answer, solver=solver.traits.name, seconds=seconds)
-
-
-def _stay(problem: Problem, solver: Solver) -> Solution:
-    """Answer a problem whose start is its goal, which needs no solver."""
-    answer = Solution(Status.OPTIMAL, path=np.array([problem.start]), cost=0.0, lower_bound=0.0)
-    return problem.judge(dataclasses.replace(answer, solver=solver.traits.name))
-
-
-def _graph_solver(solver: Solver) -> GraphSolver:
-    if solver.traits.domain != "graph" or not isinstance(solver, GraphSolver):
-        msg = f"{solver.traits.name} plans in the plane, not on a graph; give it a Problem"
-        raise SolverSettingError(msg)
-    return solver
-
-
-def _with_resolution(solver: Solver, resolution: int | tuple[int, int] | Lattice) -> PlaneSolver:
-    """Hand the resolution to a plane solver that has such a setting and left it open."""
-    if getattr(solver, "resolution", 0) is None:
-        return cast("PlaneSolver", dataclasses.replace(cast("Any", solver), resolution=resolution))
-    return cast("PlaneSolver", solver)
+    return problem.weighed() if problem.graph.n_nodes <= DENSE_UP_TO else problem

@@ -9,8 +9,8 @@ import shapely
 
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.solver import Solver
 from cgla_graph.refine.refine import refine_path
-from cgla_graph.solvers.base import Solver
 
 SolverT = TypeVar("SolverT", bound=Solver)
 

@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Hashable
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from shapely.geometry.base import BaseGeometry
@@ -16,14 +16,13 @@ from cgla_graph.fusion.fusion import fused_graph
 from cgla_graph.fusion.raster_search import RasterGuide
 from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.uav import Uav
-from cgla_graph.model import isolated
 from cgla_graph.model.adjacency import Node
 from cgla_graph.model.cost_model import CostModel, indexed_area
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.model.solver import StepByStep
+from cgla_graph.model.solver import StepByStep, Traits, run, stay
 
 #: A bend by less than this, in radians, is rounding.
 IN_LINE = 1e-9
@@ -35,7 +34,7 @@ ROUNDING = 1e-9
 class CostMatrixReader(Protocol):
     """A graph solver that reads its path off a cost matrix, whoever computed it."""
 
-    traits: ClassVar[Any]
+    traits: ClassVar[Traits]
 
     def read(self, problem: GraphProblem, matrix: CostMatrix) -> Solution:
         """Return the path from the problem's source to the target of the matrix."""
@@ -181,23 +180,16 @@ class Replanner:
 
     def _solve(self, problem: Problem, situation: Situation) -> Solution:
         if problem.start == problem.goal:
-            return Solution(Status.OPTIMAL, path=np.array([problem.start]), cost=0.0)
+            return stay(problem, self.mission.solver.traits.name)
         solver = self.mission.solver
         if solver.traits.domain == "plane":
-            return self._solve_in_plane(problem)
+            return run(solver, problem, self.mission.lattice)
         plain = not self._is_fused and self.mission.exclude == "none" and problem.field.is_probability
         if plain and isinstance(solver, CostMatrixReader):
             return self._read(problem, situation, solver)
         if self._is_rastered and self.mission.incremental and isinstance(solver, CostMatrixReader):
             return self._read_raster(problem, situation, solver)
         return self._solve_on_graph(problem, situation)
-
-    def _solve_in_plane(self, problem: Problem) -> Solution:
-        solver = self.mission.solver
-        if getattr(solver, "resolution", 0) is None:
-            solver = dataclasses.replace(solver, resolution=self.mission.lattice)
-        answer, _ = isolated.run(solver, problem)
-        return answer
 
     def _step(self, problem: Problem) -> Solution:
         """Ask for one step; the oracle sees that it may be flown, and the mission that it is no longer than a step."""
@@ -246,7 +238,7 @@ class Replanner:
         if situation.excluded:
             graph = _without(graph, situation.excluded - {source, target})
         on = GraphProblem(graph, source, target)
-        return self._from(problem, on.judge(isolated.run(self.mission.solver, on)[0]), graph)
+        return self._from(problem, run(self.mission.solver, on), graph)
 
     def _weighed(self, problem: Problem, situation: Situation) -> tuple[GeometricGraph, Node]:
         """Return the graph with all its weights, brought up to date from the last one, and the node to plan from."""

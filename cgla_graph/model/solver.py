@@ -1,13 +1,97 @@
-"""Planning step by step: solvers that decide where to go next, and remember, instead of planning a whole path."""
+"""The solver contract: what a solver is, what one that plans step by step is, and how a ready one is run."""
 
+import dataclasses
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar, Literal, Protocol, TypeAlias, cast, runtime_checkable
+
+import numpy as np
 
 from cgla_graph._types import FloatArray
+from cgla_graph.errors import SolverSettingError
+from cgla_graph.model import isolated
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 
-if TYPE_CHECKING:
-    from cgla_graph.model.problem import Problem
+
+@dataclass(frozen=True)
+class Traits:
+    """
+    What a solver is and promises; the contract checks hold it to that.
+
+    Attributes
+    ----------
+    name
+        Its name in the registry, kebab-case.
+    summary
+        One line for `cgla solvers`.
+    domain
+        ``graph``: takes a `GraphProblem`; ``plane``: takes a `Problem`.
+    exact
+        Whether its path always has least cost on the graph it is given (graph solvers).
+    anytime
+        Whether it records its best cost over time in `Solution.trace`.
+    seeded
+        Whether it draws random numbers; then it has a setting ``seed`` and the same seed gives the same path.
+    no_fly
+        Whether it plans around no-fly areas; if not, its path may turn out infeasible.
+    complete
+        Whether it can be expected to find a path where there is one, given time; if not, it may get stuck, and says
+        how.
+    needs
+        Packages beyond those that the toolkit always has.
+    needs_positive
+        Whether it needs the assumption of Theorem 1: no weight below 0 on a graph, no peak above 1 in the plane. Where
+        that does not hold, `run` answers "unsupported" and does not call it.
+    isolated
+        Whether it runs compiled code of others that may crash or hang. Then `run` runs it in a process of its own (see
+        `cgla_graph.model.isolated`), to which it and its problem are sent: their classes have to be in modules. A run
+        that exceeds its setting ``seconds`` by more than a tenth and 2 s is stopped; one without such a setting, after
+        600 s.
+
+    Examples
+    --------
+    >>> Traits("mine", "a solver of mine", domain="plane").seeded
+    False
+    """
+
+    name: str
+    summary: str
+    domain: Literal["graph", "plane"]
+    exact: bool = False
+    anytime: bool = False
+    seeded: bool = False
+    no_fly: bool = True
+    complete: bool = True
+    needs: tuple[str, ...] = ()
+    needs_positive: bool = False
+    isolated: bool = False
+
+
+@runtime_checkable
+class GraphSolver(Protocol):
+    """A frozen dataclass of settings that plans on a graph, of which it knows nothing but nodes and weights."""
+
+    traits: ClassVar[Traits]
+
+    def solve(self, problem: GraphProblem) -> Solution:
+        """Return status, nodes and its own idea of the cost; `run` does the rest."""
+        ...
+
+
+@runtime_checkable
+class PlaneSolver(Protocol):
+    """A frozen dataclass of settings that plans in the plane."""
+
+    traits: ClassVar[Traits]
+
+    def solve(self, problem: Problem) -> Solution:
+        """Return status, waypoints and its own idea of the cost; `run` does the rest."""
+        ...
+
+
+Solver: TypeAlias = GraphSolver | PlaneSolver
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +119,9 @@ class Move:
 class StepByStep(Protocol):
     """A solver of the plane that a mission asks for one step a tick, on what its UAV knows then."""
 
-    traits: ClassVar[Any]
+    traits: ClassVar[Traits]
 
-    def move(self, problem: "Problem", memory: Hashable | None, step: float) -> Move:
+    def move(self, problem: Problem, memory: Hashable | None, step: float) -> Move:
         """
         Decide one step.
 
@@ -51,3 +135,73 @@ class StepByStep(Protocol):
             How far to go, map units.
         """
         ...
+
+
+def run(
+    solver: Solver, problem: Problem | GraphProblem, resolution: int | tuple[int, int] | Lattice | None = None
+) -> Solution:
+    """
+    Run a ready solver on a problem of its domain, and have the oracle judge its answer.
+
+    Parameters
+    ----------
+    solver
+        The solver.
+    problem
+        A `GraphProblem` for a graph solver, a `Problem` for one of the plane.
+    resolution
+        For a solver of the plane that has such a setting and left it open: points a side, or a `Lattice`.
+
+    Returns
+    -------
+    solution
+        Judged. Start equal to goal needs no solver, and negative weights are kept from a solver that needs positive
+        ones. Its time is what solving took, without what the solver says it spent on building or on a certificate.
+
+    Raises
+    ------
+    SolverSettingError
+        If the solver does not take such a problem.
+
+    Examples
+    --------
+    >>> from cgla_graph.solvers.exact.dijkstra import Dijkstra
+    >>> problem = Problem((0.0, 0.0), (1.0, 1.0))
+    >>> round(run(Dijkstra(), problem.on_lattice(5)).cost, 4)
+    1.4142
+    """
+    traits, on_graph = solver.traits, isinstance(problem, GraphProblem)
+    if on_graph != (traits.domain == "graph"):
+        wanted = (
+            "on a graph; give it a GraphProblem" if not on_graph else "in the plane, not on a graph; give a Problem"
+        )
+        msg = f"{traits.name} plans {wanted}"
+        raise SolverSettingError(msg)
+    if traits.needs_positive and has_negative_weights(problem):
+        return Solution(Status.UNSUPPORTED, solver=traits.name, message=NEGATIVE_WEIGHTS)
+    if isinstance(problem, Problem) and problem.start == problem.goal:
+        return stay(problem, traits.name)
+    if isinstance(problem, Problem) and getattr(solver, "resolution", 0) is None:
+        solver = dataclasses.replace(cast("Any", solver), resolution=resolution)
+    answer, seconds = isolated.run(solver, problem)
+    seconds -= answer.build_seconds + answer.certificate_seconds
+    answer = dataclasses.replace(answer, solver=traits.name, seconds=seconds)
+    if isinstance(problem, GraphProblem):
+        answer = dataclasses.replace(answer, evaluations=problem.graph.n_pairs + answer.evaluations)
+    return problem.judge(answer)
+
+
+def has_negative_weights(problem: Problem | GraphProblem) -> bool:
+    """Return whether Theorem 1's assumption fails: a weight below 0 on a graph, a peak above 1 in the plane."""
+    if isinstance(problem, GraphProblem):
+        return problem.graph.has_negative_weights
+    return not problem.field.is_probability
+
+
+def stay(problem: Problem, solver: str) -> Solution:
+    """Answer a problem whose start is its goal: nothing costs less than staying, unless risk may be below 0."""
+    known = problem.field.is_probability
+    answer = Solution(
+        Status.OPTIMAL if known else Status.FOUND, path=np.array([problem.start]), cost=0.0, solver=solver
+    )
+    return problem.judge(dataclasses.replace(answer, lower_bound=0.0) if known else answer)

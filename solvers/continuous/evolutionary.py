@@ -10,8 +10,9 @@ import shapely
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
-from cgla_graph.solvers.base import LARGEST_SEED, Traits, non_negative_setting, positive_setting, whole_setting
+from cgla_graph.model.solution import Solution
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import LARGEST_SEED, non_negative_setting, positive_setting, whole_setting
 from cgla_graph.solvers.budget import Budget, Incumbent
 from cgla_graph.solvers.continuous.b_spline import basis, curvature
 
@@ -101,6 +102,7 @@ class Evolutionary:
         anytime=True,
         seeded=True,
         complete=False,
+        needs_positive=True,
     )
 
     def __post_init__(self) -> None:
@@ -124,8 +126,6 @@ class Evolutionary:
 
     def solve(self, problem: Problem) -> Solution:
         """Evolve until the budget is spent, or there is nothing left to gain."""
-        if not problem.field.is_probability:
-            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         meter = self._budget.start()
         incumbent = Incumbent(problem, meter)
         curves = _Curves(problem, self.control_points, self.segments, self.turn_radius)

@@ -9,8 +9,9 @@ from cgla_graph.eikonal.marching import costs_to_go, descent, node_costs
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
-from cgla_graph.solvers.base import Traits, whole_setting
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import whole_setting
 
 #: Spacings from the goal within which costs begin as those of straight lines, and the descent ends.
 NEAR = 4.0
@@ -53,7 +54,9 @@ class FastMarching:
     cells: int = 256
     order: int = 2
 
-    traits: ClassVar[Traits] = Traits("fast-marching", "the eikonal solution and its steepest descent", domain="plane")
+    traits: ClassVar[Traits] = Traits(
+        "fast-marching", "the eikonal solution and its steepest descent", domain="plane", needs_positive=True
+    )
 
     def __post_init__(self) -> None:
         """Check the settings."""
@@ -64,8 +67,6 @@ class FastMarching:
 
     def solve(self, problem: Problem) -> Solution:
         """March from the goal, and descend from the start."""
-        if not problem.field.is_probability:
-            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         began = time.perf_counter()
         x_min, y_min, x_max, y_max = problem.bounds
         longer = max(x_max - x_min, y_max - y_min)

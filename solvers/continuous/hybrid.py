@@ -14,9 +14,10 @@ from cgla_graph._validate import positive_number
 from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status, TracePoint
+from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.model.solver import Traits
 from cgla_graph.refine.refine import refine_path
-from cgla_graph.solvers.base import Traits, whole_setting
+from cgla_graph.solvers.base import whole_setting
 from cgla_graph.solvers.continuous import hybrid_roadmap
 
 #: Candidates cost at most so much more than the best one before refinement, relative to it.
@@ -80,7 +81,11 @@ class Hybrid:
     tolerance: float | None = 0.01
 
     traits: ClassVar[Traits] = Traits(
-        "hybrid", "wide search, then refinement of the best few, with a certificate", domain="plane", anytime=True
+        "hybrid",
+        "wide search, then refinement of the best few, with a certificate",
+        domain="plane",
+        anytime=True,
+        needs_positive=True,
     )
 
     def __post_init__(self) -> None:
@@ -97,8 +102,6 @@ class Hybrid:
 
     def solve(self, problem: Problem) -> Solution:
         """Search, refine, certify."""
-        if not problem.field.is_probability:
-            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         answer = _Search(problem, self).run()
         if self.tolerance is None or not answer.status.has_path:
             return answer

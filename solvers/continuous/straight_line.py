@@ -7,7 +7,7 @@ import numpy as np
 
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.solvers.base import Traits
+from cgla_graph.model.solver import Traits
 
 
 @dataclass(frozen=True)

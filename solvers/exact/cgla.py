@@ -7,8 +7,8 @@ from typing import ClassVar, Literal, get_args
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import GraphProblem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
-from cgla_graph.solvers.base import Traits
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import Traits
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,9 @@ class Cgla:
     schedule: Literal["label-setting", "synchronous", "sweeps"] = "label-setting"
     early_stop: bool = True
 
-    traits: ClassVar[Traits] = Traits("cgla", "the paper's cost matrix (Eq. 9)", domain="graph", exact=True)
+    traits: ClassVar[Traits] = Traits(
+        "cgla", "the paper's cost matrix (Eq. 9)", domain="graph", exact=True, needs_positive=True
+    )
 
     def __post_init__(self) -> None:
         """Check the settings."""
@@ -55,8 +57,6 @@ class Cgla:
     def solve(self, problem: GraphProblem) -> Solution:
         """Compute the cost matrix and read the path off it."""
         graph = problem.graph
-        if graph.has_negative_weights:
-            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         if self.schedule == "label-setting":
             source = problem.source if self.early_stop else None
             matrix = cost_matrix(graph, problem.target, source=source)

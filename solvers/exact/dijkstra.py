@@ -8,8 +8,8 @@ import numpy as np
 from scipy.sparse import csgraph
 
 from cgla_graph.model.problem import GraphProblem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
-from cgla_graph.solvers.base import Traits
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import Traits
 
 
 @dataclass(frozen=True)
@@ -25,13 +25,13 @@ class Dijkstra:
     2.0
     """
 
-    traits: ClassVar[Traits] = Traits("dijkstra", "scipy.sparse.csgraph.dijkstra", domain="graph", exact=True)
+    traits: ClassVar[Traits] = Traits(
+        "dijkstra", "scipy.sparse.csgraph.dijkstra", domain="graph", exact=True, needs_positive=True
+    )
 
     def solve(self, problem: GraphProblem) -> Solution:
         """Run scipy's Dijkstra from the source and walk back; handing the weights over is reported as time to build."""
         graph = problem.graph
-        if graph.has_negative_weights:
-            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         began = time.perf_counter()
         weights = graph.to_csgraph()
         build_seconds = time.perf_counter() - began

@@ -10,8 +10,8 @@ import networkx as nx
 
 from cgla_graph.model.adjacency import Node
 from cgla_graph.model.problem import GraphProblem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
-from cgla_graph.solvers.base import Traits
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import Traits
 
 #: A networkx graph takes about a kilobyte an edge; beyond this it is no use.
 MAX_EDGES = 4_000_000
@@ -30,7 +30,9 @@ class NetworkxDijkstra:
     (0, 1, 2)
     """
 
-    traits: ClassVar[Traits] = Traits("networkx", "networkx.dijkstra_path", domain="graph", exact=True)
+    traits: ClassVar[Traits] = Traits(
+        "networkx", "networkx.dijkstra_path", domain="graph", exact=True, needs_positive=True
+    )
 
     def solve(self, problem: GraphProblem) -> Solution:
         """Hand the graph over, which is reported as time to build, and search."""
@@ -54,7 +56,11 @@ class NetworkxAstar:
     """
 
     traits: ClassVar[Traits] = Traits(
-        "networkx-astar", "networkx.astar_path, straight-line heuristic", domain="graph", exact=True
+        "networkx-astar",
+        "networkx.astar_path, straight-line heuristic",
+        domain="graph",
+        exact=True,
+        needs_positive=True,
     )
 
     def solve(self, problem: GraphProblem) -> Solution:
@@ -76,8 +82,6 @@ def _search(problem: GraphProblem, find: "Callable[[nx.Graph[Any]], Sequence[Nod
     n_edges = graph.n_pairs if graph.is_implicit else graph.n_edges
     if n_edges > MAX_EDGES:
         return Solution(Status.UNSUPPORTED, message=f"{n_edges} edges; networkx takes {MAX_EDGES} here")
-    if graph.has_negative_weights:
-        return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
     began = time.perf_counter()
     searched = graph.to_networkx()
     build_seconds = time.perf_counter() - began

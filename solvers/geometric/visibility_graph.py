@@ -12,7 +12,8 @@ from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import Threat
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import positive_setting, whole_setting
 from cgla_graph.solvers.geometry import around_circle, convex_corners
 
 #: The shares of `spreads` that are tried one after the other; 0 leaves the no-fly areas alone.

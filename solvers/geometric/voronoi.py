@@ -12,8 +12,9 @@ from scipy.spatial import Voronoi
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, IntArray
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
-from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import positive_setting, whole_setting
 from cgla_graph.solvers.geometric.elastic import relaxed
 from cgla_graph.solvers.geometry import around_circle
 
@@ -80,7 +81,11 @@ class VoronoiRoadmap:
     spacing: float = 0.02
 
     traits: ClassVar[Traits] = Traits(
-        "voronoi", "along the Voronoi diagram, then an elastic chain (Bortoff)", domain="plane", complete=False
+        "voronoi",
+        "along the Voronoi diagram, then an elastic chain (Bortoff)",
+        domain="plane",
+        complete=False,
+        needs_positive=True,
     )
 
     def __post_init__(self) -> None:
@@ -92,8 +97,6 @@ class VoronoiRoadmap:
 
     def solve(self, problem: Problem) -> Solution:
         """Search the diagram, then relax the path."""
-        if not problem.field.is_probability:
-            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         spacing, weighed = self.spacing * problem.shorter_side, 0
         for _ in range(1 + FINER):
             sites = _sites(problem, spacing)

@@ -8,7 +8,8 @@ from cgla_graph.model.adjacency import CornerRule
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
-from cgla_graph.solvers.base import Traits, check_lattice
+from cgla_graph.model.solver import Traits, run
+from cgla_graph.solvers.base import check_lattice
 from cgla_graph.solvers.exact.dijkstra import Dijkstra
 
 
@@ -56,7 +57,7 @@ class EightDirection:
         resolution = 20 if self.resolution is None else self.resolution
         on = problem.on_eight_connected(resolution, corner_rule=self.corner_rule)
         laid = time.perf_counter() - began
-        answer = on.judge(Dijkstra().solve(on))
+        answer = run(Dijkstra(), on)
         return Solution(
             answer.status,
             path=answer.path,

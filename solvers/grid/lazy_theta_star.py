@@ -10,8 +10,9 @@ from cgla_graph._types import IntArray
 from cgla_graph.model.adjacency import CornerRule, cell_corners
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
-from cgla_graph.solvers.base import Traits, check_lattice
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import check_lattice
 from cgla_graph.solvers.grid import theta_kernels
 
 
@@ -53,7 +54,9 @@ class LazyThetaStar:
     resolution: int | tuple[int, int] | Lattice | None = None
     corner_rule: CornerRule = "touch"
 
-    traits: ClassVar[Traits] = Traits("lazy-theta-star", "any-angle search over the lattice", domain="plane")
+    traits: ClassVar[Traits] = Traits(
+        "lazy-theta-star", "any-angle search over the lattice", domain="plane", needs_positive=True
+    )
 
     def __post_init__(self) -> None:
         """Check the settings."""
@@ -61,8 +64,6 @@ class LazyThetaStar:
 
     def solve(self, problem: Problem) -> Solution:
         """Lay the lattice, which is reported as time to build, and search it."""
-        if not problem.field.is_probability:
-            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         began = time.perf_counter()
         resolution = 20 if self.resolution is None else self.resolution
         lattice = resolution if isinstance(resolution, Lattice) else Lattice(resolution, bounds=problem.bounds)

@@ -13,8 +13,9 @@ from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.adjacency import CornerRule
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
-from cgla_graph.solvers.base import LARGEST_SEED, Traits, check_lattice, settings_of, whole_setting
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import LARGEST_SEED, check_lattice, settings_of, whole_setting
 from cgla_graph.solvers.grid import q_learning_kernels as kernels
 from cgla_graph.solvers.grid.value_iteration import DecisionProcess, Reward, decision_process, greedy
 
@@ -124,7 +125,12 @@ class QLearning:
     corner_rule: CornerRule = "touch"
 
     traits: ClassVar[Traits] = Traits(
-        NAME, "tabular Q-Learning over eight directions", domain="plane", seeded=True, complete=False
+        NAME,
+        "tabular Q-Learning over eight directions",
+        domain="plane",
+        seeded=True,
+        complete=False,
+        needs_positive=True,
     )
 
     def __post_init__(self) -> None:
@@ -152,8 +158,6 @@ class QLearning:
 
     def solve(self, problem: Problem) -> Solution:
         """Lay the lattice, which is reported as time to build, train on it, and follow the best moves."""
-        if not problem.field.is_probability:
-            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         began = time.perf_counter()
         resolution = 20 if self.resolution is None else self.resolution
         on = problem.on_eight_connected(resolution, corner_rule=self.corner_rule)

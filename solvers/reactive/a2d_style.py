@@ -8,7 +8,8 @@ import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import positive_setting, whole_setting
 from cgla_graph.solvers.geometry import wrapped
 from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Surroundings
 

@@ -7,7 +7,8 @@ from typing import ClassVar
 import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
-from cgla_graph.solvers.base import Traits, non_negative_setting
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import non_negative_setting
 from cgla_graph.solvers.geometry import bearing, wrapped
 from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Surroundings
 

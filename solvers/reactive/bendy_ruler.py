@@ -9,7 +9,8 @@ import shapely
 
 from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.solvers.base import Traits, non_negative_setting, positive_setting
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import non_negative_setting, positive_setting
 from cgla_graph.solvers.geometry import unit_vectors, wrapped
 from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Surroundings
 

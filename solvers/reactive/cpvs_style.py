@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import BoolArray, FloatArray, Point
-from cgla_graph.solvers.base import Traits
+from cgla_graph.model.solver import Traits
 from cgla_graph.solvers.reactive.fuzzy_steering import EDGE, FuzzyMemory, FuzzySteering
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
 

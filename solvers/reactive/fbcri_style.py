@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from cgla_graph.solvers.base import Traits
+from cgla_graph.model.solver import Traits
 from cgla_graph.solvers.reactive.fuzzy_steering import FuzzyMemory, FuzzySteering
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.model.cost_model import CostModel
-from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import positive_setting, whole_setting
 from cgla_graph.solvers.geometry import around_circle
 from cgla_graph.solvers.reactive.milp_map import CornerGraph, corner_graph, obstacles_of
 from cgla_graph.solvers.reactive.milp_model import SHADOW, Horizon, best_plan

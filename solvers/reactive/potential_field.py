@@ -8,7 +8,8 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import FloatArray
-from cgla_graph.solvers.base import Traits, non_negative_setting, positive_setting
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import non_negative_setting, positive_setting
 from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Surroundings
 
 #: Nearer to an area than this, relative to the reach of its repulsion, the repulsion grows no further.

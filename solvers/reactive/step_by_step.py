@@ -12,8 +12,8 @@ from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.errors import CglaError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.model.solver import Move
-from cgla_graph.solvers.base import Traits, positive_setting, whole_setting
+from cgla_graph.model.solver import Move, Traits
+from cgla_graph.solvers.base import positive_setting, whole_setting
 from cgla_graph.solvers.geometry import bearing, unit_vectors
 
 #: The paper's step: 0.4 units of a lattice of 20 points a side, over the shorter side of the map.

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from cgla_graph.solvers.base import Traits
+from cgla_graph.model.solver import Traits
 from cgla_graph.solvers.sampling.fmt_star import FmtStar
 
 
@@ -31,7 +31,13 @@ class BfmtStar(FmtStar):
     """
 
     traits: ClassVar[Traits] = Traits(
-        "bfmt-star", "OMPL's BFMT* over the same cost", domain="plane", seeded=True, needs=("ompl",), isolated=True
+        "bfmt-star",
+        "OMPL's BFMT* over the same cost",
+        domain="plane",
+        seeded=True,
+        needs=("ompl",),
+        isolated=True,
+        needs_positive=True,
     )
 
     def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints

@@ -5,7 +5,8 @@ from typing import Any, ClassVar
 
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
-from cgla_graph.solvers.base import LARGEST_SEED, Traits, whole_setting
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import LARGEST_SEED, whole_setting
 from cgla_graph.solvers.budget import Budget
 
 
@@ -42,7 +43,13 @@ class FmtStar:
     seed: int = 1
 
     traits: ClassVar[Traits] = Traits(
-        "fmt-star", "OMPL's FMT* over the same cost", domain="plane", seeded=True, needs=("ompl",), isolated=True
+        "fmt-star",
+        "OMPL's FMT* over the same cost",
+        domain="plane",
+        seeded=True,
+        needs=("ompl",),
+        isolated=True,
+        needs_positive=True,
     )
 
     def __post_init__(self) -> None:

@@ -10,8 +10,9 @@ from scipy import sparse
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem, Problem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
-from cgla_graph.solvers.base import LARGEST_SEED, Traits, whole_setting
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import LARGEST_SEED, whole_setting
 from cgla_graph.solvers.budget import Budget, BudgetSpentError
 from cgla_graph.solvers.exact.dijkstra import Dijkstra
 
@@ -57,6 +58,7 @@ class OmplPrmStar:
         seeded=True,
         needs=("ompl",),
         isolated=True,
+        needs_positive=True,
     )
 
     def __post_init__(self) -> None:
@@ -67,8 +69,6 @@ class OmplPrmStar:
 
     def solve(self, problem: Problem) -> Solution:
         """Grow the roadmap, weigh its edges, and search it."""
-        if not problem.field.is_probability:
-            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         began = time.perf_counter()
         try:
             positions, tails, heads, source, target = self._roadmap(problem)

@@ -13,7 +13,7 @@ from typing import Any
 from ompl import base as ob
 
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
+from cgla_graph.model.solution import Solution
 from cgla_graph.solvers.budget import Budget, BudgetSpentError, Incumbent, Meter
 from cgla_graph.solvers.sampling import ompl_space
 
@@ -73,8 +73,6 @@ def run_anytime(
     solution
         The best path that the oracle saw, with a trace of every improvement.
     """
-    if not problem.field.is_probability:
-        return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
     meter = budget.start()
     incumbent = Incumbent(problem, meter)
     reason = ""
@@ -100,8 +98,6 @@ def run_anytime(
 
 def run_once(problem: Problem, build: Callable[[Any], Any], budget: Budget, seed: int) -> Solution:
     """Run a planner that finds one path and ends; if the budget is spent before, it has found nothing."""
-    if not problem.field.is_probability:
-        return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
     meter = budget.start()
     incumbent = Incumbent(problem, meter)
     try:

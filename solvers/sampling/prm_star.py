@@ -12,8 +12,9 @@ from scipy.spatial import cKDTree
 
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
-from cgla_graph.solvers.base import LARGEST_SEED, Traits, positive_setting, whole_setting
+from cgla_graph.model.solution import Solution
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import LARGEST_SEED, positive_setting, whole_setting
 from cgla_graph.solvers.budget import Budget, Incumbent, Meter
 
 #: The roadmap is searched when it has this many milestones, twice, four times … as many, and at its end.
@@ -75,7 +76,7 @@ class PrmStar:
     radius_factor: float = 1.1
 
     traits: ClassVar[Traits] = Traits(
-        "prm-star", "PRM* roadmap over the same cost", domain="plane", anytime=True, seeded=True
+        "prm-star", "PRM* roadmap over the same cost", domain="plane", anytime=True, seeded=True, needs_positive=True
     )
 
     def __post_init__(self) -> None:
@@ -92,8 +93,6 @@ class PrmStar:
 
     def solve(self, problem: Problem) -> Solution:
         """Grow the roadmap, and search it each time that it has doubled."""
-        if not problem.field.is_probability:
-            return Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
         meter = self._budget.start()
         incumbent = Incumbent(problem, meter)
         roadmap = Roadmap(problem, self.seed, self.radius_factor)

@@ -5,7 +5,8 @@ from typing import Any, ClassVar
 
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
-from cgla_graph.solvers.base import LARGEST_SEED, Traits, positive_setting, whole_setting
+from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import LARGEST_SEED, positive_setting, whole_setting
 from cgla_graph.solvers.budget import Budget
 
 
@@ -55,6 +56,7 @@ class RrtStar:
         seeded=True,
         needs=("ompl",),
         isolated=True,
+        needs_positive=True,
     )
 
     def __post_init__(self) -> None:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from cgla_graph.solvers.base import Traits
+from cgla_graph.model.solver import Traits
 from cgla_graph.solvers.sampling.rrt_star import RrtStar
 
 
@@ -41,6 +41,7 @@ class SorrtStar(RrtStar):
         seeded=True,
         needs=("ompl",),
         isolated=True,
+        needs_positive=True,
     )
 
     def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints

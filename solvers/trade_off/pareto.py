@@ -21,7 +21,7 @@ from cgla_graph.errors import ProblemError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
-from cgla_graph.solvers.base import Solver
+from cgla_graph.model.solver import Solver
 from cgla_graph.solvers.trade_off.reweighing import Reweighed
 
 #: Relative differences of length and risk below this are rounding.

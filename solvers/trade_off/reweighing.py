@@ -12,8 +12,8 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import Solution
+from cgla_graph.model.solver import Solver
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.base import Solver
 from cgla_graph.solvers.solving import solve
 
 #: Up to this many nodes, length and risk of all pairs are kept apart, so that a weight costs one sum (two matrices of

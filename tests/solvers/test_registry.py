@@ -14,8 +14,8 @@ from typing import Any, get_args
 import pytest
 
 from cgla_graph.errors import SolverSettingError, SolverUnavailableError, UnknownSolverError
+from cgla_graph.model.solver import Traits
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.base import Traits
 
 PlugIns = Callable[..., None]
 

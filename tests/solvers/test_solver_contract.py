@@ -8,9 +8,9 @@ import pytest
 
 import cgla_graph as cg
 from cgla_graph.model.problem import GraphProblem
-from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status, TracePoint
+from cgla_graph.model.solver import Traits
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.base import Traits
 from cgla_graph.solvers.checks import check_solver
 from cgla_graph.solvers.continuous.straight_line import StraightLine
 from cgla_graph.solvers.exact.cgla import Cgla
@@ -44,6 +44,22 @@ def test_every_solver_keeps_the_contract(name: str, settings: dict[str, Any]) ->
     if (missing := registry.missing(name)) is not None:
         pytest.skip(missing)
     check_solver(cg.solvers.get(name, **settings))
+
+
+@pytest.mark.filterwarnings("ignore::cgla_graph.model.risk.ImproperFieldWarning")
+@pytest.mark.parametrize("name", registry.names())
+def test_only_solvers_that_need_no_positive_weights_get_others(name: str) -> None:
+    threats = [cg.Threat(0.5, 0.5, 0.1, peak=4.0), cg.Threat(0.55, 0.5, 0.1, peak=4.0)]
+    field = cg.RiskField(threats, improper=True)
+    solver = cg.solvers.get(name, **QUICK.get(name, {}))
+    answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=10.0), solver)
+    refused = (answer.status, answer.message) == (Status.UNSUPPORTED, NEGATIVE_WEIGHTS)
+    # these ask another solver
+    assert refused == (solver.traits.needs_positive or name in {"eight-direction", "refine"})
+    # staying where one is may cost more than a round trip through risk below 0
+    stays = cg.solve(cg.Problem((0.1, 0.1), (0.1, 0.1), field, k=10.0), solver)
+    assert stays.status is not Status.OPTIMAL
+    assert not stays.lower_bound <= stays.cost
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import numpy as np
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.solvers.base import Traits
+from cgla_graph.model.solver import Traits
 
 
 class UnsendableError(Exception):

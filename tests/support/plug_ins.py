@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.solvers.base import Traits
+from cgla_graph.model.solver import Traits
 
 
 def straight(problem):

@@ -32,10 +32,10 @@ from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import Traits
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.scenario import load_scenario, schema, shipped, shipped_text
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.base import Traits
 
 ENDS = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\n"
 SMALL = f"{ENDS}k = 5.0\nthreats = [{{ x = 0.5, y = 0.5, spread = 0.1 }}]\n[lattice]\nresolution = 4\n"

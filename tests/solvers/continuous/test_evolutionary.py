@@ -168,12 +168,6 @@ def test_a_seed_decides_the_path() -> None:
     assert not np.array_equal(first, other)
 
 
-@pytest.mark.filterwarnings("ignore::cgla_graph.model.risk.ImproperFieldWarning")
-def test_peaks_above_1_are_refused() -> None:
-    field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=3.0)], improper=True)
-    assert Evolutionary().solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, 1.0)).status is Status.UNSUPPORTED
-
-
 @pytest.mark.parametrize("budget", [{"evaluations": 5000}, {"generations": 3}])
 def test_the_budget_ends_the_run(budget: dict[str, int]) -> None:
     answer = Evolutionary(**{"generations": None, **budget}).solve(random_scenario(5).problem)

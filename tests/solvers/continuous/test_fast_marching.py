@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from strategies import few, fields, points
 
 import cgla_graph as cg
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS
 from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers.continuous.fast_marching import FastMarching
 
@@ -84,13 +83,6 @@ def test_an_elongated_map() -> None:
     problem = cg.Problem((1.0, 0.5), (99.0, 1.5), cg.RiskField([cg.Threat(50, 1, 0.5)]), k=2.0, bounds=(0, 0, 100, 2))
     best = cg.solve(problem, "hybrid", tolerance=None).cost
     assert excess(problem, 1024, 2, best) < 0.01
-
-
-def test_improper_fields_are_refused() -> None:
-    with pytest.warns(UserWarning, match="peak above 1"):
-        field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=2.0)], improper=True)
-    answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=1.0), "fast-marching")
-    assert (answer.status, answer.message) == (cg.Status.UNSUPPORTED, NEGATIVE_WEIGHTS)
 
 
 @pytest.mark.parametrize("settings", [{"cells": 4}, {"cells": 1e3}, {"cells": True}, {"order": 0}, {"order": 3}])

@@ -16,7 +16,6 @@ from strategies import examples
 import cgla_graph as cg
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import shipped
@@ -219,12 +218,6 @@ def test_no_way_is_a_status() -> None:
     found = cg.solve(cg.Problem((0.1, 0.1), (0.8, 0.8), no_fly=ring), "hybrid")
     assert found.status is cg.Status.NOT_FOUND
     assert found.message == "the goal cannot be reached"
-
-
-def test_improper_fields_are_refused() -> None:
-    with pytest.warns(ImproperFieldWarning):
-        field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=5.0)], improper=True)
-    assert cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=1.0), "hybrid").status is cg.Status.UNSUPPORTED
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,6 @@ from cgla_graph.errors import SolverSettingError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
-from cgla_graph.model.risk import ImproperFieldWarning
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario, shipped
@@ -259,13 +257,6 @@ def test_it_flies_missions(areas: int) -> None:
         uav = Uav("a", problem.start, problem.goal, 0.2, k=10.0)
         flown = Mission(world, [uav], VoronoiRoadmap()).fly().uavs["a"]
         assert flown.status.label == "arrived"
-
-
-def test_improper_fields_are_refused() -> None:
-    with pytest.warns(ImproperFieldWarning):
-        field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=2.0)], improper=True)
-    answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=1.0), "voronoi")
-    assert (answer.status, answer.message) == (cg.Status.UNSUPPORTED, NEGATIVE_WEIGHTS)
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,6 @@ from map_files import SCENS, name_of
 
 import cgla_graph as cg
 from cgla_graph._types import BoolArray, Point
-from cgla_graph.model.risk import ImproperFieldWarning
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers.grid.eight_direction import EightDirection
@@ -218,13 +216,6 @@ def ring() -> shapely.Polygon:
 def test_walled_in(ends: tuple[Point, Point], rule: str) -> None:
     answer = cg.solve(cg.Problem(*ends, no_fly=ring()), "lazy-theta-star", resolution=12, corner_rule=rule)
     assert (answer.status, len(answer.path)) == (cg.Status.NO_PATH, 0)
-
-
-def test_improper_fields_are_not_taken() -> None:
-    with pytest.warns(ImproperFieldWarning):
-        field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=3.0)], improper=True)
-    answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=1.0), "lazy-theta-star")
-    assert (answer.status, answer.message) == (cg.Status.UNSUPPORTED, NEGATIVE_WEIGHTS)
 
 
 def test_points_beyond_the_bounds_are_not_visited() -> None:

@@ -26,7 +26,6 @@ from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import compare
 from cgla_graph.model import isolated
-from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers import registry
@@ -123,15 +122,6 @@ def test_a_map_without_a_free_place_ends(name: str, monkeypatch: pytest.MonkeyPa
     problem = cg.Problem((0.0, 0.0), (1.0, 1.0), no_fly=shapely.box(0, 0, 1, 1))
     answer = cg.solve(problem, name, **QUICK[name])
     assert (answer.status, bool(answer.message)) == (Status.NOT_FOUND, True)
-
-
-@pytest.mark.parametrize("name", QUICK)
-def test_a_field_of_negative_risk_is_refused(name: str) -> None:
-    threats = [cg.Threat(0.5, 0.5, 0.1, peak=4.0), cg.Threat(0.5, 0.5, 0.1, peak=4.0)]
-    with pytest.warns(ImproperFieldWarning):
-        field = cg.RiskField(threats, improper=True)
-    answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=10.0), name, **QUICK[name])
-    assert answer.status is Status.UNSUPPORTED
 
 
 # what crashed or hung BIT*, and SORRT*

@@ -19,7 +19,6 @@ import cgla_graph as cg
 from cgla_graph._types import Bounds, Point
 from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.model.solution import Status
 from cgla_graph.solvers.budget import Budget
 from cgla_graph.solvers.sampling import prm_star
@@ -267,14 +266,6 @@ def test_a_map_without_a_free_place_ends() -> None:
 def test_start_at_goal_is_a_path_of_no_length() -> None:
     answer = PrmStar(milestones=50).solve(cg.Problem((0.5, 0.5), (0.5, 0.5)))
     assert (answer.status, answer.cost) == (Status.FOUND, 0.0)
-
-
-def test_a_field_of_negative_risk_is_refused() -> None:
-    threats = [cg.Threat(0.5, 0.5, 0.1, peak=4.0), cg.Threat(0.5, 0.5, 0.1, peak=4.0)]
-    with pytest.warns(ImproperFieldWarning):
-        field = cg.RiskField(threats, improper=True)
-    answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=10.0), "prm-star")
-    assert answer.status is Status.UNSUPPORTED
 
 
 # settings and seeds
