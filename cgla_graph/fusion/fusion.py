@@ -44,34 +44,6 @@ MOST_SAMPLES = 10**6
 Group: TypeAlias = tuple[RiskField, ...]
 
 
-def united_field(fields: Sequence[RiskField]) -> RiskField:
-    """
-    Put all threats that any UAV knows into one field; a threat that several know counts once.
-
-    Parameters
-    ----------
-    fields
-        What each UAV knows. A field that has a threat twice means two threats, and so does the result.
-
-    Returns
-    -------
-    field
-        One of `fields` where that has all threats.
-
-    Raises
-    ------
-    ProblemError
-        If something else than proper fields is given.
-
-    Examples
-    --------
-    >>> a, b = Threat(0.2, 0.5, 0.1), Threat(0.8, 0.5, 0.1)
-    >>> len(united_field([RiskField([a]), RiskField([a, b])]))
-    2
-    """
-    return _united(_proper(fields))
-
-
 def fused_weights(
     starts: ArrayLike,
     ends: ArrayLike,
@@ -181,7 +153,7 @@ def fused_graph(
     """
     known, k, parts = _proper(fields), non_negative_number("k", k), _samples(integral, samples)
     groups = _groups(known, fusion)
-    complete = GeometricGraph.complete(points, _united(known), k, no_fly=no_fly, extra=extra)
+    complete = GeometricGraph.complete(points, united(known), k, no_fly=no_fly, extra=extra)
     if (fusion == "union" and not parts) or complete.positions is None:
         return complete
     positions, lattice_shape = complete.positions, complete.lattice_shape
@@ -231,8 +203,16 @@ def _samples(integral: str, samples: int) -> int:
     return parts if integral == "raster" else 0
 
 
-def _united(fields: Group) -> RiskField:
-    """Make the union of fields as multisets of threats."""
+def united(fields: Group) -> RiskField:
+    """
+    Make the union of fields as multisets of threats; one of `fields` where that has all of them.
+
+    Examples
+    --------
+    >>> a, b = Threat(0.2, 0.5, 0.1), Threat(0.8, 0.5, 0.1)
+    >>> len(united((RiskField([a]), RiskField([a, b]))))
+    2
+    """
     counts: Counter[Threat] = Counter()
     for field in fields:
         counts |= Counter(field.threats)
@@ -249,7 +229,7 @@ def _groups(fields: Group, fusion: str) -> list[Group]:
         msg = f"unknown fusion {fusion!r}; choose one of {', '.join(get_args(Fusion))}"
         raise ProblemError(msg)
     if fusion == "union":
-        return [(_united(fields),)]
+        return [(united(fields),)]
     return [fields] if fusion == "integral_max" else [(field,) for field in fields]
 
 

@@ -291,37 +291,6 @@ class LocalProjection:
         longitude, latitude, _ = _geod().fwd(origin[:, 0], origin[:, 1], azimuth, distance)
         return np.stack([longitude, latitude], axis=-1).reshape(points.shape)
 
-    def project_geometry(self, geometry: GeometryT) -> GeometryT:
-        """
-        Return a geometry given in degrees as a new one in metres.
-
-        Only the vertices are projected, and heights are dropped. An edge is straight on the plane, while an
-        edge of GeoJSON is straight in degrees: an east-west edge of 50 km at 60 degrees north is off by 85 m
-        in its middle, one of 10 km by 3 m. Where that matters, add vertices first (``shapely.segmentize``).
-
-        Parameters
-        ----------
-        geometry
-            A shapely geometry, longitude and latitude in degrees.
-
-        Raises
-        ------
-        ProblemError
-            If it is no shapely geometry, or a coordinate is not finite or out of range.
-
-        Examples
-        --------
-        >>> square = shapely.box(24.9, 59.9, 25.1, 60.1)
-        >>> round(LocalProjection(25.0, 60.0).project_geometry(square).area / 1e6)
-        249
-        """
-        if not isinstance(geometry, BaseGeometry):
-            message = (
-                f"a geometry to project is a shapely geometry, got {type(geometry).__name__}: use forward() for arrays"
-            )
-            raise ProblemError(message)
-        return shapely.transform(geometry, self.forward)
-
 
 def project_area(area: GeometryT, projection: LocalProjection) -> GeometryT:
     """

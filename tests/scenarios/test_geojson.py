@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from cgla_graph.errors import ScenarioError
 from cgla_graph.scenarios.geojson import line_feature_collection, read_areas
-from cgla_graph.scenarios.projection import LocalProjection
+from cgla_graph.scenarios.projection import LocalProjection, project_area
 
 #: How many areas files have, and the name of the first.
 CONTENTS = {
@@ -266,4 +266,4 @@ def test_airspace_reads_cleanly_and_stays_valid_in_metres(file: Path) -> None:
     assert 19.0 < west < east < 32.0
     assert 59.0 < south < north < 71.0
     projection = LocalProjection.centred_on(together.bounds)
-    assert all(projection.project_geometry(area.polygon).is_valid for area in areas)
+    assert all(project_area(area.polygon, projection).is_valid for area in areas)
