@@ -14,6 +14,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.mission.rules import Rules
+from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
 from cgla_graph.model.risk import Threat
 
@@ -312,9 +313,9 @@ class Flight:
     @cached_property
     def unshared(self) -> "Flight":
         """The same mission without sharing."""
-        if not self.mission.shares.is_on:
+        if not self.mission.sharing.is_on:
             return self
-        return self.fly(dataclasses.replace(self.mission, sharing="none"))
+        return self.fly(dataclasses.replace(self.mission, sharing=Sharing(is_on=False)))
 
     @cached_property
     def price_of_ignorance(self) -> dict[str, float]:
@@ -334,7 +335,7 @@ class Flight:
         Above 1 where sharing paid, infinite where the UAV arrives only with sharing, NaN where it does not arrive or
         nothing is shared.
         """
-        if not self.mission.shares.is_on:
+        if not self.mission.sharing.is_on:
             return dict.fromkeys(self.uavs, math.nan)
         return _ratios(self.unshared, self)
 

@@ -1,14 +1,13 @@
 """What a UAV sees: things within its detection radius, and that some are not where it believed them to be."""
 
 import math
-from itertools import pairwise
 
 import shapely
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.mission.belief import Belief, Report
-from cgla_graph.mission.world import World, distance_to_segment
+from cgla_graph.mission.world import World
 
 
 def sightings(
@@ -70,10 +69,7 @@ def sightings(
 
 def _from(seen_from: FloatArray, place: Point) -> float:
     """Return how near a place is to the waypoints, or to the way along them."""
-    if len(seen_from) == 1:
-        return math.dist(seen_from[0], place)
-    legs = [(float(x), float(y)) for x, y in seen_from]
-    return min(distance_to_segment(place, a, b) for a, b in pairwise(legs))
+    return math.dist(seen_from[0], place) if len(seen_from) == 1 else _from_area(seen_from, shapely.Point(place))
 
 
 def _from_area(seen_from: FloatArray, area: BaseGeometry) -> float:

@@ -8,9 +8,9 @@ import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph._validate import finite_number, positive_number, whole_number
-from cgla_graph.errors import MissionError, ProblemError
+from cgla_graph.errors import MissionError
 from cgla_graph.mission.belief import Belief, Report
-from cgla_graph.mission.world import MOST_TICKS
+from cgla_graph.mission.validate import told, whole_tick
 
 
 @dataclass(frozen=True)
@@ -53,22 +53,18 @@ class Sharing:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        if not isinstance(self.is_on, bool):
-            msg = f"sharing: is_on is {self.is_on!r}; give True or False"
-            raise MissionError(msg)
-        try:
+        with told("sharing"):
+            if not isinstance(self.is_on, bool):
+                msg = f"is_on is {self.is_on!r}; give True or False"
+                raise MissionError(msg)
             if self.radius is not None:
                 object.__setattr__(self, "radius", positive_number("radius", self.radius))
-            loss = finite_number("loss", self.loss)
-            whole_number("delay", self.delay, at_least=0, at_most=MOST_TICKS)
+            object.__setattr__(self, "loss", finite_number("loss", self.loss))
+            whole_tick("delay", self.delay)
             whole_number("seed", self.seed, at_least=0, at_most=2**63 - 1)
-        except ProblemError as error:
-            msg = f"sharing: {error}"
-            raise MissionError(msg) from error
-        if not 0.0 <= loss < 1.0:
-            msg = f"sharing: loss is {loss:g}; it must be at least 0 and below 1"
-            raise MissionError(msg)
-        object.__setattr__(self, "loss", loss)
+            if not 0.0 <= self.loss < 1.0:
+                msg = f"loss is {self.loss:g}; it must be at least 0 and below 1"
+                raise MissionError(msg)
 
     @classmethod
     def parse(cls, value: object) -> "Sharing":

@@ -53,10 +53,11 @@ class Simulation:
     Examples
     --------
     >>> from cgla_graph.mission.uav import Uav
-    >>> from cgla_graph.solvers import get
     >>> from cgla_graph.mission.world import World
+    >>> from cgla_graph.solvers import get
     >>> uav = Uav("a", start=(0.1, 0.1), goal=(0.9, 0.9), detection_radius=0.2)
-    >>> simulation = Simulation(Rules(World(), [uav], get("cgla")))
+    >>> from cgla_graph.mission.mission import Mission
+    >>> simulation = Mission(World(), [uav], get("cgla")).simulate()
     >>> simulation.advance()
     >>> simulation.tick, simulation.is_over, [event.kind for event in simulation.events]
     (1, False, ['departed', 'planned'])
@@ -70,11 +71,11 @@ class Simulation:
         self._agents = [
             Agent(number, uav, Replanner(mission, uav), uav.start) for number, uav in enumerate(mission.uavs)
         ]
-        self._radio = Radio(mission.shares)
+        self._radio = Radio(mission.sharing)
         self._encounters = Encounters(
             [uav.name for uav in mission.uavs],
-            [Disc(uav.goal, mission.terminal_at) for uav in mission.uavs],
-            mission.collision_at,
+            [Disc(uav.goal, mission.terminal_radius) for uav in mission.uavs],
+            mission.collision_distance,
         )
         self._states: dict[tuple[Any, ...], int] = {}
         self._areas: dict[frozenset[int], BaseGeometry | None] = {}
@@ -270,7 +271,7 @@ class Simulation:
         for all that keep all safe distances, and no new plan ever gives that up.
         """
         others = [
-            (motion, max(agent.uav.safe, other.uav.safe))
+            (motion, max(agent.uav.safe_distance, other.uav.safe_distance))
             for other in self._flying()
             if other is not agent and (motion := other.motion(self.tick)) is not None
         ]
@@ -299,18 +300,18 @@ class Simulation:
         """Place the virtual obstacles, and log who is within the safe distance."""
         others = [other for other in self._flying() if other is not agent]
         apart = {other.number: math.dist(agent.position, other.position) for other in others}
-        near = {number for number, distance in apart.items() if distance < agent.uav.safe}
+        near = {number for number, distance in apart.items() if distance < agent.uav.safe_distance}
         for number in sorted(near - agent.near):
             self._say("near", agent, other=self._agents[number].name, distance=apart[number])
         agent.near = near
-        rule = self.mission.obstacles
+        rule = self.mission.virtual_obstacle
         if rule is None:
             return ()
         return rule.around(
             agent.position,
             [(other.position, other.heading) for other in others],
             detection_radius=agent.uav.detection_radius,
-            safe_distance=agent.uav.safe,
+            safe_distance=agent.uav.safe_distance,
             unit=self.mission.unit,
         )
 
@@ -351,7 +352,7 @@ class Simulation:
         waiting = any(not agent.is_done and not agent.in_air for agent in self._agents)
         if not agents or waiting or self.tick < max(self.mission.world.changes, default=0):
             return
-        if self.mission.shares.loss > 0.0 and self._radio.can_teach({agent.number: agent.belief for agent in agents}):
+        if self.mission.sharing.loss > 0.0 and self._radio.can_teach({agent.number: agent.belief for agent in agents}):
             # whose message is lost next, the state does not say
             return
         # journals only grow: equal sizes are equal contents; what was sent meanwhile was new to nobody
@@ -389,7 +390,7 @@ class Simulation:
 
     def _end_tick(self, collided: dict[int, str]) -> None:
         """Note where everybody is, and who has come to an end."""
-        is_last = self.tick >= self.mission.last_tick
+        is_last = self.tick >= self.mission.max_ticks
         for agent in self._agents:
             if agent.in_air:
                 agent.trace.append(agent.position)

@@ -5,11 +5,11 @@ from typing import cast
 
 from cgla_graph._types import Point
 from cgla_graph._validate import non_negative_number, point, positive_number
-from cgla_graph.errors import MissionError, ProblemError
-from cgla_graph.mission.world import whole_tick
+from cgla_graph.errors import MissionError
+from cgla_graph.mission.validate import told, whole_tick
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Uav:
     """
     One UAV: from where to where, how far it sees, how it weighs risk.
@@ -27,7 +27,7 @@ class Uav:
     k
         Its risk weight, at least 0.
     safe_distance
-        The paper's SD, map units, below the detection radius; None: half the detection radius.
+        The paper's SD, map units, below the detection radius; given as None: half the detection radius.
     departs
         The tick of take-off. On the ground it hears others but does not see, and nobody can meet it.
 
@@ -46,38 +46,45 @@ class Uav:
     start: Point
     goal: Point
     detection_radius: float
-    step: float | None = None
-    k: float = 10.0
-    safe_distance: float | None = None
-    departs: int = 0
+    step: float | None
+    k: float
+    safe_distance: float
+    departs: int
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        name: str,
+        start: Point,
+        goal: Point,
+        detection_radius: float,
+        step: float | None = None,
+        k: float = 10.0,
+        safe_distance: float | None = None,
+        departs: int = 0,
+    ) -> None:
         """Check everything once."""
-        if not isinstance(cast("object", self.name), str) or not self.name.strip():
-            msg = f"a UAV's name is {self.name!r}; give a text"
+        if not isinstance(cast("object", name), str) or not name.strip():
+            msg = f"a UAV's name is {name!r}; give a text"
             raise MissionError(msg)
-        try:
-            for name in ("start", "goal"):
-                object.__setattr__(self, name, point(name, getattr(self, name)))
-            radius = positive_number("detection_radius", self.detection_radius)
-            object.__setattr__(self, "detection_radius", radius)
-            if self.step is not None:
-                object.__setattr__(self, "step", positive_number("step", self.step))
-            object.__setattr__(self, "k", non_negative_number("k", self.k))
-            safe = 0.5 * radius if self.safe_distance is None else self.safe_distance
-            object.__setattr__(self, "safe_distance", positive_number("safe_distance", safe))
-        except ProblemError as error:
-            msg = f"UAV {self.name}: {error}"
-            raise MissionError(msg) from error
-        if self.safe >= radius:
-            msg = (
-                f"UAV {self.name}: safe_distance is {self.safe:g}, not below its detection_radius {radius:g}; "
-                "it could not see in time what it must stay away from"
+        with told(f"UAV {name}"):
+            radius = positive_number("detection_radius", detection_radius)
+            safe = 0.5 * radius if safe_distance is None else safe_distance
+            # as it is frozen, its attributes are set from behind
+            self.__dict__.update(
+                name=name,
+                start=point("start", start),
+                goal=point("goal", goal),
+                detection_radius=radius,
+                step=None if step is None else positive_number("step", step),
+                k=non_negative_number("k", k),
+                safe_distance=positive_number("safe_distance", safe),
+                departs=whole_tick("departs", departs),
             )
-            raise MissionError(msg)
-        whole_tick(f"UAV {self.name}: departs", self.departs)
+            if self.safe_distance >= radius:
+                msg = (
+                    f"safe_distance is {self.safe_distance:g}, not below its detection_radius {radius:g}; "
+                    "it could not see in time what it must stay away from"
+                )
+                raise MissionError(msg)
 
-    @property
-    def safe(self) -> float:
-        """The safe distance, map units, given or by default."""
-        return cast("float", self.safe_distance)
+    safe = property(lambda self: self.safe_distance)

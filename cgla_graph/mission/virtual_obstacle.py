@@ -7,7 +7,8 @@ from typing import Literal, TypeAlias, get_args
 
 from cgla_graph._types import Point
 from cgla_graph._validate import positive_number, whole_number
-from cgla_graph.errors import MissionError, ProblemError
+from cgla_graph.errors import MissionError
+from cgla_graph.mission.validate import told
 from cgla_graph.model.risk import Threat
 
 #: The paper's look-ahead is this much of a unit for each of its steps; a UAV's step has the same length.
@@ -63,21 +64,35 @@ class VirtualObstacle:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        try:
+        with told("virtual obstacle"):
             whole_number("stepnum", self.stepnum, at_least=0, at_most=MOST_STEPS)
             if self.spread is not None:
                 object.__setattr__(self, "spread", positive_number("spread", self.spread))
             object.__setattr__(self, "peak", positive_number("peak", self.peak))
-        except ProblemError as error:
-            msg = f"virtual obstacle: {error}"
-            raise MissionError(msg) from error
-        if self.peak > 1.0:
-            msg = f"virtual obstacle: peak is {self.peak:g}; it must be at most 1"
-            raise MissionError(msg)
-        for name, choices in (("placement", get_args(Placement)), ("zones", get_args(Zones))):
-            if getattr(self, name) not in choices:
-                msg = f"virtual obstacle: unknown {name} {getattr(self, name)!r}; choose {' or '.join(choices)}"
+            if self.peak > 1.0:
+                msg = f"peak is {self.peak:g}; it must be at most 1"
                 raise MissionError(msg)
+            for name, choices in (("placement", get_args(Placement)), ("zones", get_args(Zones))):
+                if getattr(self, name) not in choices:
+                    msg = f"unknown {name} {getattr(self, name)!r}; choose {' or '.join(choices)}"
+                    raise MissionError(msg)
+
+    @classmethod
+    def parse(cls, value: object) -> "VirtualObstacle | None":
+        """
+        Read what a user gives: a `VirtualObstacle`, True for its defaults; None or False for no rule.
+
+        Raises
+        ------
+        MissionError
+            If it is none of these.
+        """
+        if isinstance(value, VirtualObstacle):
+            return value
+        if value is None or isinstance(value, bool):
+            return cls() if value else None
+        msg = f"virtual_obstacle is {value!r}; give a VirtualObstacle, or True for its defaults"
+        raise MissionError(msg)
 
     def around(
         self,

@@ -1,23 +1,20 @@
 """The world of a mission: the true threats and no-fly areas, which may come, move and go while UAVs fly."""
 
-import math
 from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NamedTuple, TypeAlias, cast
+from typing import NamedTuple, TypeAlias, cast
 
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._types import Bounds, Point
-from cgla_graph._validate import bounds_box, point, whole_number
-from cgla_graph.errors import MissionError, ProblemError
+from cgla_graph._types import Bounds
+from cgla_graph._validate import bounds_box, point
+from cgla_graph.errors import MissionError
+from cgla_graph.mission.validate import told, whole_tick
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.risk import RiskField, Threat
-
-#: Ticks beyond this are a mistake.
-MOST_TICKS = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -65,13 +62,16 @@ class TimedThreat:
         moves = []
         before = self.appears
         for move in self.moves:
-            tick, x, y = _triple(move)
+            try:
+                tick, x, y = move
+            except (TypeError, ValueError) as error:
+                msg = f"a threat's move is {move!r}; give (tick, x, y)"
+                raise MissionError(msg) from error
             if whole_tick("a move's tick", tick) <= before:
                 msg = f"a threat moves at tick {tick}, not after tick {before}; let the ticks of moves rise"
                 raise MissionError(msg)
             before = tick
-            spot = point("a move's place", (x, y))
-            moves.append((tick, *spot))
+            moves.append((tick, *point("a move's place", (x, y))))
         object.__setattr__(self, "moves", tuple(moves))
 
     def at(self, tick: int) -> Threat | None:
@@ -120,11 +120,8 @@ class TimedArea:
 
     def __post_init__(self) -> None:
         """Check the parts."""
-        try:
+        with told("a timed area"):
             empty = NoFlyArea(self.polygon).is_empty
-        except ProblemError as error:
-            msg = f"a timed area: {error}"
-            raise MissionError(msg) from error
         if empty:
             msg = f"a timed area is {self.polygon!r}; give a polygon with an inside"
             raise MissionError(msg)
@@ -149,7 +146,6 @@ class _State(NamedTuple):
     threats: Mapping[int, Threat]
     areas: Mapping[int, BaseGeometry]
     field: RiskField
-    no_fly: BaseGeometry | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,10 +242,6 @@ class World:
         """Return the true risk field at a tick."""
         return self._state_at(tick).field
 
-    def no_fly_at(self, tick: int) -> BaseGeometry | None:
-        """Return all no-fly areas at a tick."""
-        return self._state_at(tick).no_fly
-
     def _state_at(self, tick: int) -> "_State":
         return self._states[bisect_right(self.changes, tick)]
 
@@ -268,7 +260,7 @@ class World:
             elif (threat := item.at(tick)) is not None:
                 threats[len(self.field) + number] = threat
         whole = self.field if len(threats) == len(self.field) else self.field.with_only(threats.values())
-        return _State(threats, areas, whole, union_of(self.no_fly, areas.values()))
+        return _State(threats, areas, whole)
 
 
 def union_of(no_fly: BaseGeometry | None, areas: Iterable[BaseGeometry]) -> BaseGeometry | None:
@@ -286,42 +278,6 @@ def union_of(no_fly: BaseGeometry | None, areas: Iterable[BaseGeometry]) -> Base
     return shapely.GeometryCollection(parts)
 
 
-def whole_tick(name: str, value: object, *, at_least: int = 0) -> int:
-    """
-    Return a tick, a whole number.
-
-    Raises
-    ------
-    MissionError
-        If it is none, or out of range.
-
-    Examples
-    --------
-    >>> whole_tick("appears", 3)
-    3
-    """
-    try:
-        return whole_number(name, value, at_least=at_least, at_most=MOST_TICKS)
-    except ProblemError as error:
-        raise MissionError(str(error)) from error
-
-
-def distance_to_segment(place: Point, start: Point, end: Point) -> float:
-    """
-    Return the distance of a point from a segment, map units.
-
-    Examples
-    --------
-    >>> distance_to_segment((0.5, 2.0), (0.0, 0.0), (1.0, 0.0))
-    2.0
-    """
-    dx, dy = end[0] - start[0], end[1] - start[1]
-    rx, ry = place[0] - start[0], place[1] - start[1]
-    square = dx * dx + dy * dy
-    along = min(1.0, max(0.0, (rx * dx + ry * dy) / square)) if square > 0.0 else 0.0
-    return math.hypot(rx - along * dx, ry - along * dy)
-
-
 def _is_there(tick: int, appears: int, vanishes: int | None) -> bool:
     return appears <= tick and (vanishes is None or tick < vanishes)
 
@@ -331,12 +287,3 @@ def _check_life(name: str, appears: object, vanishes: object) -> None:
     if vanishes is not None and whole_tick(f"{name}: vanishes", vanishes) <= first:
         msg = f"{name} vanishes at tick {vanishes}, not after it appears at tick {first}; let it vanish later"
         raise MissionError(msg)
-
-
-def _triple(move: Sequence[float]) -> tuple[Any, float, float]:
-    try:
-        tick, x, y = move
-    except (TypeError, ValueError) as error:
-        msg = f"a threat's move is {move!r}; give (tick, x, y)"
-        raise MissionError(msg) from error
-    return tick, x, y

@@ -93,7 +93,7 @@ class MissionFile:
         --------
         >>> from cgla_graph.solvers import get
         >>> mission = load_mission("fig8").missions(get)["with virtual obstacles"]
-        >>> [uav.name for uav in mission.uavs], mission.obstacles.stepnum
+        >>> [uav.name for uav in mission.uavs], mission.virtual_obstacle.stepnum
         (['a', 'b'], 3)
         """
         given = None if solver is None else build_solver(solver)

@@ -46,15 +46,11 @@ def plain_json(value: Any) -> Any:  # noqa: ANN401 - any JSON
 def settings_document(mission: Mission) -> dict[str, Any]:
     """Return the rules of a mission, those left out in its file as well."""
     plain = {f.name: getattr(mission, f.name) for f in dataclasses.fields(mission) if f.name not in _NO_SETTINGS}
-    resolved = {
-        "collision_distance": mission.collision_at,
-        "terminal_radius": mission.terminal_at,
-        "max_ticks": mission.last_tick,
-    }
-    shares = dataclasses.asdict(mission.shares) if mission.shares.is_on else None
-    obstacle = None if mission.obstacles is None else dataclasses.asdict(mission.obstacles)
+    sharing = dataclasses.asdict(mission.sharing) if mission.sharing.is_on else None
+    rule = mission.virtual_obstacle
+    obstacle = None if rule is None else dataclasses.asdict(rule)
     lattice = {"shape": list(mission.lattice.shape), "kind": mission.lattice.kind}
-    rules = {**plain, **resolved, "sharing": shares, "virtual_obstacle": obstacle, "lattice": lattice}
+    rules = {**plain, "sharing": sharing, "virtual_obstacle": obstacle, "lattice": lattice}
     found: dict[str, Any] = plain_json(rules)
     return found
 
@@ -68,7 +64,7 @@ def header_document(spec: MissionSpec) -> dict[str, Any]:
             "start": uav.start,
             "goal": uav.goal,
             "detection_radius": uav.detection_radius,
-            "safe_distance": uav.safe,
+            "safe_distance": uav.safe_distance,
             "step": mission.step_of(uav),
             "k": uav.k,
             "departs": uav.departs,

@@ -85,13 +85,13 @@ def rules_note(flown: MissionRun) -> str:
     mission = flown.mission
     weights = sorted({uav.k for uav in mission.uavs})
     k = ", ".join(f"{weight:g}" for weight in weights[:4]) + (", …" if len(weights) > 4 else "")  # noqa: PLR2004 - one line
-    sharing = mission.shares
+    sharing = mission.sharing
     if not sharing.is_on:
         shared = "none"
     else:
         limits = {"radius": sharing.radius, "delay": sharing.delay, "loss": sharing.loss}
         shared = " ".join(f"{name}={value:g}" for name, value in limits.items() if value) or "global"
-    rule = mission.obstacles
+    rule = mission.virtual_obstacle
     obstacle = "none" if rule is None else f"stepnum={rule.stepnum}"
     seconds = math.fsum(uav.planning_seconds for uav in flown.flight.uavs.values())
     return (
@@ -112,8 +112,8 @@ def closest_note(flown: MissionRun) -> str:
     else:
         east, north = flown.projection.inverse((x, y)).tolist()
         where = f"longitude {east:.5g}, latitude {north:.5g}"
-    safe = max(uav.safe for uav in flown.mission.uavs if uav.name in (pair.first, pair.second))
-    if pair.distance < flown.mission.collision_at:
+    safe = max(uav.safe_distance for uav in flown.mission.uavs if uav.name in (pair.first, pair.second))
+    if pair.distance < flown.mission.collision_distance:
         near = " (closer than the collision distance)"
     else:
         near = f" (closer than the safe distance, {safe:.4g}{flown.unit})" if pair.distance < safe else ""

@@ -166,7 +166,7 @@ class Film:
         yield patch_key(facecolor="0.9", edgecolor="0.5", linewidth=0.7), "what it sees"
         knows = "threats that it knows" if len(mission.uavs) <= _MOST_KNOWERS else "threats that are known"
         yield patch_key(linewidth=1.4), knows
-        if mission.obstacles is not None:
+        if mission.virtual_obstacle is not None:
             yield patch_key(hatch=OBSTACLE_HATCH, linewidth=0.7), "virtual obstacle"
         if len(mission.uavs) > 1:
             yield line_key(color=NEAR_COLOUR, linewidth=2.0), "within the safe distance"
@@ -317,7 +317,7 @@ class Film:
         ]
         for i, (one, here) in enumerate(up):
             for other, there in up[i + 1 :]:
-                if math.dist(here, there) < max(one.uav.safe, other.uav.safe):
+                if math.dist(here, there) < max(one.uav.safe_distance, other.uav.safe_distance):
                     yield self._line(
                         np.array([here, there]), color=NEAR_COLOUR, linewidth=2.0, solid_capstyle="round", zorder=3.9
                     )

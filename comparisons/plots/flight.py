@@ -237,7 +237,7 @@ def _draw_moment(axes: Axes, view: MissionRun, moment: float, scale: float) -> N
         look: Look = {"edgecolor": colour, "linewidth": 0.9, "zorder": 2.8}
         draw_ring(axes, spot, uav.uav.detection_radius * scale, linestyle=SIGHT_DASHES, **look)
         if len(view.flight.uavs) > 1:
-            draw_ring(axes, spot, uav.uav.safe * scale, linestyle=SAFE_DASHES, **look)
+            draw_ring(axes, spot, uav.uav.safe_distance * scale, linestyle=SAFE_DASHES, **look)
         for x, y, spread in obstacles_at(uav, moment):
             draw_ring(
                 axes, (x * scale, y * scale), spread * scale, **look | {"hatch": OBSTACLE_HATCH, "linewidth": 0.7}

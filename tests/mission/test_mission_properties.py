@@ -58,12 +58,13 @@ def moved(mission: Mission, place: Any, scale: float = 1.0) -> Mission:  # noqa:
             start=place(uav.start),
             goal=place(uav.goal),
             detection_radius=scale * uav.detection_radius,
-            safe_distance=scale * uav.safe,
+            safe_distance=scale * uav.safe_distance,
         )
         for uav in mission.uavs
     ]
     world = World(RiskField([threat(one) for one in mission.world.field.threats]), bounds=(0.0, 0.0, scale, scale))
-    return dataclasses.replace(mission, world=world, uavs=uavs)
+    in_units: dict[str, None] = dict.fromkeys(["collision_distance", "terminal_radius"])
+    return dataclasses.replace(mission, world=world, uavs=uavs, **in_units)
 
 
 def assert_same_but_moved(flight: Flight, other: Flight, place: Any, scale: float = 1.0) -> None:  # noqa: ANN401

@@ -1,14 +1,13 @@
 """The truth of a mission: what is where at which tick."""
 
-import numpy as np
 import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import fast, seeds
+from strategies import fast
 
 from cgla_graph.errors import MissionError, ProblemError
-from cgla_graph.mission.world import TimedArea, TimedThreat, World, distance_to_segment
+from cgla_graph.mission.world import TimedArea, TimedThreat, World
 from cgla_graph.model.risk import RiskField, Threat
 
 SPOT = Threat(0.5, 0.5, 0.1)
@@ -27,8 +26,6 @@ def test_what_there_is_follows_from_when_it_comes_and_goes(lives: list[tuple[int
     assert dict(world.threats_at(tick)) == {0: SPOT, **{1 + i: threats[i].threat for i in there}}
     assert list(world.areas_at(tick)) == [len(lives) + i for i in there]
     assert world.field_at(tick).threats == tuple(world.threats_at(tick).values())
-    closed = world.no_fly_at(tick)
-    assert (0.0 if closed is None else closed.area) == pytest.approx(0.5 * len(there))
 
 
 def test_a_threat_is_where_it_last_moved_to() -> None:
@@ -40,11 +37,9 @@ def test_a_threat_is_where_it_last_moved_to() -> None:
     assert world.changes == (2, 4, 7, 9)
 
 
-def test_what_is_always_there_is_the_same_object_at_every_tick() -> None:
-    world = World(RiskField([SPOT]), no_fly=BOX, timed=[TimedArea(shapely.box(0.6, 0.6, 0.7, 0.7), 3, 5)])
+def test_the_field_that_is_always_there_is_the_same_object_at_every_tick() -> None:
+    world = World(RiskField([SPOT]), timed=[TimedArea(BOX, 3, 5)])
     assert world.field_at(0) is world.field_at(4) is world.field
-    assert world.no_fly_at(0) is world.no_fly_at(7) is BOX
-    assert world.no_fly_at(4) is world.no_fly_at(3)
 
 
 @pytest.mark.parametrize(
@@ -74,12 +69,3 @@ def test_malformed_parts_are_refused_by_name(build: object, words: str) -> None:
     with pytest.raises((MissionError, ProblemError)) as caught:
         build()  # type: ignore[operator]
     assert words in str(caught.value)
-
-
-@fast
-@given(seeds, st.booleans())
-def test_the_distance_to_a_segment_is_shapely_s(seed: int, is_point: bool) -> None:
-    place, start, end = np.random.default_rng(seed).uniform(-1.0, 1.0, (3, 2)).tolist()
-    end = start if is_point else end
-    expected = shapely.distance(shapely.Point(place), shapely.LineString([start, end]))
-    assert distance_to_segment(place, start, end) == pytest.approx(expected, abs=1e-12)

@@ -1,6 +1,7 @@
 """Mission files: what they hold, what is shipped, and what each mistake is told."""
 
 import dataclasses
+import inspect
 import json
 import math
 import tomllib
@@ -108,7 +109,7 @@ def test_figures_have_the_papers_lattice_and_step(name: str) -> None:
     for mission in load_mission(name).missions(get).values():
         assert mission.lattice == Lattice(20, bounds=(0, 0, 1, 1), kind="upper")
         assert [mission.step_of(uav) for uav in mission.uavs] == pytest.approx([0.02] * len(mission.uavs))
-        assert {uav.safe / uav.detection_radius > 0.1 for uav in mission.uavs} == {True}
+        assert {uav.safe_distance / uav.detection_radius > 0.1 for uav in mission.uavs} == {True}
 
 
 def test_fig5_is_the_papers() -> None:
@@ -130,7 +131,7 @@ def test_fig6_is_the_papers() -> None:
 
 def test_fig7_is_the_papers() -> None:
     missions = load_mission("fig7").missions(get)
-    rules = [mission.obstacles for mission in missions.values()]
+    rules = [mission.virtual_obstacle for mission in missions.values()]
     assert [rule.stepnum for rule in rules if rule] == [0, 3, 5]
     assert {rule.zones for rule in rules if rule} == {"two"}
 
@@ -139,7 +140,7 @@ def test_fig8_is_the_papers() -> None:
     file = load_mission("fig8")
     assert ends(file) == {((0.1, 0.1), PAPER_GOAL), ((0.1, 0.25), PAPER_GOAL)}
     without, having = file.missions(get).values()
-    assert (without.obstacles, having.obstacles is not None) == (None, True)
+    assert (without.virtual_obstacle, having.virtual_obstacle is not None) == (None, True)
     assert without.uavs == having.uavs
     assert without.collisions == having.collisions == "record"
 
@@ -148,7 +149,7 @@ def test_fig9_is_the_papers() -> None:
     file = load_mission("fig9")
     centres = {(threat.x, threat.y) for threat in file.world.field.threats}
     assert {(0.6, 0.7), (0.7, 0.8)} <= centres
-    assert [mission.shares.is_on for mission in file.missions(get).values()] == [False, True]
+    assert [mission.sharing.is_on for mission in file.missions(get).values()] == [False, True]
 
 
 def test_fig10_is_the_papers() -> None:
@@ -209,7 +210,7 @@ def test_shipped_missions_fly_to_their_end(name: str) -> None:
         assert {uav.status.label for uav in flight.uavs.values()} == {"livelock" if locked else "arrived"}
         assert (flight.livelock is not None) == locked
         if flight.mission.avoidance == "prioritized":
-            assert flight.least_separation >= max(uav.safe for uav in flight.mission.uavs)
+            assert flight.least_separation >= max(uav.safe_distance for uav in flight.mission.uavs)
 
 
 def test_swap_shows_a_livelock_of_period_two() -> None:
@@ -248,7 +249,7 @@ def test_fig6_shows_that_much_k_escapes_farther_and_safer() -> None:
 
 def test_fig7_shows_that_three_steps_ahead_are_best() -> None:
     distances = [flight.least_separation for flight in flights_of("fig7").values()]
-    collision = next(iter(flights_of("fig7").values())).mission.collision_at
+    collision = next(iter(flights_of("fig7").values())).mission.collision_distance
     assert [distance < collision for distance in distances] == [True, False, True]
 
 
@@ -258,7 +259,7 @@ def test_fig8_shows_a_near_miss_and_its_cure() -> None:
     assert pair.distance == pytest.approx(0.01, abs=0.005)
     assert pair.where == pytest.approx((0.55, 0.71), abs=0.02)
     assert math.dist(pair.where, (0.5, 0.7)) < 0.06, "the paper: near (0.5, 0.7)"
-    assert having.least_separation > 3.0 * having.mission.collision_at
+    assert having.least_separation > 3.0 * having.mission.collision_distance
     assert "collision" in {event.kind for event in without.events}
     assert "collision" not in {event.kind for event in having.events}
 
@@ -324,7 +325,7 @@ def test_the_smallest_mission_has_the_defaults_of_mission() -> None:
     plain = Mission(mission.world, [Uav("a", (0.1, 0.1), PAPER_GOAL, 0.2)], get("cgla"), resolution=mission.lattice)
     names = [name for name in FlySettings.model_fields if name != "virtual_obstacle"]
     assert [getattr(mission, name) for name in names] == [getattr(plain, name) for name in names]
-    assert (mission.uavs, mission.obstacles, mission.lattice.shape) == (plain.uavs, None, (20, 20))
+    assert (mission.uavs, mission.virtual_obstacle, mission.lattice.shape) == (plain.uavs, None, (20, 20))
 
 
 def test_every_setting_of_a_mission_can_be_written_and_arrives() -> None:
@@ -350,15 +351,17 @@ def test_every_setting_of_a_mission_can_be_written_and_arrives() -> None:
     assert values.keys() | {"solver"} == FlySettings.model_fields.keys()
     lines = [f"{name} = {json.dumps(value)}" for name, value in values.items()]
     mission = mission_of(f'{BASE}[fly]\nsolver = "dijkstra"\n' + "\n".join(lines))
-    assert {name: getattr(mission, name) for name in values} == values
+    kept = values | {"sharing": Sharing(is_on=False), "virtual_obstacle": VirtualObstacle()}
+    assert {name: getattr(mission, name) for name in values} == kept
     assert mission.solver == get("dijkstra")
 
 
 def test_settings_of_the_file_are_the_missions() -> None:
-    fields = Mission.__dataclass_fields__.keys() - {"world", "uavs", "resolution"}
-    assert FlySettings.model_fields.keys() == fields
+    parameters = inspect.signature(Mission).parameters
+    assert list(parameters) == [field.name for field in dataclasses.fields(Mission)]
+    assert FlySettings.model_fields.keys() == parameters.keys() - {"world", "uavs", "resolution"}
     for name, info in FlySettings.model_fields.items():
-        default = Mission.__dataclass_fields__[name].default
+        default = parameters[name].default
         if name not in {"solver", "virtual_obstacle"}:
             assert info.default == default, name
         if isinstance(default, str):
@@ -379,10 +382,10 @@ def test_tables_of_sharing_and_virtual_obstacles() -> None:
         f"{BASE}[fly]\nsharing = {{ radius = 0.3, delay = 2, loss = 0.25, seed = 7 }}\n"
         'virtual_obstacle = { stepnum = 5, spread = 0.03, peak = 0.5, placement = "add", zones = "near" }'
     )
-    assert mission.shares == Sharing(radius=0.3, delay=2, loss=0.25, seed=7)
-    assert mission.obstacles == VirtualObstacle(5, spread=0.03, peak=0.5, placement="add", zones="near")
+    assert mission.sharing == Sharing(radius=0.3, delay=2, loss=0.25, seed=7)
+    assert mission.virtual_obstacle == VirtualObstacle(5, spread=0.03, peak=0.5, placement="add", zones="near")
     part = mission_of(f"{BASE}[fly]\nsharing = {{}}\nvirtual_obstacle = {{ stepnum = 0 }}")
-    assert (part.shares, part.obstacles) == (Sharing(), VirtualObstacle(stepnum=0))
+    assert (part.sharing, part.virtual_obstacle) == (Sharing(), VirtualObstacle(stepnum=0))
 
 
 def test_uavs_take_what_they_do_not_set_from_the_top() -> None:
@@ -451,7 +454,7 @@ def test_degrees_become_metres(tmp_path: Path) -> None:
     assert isinstance(projection, LocalProjection)
     uav = file.variants[""].uavs[0]
     np.testing.assert_allclose(projection.inverse([uav.start, uav.goal]), [(24.1, 60.1), (24.9, 60.9)], atol=1e-9)
-    assert (uav.detection_radius, uav.safe) == (20000.0, 10000.0)
+    assert (uav.detection_radius, uav.safe_distance) == (20000.0, 10000.0)
     threat, area = file.world.timed
     assert isinstance(threat, TimedThreat)
     assert isinstance(area, TimedArea)
@@ -530,9 +533,9 @@ def test_variants_override_the_file_and_its_uavs() -> None:
     )
     plain, other, slow = missions_of(text).values()
     assert plain.uavs == (Uav("a", (0.1, 0.1), PAPER_GOAL, 0.2, step=0.03, k=8),)
-    assert (plain.sharing, plain.max_ticks, plain.obstacles) == ("none", 50, VirtualObstacle(2, spread=0.5))
+    assert (plain.sharing.is_on, plain.max_ticks, plain.virtual_obstacle) == (False, 50, VirtualObstacle(2, spread=0.5))
     assert other.uavs == (Uav("a", (0.1, 0.1), PAPER_GOAL, 0.4, step=0.03, k=9),), "SD follows OR"
-    assert (other.sharing, other.max_ticks, other.obstacles) == ("global", 50, VirtualObstacle())
+    assert (other.sharing, other.max_ticks, other.virtual_obstacle) == (Sharing(), 50, VirtualObstacle())
     assert slow.uavs == (Uav("a", (0.1, 0.1), PAPER_GOAL, 0.2, step=0.01, k=8, safe_distance=0.05),)
     assert (plain.solver, slow.solver) == (get("cgla"), get("straight-line"))
 

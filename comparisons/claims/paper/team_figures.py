@@ -79,7 +79,7 @@ def _away(view: MissionRun, name: str) -> str:
 def fig_7() -> Picture:
     """Draw virtual obstacles 0, 3 and 5 steps ahead."""
     views = fly("fig7")
-    collide = [view.flight.least_separation < view.mission.collision_at for view in views]
+    collide = [view.flight.least_separation < view.mission.collision_distance for view in views]
     require(collide == [True, False, True], f"Fig. 7: which steps ahead collide is {collide}")
     return _drawn(
         "Fig. 7",

@@ -105,7 +105,7 @@ def test_a_flight_that_raises_is_a_row(small: MissionFile, monkeypatch: pytest.M
     fly = Mission.fly
 
     def unlucky(self: Mission) -> Flight:
-        if self.shares.is_on and len(self.lattice.points) > 16:
+        if self.sharing.is_on and len(self.lattice.points) > 16:
             msg = "no\nmore"
             raise RuntimeError(msg)
         return fly(self)

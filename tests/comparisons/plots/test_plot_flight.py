@@ -111,7 +111,7 @@ def test_the_closest_approach_is_shown_as_it_was(told: MissionRun) -> None:
         rings = circles(axes, colour_of(number))
         place = place_at(uav, pair.time)
         around = sorted(ring.radius for ring in rings if ring.center == pytest.approx(place))
-        assert {uav.uav.safe, uav.uav.detection_radius} <= set(around)
+        assert {uav.uav.safe_distance, uav.uav.detection_radius} <= set(around)
         hatched = [(*ring.center, ring.radius) for ring in rings if ring.get_hatch()]
         assert hatched == [(o.x, o.y, o.spread) for o in uav.obstacles_at(int(pair.time))]
 
