@@ -1,4 +1,4 @@
-"""The checks of settings that solvers share."""
+"""What solvers share: the checks of their settings, and the traits of OMPL's planners."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,9 +8,31 @@ from cgla_graph._validate import non_negative_number, positive_number, whole_num
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.adjacency import CornerRule
 from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.solver import Traits
 
 #: OMPL's random numbers start from 32 bits, and refuse 0.
 LARGEST_SEED = 2**32 - 1
+
+
+def ompl_traits(name: str, summary: str, *, anytime: bool = False) -> Traits:
+    """
+    Return what all planners of OMPL are: seeded, in need of its package, and in a process of their own.
+
+    Examples
+    --------
+    >>> ompl_traits("rrt-star", "OMPL's RRT*").isolated
+    True
+    """
+    return Traits(
+        name,
+        summary,
+        domain="plane",
+        anytime=anytime,
+        seeded=True,
+        needs=("ompl",),
+        isolated=True,
+        needs_positive=True,
+    )
 
 
 @contextmanager

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import LARGEST_SEED, positive_setting, whole_setting
+from cgla_graph.solvers.base import LARGEST_SEED, ompl_traits, positive_setting, whole_setting
 from cgla_graph.solvers.budget import Budget
 
 
@@ -55,16 +55,7 @@ class BitStar:
     samples_per_batch: int = 100
     rewire_factor: float = 1.1
 
-    traits: ClassVar[Traits] = Traits(
-        "bit-star",
-        "OMPL's BIT* over the same cost",
-        domain="plane",
-        anytime=True,
-        seeded=True,
-        needs=("ompl",),
-        isolated=True,
-        needs_positive=True,
-    )
+    traits: ClassVar[Traits] = ompl_traits("bit-star", "OMPL's BIT* over the same cost", anytime=True)
 
     def __post_init__(self) -> None:
         """Check the settings."""

@@ -1,4 +1,4 @@
-"""FMT* of OMPL over the exact segment cost."""
+"""FMT* and BFMT* of OMPL over the exact segment cost."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import LARGEST_SEED, whole_setting
+from cgla_graph.solvers.base import LARGEST_SEED, ompl_traits, whole_setting
 from cgla_graph.solvers.budget import Budget
 
 
@@ -42,15 +42,7 @@ class FmtStar:
     evaluations: int | None = None
     seed: int = 1
 
-    traits: ClassVar[Traits] = Traits(
-        "fmt-star",
-        "OMPL's FMT* over the same cost",
-        domain="plane",
-        seeded=True,
-        needs=("ompl",),
-        isolated=True,
-        needs_positive=True,
-    )
+    traits: ClassVar[Traits] = ompl_traits("fmt-star", "OMPL's FMT* over the same cost")
 
     def __post_init__(self) -> None:
         """Check the settings."""
@@ -75,3 +67,33 @@ class FmtStar:
         # "extended" goes on sampling, for ever if the goal is walled in
         planner.setExtendedFMT(False)
         return planner
+
+
+@dataclass(frozen=True)
+class BfmtStar(FmtStar):
+    """
+    OMPL's BFMT* (Starek, Gomez, Schmerling, Janson, Moreno, Pavone, IROS 2015): FMT* from both ends.
+
+    Attributes
+    ----------
+    samples, seconds, evaluations, seed
+        As for `FmtStar`.
+
+    Raises
+    ------
+    SolverSettingError
+        If a setting is out of range.
+
+    Examples
+    --------
+    >>> problem = Problem(start=(0.1, 0.1), goal=(0.9, 0.9))
+    >>> BfmtStar(samples=200, seed=1).solve(problem).status.label
+    'found'
+    """
+
+    traits: ClassVar[Traits] = ompl_traits("bfmt-star", "OMPL's BFMT* over the same cost")
+
+    def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
+        from ompl import geometric as og  # noqa: PLC0415 - optional
+
+        return self._sized(og.BFMT(si))

@@ -12,7 +12,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import LARGEST_SEED, whole_setting
+from cgla_graph.solvers.base import LARGEST_SEED, ompl_traits, whole_setting
 from cgla_graph.solvers.budget import Budget, BudgetSpentError
 from cgla_graph.solvers.exact.dijkstra import Dijkstra
 
@@ -51,15 +51,7 @@ class OmplPrmStar:
     seconds: float | None = None
     seed: int = 1
 
-    traits: ClassVar[Traits] = Traits(
-        "ompl-prm-star",
-        "OMPL's PRM* roadmap over the same cost",
-        domain="plane",
-        seeded=True,
-        needs=("ompl",),
-        isolated=True,
-        needs_positive=True,
-    )
+    traits: ClassVar[Traits] = ompl_traits("ompl-prm-star", "OMPL's PRM* roadmap over the same cost")
 
     def __post_init__(self) -> None:
         """Check the settings."""

@@ -1,4 +1,4 @@
-"""RRT* of OMPL over the exact segment cost."""
+"""RRT* of OMPL and its informed kin, over the exact segment cost."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import LARGEST_SEED, positive_setting, whole_setting
+from cgla_graph.solvers.base import LARGEST_SEED, ompl_traits, positive_setting, whole_setting
 from cgla_graph.solvers.budget import Budget
 
 
@@ -48,16 +48,9 @@ class RrtStar:
     seed: int = 1
     rewire_factor: float = 1.1
 
-    traits: ClassVar[Traits] = Traits(
-        "rrt-star",
-        "OMPL's RRT* over the same cost",
-        domain="plane",
-        anytime=True,
-        seeded=True,
-        needs=("ompl",),
-        isolated=True,
-        needs_positive=True,
-    )
+    traits: ClassVar[Traits] = ompl_traits("rrt-star", "OMPL's RRT* over the same cost", anytime=True)
+    #: Its class in `ompl.geometric`.
+    ompl_class: ClassVar[str] = "RRTstar"
 
     def __post_init__(self) -> None:
         """Check the settings."""
@@ -78,6 +71,65 @@ class RrtStar:
     def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
         from ompl import geometric as og  # noqa: PLC0415 - optional
 
-        planner = og.RRTstar(si)
+        planner = getattr(og, self.ompl_class)(si)
         planner.setRewireFactor(self.rewire_factor)
         return planner
+
+
+@dataclass(frozen=True)
+class InformedRrtStar(RrtStar):
+    """
+    OMPL's Informed RRT* (Gammell, Srinivasa, Barfoot, IROS 2014): RRT* that samples where a better path may be.
+
+    Once it has a path of cost ``c``, it samples in the ellipse with foci at start and goal whose points lie on paths of
+    length at most ``c``. Where risk makes the cost far greater than the length, the ellipse covers the map and nothing
+    is gained.
+
+    Attributes
+    ----------
+    iterations, seconds, evaluations, seed, rewire_factor
+        As for `RrtStar`.
+
+    Raises
+    ------
+    SolverSettingError
+        If a setting is out of range, or the budget has no limit.
+
+    Examples
+    --------
+    >>> problem = Problem(start=(0.1, 0.1), goal=(0.9, 0.9))
+    >>> InformedRrtStar(iterations=200, seed=1).solve(problem).status.label
+    'found'
+    """
+
+    traits: ClassVar[Traits] = ompl_traits("informed-rrt-star", "OMPL's Informed RRT* over the same cost", anytime=True)
+    ompl_class: ClassVar[str] = "InformedRRTstar"
+
+
+@dataclass(frozen=True)
+class SorrtStar(RrtStar):
+    """
+    OMPL's SORRT* (Gammell, Srinivasa, Barfoot, ICRA 2015): Informed RRT* that takes its samples sorted.
+
+    It draws batches and goes through each in the order of the length of the way over the sample, so that the samples
+    which may help most come first.
+
+    Attributes
+    ----------
+    iterations, seconds, evaluations, seed, rewire_factor
+        As for `RrtStar`. SORRT* also ends when as good as nothing near enough is left to sample.
+
+    Raises
+    ------
+    SolverSettingError
+        If a setting is out of range, or the budget has no limit.
+
+    Examples
+    --------
+    >>> problem = Problem(start=(0.1, 0.1), goal=(0.9, 0.9))
+    >>> SorrtStar(iterations=200, seed=1).solve(problem).status.label
+    'found'
+    """
+
+    traits: ClassVar[Traits] = ompl_traits("sorrt-star", "OMPL's SORRT* over the same cost", anytime=True)
+    ompl_class: ClassVar[str] = "SORRTstar"

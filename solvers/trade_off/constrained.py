@@ -118,7 +118,7 @@ def plan_within_risk(
     max_risk
         The budget, at least 0: the most that the line integral of the risk field may be.
     solver
-        A name or a solver; None: `hybrid` where it is installed, else `cgla`.
+        A name or a solver; None: `hybrid`.
     resolution
         For solvers that need a lattice, as in `solve`.
     tolerance

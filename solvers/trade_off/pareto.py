@@ -168,7 +168,7 @@ def pareto(
     problem
         The map; its own `k` plays no part.
     solver
-        A name or a solver; None: `hybrid` where it is installed, else `cgla`.
+        A name or a solver; None: `hybrid`.
     resolution
         For solvers that need a lattice, as in `solve`; graph solvers share it.
     tolerance

@@ -35,7 +35,7 @@ class Reweighed:
     problem
         The problem; its own `k` plays no part.
     solver
-        A name or a solver; None: `hybrid` where it is installed, else `cgla`.
+        A name or a solver; None: `hybrid`.
     resolution
         For solvers that need a lattice, as in `solve`.
     settings
@@ -132,9 +132,8 @@ class Reweighed:
 def _chosen(solver: str | Solver | None, settings: dict[str, Any]) -> Solver:
     """Build the solver that is asked for."""
     if solver is None:
-        solver = "hybrid" if "hybrid" in registry.names() else "cgla"
         # its own proof of each path would cost more than the path
-        settings = {"tolerance": None, **settings} if solver == "hybrid" else settings
+        solver, settings = "hybrid", {"tolerance": None, **settings}
     if isinstance(solver, str):
         return registry.get(solver, **settings)
     if settings:
