@@ -113,7 +113,7 @@ def leaderboard_of(runs: Sequence[Run]) -> list[LeaderboardRow]:
         return _or_zero(rank), _or_zero(gap), _or_zero(seconds)
 
     order = sorted(by_label, key=merit)
-    versus = {one.solver: one for one in against(costs, order[0], post_hoc=True)} if order else {}
+    versus = {one.solver: one for one in against(costs, order[0])} if order else {}
     places = [1 + sum(merit(other)[0] < merit(solver)[0] for other in order) for solver in order]
     return [
         LeaderboardRow(

@@ -16,8 +16,7 @@ from cgla_graph.comparisons.plots.cost_axis import Measure
 from cgla_graph.comparisons.plots.looks import GREY, Entry, entries_of
 from cgla_graph.comparisons.plots.page import Part, add_legend, arrange, style
 from cgla_graph.comparisons.plots.text import cost_label, cost_text, heading, others_label
-from cgla_graph.comparisons.statistics.curves import Curve, median_curve
-from cgla_graph.comparisons.statistics.intervals import path_cost
+from cgla_graph.comparisons.statistics.intervals import Curve, median_curve, path_cost
 from cgla_graph.comparisons.study.rows import by_solver, scenario_bound
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.scenarios.scenario import Scenario

@@ -6,8 +6,7 @@ from typing import Any
 from cgla_graph.comparisons.leaderboard.failures import failed, failure_groups
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
 from cgla_graph.comparisons.numbers import DASH, Cell, listed, p_equals
-from cgla_graph.comparisons.statistics.ranking import Ranking
-from cgla_graph.comparisons.statistics.told_apart import too_few_note
+from cgla_graph.comparisons.statistics.ranking import Ranking, too_few_note
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.leaderboard_columns import COLUMNS
 from cgla_graph.model.solution import Status

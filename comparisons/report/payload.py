@@ -11,8 +11,7 @@ import numpy as np
 from cgla_graph.comparisons.numbers import rounded, rounded_all
 from cgla_graph.comparisons.report.maps import map_document, map_key, path_steps, steps_of
 from cgla_graph.comparisons.report.steps import thinned
-from cgla_graph.comparisons.statistics.curves import median_curve
-from cgla_graph.comparisons.statistics.intervals import Estimate, estimate, path_cost, to_target
+from cgla_graph.comparisons.statistics.intervals import Estimate, estimate, median_curve, path_cost, to_target
 from cgla_graph.comparisons.study.columns import SHOWN
 from cgla_graph.comparisons.study.median_run import median_run
 from cgla_graph.comparisons.study.rows import by_solver, row, scenario_bound

@@ -6,8 +6,7 @@ from typing import Any
 
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
 from cgla_graph.comparisons.numbers import listed
-from cgla_graph.comparisons.statistics.ranking import Ranking, rank_diagram
-from cgla_graph.comparisons.statistics.told_apart import too_few_note
+from cgla_graph.comparisons.statistics.ranking import Ranking, too_few_note
 from cgla_graph.comparisons.study.runner import Run
 
 _SIDE, _AXIS = 240, 420  # pixels: room for names on either side, and the axis between
@@ -22,6 +21,8 @@ def rank_picture(ranks: Ranking) -> dict[str, Any] | None:
     """
     Place the picture of ranks, in pixels; None where there are no ranks to compare.
 
+    The best are on the left; bars join those not told apart (Demsar, JMLR 7, 2006, fig. 1).
+
     Examples
     --------
     >>> from cgla_graph.comparisons.statistics.ranking import ranking
@@ -32,43 +33,47 @@ def rank_picture(ranks: Ranking) -> dict[str, Any] | None:
     k = len(ranks.solvers)
     if k < 2 or not ranks.n_instances:  # noqa: PLR2004 - one solver has no difference
         return None
-    diagram = rank_diagram(ranks)
 
     def across(rank: float) -> float:
         return round(_SIDE + (rank - 1.0) / (k - 1) * _AXIS, 1)
 
-    axis_y = 34.0
-    n_bars = max((bar.row + 1 for bar in diagram.bars), default=0)
-    first_y = axis_y + 14 + n_bars * _BAR_LINE + 16
+    rank_of = dict(zip(ranks.solvers, ranks.average_ranks, strict=True))
+    axis_y, half, every = 34.0, (k + 1) // 2, max(1, -(-k // 20))
+    bars: list[dict[str, float]] = []
+    ends: list[float] = []  # of each line of bars, which do not touch
+    for group in ranks.groups:
+        low, high = rank_of[group[0]], rank_of[group[-1]]
+        line = next((line for line, end in enumerate(ends) if end < low), len(ends))
+        ends[line : line + 1] = [high]
+        bars.append({"x1": across(low) - 4, "x2": across(high) + 4, "y": axis_y + 12 + line * _BAR_LINE})
+    first_y = axis_y + 14 + len(ends) * _BAR_LINE + 16
     labels = []
-    for label in diagram.labels:
-        x, y = across(label.rank), first_y + label.row * _LINE
-        end = _SIDE - 14 if label.left else _SIDE + _AXIS + 14
+    for place, (solver, rank) in enumerate(rank_of.items()):
+        # the better half on the left, the outer ranks on top, so that no lines cross
+        left, row = place < half, min(place, k - 1 - place)
+        x, y = across(rank), first_y + row * _LINE
+        end = _SIDE - 14 if left else _SIDE + _AXIS + 14
         labels.append({
-            "solver": label.solver,
-            "text": short(label.solver),
-            "rank": f"{label.rank:.2f}",
+            "solver": solver,
+            "text": short(solver),
+            "rank": f"{rank:.2f}",
             "x": x,
             "points": f"{x},{axis_y} {x},{y} {end},{y}",
-            "text_x": end - 6 if label.left else end + 6,
+            "text_x": end - 6 if left else end + 6,
             "text_y": y + 4,
-            "anchor": "end" if label.left else "start",
+            "anchor": "end" if left else "start",
         })  # fmt: skip
-    every = max(1, -(-k // 20))
     return {
         "width": 2 * _SIDE + _AXIS,
-        "height": first_y + max(label.row for label in diagram.labels) * _LINE + 20,
+        "height": first_y + (half - 1) * _LINE + 20,
         "axis": {
             "x1": across(1.0),
             "x2": across(k),
             "y": axis_y,
-            "ticks": [{"x": across(tick), "label": tick} for tick in diagram.ticks if (tick - 1) % every == 0],
+            "ticks": [{"x": across(tick), "label": tick} for tick in range(1, k + 1) if (tick - 1) % every == 0],
         },
         "labels": labels,
-        "groups": [
-            {"x1": across(bar.low) - 4, "x2": across(bar.high) + 4, "y": axis_y + 12 + bar.row * _BAR_LINE}
-            for bar in diagram.bars
-        ],
+        "groups": bars,
         "description": _described(ranks),
         "caption": _caption(ranks),
     }

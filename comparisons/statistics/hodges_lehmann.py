@@ -16,13 +16,13 @@ EXACT = 50
 _FEW = 200_000
 
 
-def hodges_lehmann(differences: Sequence[float], confidence: float = CONFIDENCE) -> Estimate:
+def hodges_lehmann(differences: Sequence[float]) -> Estimate:
     r"""
     Estimate the centre of paired differences, with an interval that assumes only that they are symmetric about it.
 
     The estimate is the median of the :math:`n(n+1)/2` Walsh averages :math:`(d_i + d_j)/2, i \le j`. The interval
     goes from the :math:`r`-th least to the :math:`r`-th greatest of them, with the greatest :math:`r` for which
-    :math:`2 P(T < r)` is at most ``1 - confidence``, where :math:`T` is Wilcoxon's signed-rank sum (Hollander, Wolfe,
+    :math:`2 P(T < r)` is at most 5 %, where :math:`T` is Wilcoxon's signed-rank sum (Hollander, Wolfe,
     Chicken, "Nonparametric Statistical Methods", 3rd ed., 2014, sections 3.2 and 3.3): so it holds zero just where the
     signed-rank test does not reject it, if no two differences are equal in size; with ties it covers a little more
     often than it says. Up to `EXACT` differences the distribution of :math:`T` is exact, beyond it is normal.
@@ -32,18 +32,16 @@ def hodges_lehmann(differences: Sequence[float], confidence: float = CONFIDENCE)
     differences
         At least one. Infinite ones count as greater than any number, all alike, so that an infinite gain and an
         infinite loss average to 0.
-    confidence
-        Above 0 and below 1.
 
     Returns
     -------
     estimate
-        Minus to plus infinity for an interval where there are too few differences: below 6 for 95 %.
+        Minus to plus infinity for an interval where there are too few differences: below 6.
 
     Raises
     ------
     ValueError
-        If there is no difference, one is NaN, or the confidence is out of range.
+        If there is no difference, or one is NaN.
 
     Examples
     --------
@@ -57,7 +55,7 @@ def hodges_lehmann(differences: Sequence[float], confidence: float = CONFIDENCE)
         msg = f"the differences are {list(differences)[:5]} ...; give a flat list of at least one number and no NaN"
         raise ValueError(msg)
     n = len(ordered)
-    rank = walsh_rank(n, confidence)
+    rank = walsh_rank(n)
     # an eighth of each leaves room for what stands for infinity, without overflow
     sizes = np.abs(ordered[np.isfinite(ordered)]) / 8.0
     most = float(np.max(sizes, initial=0.0)) or 1.0
@@ -75,7 +73,7 @@ def hodges_lehmann(differences: Sequence[float], confidence: float = CONFIDENCE)
     return Estimate(middle, at(rank), at(n_pairs + 1 - rank))
 
 
-def walsh_rank(n: int, confidence: float = CONFIDENCE) -> int:
+def walsh_rank(n: int) -> int:
     """
     Choose which Walsh average, from the least and from the greatest, ends the interval of Hodges and Lehmann.
 
@@ -83,31 +81,20 @@ def walsh_rank(n: int, confidence: float = CONFIDENCE) -> int:
     ----------
     n
         How many differences there are, at least 1.
-    confidence
-        Above 0 and below 1.
 
     Returns
     -------
     rank
         From 1; 0 where even the least and the greatest average are too close together.
 
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
-
     Examples
     --------
     >>> [walsh_rank(n) for n in (5, 6, 10, 20)]
     [0, 1, 9, 53]
     """
-    if n < 1 or not 0.0 < confidence < 1.0:
-        msg = f"n is {n} and confidence is {confidence}; give n from 1 and a confidence above 0 and below 1"
-        raise ValueError(msg)
-    tail = (1.0 - confidence) / 2.0
+    tail = (1.0 - CONFIDENCE) / 2.0
     if n <= EXACT:
-        # rounding must not cost a rank where a tail is allowed to the last digit, as with 15/16
-        return int(np.searchsorted(np.cumsum(signed_rank_distribution(n)), tail * (1.0 + 1e-12), side="right"))
+        return int(np.searchsorted(np.cumsum(signed_rank_distribution(n)), tail, side="right"))
     spread = math.sqrt(n * (n + 1) * (2 * n + 1) / 24.0)
     return max(0, math.floor(n * (n + 1) / 4.0 + special.ndtri(tail) * spread))
 

@@ -1,5 +1,5 @@
 """
-Statistics of runs over seeds that assume no distribution: medians, their intervals, success rates, time to a target.
+Statistics of runs over seeds that assume no distribution: medians, their intervals, success rates, times to a target.
 
 A run that never gets there counts as infinite and is never left out: leaving it out would flatter what fails often.
 """
@@ -7,11 +7,12 @@ A run that never gets there counts as infinite and is never left out: leaving it
 import math
 import statistics
 from collections.abc import Sequence
-from fractions import Fraction
+from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy import special
+from scipy import special, stats
 
 from cgla_graph._types import FloatArray
 from cgla_graph.model.solution import Solution
@@ -53,60 +54,44 @@ class Hit(NamedTuple):
     evaluations: float
 
 
-def interval_ranks(n: int, confidence: float = CONFIDENCE) -> tuple[int, int] | None:
+@cache
+def interval_ranks(n: int) -> tuple[int, int] | None:
     r"""
     Choose the order statistics between which the median of a distribution lies.
 
     Each of `n` independent values is below the median with probability 1/2. So the median is outside
     :math:`[x_{(r)}, x_{(n+1-r)}]` with probability :math:`2 \sum_{i<r} \binom{n}{i} / 2^n` at most, whatever the
     distribution (exactly that for continuous ones, less with ties). The greatest `r` for which that is allowed is
-    taken (David, Nagaraja, "Order Statistics", 3rd ed., 2003, section 7.1). The sum is exact.
+    taken (David, Nagaraja, "Order Statistics", 3rd ed., 2003, section 7.1), as `scipy.stats.quantile_test` does.
 
     Parameters
     ----------
     n
         How many values there are, at least 0.
-    confidence
-        Least probability that the interval covers the median, above 0 and below 1.
 
     Returns
     -------
     ranks
         From 1, in ascending order; None where even the least and the greatest value are too close together: below
-        6 values for 95 %.
-
-    Raises
-    ------
-    ValueError
-        If `n` or `confidence` is out of range.
+        `FEWEST_RUNS` values.
 
     Examples
     --------
     >>> interval_ranks(5), interval_ranks(6), interval_ranks(20)
     (None, (1, 6), (6, 15))
     """
-    if n < 0 or not 0.0 < confidence < 1.0:
-        msg = f"n is {n} and confidence is {confidence}; give n from 0 and a confidence above 0 and below 1"
-        raise ValueError(msg)
-    allowed = (1 - Fraction(confidence)) * 2**n
-    rank, count, below = 0, 1, 0
-    while rank <= n // 2 and 2 * (below + count) <= allowed:
-        below += count
-        count = count * (n - rank) // (rank + 1)
-        rank += 1
+    rank = int(stats.binom.ppf((1.0 - CONFIDENCE) / 2.0, n, 0.5)) if n else 0
     return (rank, n + 1 - rank) if rank else None
 
 
-def median_interval(values: Sequence[float], confidence: float = CONFIDENCE) -> Interval:
+def median_interval(values: Sequence[float]) -> Interval:
     """
-    Return an interval that covers the median of the distribution with at least this confidence.
+    Return an interval that covers the median of the distribution with at least 95 % confidence.
 
     Parameters
     ----------
     values
         Independent values; infinite ones count. No NaN.
-    confidence
-        As in `interval_ranks`.
 
     Returns
     -------
@@ -120,7 +105,7 @@ def median_interval(values: Sequence[float], confidence: float = CONFIDENCE) -> 
     >>> median_interval([3, 1, 2])
     Interval(low=-inf, high=inf)
     """
-    ranks = interval_ranks(len(values), confidence)
+    ranks = interval_ranks(len(values))
     if ranks is None:
         return Interval(-math.inf, math.inf)
     ordered = sorted(values)
@@ -149,9 +134,9 @@ def estimate(values: Sequence[float]) -> Estimate:
     return Estimate(statistics.median_low(values), *median_interval(values))
 
 
-def success_interval(successes: int, n: int, confidence: float = CONFIDENCE) -> Interval:
+def success_interval(successes: int, n: int) -> Interval:
     """
-    Return the interval of a success rate by Clopper and Pearson (Biometrika 26(4), 1934).
+    Return the 95 % interval of a success rate by Clopper and Pearson (Biometrika 26(4), 1934).
 
     It covers the rate with at least this confidence, whatever the rate is.
 
@@ -159,13 +144,6 @@ def success_interval(successes: int, n: int, confidence: float = CONFIDENCE) -> 
     ----------
     successes, n
         How many of `n` independent runs succeeded.
-    confidence
-        Above 0 and below 1.
-
-    Returns
-    -------
-    interval
-        Within 0 to 1.
 
     Raises
     ------
@@ -181,7 +159,8 @@ def success_interval(successes: int, n: int, confidence: float = CONFIDENCE) -> 
     if not 0 <= successes <= n or n < 1:
         msg = f"{successes} successes of {n} runs; give at least one run, and no more successes than runs"
         raise ValueError(msg)
-    tail = (1.0 - confidence) / 2.0
+    tail = (1.0 - CONFIDENCE) / 2.0
+    # in closed form, as tables of thousands of rates ask for it: scipy's binomtest searches for the ends
     low = 0.0 if successes == 0 else float(special.betaincinv(successes, n - successes + 1, tail))
     high = 1.0 if successes == n else float(special.betaincinv(successes + 1, n - successes, 1.0 - tail))
     return Interval(low, high)
@@ -268,3 +247,74 @@ def path_cost(solution: Solution) -> float:
     inf
     """
     return float(solution.cost) if solution.status.has_path else math.inf
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """
+    Best costs over time of one solver's runs, as step functions: each row holds until the next.
+
+    Attributes
+    ----------
+    seconds
+        When one of the runs improved or ended, shape ``(m,)``, ascending; building the graph counts.
+    median, low, high
+        Best cost so far at those moments, shape ``(m,)``, map units; infinite where too few runs have a path.
+    n_runs
+        How many runs there were.
+    is_interval
+        Whether the band is the 95 % interval of the median; else it goes from the least to the greatest.
+    """
+
+    seconds: FloatArray
+    median: FloatArray
+    low: FloatArray
+    high: FloatArray
+    n_runs: int
+    is_interval: bool
+
+
+def median_curve(solutions: Sequence[Solution]) -> Curve:
+    """
+    Take the median (the lower one of two middle values) of runs at every moment, and its 95 % interval.
+
+    Before its first path a run is infinitely costly, also if it never finds one; after its end it keeps its cost.
+
+    Parameters
+    ----------
+    solutions
+        One solver's answers on one problem, at least one.
+
+    Returns
+    -------
+    curve
+        Without rows where no run found a path.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.solution import Status
+    >>> runs = [Solution(Status.FOUND, cost=cost, seconds=cost) for cost in (1.0, 2.0, 3.0)]
+    >>> curve = median_curve([*runs, Solution(Status.NOT_FOUND)])
+    >>> curve.seconds, curve.median, curve.high
+    (array([1., 2., 3.]), array([inf,  1.,  1.]), array([inf, inf, inf]))
+    """
+    all_steps = [progress(solution) for solution in solutions]
+    seconds = np.unique(np.concatenate([steps[:, 0] for steps in all_steps]))
+    costs = np.sort([_at(steps, seconds) for steps in all_steps], axis=0)
+    n_runs = len(all_steps)
+    ranks = interval_ranks(n_runs)
+    least, greatest = ranks or (1, n_runs)
+    return Curve(
+        seconds=seconds,
+        median=costs[(n_runs - 1) // 2],
+        low=costs[least - 1],
+        high=costs[greatest - 1],
+        n_runs=n_runs,
+        is_interval=ranks is not None,
+    )
+
+
+def _at(steps: FloatArray, seconds: FloatArray) -> FloatArray:
+    """Return the best cost of one run at some moments."""
+    costs = np.concatenate([[np.inf], steps[:, 2]])
+    return costs[np.searchsorted(steps[:, 0], seconds, side="right")]

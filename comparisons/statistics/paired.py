@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special, stats
 
-from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.statistics.cost_table import cost_row, cost_table, log_ratios
 from cgla_graph.comparisons.statistics.hodges_lehmann import EXACT, hodges_lehmann, subset_sums
 from cgla_graph.comparisons.statistics.intervals import Estimate
@@ -162,36 +161,6 @@ def signed_rank(differences: Sequence[float]) -> SignedRank:
     return SignedRank(2.0 * float(special.ndtr(-z)), effect)
 
 
-def sign_test(wins: int, losses: int) -> float:
-    """
-    Test whether wins are as likely as losses; ties are no evidence and are left out.
-
-    Parameters
-    ----------
-    wins, losses
-        Counts, at least 0.
-
-    Returns
-    -------
-    p
-        Two-sided, exact (binomial); 1 without either.
-
-    Raises
-    ------
-    ValueError
-        If a count is negative.
-
-    Examples
-    --------
-    >>> sign_test(8, 0)
-    0.0078125
-    """
-    if min(wins, losses) < 0:
-        msg = f"the counts are {wins} and {losses}; give counts from 0"
-        raise ValueError(msg)
-    return float(stats.binomtest(wins, wins + losses).pvalue) if wins + losses else 1.0
-
-
 def mcnemar(only_first: int, only_second: int) -> float:
     """
     Test whether two solvers find a path equally often, on the same instances (McNemar, Psychometrika 12(2), 1947).
@@ -206,7 +175,7 @@ def mcnemar(only_first: int, only_second: int) -> float:
     Returns
     -------
     p
-        Two-sided, exact.
+        Two-sided, exact (binomial); 1 without any.
 
     Raises
     ------
@@ -218,12 +187,18 @@ def mcnemar(only_first: int, only_second: int) -> float:
     >>> mcnemar(0, 6)
     0.03125
     """
-    return sign_test(only_first, only_second)
+    if min(only_first, only_second) < 0:
+        msg = f"the counts are {only_first} and {only_second}; give counts from 0"
+        raise ValueError(msg)
+    n = only_first + only_second
+    return float(stats.binomtest(only_first, n).pvalue) if n else 1.0
 
 
-def against(costs: Mapping[str, Sequence[float]], reference: str, *, post_hoc: bool = False) -> list[Paired]:
+def against(costs: Mapping[str, Sequence[float]], reference: str) -> list[Paired]:
     """
-    Compare every other solver with one.
+    Compare every other solver with one that these very costs may have chosen, as a winner is.
+
+    So the p-values are adjusted to the comparisons of all pairs, any of which the choice could have picked.
 
     Parameters
     ----------
@@ -231,9 +206,6 @@ def against(costs: Mapping[str, Sequence[float]], reference: str, *, post_hoc: b
         One cost an instance for each solver, the instances in the same order; infinite without a path.
     reference
         The solver to compare with.
-    post_hoc
-        Whether the reference was chosen for these very costs, as a winner is. Then the p-values are adjusted to the
-        comparisons of all pairs, any of which the choice could have picked; else to those of this table.
 
     Returns
     -------
@@ -257,42 +229,11 @@ def against(costs: Mapping[str, Sequence[float]], reference: str, *, post_hoc: b
         raise ValueError(msg)
     if not table[reference].size:
         return []
-    found = [_paired(solver, table[solver], reference, table[reference]) for solver in table if solver != reference]
-    if not post_hoc:
-        return _adjusted(found)
     others = [solver for solver in table if solver != reference]
+    found = [compare_costs(solver, costs[solver], reference, costs[reference]) for solver in others]
     rest = [signed_rank(log_ratios(table[a], table[b]).tolist()).p for a, b in combinations(others, 2)]
     p_holm = holm([*(one.p for one in found), *rest])
     return [replace(one, p_holm=p) for one, p in zip(found, p_holm, strict=False)]
-
-
-def all_pairs(costs: Mapping[str, Sequence[float]]) -> list[Paired]:
-    """
-    Compare all solvers with each other, each pair once: the earlier one with the later as reference.
-
-    Parameters
-    ----------
-    costs
-        As in `against`.
-
-    Returns
-    -------
-    comparisons
-        With p-values adjusted to all of them.
-
-    Raises
-    ------
-    ValueError
-        As in `against`.
-
-    Examples
-    --------
-    >>> [(one.solver, one.reference) for one in all_pairs({"a": [1], "b": [2], "c": [3]})]
-    [('a', 'b'), ('a', 'c'), ('b', 'c')]
-    """
-    table = cost_table(costs)
-    n = len(next(iter(table.values()), ()))
-    return _adjusted([_paired(a, table[a], b, table[b]) for a, b in combinations(table, 2)]) if n else []
 
 
 def compare_costs(solver: str, costs: Sequence[float], reference: str, others: Sequence[float]) -> Paired:
@@ -326,15 +267,11 @@ def compare_costs(solver: str, costs: Sequence[float], reference: str, others: S
     if len(first) != len(second) or not len(first):
         msg = f"{solver!r} has {len(first)} costs and {reference!r} has {len(second)}; give each one for each instance"
         raise ValueError(msg)
-    return _paired(solver, first, reference, second)
-
-
-def _paired(solver: str, costs: FloatArray, reference: str, others: FloatArray) -> Paired:
-    logs = log_ratios(costs, others)
+    logs = log_ratios(first, second)
     with np.errstate(over="ignore"):
         ratio = Estimate(*(float(np.exp(end)) for end in hodges_lehmann(logs.tolist())))
     test = signed_rank(logs.tolist())
-    paths, other_paths = np.isfinite(costs), np.isfinite(others)
+    paths, other_paths = np.isfinite(first), np.isfinite(second)
     only_solver, only_reference = int((paths & ~other_paths).sum()), int((~paths & other_paths).sum())
     return Paired(
         solver=solver,
@@ -352,9 +289,3 @@ def _paired(solver: str, costs: FloatArray, reference: str, others: FloatArray) 
         only_reference=only_reference,
         p_success=mcnemar(only_solver, only_reference),
     )
-
-
-def _adjusted(found: Sequence[Paired]) -> list[Paired]:
-    """Adjust the p-values of one table."""
-    adjusted = holm([one.p for one in found])
-    return [replace(one, p_holm=p) for one, p in zip(found, adjusted, strict=True)]

@@ -1,4 +1,4 @@
-"""Ranks of several solvers over many instances, Friedman's test, and the picture of ranks and who is told apart."""
+"""Ranks of several solvers over many instances, Friedman's test, and whom paired tests tell apart."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,8 +9,13 @@ import numpy as np
 from scipy import stats
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.statistics.cost_table import cost_table, same_cost
-from cgla_graph.comparisons.statistics.told_apart import fewest_instances, told_apart
+from cgla_graph.comparisons.numbers import counted, p_value
+from cgla_graph.comparisons.statistics.cost_table import cost_table, log_ratios, same_cost
+from cgla_graph.comparisons.statistics.intervals import CONFIDENCE
+from cgla_graph.comparisons.statistics.paired import holm, signed_rank
+
+#: An adjusted p-value below this is a difference beyond chance.
+LEVEL = 1.0 - CONFIDENCE
 
 
 @dataclass(frozen=True)
@@ -161,106 +166,101 @@ def _groups(solvers: Sequence[str], apart: frozenset[frozenset[str]]) -> tuple[t
     return tuple(groups)
 
 
-@dataclass(frozen=True)
-class Label:
+def told_apart(costs: Mapping[str, Sequence[float]]) -> frozenset[frozenset[str]]:
     """
-    Where the picture of ranks names a solver.
+    List the pairs of solvers whose costs differ beyond chance.
 
-    Attributes
-    ----------
-    solver, rank
-        What it says, and the place on the axis that it belongs to.
-    left
-        Whether it stands on the left side: the better half does, the best on top.
-    row
-        Its line below the axis, from 0.
-    """
-
-    solver: str
-    rank: float
-    left: bool
-    row: int
-
-
-@dataclass(frozen=True)
-class Bar:
-    """
-    A bar that joins solvers that are not told apart.
-
-    Attributes
-    ----------
-    low, high
-        Average ranks of its best and worst solver.
-    row
-        Its line, from 0 next to the axis; bars of one line do not touch.
-    """
-
-    low: float
-    high: float
-    row: int
-
-
-@dataclass(frozen=True)
-class RankDiagram:
-    """
-    The picture of ranks in plain numbers, in units of ranks across and of lines down.
-
-    Attributes
-    ----------
-    ticks
-        Whole ranks of the axis, 1 to the number of solvers.
-    labels, bars
-        What is drawn below the axis.
-    """
-
-    ticks: tuple[int, ...]
-    labels: tuple[Label, ...]
-    bars: tuple[Bar, ...]
-
-
-def rank_diagram(found: Ranking) -> RankDiagram:
-    """
-    Lay out the picture of ranks, the best on the left; bars join those not told apart (Demsar, JMLR 7, 2006, fig. 1).
+    By Wilcoxon's signed ranks, adjusted after Holm to all pairs: that any of them is wrong has a probability of 5 % at
+    most. Unlike differences of mean ranks, a pair's verdict does not hang on how the other solvers do (Benavoli,
+    Corani, Mangili, JMLR 17(5), 2016); and it is the very test whose p-values the tables show (see `against`).
 
     Parameters
     ----------
-    found
-        The ranking, of at least one instance.
+    costs
+        One cost an instance for each solver, the instances in the same order; infinite without a path.
 
     Returns
     -------
-    diagram
-        Labels in the order of ranks.
+    pairs
+        None below `fewest_instances`.
 
     Raises
     ------
     ValueError
-        If there are no instances, so that ranks are unknown.
+        If the costs are not equally many, or one is NaN.
 
     Examples
     --------
-    >>> diagram = rank_diagram(ranking({"a": [1, 1, 1], "b": [2, 2, 2], "c": [3, 3, 3]}))
-    >>> [(label.solver, label.left, label.row) for label in diagram.labels]
-    [('a', True, 0), ('b', True, 1), ('c', False, 0)]
-    >>> diagram.bars
-    (Bar(low=1.0, high=3.0, row=0),)
+    >>> told_apart({"a": [1, 2, 3, 4, 5, 6], "b": [2, 4, 6, 8, 10, 12]}) == {frozenset("ab")}
+    True
     """
-    if not found.n_instances:
-        msg = "there are no instances, so no ranks to draw; rank at least one"
-        raise ValueError(msg)
-    k = len(found.solvers)
-    half = (k + 1) // 2
-    places = zip(found.solvers, found.average_ranks, strict=True)
-    labels = [
-        Label(solver, rank, left=place < half, row=place if place < half else k - 1 - place)
-        for place, (solver, rank) in enumerate(places)
-    ]
-    rank_of = dict(zip(found.solvers, found.average_ranks, strict=True))
-    bars: list[Bar] = []
-    ends: list[float] = []
-    for group in found.groups:
-        low, high = rank_of[group[0]], rank_of[group[-1]]
-        row = next((row for row, end in enumerate(ends) if end < low), len(ends))
-        ends[row : row + 1] = [high]
-        bars.append(Bar(low, high, row))
-    return RankDiagram(tuple(range(1, k + 1)), tuple(labels), tuple(bars))
+    table = cost_table(costs)
+    pairs = list(combinations(table, 2))
+    if not pairs or not len(table[pairs[0][0]]):
+        return frozenset()
+    p_values = holm([signed_rank(log_ratios(table[a], table[b]).tolist()).p for a, b in pairs])
+    return frozenset(frozenset(pair) for pair, p in zip(pairs, p_values, strict=True) if p < LEVEL)
+
+
+def least_p(n_instances: int, n_solvers: int) -> float:
+    """
+    Return the least adjusted p-value that there can be, of a solver that is cheaper than another on every instance.
+
+    Each of the differences has the sign of the others by chance with probability 1/2, and Holm multiplies the least
+    p-value by the number of pairs.
+
+    Parameters
+    ----------
+    n_instances, n_solvers
+        At least 1, and at least 2.
+
+    Examples
+    --------
+    >>> least_p(6, 2), least_p(6, 5), least_p(9, 5)
+    (0.03125, 0.3125, 0.0390625)
+    """
+    return min(1.0, math.comb(n_solvers, 2) * 2.0 ** (1 - n_instances))
+
+
+def fewest_instances(n_solvers: int) -> int:
+    """
+    Return the number of instances below which no two of so many solvers can be told apart, whatever happens on them.
+
+    Parameters
+    ----------
+    n_solvers
+        At least 2.
+
+    Examples
+    --------
+    >>> [fewest_instances(n_solvers) for n_solvers in (2, 5, 30)]
+    [6, 9, 15]
+    """
+    n_instances = 1
+    while least_p(n_instances, n_solvers) >= LEVEL:
+        n_instances += 1
+    return n_instances
+
+
+def too_few_note(n_scenarios: int, n_solvers: int) -> str:
+    """
+    Say how many scenarios it takes to tell solvers apart; empty where there are as many.
+
+    Parameters
+    ----------
+    n_scenarios, n_solvers
+        How many there are.
+
+    Examples
+    --------
+    >>> too_few_note(6, 5)
+    '6 scenarios cannot tell 5 solvers apart: after Holm for 10 pairs no p is below 0.31; it takes 9 scenarios or more'
+    >>> too_few_note(9, 5), too_few_note(1, 1)
+    ('', '')
+    """
+    if n_solvers < 2 or not 0 < n_scenarios < fewest_instances(n_solvers):  # noqa: PLR2004 - one differs from none
+        return ""
+    pairs = counted(math.comb(n_solvers, 2), "pair")
+    least = f"after Holm for {pairs} no p is below {p_value(least_p(n_scenarios, n_solvers))}"
+    here = f"{counted(n_scenarios, 'scenario')} cannot tell {n_solvers} solvers apart"
+    return f"{here}: {least}; it takes {fewest_instances(n_solvers)} scenarios or more"

@@ -17,7 +17,7 @@ from cgla_graph.comparisons.numbers import (
     ratio,
 )
 from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS
-from cgla_graph.comparisons.statistics.told_apart import too_few_note
+from cgla_graph.comparisons.statistics.ranking import too_few_note
 
 
 class Column(NamedTuple):

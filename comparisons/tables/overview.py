@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
 from cgla_graph.comparisons.numbers import counted, estimate_cell, listed, percent
 from cgla_graph.comparisons.statistics.paired import Paired
-from cgla_graph.comparisons.statistics.told_apart import LEVEL, too_few_note
+from cgla_graph.comparisons.statistics.ranking import LEVEL, too_few_note
 
 #: Most names in a sentence.
 _MOST_NAMES = 4

@@ -1,10 +1,11 @@
-"""Standings: who wins, by how much, how sure, where each fails; small ones by hand, large ones by what must hold."""
+"""Leaderboards: who wins, by how much, how sure, where each fails; small ones by hand, large ones by what must hold."""
 
 import math
 from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from all_pairs import all_pairs
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import usual
@@ -13,7 +14,7 @@ from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, leaderboard_of
 from cgla_graph.comparisons.leaderboard.profiles import instance_costs
 from cgla_graph.comparisons.statistics.intervals import Estimate, success_interval
-from cgla_graph.comparisons.statistics.paired import against, all_pairs
+from cgla_graph.comparisons.statistics.paired import against
 from cgla_graph.comparisons.statistics.ranking import ranking
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run, compare
@@ -63,7 +64,7 @@ def test_a_small_study_by_hand() -> None:
     assert (bad.failures, bad.failed_on) == ({FAILURES[1]: 1, FAILURES[3]: 1}, {"map 1": 1, "map 3": 1})
     assert good.seconds_to_near.median == math.inf
     assert good.versus_best is None
-    assert bad.versus_best == against(instance_costs(runs), "good", post_hoc=True)[1]
+    assert bad.versus_best == against(instance_costs(runs), "good")[1]
 
 
 def test_seeds_are_one_instance_but_many_runs() -> None:

