@@ -184,8 +184,8 @@ def run(
     if isinstance(problem, Problem) and getattr(solver, "resolution", 0) is None:
         solver = dataclasses.replace(cast("Any", solver), resolution=resolution)
     answer, seconds = isolated.run(solver, problem)
-    seconds -= answer.build_seconds + answer.certificate_seconds
-    answer = dataclasses.replace(answer, solver=traits.name, seconds=seconds)
+    solving = max(0.0, seconds - answer.build_seconds - answer.certificate_seconds)
+    answer = dataclasses.replace(answer, solver=traits.name, seconds=solving)
     if isinstance(problem, GraphProblem):
         answer = dataclasses.replace(answer, evaluations=problem.graph.n_pairs + answer.evaluations)
     return problem.judge(answer)
