@@ -86,8 +86,9 @@ def test_negative_weights_reach_only_who_takes_them() -> None:
         answer = run(solver, asked)
         assert (answer.status, answer.message) == (Status.UNSUPPORTED, NEGATIVE_WEIGHTS)
     assert run(Given(), problem).status is Status.FOUND
-    # no pair of these points is near the threats: as a graph, it has no weight below 0
-    assert run(OnGraph(), problem.on_lattice(2)).status is Status.FOUND
+    # no pair of these points is near the threats: the graph has no weight below 0
+    graph = cg.GeometricGraph.complete([problem.start, problem.goal], problem.field, problem.k)
+    assert run(OnGraph(), GraphProblem(graph, 0, 1)).status is Status.FOUND
 
 
 def test_staying_needs_no_solver_and_is_the_optimum_where_risk_cannot_be_negative() -> None:
@@ -103,7 +104,7 @@ def test_an_open_resolution_is_given() -> None:
 
     @dataclass(frozen=True)
     class Asks(Given):
-        def solve(self, problem: Problem) -> Solution:
+        def solve(self, problem: Problem | GraphProblem) -> Solution:
             seen.append(self.resolution)
             return straight(problem)
 
