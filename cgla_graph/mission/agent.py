@@ -1,26 +1,21 @@
-"""One UAV under way: where it is, what it believes, what it is going to fly, and what it has flown."""
+"""One UAV under way: where it is, what it believes, and what it is going to fly."""
 
 import math
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
-from cgla_graph._types import FloatArray, Point
+from cgla_graph._types import Point
 from cgla_graph.mission.belief import Belief
-from cgla_graph.mission.metrics import measure
-from cgla_graph.mission.records import Knowledge, MissionStatus, UavFlight
+from cgla_graph.mission.records import MissionStatus
 from cgla_graph.mission.replanner import Replanner
 from cgla_graph.mission.uav import Uav
-from cgla_graph.mission.world import World
-from cgla_graph.model.risk import Threat
 from cgla_graph.motion.trajectory import Trajectory
 
 
 @dataclass(eq=False)
 class Agent:
     """
-    The state of one UAV in a simulation, and its record.
+    The state of one UAV in a simulation.
 
     Attributes
     ----------
@@ -44,8 +39,6 @@ class Agent:
         What it flew on its last tick, on the clock of its plan; None before the first.
     near
         The numbers of the others within its safe distance.
-    trace, path, times, replans, plans, knowledge, obstacles, seconds
-        The record, as in `UavFlight`.
     """
 
     number: int
@@ -64,14 +57,6 @@ class Agent:
     visited: list[int] = field(default_factory=list)
     leg: Trajectory | None = None
     near: set[int] = field(default_factory=set)
-    trace: list[Point] = field(default_factory=list)
-    path: list[FloatArray] = field(default_factory=list)
-    times: list[FloatArray] = field(default_factory=list)
-    replans: list[int] = field(default_factory=list)
-    plans: list[tuple[int, FloatArray]] = field(default_factory=list)
-    knowledge: list[Knowledge] = field(default_factory=list)
-    obstacles: list[tuple[int, tuple[Threat, ...]]] = field(default_factory=list)
-    seconds: float = 0.0
 
     @property
     def name(self) -> str:
@@ -83,22 +68,10 @@ class Agent:
         """Whether it has come to its end."""
         return self.status is not None
 
-    def depart(self, tick: int) -> None:
-        """Take off."""
-        self.in_air = True
-        self.trace.append(self.position)
-        self.path.append(np.array([self.position]))
-        self.times.append(np.array([float(tick)]))
-
     def end(self, status: MissionStatus, tick: int, message: str = "") -> None:
         """Leave the mission."""
         self.status, self.ended, self.message = status, tick, message
         self.in_air = False
-
-    def follow(self, plan: Trajectory, tick: int) -> None:
-        """Take a plan that begins at time 0 of its own clock, now."""
-        self.plan, self.plan_since = plan, tick
-        self.plans.append((tick, plan.points))
 
     def motion(self, since: float) -> Trajectory | None:
         """Return what the plan says from a tick on, on the mission's clock; None if nothing."""
@@ -113,9 +86,6 @@ class Agent:
             return
         (x, y), (east, north) = self.position, flown.goal
         self.position = flown.goal
-        # the first point is where it already was
-        self.path.append(flown.points[1:])
-        self.times.append(flown.times[1:] + self.plan_since)
         length = math.dist((x, y), self.position)
         if length > 0.0:
             self.heading = (east - x) / length, (north - y) / length
@@ -131,41 +101,3 @@ class Agent:
         plan = b"" if self.plan is None else self.plan.points.tobytes() + self.plan.times.tobytes()
         place = self.number, self.position, self.heading
         return *place, plan, tick - self.plan_since, self.planned_on, tuple(self.visited), self.planner.memory
-
-    def flown(self, world: World, tick: int, step: float) -> UavFlight:
-        """Return the flight so far; `step` is what it flies in a tick, map units."""
-        took_off = bool(self.trace)
-        ended = self.ended if self.is_done else tick
-        departed = self.uav.departs if took_off else ended
-        trace = np.array(self.trace or [self.position])
-        path, times = trace[:1], np.array([float(departed)])
-        if took_off:
-            path, times = np.vstack(self.path), np.concatenate(self.times)
-            # of waypoints that rounding puts at one time, the last one stays
-            later = np.append(np.diff(times) > 0.0, True)
-            path, times = path[later], times[later]
-        found = measure(world, path, times, trace if took_off else trace[:0], departed, step=step)
-        still = (np.diff(path, axis=0) == 0.0).all(axis=1)
-        return UavFlight(
-            uav=self.uav,
-            status=self.status or MissionStatus.INTERRUPTED,
-            message=self.message,
-            took_off=took_off,
-            departed=departed,
-            ended=ended,
-            trace=trace,
-            path=path,
-            times=times,
-            length=found.length,
-            risk=found.risk,
-            cost=found.length + self.uav.k * found.risk,
-            waited=float(np.diff(times)[still].sum()),
-            risk_sum=found.risk_sum,
-            max_risk=found.max_risk,
-            exposure=found.exposure,
-            replans=tuple(self.replans),
-            plans=tuple(self.plans),
-            knowledge=tuple(self.knowledge),
-            obstacles=tuple(self.obstacles),
-            planning_seconds=self.seconds,
-        )

@@ -17,10 +17,21 @@ FRACTIONS = np.linspace(0.0, 1.0, 17)[:, None]
 MOST_PIECES = 1000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Measures:
     """
-    What a flown polyline met in the true world of each moment (see `UavFlight`).
+    What a flown polyline met in the true world of each moment.
+
+    Attributes
+    ----------
+    length, risk
+        Map units. Who waits circles: it flies a step a tick through the risk where it is, and that counts.
+    risk_sum
+        The paper's measure: the sum of the true ``F`` over the positions at whole ticks.
+    max_risk
+        The greatest true ``F`` met (sampled 16 times a spread or a flown segment, whichever is less).
+    exposure
+        The length flown where the true ``F`` is above 0.1, map units (sampled likewise).
 
     Examples
     --------

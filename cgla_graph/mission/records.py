@@ -7,17 +7,19 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
+from cgla_graph.mission.metrics import Measures
 from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
 from cgla_graph.model.risk import Threat
 
+Entry = TypeVar("Entry", bound=tuple[Any, ...])
 EventKind: TypeAlias = Literal[
     "departed",
     "started-in-risk",
@@ -99,8 +101,7 @@ class Event:
         return {"tick": self.tick, "kind": self.kind, "uav": self.uav, **self.detail}
 
 
-@dataclass(frozen=True, eq=False)
-class Knowledge:
+class Knowledge(NamedTuple):
     """
     What a UAV believes in from a tick on.
 
@@ -161,9 +162,9 @@ class Livelock:
 
 
 @dataclass(frozen=True, eq=False)
-class UavFlight:
+class UavFlight(Measures):
     """
-    The flight of one UAV.
+    The flight of one UAV, and what it met on its way (see `Measures`).
 
     Attributes
     ----------
@@ -181,21 +182,10 @@ class UavFlight:
         The flown polyline with its bends between ticks, shape ``(m, 2)``, map units.
     times
         When it was at each waypoint of the path, shape ``(m,)``, ticks.
-    length, risk, cost
-        Of the path, in the true field of the moment: ``cost = length + k * risk``. Who waits circles: it flies a step a
-        tick through the risk where it is, and that counts.
     waited
         Ticks of waiting, which only ``avoidance="prioritized"`` plans.
-    risk_sum
-        The paper's measure: the sum of the true ``F`` over the positions of the trace.
-    max_risk
-        The greatest true ``F`` met (sampled 16 times a spread or a flown segment, whichever is less).
-    exposure
-        The length flown where the true ``F`` is above 0.1, map units (sampled likewise).
-    replans
-        The ticks at which it got a new plan; the first is the plan of take-off.
     plans
-        ``(tick, waypoints)``: what it was going to fly from that tick on.
+        ``(tick, waypoints)``: what it was going to fly from that tick on; the first is the plan of take-off.
     knowledge
         What it believed in, each from a tick on.
     obstacles
@@ -213,14 +203,7 @@ class UavFlight:
     trace: FloatArray
     path: FloatArray
     times: FloatArray
-    length: float
-    risk: float
-    cost: float
     waited: float
-    risk_sum: float
-    max_risk: float
-    exposure: float
-    replans: tuple[int, ...]
     plans: Sequence[tuple[int, FloatArray]]
     knowledge: Sequence[Knowledge]
     obstacles: Sequence[tuple[int, tuple[Threat, ...]]]
@@ -231,20 +214,27 @@ class UavFlight:
         """The UAV's name."""
         return self.uav.name
 
+    @property
+    def cost(self) -> float:
+        """The cost of the path, map units: length + k * risk."""
+        return self.length + self.uav.k * self.risk
+
+    @property
+    def replans(self) -> tuple[int, ...]:
+        """The ticks at which it got a new plan; the first is the plan of take-off."""
+        return tuple(tick for tick, _ in self.plans)
+
     def plan_at(self, tick: int) -> FloatArray:
         """Return the waypoints of the plan that it followed at a tick; empty before the first."""
-        at = bisect_right(self.plans, tick, key=lambda entry: entry[0])
-        return self.plans[at - 1][1] if at else np.empty((0, 2))
+        return _last(self.plans, tick, (tick, np.empty((0, 2))))[1]
 
     def knowledge_at(self, tick: int) -> Knowledge:
         """Return what it believed in at a tick."""
-        at = bisect_right(self.knowledge, tick, key=lambda entry: entry.tick)
-        return self.knowledge[at - 1] if at else Knowledge(tick, {}, {})
+        return _last(self.knowledge, tick, Knowledge(tick, {}, {}))
 
     def obstacles_at(self, tick: int) -> tuple[Threat, ...]:
         """Return the virtual obstacles that it planned around at a tick."""
-        at = bisect_right(self.obstacles, tick, key=lambda entry: entry[0])
-        return self.obstacles[at - 1][1] if at else ()
+        return _last(self.obstacles, tick, (tick, ()))[1]
 
     def position_at(self, tick: int) -> Point | None:
         """Return where it was at a tick; None on the ground."""
@@ -274,7 +264,7 @@ class Flight:
     livelock
         The proof that the mission never ends, if there is one.
     fly
-        Flies a mission, for what would have been under other rules (`informed`, `unshared`).
+        Flies a mission, for what would have been under other rules.
     interrupted
         Whether it was stopped before its end.
     """
@@ -303,55 +293,60 @@ class Flight:
         """The least separation of any pair, map units; infinite for a single UAV."""
         return min((pair.distance for pair in self.separations), default=math.inf)
 
-    @cached_property
-    def informed(self) -> "Flight":
-        """The same mission flown by UAVs that know the world as it is from the start, and at every change."""
+    def fly_informed(self) -> "Flight":
+        """Fly the mission with UAVs that know the world as it is from the start, and at every change."""
         if self.mission.knowledge == "all":
             return self
         return self.fly(dataclasses.replace(self.mission, knowledge="all"))
 
-    @cached_property
-    def unshared(self) -> "Flight":
-        """The same mission without sharing."""
+    def fly_unshared(self) -> "Flight":
+        """Fly the mission without sharing."""
         if not self.mission.sharing.is_on:
             return self
         return self.fly(dataclasses.replace(self.mission, sharing=Sharing(is_on=False)))
 
+    def costs_over(self, other: "Flight") -> dict[str, float]:
+        """
+        Return the cost of each UAV over its cost in another flight of the same UAVs.
+
+        Infinite where it arrives only in the other, NaN where it does not arrive there either.
+        """
+        ratios = {}
+        for name in self.uavs:
+            cost, divisor = (
+                uav.cost if uav.status is MissionStatus.ARRIVED else math.inf
+                for uav in (self.uavs[name], other.uavs[name])
+            )
+            if divisor == 0.0:
+                ratios[name] = 1.0 if cost == 0.0 else math.inf
+            else:
+                ratios[name] = math.nan if math.isinf(divisor) else cost / divisor
+        return ratios
+
     @cached_property
     def price_of_ignorance(self) -> dict[str, float]:
         """
-        What not knowing cost each UAV: its cost over the cost of the same flight with full knowledge (`informed`).
+        What not knowing cost each UAV: ``costs_over(fly_informed())``. The first time, this flies the mission again.
 
         Below 1 where ignorance happened to pay, which it may do in company: the others fly other ways, too. Infinite
         where the UAV did not arrive, NaN where it does not arrive with full knowledge either.
         """
-        return _ratios(self, self.informed)
+        return self.costs_over(self.fly_informed())
 
     @cached_property
     def value_of_sharing(self) -> dict[str, float]:
         """
-        What sharing was worth to each UAV: its cost in the same mission without sharing over its cost (`unshared`).
+        What sharing was worth to each UAV: ``fly_unshared().costs_over(self)``. The first time, this flies it again.
 
         Above 1 where sharing paid, infinite where the UAV arrives only with sharing, NaN where it does not arrive or
         nothing is shared.
         """
         if not self.mission.sharing.is_on:
             return dict.fromkeys(self.uavs, math.nan)
-        return _ratios(self.unshared, self)
+        return self.fly_unshared().costs_over(self)
 
 
-def _ratios(above: Flight, below: Flight) -> dict[str, float]:
-    """Divide costs UAV by UAV; who does not arrive has infinite cost."""
-    ratios = {}
-    for name in above.uavs:
-        costs = [
-            one.cost if one.status is MissionStatus.ARRIVED else math.inf
-            for one in (above.uavs[name], below.uavs[name])
-        ]
-        if math.isinf(costs[1]):
-            ratios[name] = math.nan
-        elif costs[1] == 0.0:
-            ratios[name] = 1.0 if costs[0] == 0.0 else math.inf
-        else:
-            ratios[name] = costs[0] / costs[1]
-    return ratios
+def _last(entries: Sequence[Entry], tick: int, before: Entry) -> Entry:
+    """Return the last of entries that begin with their tick; what was `before`, if there is none yet."""
+    at = bisect_right(entries, tick, key=lambda entry: entry[0])
+    return entries[at - 1] if at else before

@@ -130,8 +130,6 @@ class Rules:
     # older names, until nobody reads them
 
     shares = property(lambda self: self.sharing)
-    obstacles = property(lambda self: self.virtual_obstacle)
-    collision_at = property(lambda self: self.collision_distance)
 
     def step_of(self, uav: Uav) -> float:
         """Return what a UAV flies in a tick, map units."""

@@ -17,7 +17,8 @@ from cgla_graph._types import FloatArray, Point
 from cgla_graph.mission.agent import Agent
 from cgla_graph.mission.avoidance import plan_around, stays_clear
 from cgla_graph.mission.encounters import Encounters
-from cgla_graph.mission.records import Event, EventKind, Flight, Knowledge, Livelock, MissionStatus
+from cgla_graph.mission.recorder import Recorder
+from cgla_graph.mission.records import Event, EventKind, Flight, Livelock, MissionStatus
 from cgla_graph.mission.replanner import Replanner, Situation
 from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.sensing import sightings
@@ -71,6 +72,7 @@ class Simulation:
         self._agents = [
             Agent(number, uav, Replanner(mission, uav), uav.start) for number, uav in enumerate(mission.uavs)
         ]
+        self._recorders = [Recorder() for _ in mission.uavs]
         self._radio = Radio(mission.sharing)
         self._encounters = Encounters(
             [uav.name for uav in mission.uavs],
@@ -102,12 +104,12 @@ class Simulation:
             for agent in self._flying():
                 self._plan(agent)
                 if agent.in_air:
-                    agent.move(self.tick)
+                    self._move(agent)
         else:
             for agent in self._flying():
                 self._plan(agent)
             for agent in self._flying():
-                agent.move(self.tick)
+                self._move(agent)
         if self.is_over:
             # nobody was left to fly this tick
             return
@@ -135,8 +137,8 @@ class Simulation:
         return Flight(
             mission=self.mission,
             uavs={
-                agent.name: agent.flown(self.mission.world, self.tick, self.mission.step_of(agent.uav))
-                for agent in self._agents
+                agent.name: recorder.flight(agent, self.mission.world, self.tick, self.mission.step_of(agent.uav))
+                for agent, recorder in zip(self._agents, self._recorders, strict=True)
             },
             separations=tuple(self._encounters.separations.values()),
             events=tuple(events),
@@ -157,7 +159,8 @@ class Simulation:
         for agent in self._agents:
             if agent.is_done or agent.in_air or agent.uav.departs != self.tick:
                 continue
-            agent.depart(self.tick)
+            agent.in_air = True
+            self._recorders[agent.number].departed(agent.position, self.tick)
             self._say("departed", agent, at=list(agent.position))
             for number, threat in world.threats_at(self.tick).items():
                 if math.dist(agent.position, (threat.x, threat.y)) <= threat.spread:
@@ -211,17 +214,13 @@ class Simulation:
                     is_there=report.is_there,
                 )
         for agent in taking_part.values():
-            threats, areas = dict(agent.belief.threats), sorted(agent.belief.areas)
-            last = agent.knowledge[-1] if agent.knowledge else None
-            if last is None or last.threats != threats or sorted(last.areas) != areas:
-                closed = {number: self.mission.world.timed_area(number) for number in areas}
-                agent.knowledge.append(Knowledge(self.tick, threats, closed))
+            closed = {number: self.mission.world.timed_area(number) for number in sorted(agent.belief.areas)}
+            self._recorders[agent.number].believes(self.tick, dict(agent.belief.threats), closed)
 
     def _plan(self, agent: Agent) -> None:
         """Plan again if there is a reason to."""
         obstacles = self._obstacles(agent)
-        if (agent.obstacles[-1][1] if agent.obstacles else ()) != obstacles:
-            agent.obstacles.append((self.tick, obstacles))
+        self._recorders[agent.number].avoids(self.tick, obstacles)
         excluded = self._excluded(agent)
         planned_on = tuple(agent.belief.threats.items()), agent.belief.areas, obstacles, excluded
         on_change = self.mission.replan == "change" and not agent.planner.by_steps
@@ -237,7 +236,7 @@ class Simulation:
             self._follow(agent, self._motion_along(agent, solution.path))
         else:
             self._give_up(agent, solution.message or solution.status.value, stuck=solution.status is Status.STUCK)
-        agent.seconds += time.perf_counter() - began
+        self._recorders[agent.number].planning_seconds += time.perf_counter() - began
 
     def _situation(self, agent: Agent, obstacles: tuple[Threat, ...], excluded: frozenset[int]) -> Situation:
         known = self.mission.world.field.with_only(agent.belief.threats.values())
@@ -248,14 +247,19 @@ class Simulation:
         position = self._outside(agent.position, no_fly)
         return Situation(position, known, no_fly, obstacles, fields, excluded)
 
+    def _move(self, agent: Agent) -> None:
+        agent.move(self.tick)
+        self._recorders[agent.number].flew(agent)
+
     def _motion_along(self, agent: Agent, path: FloatArray) -> Trajectory:
         if self.mission.movement == "vertex":
             return Trajectory(np.arange(len(path), dtype=np.float64), path)
         return Trajectory.along(path, 0.0, self.mission.step_of(agent.uav))
 
     def _follow(self, agent: Agent, plan: Trajectory) -> None:
-        agent.follow(plan, self.tick)
-        agent.replans.append(self.tick)
+        # plans begin at time 0 of a clock of their own
+        agent.plan, agent.plan_since = plan, self.tick
+        self._recorders[agent.number].plans.append((self.tick, plan.points))
         self._say("planned", agent, waypoints=len(plan.points), length=plan.length)
 
     def _give_up(self, agent: Agent, reason: str, *, stuck: bool = False) -> None:
@@ -393,7 +397,7 @@ class Simulation:
         is_last = self.tick >= self.mission.max_ticks
         for agent in self._agents:
             if agent.in_air:
-                agent.trace.append(agent.position)
+                self._recorders[agent.number].trace.append(agent.position)
                 if agent.number in collided:
                     agent.end(MissionStatus.COLLISION, self.tick, collided[agent.number])
                 else:

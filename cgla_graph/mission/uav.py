@@ -86,5 +86,3 @@ class Uav:
                     "it could not see in time what it must stay away from"
                 )
                 raise MissionError(msg)
-
-    safe = property(lambda self: self.safe_distance)

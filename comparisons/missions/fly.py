@@ -296,9 +296,9 @@ def weighed(flown: MissionRun) -> MissionRun:
         The same with both; without the value of sharing where nothing is shared.
     """
     flight = flown.flight
-    shares = flight.mission.shares.is_on and len(flight.uavs) > 1
-    sharing = flight.value_of_sharing if shares else None
-    return dataclasses.replace(flown, ignorance=flight.price_of_ignorance, sharing=sharing)
+    shares = flight.mission.sharing.is_on and len(flight.uavs) > 1
+    sharing = flight.fly_unshared().costs_over(flight) if shares else None
+    return dataclasses.replace(flown, ignorance=flight.costs_over(flight.fly_informed()), sharing=sharing)
 
 
 def _write_data(stem: Path, flown: MissionRun, log: files.RowLog) -> list[Path]:

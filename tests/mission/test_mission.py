@@ -27,7 +27,7 @@ from cgla_graph.mission.world import TimedArea, TimedThreat, World
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.solvers.base import Traits
+from cgla_graph.model.solver import Traits
 
 CGLA = cg.solvers.get("cgla")
 MIDDLE = RiskField([Threat(0.5, 0.5, 0.08), Threat(0.35, 0.6, 0.05), Threat(0.7, 0.55, 0.06)])
@@ -518,8 +518,10 @@ def test_price_of_ignorance_and_value_of_sharing_are_ratios_of_flown_costs() -> 
     unshared = mission(A, B, sharing="none").fly()
     for name in "ab":
         price = flight.uavs[name].cost / informed.uavs[name].cost
-        assert flight.price_of_ignorance[name] == pytest.approx(price)
+        assert flight.price_of_ignorance[name] == flight.costs_over(flight.fly_informed())[name] == pytest.approx(price)
         assert flight.value_of_sharing[name] == pytest.approx(unshared.uavs[name].cost / flight.uavs[name].cost)
+    assert informed.fly_informed() is informed
+    assert unshared.fly_unshared() is unshared
     assert informed.price_of_ignorance == {"a": 1.0, "b": 1.0}
     assert all(math.isnan(value) for value in unshared.value_of_sharing.values())
 
