@@ -91,21 +91,24 @@ class SplineMesh:
         place, counts = np.full(n_cells, -1, dtype=np.int32), np.ones(n_cells, dtype=np.int32)
         parts, labels = 1, np.empty((0, 1, 1), dtype=np.int16)
         if not area.is_empty:
-            edges, arrays = _edges(area), area.kernel_arrays
+            edges, arrays = area.edges, area.kernel_arrays
             row_starts = np.searchsorted(rows, np.arange(rows[0], rows[-1] + 2))
             # a millionth of a cell, and some ulps of the coordinates
             farthest = max(float(np.abs(bounds).max()), float(np.abs(edges).max()))
             margin = 1e-6 + 2.0**-47 * farthest / min(spacing)
-            met = mesh_kernels.met_cells(columns, row_starts, int(rows[0]), origin, spacing, edges, margin)
-            counts[mesh_kernels.inside_cells(columns, rows, met, origin, spacing, arrays)] = 0
+            whole = np.zeros((n_cells, 1, 1), dtype=np.int8)
+            each = np.arange(n_cells, dtype=np.int32)
+            grid = columns, rows, row_starts, origin, spacing
+            mesh_kernels.mark_edges(grid, each, 1, edges, margin, whole)
+            met = whole[:, 0, 0] == mesh_kernels.MET
+            counts[mesh_kernels.inside_cells(grid, met, arrays)] = 0
             place[met] = np.arange(met.sum())
             room = math.isqrt(MOST_SUB_CELLS // max(int(met.sum()), 1))
             # an even number, so that the rim of the map runs between sub-cells
             parts = 2 * (max(min(SUB_CELLS // max(last), room), FEWEST_PARTS) // 2)
             kinds = np.zeros((int(met.sum()), parts, parts), dtype=np.int8)
-            mesh_kernels.sub_cells(
-                columns, rows, row_starts, place, parts, origin, spacing, last, edges, margin, arrays, kinds
-            )
+            mesh_kernels.mark_edges(grid, place, parts, edges, margin, kinds)
+            mesh_kernels.sub_cells(grid, place, parts, last, arrays, kinds)
             labels = np.empty(kinds.shape, dtype=np.int16)
             counts[met] = mesh_kernels.label_pieces(kinds, labels)
         first_piece = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
@@ -164,9 +167,3 @@ def corners(area: NoFlyArea, bounds: Bounds) -> FloatArray:
     points = np.unique(shapely.get_coordinates(area.geometry), axis=0)
     inside = ((points >= bounds[:2]) & (points <= bounds[2:])).all(axis=1)
     return np.asarray(points[inside])
-
-
-def _edges(area: NoFlyArea) -> FloatArray:
-    """List the edges of an area, ``ax, ay, bx, by`` each, shape ``(m, 4)``."""
-    rings = [shapely.get_coordinates(ring) for ring in shapely.get_rings(shapely.get_parts(area.geometry))]
-    return np.vstack([np.hstack([ring[:-1], ring[1:]]) for ring in rings])

@@ -6,7 +6,7 @@ neighbours, row by row from the south-west; place 4 is the cell itself.
 """
 
 import math
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from cgla_graph.model.no_fly_kernels import AreaArrays, point_inside
 
 #: What a sub-cell may be: free, inside the area, or met by an edge, which counts as free.
 FREE, INSIDE, MET = range(3)
+#: Columns and rows of the cells; where the cells of each row begin, from the first row on, and end; origin and spacing.
+Grid: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, tuple[float, float], tuple[float, float]]
 MOST_PIECES: Final = 250
 
 
@@ -67,84 +69,16 @@ def reach_in_row(ax: float, ay: float, bx: float, by: float, low: float, high: f
 
 
 @kernel
-def met_cells(
-    columns: WholeArray,
-    row_starts: WholeArray,
-    first_row: int,
-    origin: tuple[float, float],
-    spacing: tuple[float, float],
-    edges: FloatArray,
-    margin: float,
-) -> BoolArray:
+def mark_edges(grid: Grid, place: WholeArray, parts: int, edges: FloatArray, margin: float, kinds: WholeArray) -> None:
     """
-    Mark the cells that an edge of a polygon meets, shape ``(n,)``.
+    Divide cells into ``parts * parts`` sub-cells, and mark those that an edge of a polygon meets as `MET`.
 
-    Cells are taken for larger than they are by `margin` sides, so that rounding only ever marks too many.
+    Sub-cells are taken for larger than they are by `margin` sides of a cell, so that rounding only ever marks too many.
 
-    `edges` has shape ``(m, 4)``: ``ax, ay, bx, by``, map units; the cells of row ``first_row + r`` have the numbers
-    from ``row_starts[r]`` to ``row_starts[r + 1]``.
+    `place` is the row of each cell in `kinds`, shape ``(t, parts, parts)``, or -1; `edges` are those of the area
+    (`NoFlyArea.edges`), map units.
     """
-    out = np.zeros(columns.shape[0], dtype=np.bool_)
-    half = 0.5 + margin
-    for e in range(edges.shape[0]):
-        ax, ay, bx, by = edge_rows(edges[e], origin, spacing)
-        # (compared as floats: far corners are no whole numbers of cells)
-        low = math.ceil(max(ay - half, float(first_row)))
-        high = math.floor(min(by + half, float(first_row + row_starts.shape[0] - 2)))
-        for row in range(low, high + 1):
-            left, right = reach_in_row(ax, ay, bx, by, row - half, row + half)
-            start = row_starts[row - first_row]
-            stop = row_starts[row - first_row + 1]
-            i = start + np.searchsorted(columns[start:stop], left - half)
-            while i < stop and columns[i] <= right + half:
-                out[i] = True
-                i += 1
-    return out
-
-
-@kernel
-def inside_cells(
-    columns: WholeArray,
-    rows: WholeArray,
-    met: BoolArray,
-    origin: tuple[float, float],
-    spacing: tuple[float, float],
-    area: AreaArrays,
-) -> BoolArray:
-    """Mark the cells that lie inside the area: no edge meets them, and their node is inside; shape ``(n,)``."""
-    out = np.zeros(columns.shape[0], dtype=np.bool_)
-    for p in range(columns.shape[0]):
-        if met[p]:
-            continue
-        beside = p > 0 and rows[p - 1] == rows[p] and columns[p - 1] == columns[p] - 1 and not met[p - 1]
-        x = origin[0] + spacing[0] * columns[p]
-        y = origin[1] + spacing[1] * rows[p]
-        # no edge between this cell and the one before
-        out[p] = out[p - 1] if beside else point_inside(x, y, area)
-    return out
-
-
-@kernel
-def sub_cells(
-    columns: WholeArray,
-    rows: WholeArray,
-    row_starts: WholeArray,
-    place: WholeArray,
-    parts: int,
-    origin: tuple[float, float],
-    spacing: tuple[float, float],
-    rim: tuple[int, int],
-    edges: FloatArray,
-    margin: float,
-    area: AreaArrays,
-    kinds: WholeArray,
-) -> None:
-    """
-    Divide the cells that edges meet into ``parts * parts`` sub-cells and say what each is.
-
-    `place` is the row of each cell in `kinds`, shape ``(t, parts, parts)``, or -1; `kinds` starts as `FREE`, `parts`
-    is even. `rim` holds the last column and row inside the bounds. For `margin` see `met_cells`.
-    """
+    columns, rows, row_starts, origin, spacing = grid
     first_row = rows[0]
     half = 0.5 + margin
     for e in range(edges.shape[0]):
@@ -165,11 +99,39 @@ def sub_cells(
                 while i < stop and columns[i] <= right + half:
                     if place[i] >= 0:
                         base = columns[i] - 0.5
-                        first = math.floor(max((left - base - margin) * parts, 0.0))
+                        first = math.floor(min(max((left - base - margin) * parts, 0.0), parts - 1.0))
                         last = math.floor(min((right - base + margin) * parts, parts - 1.0))
                         for s in range(first, last + 1):
                             kinds[place[i], part, s] = MET
                     i += 1
+
+
+@kernel
+def inside_cells(grid: Grid, met: BoolArray, area: AreaArrays) -> BoolArray:
+    """Mark the cells that lie inside the area: no edge meets them, and their node is inside; shape ``(n,)``."""
+    columns, rows, _, origin, spacing = grid
+    out = np.zeros(columns.shape[0], dtype=np.bool_)
+    for p in range(columns.shape[0]):
+        if met[p]:
+            continue
+        beside = p > 0 and rows[p - 1] == rows[p] and columns[p - 1] == columns[p] - 1 and not met[p - 1]
+        x = origin[0] + spacing[0] * columns[p]
+        y = origin[1] + spacing[1] * rows[p]
+        # no edge between this cell and the one before
+        out[p] = out[p - 1] if beside else point_inside(x, y, area)
+    return out
+
+
+@kernel
+def sub_cells(
+    grid: Grid, place: WholeArray, parts: int, rim: tuple[int, int], area: AreaArrays, kinds: WholeArray
+) -> None:
+    """
+    Say what the sub-cells are that no edge meets (`mark_edges`); `kinds` holds `FREE` for them, and `parts` is even.
+
+    `rim` holds the last column and row inside the bounds.
+    """
+    columns, rows, _, origin, spacing = grid
     for p in range(columns.shape[0]):
         if place[p] < 0:
             continue

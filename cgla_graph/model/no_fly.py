@@ -56,17 +56,17 @@ class NoFlyArea:
     array([False,  True,  True])
     """
 
-    __slots__ = ("_geometry", "_kernel_arrays")
+    __slots__ = ("_edges", "_geometry", "_kernel_arrays")
 
     def __init__(self, geometry: BaseGeometry | None) -> None:
         self._geometry = _union(geometry)
-        self._kernel_arrays = _index(_edges(self._geometry))
+        self._edges = _edges(self._geometry)
+        self._edges.setflags(write=False)
+        self._kernel_arrays = _index(self._edges)
 
     def __repr__(self) -> str:
         """Return how many polygons and edges there are."""
-        polygons, rings = shapely.get_parts(self._geometry), _rings(self._geometry)
-        edges = int(shapely.get_num_coordinates(rings).sum()) - len(rings)
-        return f"NoFlyArea({len(polygons)} polygons, {edges} edges)"
+        return f"NoFlyArea({len(shapely.get_parts(self._geometry))} polygons, {len(self._edges)} edges)"
 
     def __reduce__(self) -> tuple[type["NoFlyArea"], tuple[BaseGeometry]]:
         """Pickle the geometry alone: unpickled arrays would lose their write protection."""
@@ -96,6 +96,21 @@ class NoFlyArea:
         True
         """
         return bool(self._geometry.is_empty)
+
+    @property
+    def edges(self) -> FloatArray:
+        """
+        All edges of shells and holes with the area on their left, read-only, shape ``(n, 6)``, map units.
+
+        The columns are ``ax, ay, bx, by, cx, cy``: the edge leads from ``a`` to ``b``, and the sector of the area that
+        it borders at ``a`` ends with the edge to ``c``. An edge ends where another ring touches it.
+
+        Examples
+        --------
+        >>> NoFlyArea(shapely.box(0, 0, 1, 1)).edges[0].tolist()
+        [1.0, 1.0, 0.0, 1.0, 1.0, 0.0]
+        """
+        return self._edges
 
     @property
     def kernel_arrays(self) -> AreaArrays:
@@ -274,18 +289,10 @@ def _polygons(geometry: BaseGeometry, part: str) -> list[Polygon]:
     return [geometry]
 
 
-def _rings(geometry: BaseGeometry) -> list[BaseGeometry]:
-    """Return every shell and hole."""
-    return list(shapely.get_rings(shapely.get_parts(geometry)))
-
-
 def _edges(geometry: BaseGeometry) -> FloatArray:
-    """
-    Return every edge ``a -> b`` with the bound ``c`` of the sector on its left: ``(n, 6)``, map units.
-
-    The columns are those of the rows in ``cgla_graph.model.no_fly_kernels``, and the edges are sorted by least x.
-    """
-    coordinates, ring = shapely.get_coordinates(_rings(geometry), return_index=True)
+    """Return every edge as `NoFlyArea.edges` has them, sorted by least x."""
+    rings = shapely.get_rings(shapely.get_parts(geometry))
+    coordinates, ring = shapely.get_coordinates(rings, return_index=True)
     coordinates += 0.0  # turns -0.0 into 0.0, so that equal vertices sort together
     starts, ends = coordinates[:-1], coordinates[1:]
     # Shapely allows a vertex to be repeated; between two rings there is no edge.

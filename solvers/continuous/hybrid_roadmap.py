@@ -184,12 +184,9 @@ def _unconstrained(problem: Problem) -> tuple[FloatArray, IntArray]:
     The polygons' own edges are added; edges through polygons fall out when they are weighed. Returns what
     `_triangulation` returns, without its promise of a way through every passage.
     """
-    rings = shapely.get_rings(shapely.get_parts(problem.model.area.geometry))
-    coordinates, ring = shapely.get_coordinates(rings, return_index=True)
-    corners, number = np.unique(coordinates, axis=0, return_inverse=True)
-    number = 2 + number.reshape(-1)
-    along = ring[:-1] == ring[1:]
-    sides = np.column_stack([number[:-1][along], number[1:][along]])
+    ends = problem.model.area.edges[:, :4].reshape(-1, 2)
+    corners, number = np.unique(ends, axis=0, return_inverse=True)
+    sides = 2 + number.reshape(-1, 2)
     inside = (corners >= problem.bounds[:2]).all(axis=1) & (corners <= problem.bounds[2:]).all(axis=1)
     new = np.concatenate([[0, 1], np.where(inside, 1 + np.cumsum(inside), -1)])
     sides = new[sides]

@@ -7,6 +7,7 @@ that does not cross the area.
 
 import itertools
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import oracles
@@ -266,22 +267,10 @@ def cut_everywhere(
 def test_a_mesh_that_is_cut_too_far_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     area, segment = NoFlyArea(shapely.box(0.3, 0.3, 0.7, 0.7)), np.array([[[0.05, 0.35], [0.45, 0.95]]])
     assert check_continuous(UNIT, (16, 16), area, segment, 0) > 10
-    monkeypatch.setattr("cgla_graph.eikonal.mesh.mesh_kernels", CutEverywhere)
+    kernels = SimpleNamespace(**{**vars(mesh_kernels), "join_pieces": cut_everywhere})
+    monkeypatch.setattr("cgla_graph.eikonal.mesh.mesh_kernels", kernels)
     with pytest.raises(AssertionError, match="jumps"):
         check_continuous(UNIT, (16, 16), area, segment, 0)
-
-
-class CutEverywhere:
-    """The kernels of the mesh, but for the joining."""
-
-    met_cells, inside_cells, sub_cells = mesh_kernels.met_cells, mesh_kernels.inside_cells, mesh_kernels.sub_cells
-    label_pieces, label_at, around, connect = (
-        mesh_kernels.label_pieces,
-        mesh_kernels.label_at,
-        mesh_kernels.around,
-        mesh_kernels.connect,
-    )
-    join_pieces = staticmethod(cut_everywhere)
 
 
 def test_more_pieces_than_can_be_told_apart_count_as_one() -> None:
