@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from itertools import combinations
 
 from cgla_graph.mission.records import Separation
-from cgla_graph.motion.trajectory import Approach, Disc, Trajectory, closest_approach
+from cgla_graph.motion.trajectory import Approach, Trajectory, closest_approach
+from cgla_graph.motion.trajectory_kernels import Disc
 
 
 class Encounters:

@@ -27,7 +27,8 @@ from cgla_graph.mission.world import union_of
 from cgla_graph.model.cost_model import indexed_area
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.motion.trajectory import Disc, Trajectory
+from cgla_graph.motion.trajectory import Trajectory
+from cgla_graph.motion.trajectory_kernels import Disc
 
 #: A position that rounding put inside a no-fly area is moved out by so many units.
 NUDGE = 1e-9
@@ -118,19 +119,7 @@ class Simulation:
         self._end_tick(collided)
 
     def flight(self, *, interrupted: bool = False) -> Flight:
-        """
-        Return what the mission came to so far.
-
-        Parameters
-        ----------
-        interrupted
-            Whether it ends here although UAVs are still flying; they are then marked so.
-
-        Returns
-        -------
-        flight
-            The flight.
-        """
+        """Return what the mission came to so far; where it is `interrupted`, UAVs that still fly are marked so."""
         events = list(self.events)
         if interrupted:
             events += [Event(self.tick, "interrupted", agent.name) for agent in self._agents if not agent.is_done]
@@ -408,21 +397,7 @@ class Simulation:
 
 
 def fly(mission: Rules, watch: Callable[[int], None] | None = None) -> Flight:
-    """
-    Fly a mission to its end.
-
-    Parameters
-    ----------
-    mission
-        What to fly.
-    watch
-        Called with each tick that is done.
-
-    Returns
-    -------
-    flight
-        What it came to.
-    """
+    """Fly a mission to its end; `watch` is called with each tick that is done."""
     simulation = Simulation(mission)
     while not simulation.is_over:
         before = simulation.tick

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph._validate import finite_number, non_negative_number, number_array, point, point_array, positive_number
+from cgla_graph._validate import finite_number, number_array, point_array, positive_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.motion import trajectory_kernels
+from cgla_graph.motion.trajectory_kernels import NO_DISC, Disc
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,33 +233,6 @@ class Approach:
     where: Point
 
 
-@dataclass(frozen=True)
-class Disc:
-    """
-    A disc, such as the surroundings of a goal.
-
-    Parameters
-    ----------
-    centre
-        ``(x, y)``, map units.
-    radius
-        At least 0, map units; its rim belongs to it.
-
-    Raises
-    ------
-    ProblemError
-        If the centre is not a finite pair or the radius not a finite number of at least 0.
-    """
-
-    centre: Point
-    radius: float
-
-    def __post_init__(self) -> None:
-        """Check both."""
-        object.__setattr__(self, "centre", point("centre", self.centre))
-        object.__setattr__(self, "radius", non_negative_number("radius", self.radius))
-
-
 def closest_approach(a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc] | None = None) -> Approach | None:
     """
     Return the least distance of two motions over all times, not only whole ticks, when both are there.
@@ -289,8 +263,8 @@ def closest_approach(a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc]
     >>> closest_approach(east, Trajectory([11, 20], [(5, 0), (5, 0)])) is None
     True
     """
-    discs = [trajectory_kernels.NO_DISC] * 2 if outside is None else [(*disc.centre, disc.radius) for disc in outside]
-    distance, time = trajectory_kernels.closest(a.times, a.points, b.times, b.points, discs[0], discs[1])
+    mine, theirs = outside or (NO_DISC, NO_DISC)
+    distance, time = trajectory_kernels.closest(a.times, a.points, b.times, b.points, mine, theirs)
     if not math.isfinite(distance):
         return None
     (ax, ay), (bx, by) = a.at(time), b.at(time)

@@ -6,14 +6,27 @@ increasing, and ``points``, shape ``(m, 2)``, map units. Before the first time a
 """
 
 import math
-from typing import Final, TypeAlias
+from typing import Final, NamedTuple
 
 from cgla_graph._kernel import kernel
-from cgla_graph._types import FloatArray
+from cgla_graph._types import FloatArray, Point
 
-#: A disc: x and y of its centre, its radius (below 0: no disc); map units.
-Disc: TypeAlias = tuple[float, float, float]
-NO_DISC: Final = (0.0, 0.0, -1.0)
+
+class Disc(NamedTuple):
+    """
+    A disc, such as the surroundings of a goal; its rim belongs to it.
+
+    Attributes
+    ----------
+    centre, radius
+        Map units; a radius below 0 is no disc.
+    """
+
+    centre: Point
+    radius: float
+
+
+NO_DISC: Final = Disc((0.0, 0.0), -1.0)
 
 
 @kernel
@@ -71,7 +84,7 @@ def inside_disc(x1: float, y1: float, x2: float, y2: float, disc: Disc) -> tuple
     Both are in [0, 1], and 0 or 1 to the last bit where that end is in the disc; the first is greater than the second
     where the point never is.
     """
-    x, y, radius = disc
+    (x, y), radius = disc
     ax, ay, bx, by = x1 - x, y1 - y, x2 - x, y2 - y
     first_in = radius >= 0.0 and ax * ax + ay * ay <= radius * radius
     last_in = radius >= 0.0 and bx * bx + by * by <= radius * radius

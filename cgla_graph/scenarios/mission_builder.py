@@ -1,7 +1,7 @@
 """How the table of a mission file becomes a world, and UAVs with settings."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -9,9 +9,9 @@ from typing import Any
 
 import shapely
 
-from cgla_graph.errors import CglaError, MissionError
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
+from cgla_graph.mission.validate import told
 from cgla_graph.mission.virtual_obstacle import VirtualObstacle
 from cgla_graph.mission.world import Timed, TimedArea, TimedThreat, World
 from cgla_graph.model.lattice import Lattice
@@ -22,16 +22,6 @@ from cgla_graph.scenarios.scenario import ScenarioTable, open_table
 
 #: What a mission that takes a scenario's map may not say again.
 OF_THE_MAP = ("coordinates", "bounds", "improper", "threats", "random_threats", "no_fly")
-
-
-@contextmanager
-def told(place: str) -> Iterator[None]:
-    """Say where a fault is."""
-    try:
-        yield
-    except (ValueError, CglaError) as error:
-        msg = f"{place}: {error}"
-        raise MissionError(msg) from error
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cgla_graph.errors import CglaError, MissionError
+from cgla_graph.errors import MissionError
 from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.validate import told
 from cgla_graph.mission.world import World
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.scenarios.map_tables import read_table
-from cgla_graph.scenarios.mission_builder import MissionBuilder, Variant, told
+from cgla_graph.scenarios.mission_builder import MissionBuilder, Variant
 from cgla_graph.scenarios.mission_tables import MissionTable
 from cgla_graph.scenarios.projection import LocalProjection
 from cgla_graph.scenarios.scenario import ScenarioTable, shipped
@@ -100,13 +101,10 @@ class MissionFile:
         missions = {}
         for name, variant in self.variants.items():
             place = f"{self.where}: variant {name!r}" if name else self.where
-            if given is None:
-                with told(f"{place}: solver"):
-                    planner = build_solver(variant.solver)
-            else:
-                planner = given
+            with told(f"{place}: solver"):
+                built = build_solver(variant.solver) if given is None else given
             with told(place):
-                missions[name] = Mission(self.world, variant.uavs, planner, resolution=self.lattice, **variant.settings)
+                missions[name] = Mission(self.world, variant.uavs, built, resolution=self.lattice, **variant.settings)
         return missions
 
 
@@ -148,10 +146,8 @@ def mission_from_toml(text: str, name: str, *, folder: Path | None = None, where
     0.1
     """
     place = where or name
-    try:
+    with told():
         table = read_table(text, MissionTable, place=place, command=SCHEMA)
-    except CglaError as error:
-        raise MissionError(str(error)) from error
     with told(place):
         builder = MissionBuilder(table, folder or Path())
         world = builder.world()
@@ -196,10 +192,8 @@ def load_mission(name: str | Path) -> MissionFile:
     path = Path(name)
     if path.suffix.lower() != ".toml":
         return mission_from_toml(mission_text(str(name)), str(name))
-    try:
+    with told():
         text = read_text(path, str(path), "a TOML file")
-    except CglaError as error:
-        raise MissionError(str(error)) from error
     return mission_from_toml(text, path.stem, folder=path.parent, where=str(path))
 
 
