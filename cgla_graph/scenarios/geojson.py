@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from shapely.geometry import MultiPolygon, Polygon
 
 from cgla_graph.errors import ScenarioError
-from cgla_graph.scenarios.text_files import read_text
+from cgla_graph.scenarios.text_files import fail, read_text
 
 Position: TypeAlias = tuple[float, float]
 
@@ -124,8 +124,7 @@ def line_feature_collection(path_lonlat: ArrayLike, properties: Mapping[str, obj
         message = f"the path is not an array of numbers ({error}): pass longitudes and latitudes, shape (m, 2)"
         raise ScenarioError(" ".join(message.split())) from error
     if points.ndim != 2 or points.shape[0] < 1 or points.shape[1] != 2:  # noqa: PLR2004 - (m, 2)
-        message = f"the path has shape {points.shape}; (m, 2) with m at least 1 is allowed: pass one row a point"
-        raise ScenarioError(message)
+        fail(f"the path has shape {points.shape}", "(m, 2) with m at least 1", "pass one row a point")
     line = [list(_position(position, f"the path: position {index}")) for index, position in enumerate(points.tolist())]
     geometry = (
         {"type": "LineString", "coordinates": line} if len(line) > 1 else {"type": "Point", "coordinates": line[0]}
@@ -153,22 +152,16 @@ def _features(document: object, file: str) -> list[object]:
     kind = document.get("type") if isinstance(document, dict) else None
     if not isinstance(document, dict) or kind not in ("FeatureCollection", "Feature", *GEOMETRIES):
         found = f"its type is {reprlib.repr(kind)}" if isinstance(document, dict) else "it is no JSON object"
-        message = (
-            f"{file}: not GeoJSON, {found}; FeatureCollection, Feature, Polygon and MultiPolygon are "
-            f"allowed: export the areas as GeoJSON"
-        )
-        raise ScenarioError(message)
+        allowed = "FeatureCollection, Feature, Polygon or MultiPolygon"
+        fail(f"{file}: not GeoJSON, {found}", allowed, "export the areas as GeoJSON")
     if kind == "Feature":
         return [document]
     if kind != "FeatureCollection":
         return [{"type": "Feature", "geometry": document}]
     features = document.get("features")
     if not isinstance(features, list) or not features:
-        message = (
-            f"{file}: the FeatureCollection has features {reprlib.repr(features)}; "
-            f"a list of at least one is allowed: add an area, or leave the file out"
-        )
-        raise ScenarioError(message)
+        wrong = f"{file}: the FeatureCollection has features {reprlib.repr(features)}"
+        fail(wrong, "a list of at least one", "add an area, or leave the file out")
     return features
 
 
@@ -176,17 +169,12 @@ def _area(feature: object, index: int, file: str) -> Area:
     """Return the area of one feature."""
     where = f"{file}: feature {index}"
     if not isinstance(feature, dict) or feature.get("type") != "Feature":
-        found = (
-            f"has the type {reprlib.repr(feature.get('type'))}"
-            if isinstance(feature, dict)
-            else f"is {reprlib.repr(feature)}"
-        )
-        message = f"{where} {found}; every member of features must be an object of type 'Feature': wrap it in one"
-        raise ScenarioError(message)
+        short = reprlib.repr(feature.get("type") if isinstance(feature, dict) else feature)
+        found = f"has the type {short}" if isinstance(feature, dict) else f"is {short}"
+        fail(f"{where} {found}", "in features, only an object of type 'Feature'", "wrap it in one")
     properties = feature.get("properties")
     if not isinstance(properties, dict | None):
-        message = f"{where} has properties {reprlib.repr(properties)}; an object or null is allowed: write {{}}"
-        raise ScenarioError(message)
+        fail(f"{where} has properties {reprlib.repr(properties)}", "an object or null", "write {}")
     for name in ((properties or {}).get("name"), feature.get("id")):
         if isinstance(name, str | int) and str(name).strip():
             return Area(str(name), _geometry(feature.get("geometry"), f"{where} ({reprlib.repr(str(name))})"))
@@ -197,15 +185,11 @@ def _geometry(geometry: object, where: str) -> Polygon | MultiPolygon:
     """Return a valid polygon or several."""
     if not isinstance(geometry, dict):
         found = "no geometry (null)" if geometry is None else f"the geometry {reprlib.repr(geometry)}"
-        message = f"{where} has {found}; Polygon and MultiPolygon are allowed: draw the area, or drop the feature"
-        raise ScenarioError(message)
+        fail(f"{where} has {found}", "Polygon or MultiPolygon", "draw the area, or drop the feature")
     kind = geometry.get("type")
     if kind not in ("Polygon", "MultiPolygon"):
-        message = (
-            f"{where} is of type {reprlib.repr(kind)}; Polygon and MultiPolygon are allowed: drop it, "
-            f"buffer points and lines into polygons, and split a collection into features"
-        )
-        raise ScenarioError(message)
+        remedy = "drop it, buffer points and lines into polygons, and split a collection into features"
+        fail(f"{where} is of type {reprlib.repr(kind)}", "Polygon or MultiPolygon", remedy)
     coordinates = geometry.get("coordinates")
     if kind == "Polygon":
         area: Polygon | MultiPolygon = _polygon(coordinates, where)
@@ -214,11 +198,9 @@ def _geometry(geometry: object, where: str) -> Polygon | MultiPolygon:
         area = MultiPolygon([_polygon(part, f"{where}, polygon {index}") for index, part in parts])
     if not area.is_valid:
         reason = shapely.is_valid_reason(area).replace("[", " at [")
-        message = (
-            f"{where} is no valid area: {reason} (longitude latitude); rings may not cross or overlap: "
-            f"redraw it there, or repair the file with shapely.make_valid"
-        )
-        raise ScenarioError(message)
+        wrong = f"{where} is no valid area: {reason} (longitude latitude)"
+        remedy = "redraw it there, or repair the file with shapely.make_valid"
+        fail(wrong, "only an area whose rings do not cross or overlap", remedy)
     return area
 
 
@@ -235,44 +217,34 @@ def _ring(ring: object, where: str) -> list[Position]:
         for index, position in enumerate(_list(ring, where, "positions"))
     ]
     if len(positions) < SHORTEST_RING:
-        message = (
-            f"{where} has {len(positions)} positions; at least {SHORTEST_RING} are allowed, the last equal "
-            f"to the first: add corners, or drop the ring"
-        )
-        raise ScenarioError(message)
+        allowed = f"at least {SHORTEST_RING}, the last equal to the first,"
+        fail(f"{where} has {len(positions)} positions", allowed, "add corners, or drop the ring")
     if positions[0] != positions[-1]:
-        message = (
-            f"{where} is open: it begins at {positions[0]} and ends at {positions[-1]}; "
-            f"both must be equal: repeat the first position at the end"
-        )
-        raise ScenarioError(message)
+        wrong = f"{where} is open: it begins at {positions[0]} and ends at {positions[-1]}"
+        fail(wrong, "only a closed ring", "repeat the first position at the end")
     return positions
 
 
 def _position(position: object, where: str) -> Position:
     """Return longitude and latitude, both in range; a height behind them is dropped."""
     if not isinstance(position, list) or len(position) < 2:  # noqa: PLR2004 - longitude and latitude
-        message = f"{where} is {reprlib.repr(position)}; [longitude, latitude] is allowed: write two numbers"
-        raise ScenarioError(message)
+        fail(f"{where} is {reprlib.repr(position)}", "[longitude, latitude]", "write two numbers")
     for value, word, most in zip(position, ("longitude", "latitude"), (180, 90), strict=False):
         # A truth value is an int to Python, but no number to JSON. NaN fails the comparison.
         if isinstance(value, bool) or not isinstance(value, int | float) or not -most <= value <= most:
-            message = (
-                f"{where} has the {word} {reprlib.repr(value)}; a number in [-{most}, {most}] is allowed: "
-                f"give degrees (WGS84), longitude first"
-            )
-            raise ScenarioError(message)
+            wrong = f"{where} has the {word} {reprlib.repr(value)}"
+            fail(wrong, f"a number in [-{most}, {most}]", "give degrees (WGS84), longitude first")
     return float(position[0]), float(position[1])
 
 
 def _list(value: object, where: str, what: str) -> list[object]:
     """Return a list that is not empty."""
     if not isinstance(value, list) or not value:
-        message = (
-            f"{where} has {reprlib.repr(value)} for its {what}; a list of at least one is allowed: "
-            f"write its {what}, or drop it"
+        fail(
+            f"{where} has {reprlib.repr(value)} for its {what}",
+            "a list of at least one",
+            f"write its {what}, or drop it",
         )
-        raise ScenarioError(message)
     return value
 
 
@@ -286,10 +258,7 @@ def _plain(value: object, where: str) -> object:
         return value
     if isinstance(value, Mapping):
         return {str(key): _plain(item, where) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item, where) for item in value]
-    message = (
-        f"{where} holds the type {type(value).__name__}; text, numbers, truth values, None, lists and mappings "
-        f"are allowed: convert it"
-    )
-    raise ScenarioError(message)
+    if not isinstance(value, list | tuple):
+        allowed = "only text, numbers, truth values, None, lists or mappings of these"
+        fail(f"{where} holds the type {type(value).__name__}", allowed, "convert it")
+    return [_plain(item, where) for item in value]

@@ -6,7 +6,6 @@ of the file, so y grows downward.
 """
 
 from dataclasses import dataclass
-from typing import NoReturn
 
 import numpy as np
 import shapely
@@ -15,7 +14,7 @@ from scipy.sparse import csgraph
 from shapely.geometry import MultiPolygon, Polygon
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
-from cgla_graph.errors import ScenarioError
+from cgla_graph.scenarios.text_files import fail
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +48,8 @@ class GridMap:
         """Copy the cells, so that neither the caller's array nor the map can change the other."""
         blocked = np.array(self.blocked, dtype=np.bool_, order="C")
         if blocked.ndim != 2 or blocked.size == 0:  # noqa: PLR2004 - a grid
-            allowed = "(height, width) with at least one cell"
-            wrong = f"blocked has shape {blocked.shape}"
-            fail(f"map {self.name!r}", wrong, allowed, "pass one truth value a cell")
+            wrong = f"map {self.name!r}: blocked has shape {blocked.shape}"
+            fail(wrong, "(height, width) with at least one cell", "pass one truth value a cell")
         blocked.flags.writeable = False
         object.__setattr__(self, "blocked", blocked)
 
@@ -129,9 +127,8 @@ class GridMap:
         sizes = np.bincount(labels.ravel())
         sizes[0] = 0
         if sizes.max() < 2:  # noqa: PLR2004 - a pair
-            wrong = "no two free cells share a side, so there is no start and goal to choose"
-            allowed = "a region of at least two free cells"
-            fail(f"map {self.name!r}", wrong, allowed, "give a map with more free cells")
+            wrong = f"map {self.name!r}: no two free cells share a side, so there is no start and goal to choose"
+            fail(wrong, "a region of at least two free cells", "give a map with more free cells")
         region = labels == np.argmax(sizes)
         first = _farthest(region, int(np.argmax(region)))
         cells = [divmod(cell, region.shape[1]) for cell in (first, _farthest(region, first))]
@@ -139,18 +136,12 @@ class GridMap:
         return here, there
 
 
-def fail(where: str, wrong: str, allowed: str, remedy: str) -> NoReturn:
-    """Raise the error that says where and what is wrong, what is allowed, and what to do."""
-    message = f"{where}: {wrong}; {allowed} is allowed: {remedy}"
-    raise ScenarioError(" ".join(message.split()))
-
-
 def check_on_map(grid: GridMap, column: int, row: int, what: str, remedy: str) -> None:
     """Check that a cell is on a map."""
     height, width = grid.blocked.shape
     if not (0 <= column < width and 0 <= row < height):
-        wrong = f"{what} (column {column}, row {row}) is not on it"
-        fail(f"map {grid.name!r}", wrong, f"column 0 to {width - 1} and row 0 to {height - 1}", remedy)
+        wrong = f"map {grid.name!r}: {what} (column {column}, row {row}) is not on it"
+        fail(wrong, f"column 0 to {width - 1} and row 0 to {height - 1}", remedy)
 
 
 def _rectangles(blocked: BoolArray) -> FloatArray:

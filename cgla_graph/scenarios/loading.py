@@ -11,16 +11,16 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
-from cgla_graph._validate import point
+from cgla_graph._validate import four_numbers, point
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.grid_map import GridMap
-from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, widened
+from cgla_graph.scenarios.lonlat_box import bounds_of, box_around
+from cgla_graph.scenarios.map_tables import NoFlyTable
 from cgla_graph.scenarios.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
-from cgla_graph.scenarios.projection import LocalProjection, project_area, projected_bounds
-from cgla_graph.scenarios.scenario import Scenario, load_scenario
+from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, load_scenario, scenario_of
 
 #: The complete graph of a grid map joins its cells up to this many; a larger map gets a lattice of 50 a side.
 MOST_CELLS = 6000
@@ -110,34 +110,23 @@ def _moved(scenario: Scenario, start: Point | None, goal: Point | None) -> Scena
 
 def _areas_scenario(path: Path, start: Point | None, goal: Point | None, given: Bounds | None) -> Scenario:
     """Make no-fly areas of the polygons of a GeoJSON file."""
-    areas: list[BaseGeometry] = [area.polygon for area in read_areas(path)]
-    around = box_around(shapely.get_coordinates(areas))
-    west, south, east, north = bounds_of(around)
+    areas = read_areas(path)
+    west, south, east, north = bounds_of(box_around(shapely.get_coordinates([area.polygon for area in areas])))
     try:
-        ends = point("start", start or (west, south)), point("goal", goal or (east, north))
-        named = list(zip(("start", "goal"), ends, strict=True))
-        box = widened(around, named) if given is None else box_of(given)
-        for end in named:
-            require_inside(*end, box)
-        projection = LocalProjection.between(*ends)
-        begin, end = projection.forward(ends).tolist()
-        bounds = projected_bounds(box, projection)
-        problem = Problem(
-            start=begin,
-            goal=end,
-            bounds=bounds,
-            no_fly=shapely.GeometryCollection([project_area(area, projection) for area in areas]),
+        table = ScenarioTable(
+            title=f"{len(areas)} no-fly areas of {path.name}",
+            coordinates="lonlat",
+            start=list(point("start", start or (west, south))),
+            goal=list(point("goal", goal or (east, north))),
+            k=0.0,
+            bounds=None if given is None else list(four_numbers("bounds", given)),
+            no_fly=NoFlyTable(geojson=[path.name]),
         )
     except CglaError as error:
         msg = f"{path}: {error}"
         raise ScenarioError(msg) from error
-    return Scenario(
-        name=path.stem,
-        title=f"{len(areas)} no-fly areas of {path.name}",
-        problem=problem,
-        lattice=_even_lattice(bounds, 900),
-        projection=projection,
-    )
+    scenario = scenario_of(table, path.parent, path.stem, str(path))
+    return dataclasses.replace(scenario, lattice=_even_lattice(scenario.problem.bounds, 900))
 
 
 def _even_lattice(bounds: tuple[float, float, float, float], n_points: int) -> Lattice:

@@ -14,8 +14,8 @@ from reprlib import repr as short
 
 import numpy as np
 
-from cgla_graph.scenarios.grid_map import GridMap, check_on_map, fail
-from cgla_graph.scenarios.text_files import read_text
+from cgla_graph.scenarios.grid_map import GridMap, check_on_map
+from cgla_graph.scenarios.text_files import fail, read_text
 
 FREE = ".GS"
 BLOCKED = "@OTW"
@@ -95,10 +95,10 @@ def read_map(path: str | os.PathLike[str]) -> GridMap:
     for number, row in enumerate(rows[:height], start=len(HEADER) + 1):
         _check_cells(row, width, f"{file}, line {number}")
     if len(rows) != height:
-        where = f"{file}, line {len(HEADER) + min(len(rows), height) + 1}"
+        line = len(HEADER) + min(len(rows), height) + 1
         wrong, remedy = ("ends too early", "restore") if len(rows) < height else ("goes on too long", "drop")
-        wrong = f"the map {wrong}: it has {len(rows)} rows"
-        fail(where, wrong, f"exactly {height}", f"{remedy} rows, or correct the height")
+        wrong = f"{file}, line {line}: the map {wrong}: it has {len(rows)} rows"
+        fail(wrong, f"exactly {height}", f"{remedy} rows, or correct the height")
     cells = np.array([list(row) for row in rows])
     return GridMap(Path(path).name.removesuffix(".map"), np.isin(cells, list(BLOCKED)))
 
@@ -131,10 +131,10 @@ def read_scenario_rows(path: str | os.PathLike[str]) -> list[GridRow]:
     file = repr(os.fspath(path))
     lines = _lines(path, file)
     if not re.fullmatch(r"version\s+1(\.0*)?", lines[0]):
-        fail(f"{file}, line 1", f"the version is {short(lines[0])}", "'version 1'", "write that line")
+        fail(f"{file}, line 1: the version is {short(lines[0])}", "'version 1'", "write that line")
     numbered = [(number, line) for number, line in enumerate(lines[1:], start=2) if line]
     if not numbered:
-        fail(f"{file}, line 2", "there is no row", "at least one", "add a start and a goal")
+        fail(f"{file}, line 2: there is no row", "at least one", "add a start and a goal")
     return [_row(line, index, f"{file}, line {number}") for index, (number, line) in enumerate(numbered)]
 
 
@@ -172,7 +172,7 @@ def map_beside(scen_path: str | os.PathLike[str], row: GridRow) -> Path:
     found = [scen.parent / name for name in names if _is_file(scen.parent / name)]
     if not found:
         wrong = f"row {row.index} names the map {short(row.map_name)}, which is not in the same folder"
-        fail(repr(os.fspath(scen_path)), wrong, " or ".join(map(short, names)), "put the map there")
+        fail(f"{os.fspath(scen_path)!r}: {wrong}", " or ".join(map(short, names)), "put the map there")
     return found[0]
 
 
@@ -206,12 +206,12 @@ def check_row(row: GridRow, grid: GridMap) -> None:
     height, width = grid.blocked.shape
     if (row.width, row.height) != (width, height):
         wrong = f"row {row.index} is for a map of {row.width} columns and {row.height} rows"
-        fail(where, wrong, f"the size of this map, {width} and {height},", remedy)
+        fail(f"{where}: {wrong}", f"the size of this map, {width} and {height},", remedy)
     for word, (column, line) in (("start", row.start), ("goal", row.goal)):
         what = f"the {word} of row {row.index}"
         check_on_map(grid, column, line, what, remedy)
         if grid.blocked[line, column]:
-            fail(where, f"{what} (column {column}, row {line}) is blocked", "a free cell", remedy)
+            fail(f"{where}: {what} (column {column}, row {line}) is blocked", "a free cell", remedy)
 
 
 def _is_file(path: Path) -> bool:
@@ -237,7 +237,7 @@ def _header(lines: list[str], file: str) -> tuple[int, int]:
         numbers = [int(text) for text in match.groups()] if match else [0]
         if 0 in numbers:
             remedy = f"write the lines {', '.join(HEADER)}, with numbers of at least 1"
-            fail(f"{file}, line {number}", f"the header has {short(line)}", repr(allowed), remedy)
+            fail(f"{file}, line {number}: the header has {short(line)}", repr(allowed), remedy)
         found.extend(numbers)
     height, width = found
     return height, width
@@ -247,11 +247,11 @@ def _check_cells(row: str, width: int, where: str) -> None:
     """Check one row of a map."""
     unknown = re.search(f"[^{FREE}{BLOCKED}]", row)
     if unknown:
-        where = f"{where}, column {unknown.start() + 1}"
+        wrong = f"{where}, column {unknown.start() + 1}: {unknown.group()!a} is no cell"
         allowed = f"one of {', '.join(FREE)} (free) and {', '.join(BLOCKED)} (blocked)"
-        fail(where, f"{unknown.group()!a} is no cell", allowed, "replace it by one of these")
+        fail(wrong, allowed, "replace it by one of these")
     if len(row) != width:
-        fail(where, f"the row has {len(row)} cells", f"exactly {width}", "correct the row, or the width")
+        fail(f"{where}: the row has {len(row)} cells", f"exactly {width}", "correct the row, or the width")
 
 
 def _row(line: str, index: int, where: str) -> GridRow:
@@ -260,8 +260,8 @@ def _row(line: str, index: int, where: str) -> GridRow:
     # A name may hold blanks where tabs divide the columns.
     fields = line.split("\t") if line.count("\t") == len(columns) - 1 else line.split()
     if len(fields) != len(columns):
-        wrong = f"the row has {len(fields)} columns"
-        fail(where, wrong, f"exactly {len(columns)}", f"write {COLUMNS}, with tabs between them")
+        wrong = f"{where}: the row has {len(fields)} columns"
+        fail(wrong, f"exactly {len(columns)}", f"write {COLUMNS}, with tabs between them")
     numbers = [_count(fields[at], f"{where}, column {at + 1}", columns[at]) for at in (0, 2, 3, 4, 5, 6, 7)]
     bucket, width, height, *cells = numbers
     try:
@@ -269,8 +269,8 @@ def _row(line: str, index: int, where: str) -> GridRow:
     except ValueError:
         length = math.nan
     if not 0.0 <= length < math.inf:
-        wrong, allowed = f"the optimal length is {short(fields[8])}", "a finite number of at least 0"
-        fail(f"{where}, column 9", wrong, allowed, "correct that column")
+        wrong = f"{where}, column 9: the optimal length is {short(fields[8])}"
+        fail(wrong, "a finite number of at least 0", "correct that column")
     start, goal = (cells[0], cells[1]), (cells[2], cells[3])
     return GridRow(index, bucket, fields[1].strip(), width, height, start, goal, length)
 
@@ -278,5 +278,5 @@ def _row(line: str, index: int, where: str) -> GridRow:
 def _count(text: str, where: str, what: str) -> int:
     """Return a whole number of at least 0."""
     if not re.fullmatch(r"[0-9]{1,9}", text.strip()):
-        fail(where, f"the {what} is {short(text)}", "a whole number of at least 0", "correct that column")
+        fail(f"{where}: the {what} is {short(text)}", "a whole number of at least 0", "correct that column")
     return int(text)

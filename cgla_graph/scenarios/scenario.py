@@ -178,7 +178,7 @@ def scenario_from_toml(text: str, name: str, *, folder: Path | None = None, wher
     3.0
     """
     place = where or name
-    return _build(read_table(text, ScenarioTable, place=place, command=SCHEMA), folder or Path(), name, place)
+    return scenario_of(read_table(text, ScenarioTable, place=place, command=SCHEMA), folder or Path(), name, place)
 
 
 def shipped() -> list[str]:
@@ -228,7 +228,7 @@ def load_scenario(
     except CglaError as error:
         msg = f"{path}: {error}"
         raise ScenarioError(msg) from error
-    return _build(table, path.parent, path.stem, str(path), changes)
+    return scenario_of(table, path.parent, path.stem, str(path), changes)
 
 
 def open_table(name: str | Path) -> ScenarioTable:
@@ -268,10 +268,18 @@ def shipped_text(name: str) -> str:
     return SHIPPED.text(name, shipped())
 
 
-def _build(
+def scenario_of(
     table: ScenarioTable, folder: Path, name: str, place: str, changes: Mapping[str, list[float]] | None = None
 ) -> Scenario:
-    """Return the scenario of a checked table, some of its keys changed; error messages call its file `place`."""
+    """
+    Return the scenario of a checked table, some of its keys changed; error messages call its file `place`.
+
+    Examples
+    --------
+    >>> table = ScenarioTable(start=[0.0, 0.0], goal=[1.0, 1.0], k=3.0)
+    >>> scenario_of(table, Path(), "mine", "mine.toml").problem.k
+    3.0
+    """
     try:
         if changes:
             threats = [*table.threats, *MapBuilder(table, folder).drawn()]

@@ -1,7 +1,8 @@
-"""Reading text files: one place for all that can go wrong."""
+"""Reading text files: one place for all that can go wrong, and one form in which a fault is told."""
 
 import os
 from pathlib import Path
+from typing import NoReturn
 
 from cgla_graph.errors import ScenarioError
 
@@ -34,4 +35,10 @@ def read_text(path: str | os.PathLike[str], file: str, what: str) -> str:
         message = f"{file}: byte {error.start} is not UTF-8: give {what} saved as UTF-8 text"
     except ValueError as error:
         message = f"{file}: no file has such a name ({error}): check the name"
+    raise ScenarioError(" ".join(message.split()))
+
+
+def fail(wrong: str, allowed: str, remedy: str) -> NoReturn:
+    """Raise the error that says in one line what is wrong and where, what is allowed, and what to do."""
+    message = f"{wrong}; {allowed} is allowed: {remedy}"
     raise ScenarioError(" ".join(message.split()))
