@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cgla_graph.comparisons.study.rows import summaries as summaries
     from cgla_graph.comparisons.study.runner import Run as Run
     from cgla_graph.comparisons.study.runner import compare as compare
-    from cgla_graph.comparisons.study.stored import load as load
+    from cgla_graph.comparisons.study.store import load as load
     from cgla_graph.comparisons.study.study import Study as Study
 
 _HOMES = {
@@ -21,7 +21,7 @@ _HOMES = {
     "Run": ("study.runner", "Run"),
     "Study": ("study.study", "Study"),
     "compare": ("study.runner", "compare"),
-    "load": ("study.stored", "load"),
+    "load": ("study.store", "load"),
     "performances": ("leaderboard.performance", "performances"),
     "rows_of": ("study.rows", "rows_of"),
     "run_study": ("study.execution", "run_study"),

@@ -35,7 +35,7 @@ def make_folder(folder: Path) -> Path:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise _cannot_write(folder, error) from error
+        raise cannot_write(folder, error) from error
     return folder
 
 
@@ -64,7 +64,7 @@ def write_bytes(path: Path, data: bytes) -> Path:
                 part.unlink(missing_ok=True)
             raise
     except OSError as error:
-        raise _cannot_write(path, error) from error
+        raise cannot_write(path, error) from error
     return path
 
 
@@ -84,13 +84,17 @@ def locked(path: Path) -> FileLock:
         msg = f"{path}: another process writes this study; wait for it, or choose another folder (--out)"
         raise OutputError(msg) from error
     except OSError as error:
-        raise _cannot_write(path, error) from error
+        raise cannot_write(path, error) from error
     return lock
 
 
-def _cannot_write(path: Path, error: OSError) -> OutputError:
-    remedy = "make room, or choose another folder" if error.errno == errno.ENOSPC else "choose another folder"
-    return OutputError(f"{path}: cannot be written: {error.strerror or error}; {remedy} (--out)")
+def cannot_write(path: Path, error: OSError, *, is_kept: bool = False) -> OutputError:
+    """Say in one line why a file cannot be written, and what to do; `is_kept`: what was in it before still is."""
+    remedy = "choose another folder (--out)"
+    if error.errno == errno.ENOSPC:
+        kept = "what was done is kept: make room, and go on (--resume)"
+        remedy = kept if is_kept else f"make room, or {remedy}"
+    return OutputError(f"{path}: cannot be written: {error.strerror or error}; {remedy}")
 
 
 class RowLog:
@@ -108,7 +112,7 @@ class RowLog:
             # unbuffered: what is added is on the disk, and closing has nothing left to write
             self._file = self._part.open("wb", buffering=0)
         except OSError as error:
-            raise _cannot_write(self._part, error) from error
+            raise cannot_write(self._part, error) from error
 
     def __enter__(self) -> Self:
         """Return the log itself."""
@@ -132,7 +136,7 @@ class RowLog:
         try:
             _add(self._file, json_lines([row]))
         except OSError as error:
-            raise _cannot_write(self._part, error) from error
+            raise cannot_write(self._part, error) from error
 
     def finish(self, rows: Iterable[Mapping[str, Any]]) -> Path:
         """Write the rows with what is only known at the end, under their final name."""
@@ -142,20 +146,20 @@ class RowLog:
         return path
 
 
-def append_line(path: Path, line: str) -> None:
+def append_lines(path: Path, lines: Sequence[str]) -> None:
     """
-    Append a line to a file, which is made if it is not there.
+    Append lines to a file, which is made if it is not there.
 
     Raises
     ------
     OutputError
-        If the disk is full or gone; the lines before it stay, none is cut in two.
+        If the disk is full or gone; the lines before them stay, and none is cut in two.
     """
     try:
         with path.open("ab", buffering=0) as file:
-            _add(file, f"{line}\n")
+            _add(file, "".join(f"{line}\n" for line in lines))
     except OSError as error:
-        raise _cannot_write(path, error) from error
+        raise cannot_write(path, error, is_kept=True) from error
 
 
 def _add(file: io.FileIO, text: str) -> None:

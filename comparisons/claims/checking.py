@@ -1,20 +1,18 @@
 """The study of claims: experiments are made on maps, then claims are checked on what they measured."""
 
 import time
-from collections import deque
-from collections.abc import Generator, Iterable, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from typing import Any
 
 from cgla_graph.comparisons.claims import catalogue
-from cgla_graph.comparisons.claims.claim import Claim, Finding, Verdict, finding_document, finding_from
+from cgla_graph.comparisons.claims.claim import Claim, Finding, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
-from cgla_graph.comparisons.claims.store import Measured, Store
-from cgla_graph.comparisons.study.execution import limits_where, made
-from cgla_graph.comparisons.workers.limits import Limits, lost
-from cgla_graph.comparisons.workers.pool import Call, Outcome, limited
+from cgla_graph.comparisons.claims.store import FINDING, SAMPLE, Found, Measured, Store
+from cgla_graph.comparisons.workers.limits import Limits, Outcome, limited, lost
+from cgla_graph.comparisons.workers.tasks import Key, Results, Task, run_tasks
 
 #: What one map of an experiment, or one check, may take.
 LIMITS = Limits(seconds=1800.0)
@@ -56,8 +54,7 @@ class Step:
 
 def count_steps(claims: Sequence[Claim], store: Store) -> int:
     """Count the steps that are left to do."""
-    agenda = _Agenda.of(claims, store, LIMITS)
-    return len(agenda.samples) + sum(claim.id not in store.findings for claim in claims)
+    return sum(task.key not in store for task in claim_tasks(claims, store))
 
 
 def check_claims(
@@ -77,7 +74,7 @@ def check_claims(
     store
         Where all goes as it comes, and what is done already; it also says how much is asked for.
     workers, scheduler
-        As `cgla_graph.comparisons.study.execution.made` takes them.
+        As `run_tasks` takes them.
 
     Yields
     ------
@@ -98,99 +95,89 @@ def check_claims(
     >>> [step.result.finding.verdict.label for step in steps]
     ['refuted']
     """
-    limits = limits_where(LIMITS, workers=workers, scheduler=scheduler)
-    agenda = _Agenda.of(claims, store, limits)
-    yield from agenda.known()
-    modules = [f"cgla_graph.comparisons.claims.paper.{name}" for name in (*catalogue.TOPICS, *catalogue.EXPERIMENTS)]
-    with closing(made(agenda.next_call, limits, workers=workers, scheduler=scheduler, preload=modules)) as outcomes:
-        for call, outcome in outcomes:
-            yield agenda.take(call, outcome)
+    by_id = {claim.id: claim for claim in claims}
+    for claim in claims:
+        if (FINDING, claim.id) in store:
+            yield Step(claim.id, _result(claim, store[FINDING, claim.id], store))
+    modules = [f"cgla_graph.comparisons.claims.paper.{name}" for name in catalogue.TOPICS]
+    how: dict[str, Any] = {"limits": LIMITS, "workers": workers, "scheduler": scheduler, "preload": modules}
+    with closing(run_tasks(claim_tasks(claims, store), store, **how)) as results:
+        for task, result in results:
+            if isinstance(result, Found):
+                yield Step(task.key[1], _result(by_id[task.key[1]], result, store))
+            else:
+                yield Step(f"{task.key[1]}: map {task.key[2]}")
 
 
-@dataclass(eq=False)
-class _Agenda:
-    """What is left to do: checks that need no samples come first, then samples, each check as soon as it can."""
+def claim_tasks(claims: Sequence[Claim], store: Store) -> list[Task]:
+    """List checks, those that need no samples first of what is ready, and the samples that they need."""
+    checks = [Task((FINDING, one.id), _check, _evidence(one, store), _found, _samples_of(one, store)) for one in claims]
+    samples = dict.fromkeys(key for task in checks for key in task.needs)
+    return [*checks, *(Task(key, _sample, key[1:], _measured) for key in samples)]
 
-    store: Store
-    limits: Limits
-    claims: Mapping[str, Claim]
-    #: seeds of maps by experiment
-    maps: Mapping[str, range]
-    samples: deque[tuple[str, int]] = field(default_factory=deque)
-    #: claims whose check has not begun
-    waiting: list[Claim] = field(default_factory=list)
 
-    @classmethod
-    def of(cls, claims: Sequence[Claim], store: Store, limits: Limits) -> "_Agenda":
-        known, scale = catalogue.experiments(), store.scale
-        needed = dict.fromkeys(name for claim in claims for name in claim.experiments)
-        maps = {name: scale.map_seeds(known[name].maps(scale.maps, quick=scale.quick)) for name in needed}
-        agenda = cls(store, limits, {claim.id: claim for claim in claims}, maps)
-        agenda.samples.extend(
-            (name, seed) for name, seeds in maps.items() for seed in seeds if (name, seed) not in store.samples
-        )
-        agenda.waiting.extend(claim for claim in claims if claim.id not in store.findings)
-        return agenda
+def _samples_of(claim: Claim, store: Store) -> list[Key]:
+    return [(SAMPLE, name, seed) for name in claim.experiments for seed in _seeds(name, store)]
 
-    def known(self) -> Iterable[Step]:
-        """Yield what an earlier session found."""
-        for claim in self.claims.values():
-            if claim.id in self.store.findings:
-                yield Step(claim.id, self._result(claim, self.store.findings[claim.id]))
 
-    def next_call(self) -> Call | None:
-        for claim in self.waiting:
-            if all((name, seed) in self.store.samples for name in claim.experiments for seed in self.maps[name]):
-                self.waiting.remove(claim)
-                samples = {name: self._samples(name) for name in claim.experiments}
-                return Call(claim.id, _check, (claim.id, Evidence(self.store.scale, samples), self.limits))
-        if self.samples:
-            name, seed = self.samples.popleft()
-            return Call((name, seed), _sample, (name, seed, self.limits))
-        return None
+def _seeds(experiment: str, store: Store) -> range:
+    """Return the seeds of the maps of an experiment."""
+    scale = store.scale
+    return scale.map_seeds(catalogue.experiments()[experiment].maps(scale.maps, quick=scale.quick))
 
-    def _samples(self, name: str) -> Samples:
-        measured = {seed: self.store.samples[name, seed] for seed in self.maps[name]}
-        records: list[Record] = [{**record, "map": seed} for seed, one in measured.items() for record in one.records]
-        return Samples(records, {seed: one.failed for seed, one in measured.items() if one.failed})
 
-    def take(self, call: Call, outcome: Outcome) -> Step:
-        """Keep what a call brought."""
-        reason = "" if outcome.failure is None else ": ".join(filter(None, lost(outcome, self.limits)[1:]))
-        if isinstance(call.key, tuple):
-            name, seed = call.key
-            self.store.add_sample(name, seed, Measured(outcome.value or [], reason))
-            return Step(f"{name}: map {seed}")
-        claim = self.claims[str(call.key)]
-        document = outcome.value
-        if reason:
-            document = finding_document(Finding(Verdict.MISSING, reason)) | {"seconds": 0.0}
-            result = self._result(claim, document)
-        else:
-            self.store.add_finding(claim.id, document)
-            result = self._result(claim, self.store.findings[claim.id])
-        return Step(claim.id, result)
+def _evidence(claim: Claim, store: Store) -> Any:  # noqa: ANN401 - arguments of a task
+    def arguments(done: Results) -> tuple[str, Evidence]:
+        samples = {}
+        for name in claim.experiments:
+            measured: dict[int, Measured] = {key[2]: one for key, one in done.items() if key[1] == name}
+            records: list[Record] = [{**one, "map": seed} for seed, of in measured.items() for one in of.records]
+            samples[name] = Samples(records, {seed: of.failed for seed, of in measured.items() if of.failed})
+        return claim.id, Evidence(store.scale, samples)
 
-    def _result(self, claim: Claim, document: Mapping[str, Any]) -> Result:
-        failed = {name: self._samples(name).failed for name in claim.experiments}
-        return Result(
-            claim,
-            finding_from(document),
-            float(document["seconds"]),
-            {name: len(self.maps[name]) for name in claim.experiments},
-            {name: f"{len(of)}: {next(iter(of.values()))}" for name, of in failed.items() if of},
-        )
+    return arguments
+
+
+def _reason(outcome: Outcome, limits: Limits) -> str:
+    return "" if outcome.failure is None else ": ".join(filter(None, lost(outcome, limits)[1:]))
+
+
+def _measured(outcome: Outcome, limits: Limits, _: Results) -> Measured:
+    return Measured(outcome.value or [], _reason(outcome, limits))
+
+
+def _found(outcome: Outcome, limits: Limits, _: Results) -> Found:
+    if outcome.failure is not None:
+        return Found(Finding(Verdict.MISSING, _reason(outcome, limits)))
+    return Found(*outcome.value)
+
+
+def _result(claim: Claim, found: Found, store: Store) -> Result:
+    failed = {
+        name: [one.failed for seed in _seeds(name, store) if (one := store[SAMPLE, name, seed]).failed]
+        for name in claim.experiments
+    }
+    return Result(
+        claim,
+        found.finding,
+        found.seconds,
+        {name: len(_seeds(name, store)) for name in claim.experiments},
+        {name: f"{len(reasons)}: {reasons[0]}" for name, reasons in failed.items() if reasons},
+    )
+
+
+# ---- in a worker ----
 
 
 def _sample(name: str, seed: int, limits: Limits) -> list[Record]:
-    """Make an experiment on one map, in a worker."""
+    """Make an experiment on one map."""
     with limited(limits.seconds, limits.megabytes):
         return [dict(record) for record in catalogue.experiments()[name].sample(seed)]
 
 
-def _check(claim: str, evidence: Evidence, limits: Limits) -> dict[str, Any]:
-    """Check a claim, in a worker."""
+def _check(claim: str, evidence: Evidence, limits: Limits) -> tuple[Finding, float]:
+    """Check a claim."""
     began = time.perf_counter()
     with limited(limits.seconds, limits.megabytes):
         finding = catalogue.claims()[claim].check(evidence)
-    return finding_document(finding) | {"seconds": time.perf_counter() - began}
+    return finding, time.perf_counter() - began

@@ -97,10 +97,8 @@ def check_all(request: Request) -> Checked:
 
     Raises
     ------
-    ClaimError
-        If the folder holds a study, and the request does not say what to do with it.
     OutputError
-        If a file cannot be written.
+        If a file cannot be written, or the folder holds a study and the request does not say what to do with it.
     """
     done = Checked()
     workers, scheduler = request.workers, request.scheduler
@@ -113,7 +111,7 @@ def check_all(request: Request) -> Checked:
                         if step.result is not None:
                             done.results.append(step.result)
                         tick(step.what)
-                with closing(make_artefacts(request.artefacts, workers=workers, scheduler=scheduler)) as made:
+                with closing(make_artefacts(request.artefacts, store, workers=workers, scheduler=scheduler)) as made:
                     for shown in made:
                         done.shown.append(shown)
                         tick(shown.artefact.label)

@@ -1,14 +1,14 @@
 """Making figures and tables: each in a worker, as all that takes long."""
 
-from collections import deque
 from collections.abc import Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from typing import Any
 
 from cgla_graph.comparisons.claims.artefact import MODULES, Artefact, Comparison, Picture, artefacts
-from cgla_graph.comparisons.study.execution import limits_where, made
-from cgla_graph.comparisons.workers.limits import Limits, lost
-from cgla_graph.comparisons.workers.pool import Call, limited
+from cgla_graph.comparisons.claims.store import FIGURE, Drawn, Store
+from cgla_graph.comparisons.workers.limits import Limits, Outcome, limited, lost
+from cgla_graph.comparisons.workers.tasks import Results, Task, run_tasks
 
 #: What one artefact may take.
 LIMITS = Limits()
@@ -34,7 +34,9 @@ class Shown:
     failed: str = ""
 
 
-def make_artefacts(wanted: Sequence[Artefact], *, workers: int = 1, scheduler: str | None = None) -> Generator[Shown]:
+def make_artefacts(
+    wanted: Sequence[Artefact], store: Store, *, workers: int = 1, scheduler: str | None = None
+) -> Generator[Shown]:
     """
     Draw figures and fill tables.
 
@@ -42,28 +44,30 @@ def make_artefacts(wanted: Sequence[Artefact], *, workers: int = 1, scheduler: s
     ----------
     wanted
         Which.
+    store
+        Where they go as they come, and what is drawn already.
     workers, scheduler
-        As `cgla_graph.comparisons.study.execution.made` takes them.
+        As `run_tasks` takes them.
 
     Yields
     ------
     shown
-        As soon as it is made; one that fails says why.
+        As soon as it is made, those of the store first; one that fails says why.
     """
-    limits = limits_where(LIMITS, workers=workers, scheduler=scheduler)
-    calls = deque(Call(artefact.label, _make, (artefact.label, limits)) for artefact in wanted)
     by_label = {artefact.label: artefact for artefact in wanted}
+    for artefact in wanted:
+        if (FIGURE, artefact.label) in store:
+            yield Shown(artefact, *store[FIGURE, artefact.label])
+    tasks = [Task((FIGURE, artefact.label), _make, (artefact.label,), _drawn) for artefact in wanted]
     modules = [f"cgla_graph.comparisons.claims.paper.{name}" for name in MODULES]
+    how: dict[str, Any] = {"limits": LIMITS, "workers": workers, "scheduler": scheduler, "preload": modules}
+    with closing(run_tasks(tasks, store, **how)) as results:
+        for task, drawn in results:
+            yield Shown(by_label[task.key[1]], *drawn)
 
-    def next_call() -> Call | None:
-        return calls.popleft() if calls else None
 
-    if not calls:
-        return
-    with closing(made(next_call, limits, workers=workers, scheduler=scheduler, preload=modules)) as outcomes:
-        for call, outcome in outcomes:
-            reason = "" if outcome.failure is None else lost(outcome, limits)[1]
-            yield Shown(by_label[str(call.key)], outcome.value, reason)
+def _drawn(outcome: Outcome, limits: Limits, _: Results) -> Drawn:
+    return Drawn(outcome.value, "" if outcome.failure is None else lost(outcome, limits)[1])
 
 
 def _make(label: str, limits: Limits) -> Picture | Comparison:

@@ -1,24 +1,26 @@
-"""What a study of claims has measured and found so far: one JSON line each, on the disk before the next one begins."""
+"""What a study of claims has measured, found and drawn so far: one JSON line each, of the code that is running."""
 
 import hashlib
-import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from functools import cache
 from pathlib import Path
-from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 import cgla_graph
+from cgla_graph.comparisons.claims.artefact import Comparison, Picture, TableRow
+from cgla_graph.comparisons.claims.claim import Finding, Verdict, finding_document, finding_from
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.experiment import Record
-from cgla_graph.comparisons.files import append_line, locked, make_folder
-from cgla_graph.errors import ClaimError, OutputError
+from cgla_graph.comparisons.store import Line, Log, understood
+from cgla_graph.comparisons.workers.tasks import Key
+from cgla_graph.errors import ClaimError
 
-#: The file's name.
-FILE = "claims.jsonl"
-#: The kinds of lines.
-_SAMPLE, _FINDING = "sample", "finding"
+#: The file's name, and what its first line says.
+FILE, _WHAT = "claims.jsonl", "claims"
+#: The kinds of lines, and of tasks.
+SAMPLE, FINDING, FIGURE = "sample", "finding", "figure"
 
 
 class Measured(NamedTuple):
@@ -28,12 +30,26 @@ class Measured(NamedTuple):
     failed: str = ""
 
 
+class Found(NamedTuple):
+    """What a check found, and how long it took; without a verdict, it is tried again when the study goes on."""
+
+    finding: Finding
+    seconds: float = 0.0
+
+
+class Drawn(NamedTuple):
+    """What came of a figure or table, or why there is none."""
+
+    content: Picture | Comparison | None
+    failed: str = ""
+
+
 class Store:
     """
     The one writer of a study's file (``claims.jsonl``); a context manager, which holds its lock.
 
     What was measured by other code than today's is not taken up again: a line counts only if it has the fingerprint of
-    the sources that are running. Findings depend on the scale as well.
+    the sources that are running. Findings depend on the scale as well. What failed but a sample is not kept.
 
     Parameters
     ----------
@@ -47,117 +63,107 @@ class Store:
     Raises
     ------
     OutputError
-        If the folder cannot be written, or another process writes it.
+        If the folder cannot be written, another process writes it, or there is a study already and neither is asked
+        for.
     ClaimError
-        If there is a study already, and neither is asked for.
+        If both are asked for.
+    StudyError
+        If the file cannot be read, is damaged, or another program's.
 
     Examples
     --------
     >>> with Store(None, Scale()) as store:
-    ...     store.add_sample("squares", 3, Measured([{"value": 9.0}]))
-    ...     store.samples["squares", 3].records
+    ...     store.add((SAMPLE, "squares", 3), Measured([{"value": 9.0}])).records
     [{'value': 9.0}]
     """
 
     def __init__(self, folder: Path | None, scale: Scale, *, resume: bool = False, overwrite: bool = False) -> None:
-        self.samples: dict[tuple[str, int], Measured] = {}
-        self.findings: dict[str, dict[str, Any]] = {}
         self.scale = scale
-        self._path = None if folder is None else make_folder(folder) / FILE
-        self._lock = None if self._path is None else locked(self._path)
-        try:
-            self._open(resume=resume, overwrite=overwrite)
-        except BaseException:
-            self._release()
-            raise
-
-    def _open(self, *, resume: bool, overwrite: bool) -> None:
-        if self._path is None:
-            return
+        self._results: dict[Key, Any] = {}
+        self._log: Log | None = None
         if resume and overwrite:
             msg = "--resume and --overwrite exclude each other; give one of them"
             raise ClaimError(msg)
-        if not self._path.exists():
+        if folder is None:
             return
-        if overwrite:
-            self._path.unlink()
-        elif resume:
-            self._read(self._path)
+        self._path = folder / FILE
+        if resume and self._path.exists():
+            self._log = Log.resume(self._path, _WHAT, self._take)
         else:
-            msg = (
-                f"{self._path} is there already; go on with it (--resume), replace it (--overwrite), or choose another"
-            )
-            raise ClaimError(msg)
+            self._log = Log.create(self._path, _WHAT, overwrite=overwrite)
 
     def __enter__(self) -> Self:
         """Return the store itself."""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Let the lock go."""
-        self._release()
+        if self._log is not None:
+            self._log.close()
 
-    def _release(self) -> None:
-        if self._lock is not None:
-            self._lock.release()
+    def __contains__(self, key: Key) -> bool:
+        """Tell whether a sample, a finding or a figure is there."""
+        return key in self._results
 
-    def add_sample(self, experiment: str, seed: int, measured: Measured) -> None:
+    def __getitem__(self, key: Key) -> Any:  # noqa: ANN401 - what `add` was given
+        """Return a sample, a finding or a figure."""
+        return self._results[key]
+
+    def keys(self, kind: str) -> list[Key]:
+        """List what is there of a kind."""
+        return [key for key in self._results if key[0] == kind]
+
+    def add(self, key: Key, result: Any) -> Any:  # noqa: ANN401 - one of three tuples
         """
-        Keep what was measured on a map; numbers that are not finite become None.
+        Keep a sample, a finding or a figure, and return it as it is kept: numbers that are not finite become None.
 
         Raises
         ------
         OutputError
             If the disk is full or gone.
         """
-        records = [{name: _plain(value) for name, value in record.items()} for record in measured.records]
-        self.samples[experiment, seed] = Measured(records, measured.failed)
-        self._append(_SAMPLE, experiment=experiment, seed=seed, records=records, failed=measured.failed)
+        kind, *names = key
+        missing = kind == FINDING and result.finding.verdict is Verdict.MISSING
+        if missing or (kind == FIGURE and result.failed):
+            return result
+        line: Line = {"kind": kind, "key": names, "code": fingerprint(), **_document(kind, result)}
+        if kind == FINDING:
+            line["scale"] = _scale_key(self.scale)
+        if self._log is not None:
+            self._log.append([line])
+        self._results[key] = _read(line)
+        return self._results[key]
 
-    def add_finding(self, claim: str, document: Mapping[str, Any]) -> None:
-        """
-        Keep what was found of a claim, as a JSON document.
+    def _take(self, lines: Iterator[Line]) -> list[Line]:
+        """Take up what this code measured."""
+        scale = _scale_key(self.scale)
+        with understood(self._path):
+            for line in lines:
+                if line["code"] == fingerprint() and line.get("scale", scale) == scale:
+                    self._results[line["kind"], *line["key"]] = _read(line)
+        return []
 
-        Raises
-        ------
-        OutputError
-            If the disk is full or gone.
-        """
-        self.findings[claim] = dict(document)
-        self._append(_FINDING, claim=claim, scale=_scale_key(self.scale), document=document)
 
-    def _append(self, kind: str, **entries: object) -> None:
-        if self._path is not None:
-            line = json.dumps({"kind": kind, "code": fingerprint(), **entries}, allow_nan=False)
-            append_line(self._path, line)
+def _document(kind: str, result: Any) -> Line:  # noqa: ANN401 - one of three tuples
+    if kind == SAMPLE:
+        records = [{name: _plain(value) for name, value in record.items()} for record in result.records]
+        return {"records": records, "failed": result.failed}
+    if kind == FINDING:
+        return {"finding": finding_document(result.finding), "seconds": result.seconds}
+    content: Picture | Comparison = result.content
+    if isinstance(content, Picture):
+        return {"caption": content.caption, "png": content.png.hex(), "svg": content.svg.decode("utf-8")}
+    return {"caption": content.caption, "rows": [asdict(row) for row in content.rows]}
 
-    def _read(self, path: Path) -> None:
-        """Take up what this code measured; a last line that a killed process left half-written is cut off."""
-        try:
-            data = path.read_bytes()
-            whole = data[: data.rfind(b"\n") + 1]
-            if len(whole) < len(data):
-                with path.open("r+b") as file:
-                    file.truncate(len(whole))
-        except OSError as error:
-            msg = f"{path}: cannot be read: {error.strerror or error}"
-            raise OutputError(msg) from error
-        for number, text in enumerate(whole.decode("utf-8", errors="replace").splitlines(), start=1):
-            try:
-                self._take(json.loads(text))
-            except (ValueError, LookupError, TypeError) as error:
-                msg = f"{path}: line {number} is none of a study of claims ({error}); give --overwrite"
-                raise ClaimError(msg) from error
 
-    def _take(self, line: Mapping[str, Any]) -> None:
-        if line["code"] != fingerprint():
-            return
-        if line["kind"] == _SAMPLE:
-            self.samples[str(line["experiment"]), int(line["seed"])] = Measured(line["records"], str(line["failed"]))
-        elif line["kind"] == _FINDING and line["scale"] == _scale_key(self.scale):
-            self.findings[str(line["claim"])] = dict(line["document"])
+def _read(line: Line) -> Measured | Found | Drawn:
+    if line["kind"] == SAMPLE:
+        return Measured(line["records"], str(line["failed"]))
+    if line["kind"] == FINDING:
+        return Found(finding_from(line["finding"]), float(line["seconds"]))
+    if "png" in line:
+        return Drawn(Picture(line["caption"], bytes.fromhex(line["png"]), line["svg"].encode()))
+    return Drawn(Comparison(line["caption"], [TableRow(**row) for row in line["rows"]]))
 
 
 def _scale_key(scale: Scale) -> list[int]:

@@ -1,7 +1,7 @@
-"""The command `compare`: what was asked for becomes a study, whose runs are made, kept and shown."""
+"""The command `compare`: what was asked for becomes a study, whose runs and flights are made, kept and shown."""
 
 from collections.abc import Sequence
-from contextlib import nullcontext
+from contextlib import closing, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -11,19 +11,18 @@ from cgla_graph.comparisons.commands import output
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.performance import performances
 from cgla_graph.comparisons.missions import compare as mission_compare
-from cgla_graph.comparisons.missions import runs as mission_runs
+from cgla_graph.comparisons.missions.runs import print_flight_runs
 from cgla_graph.comparisons.results.lookup import print_leaderboard
-from cgla_graph.comparisons.study import options
-from cgla_graph.comparisons.study.database import FILE, Database, load, load_study
-from cgla_graph.comparisons.study.entrant import Entrant
-from cgla_graph.comparisons.study.execution import run_study
+from cgla_graph.comparisons.study import execution, options
+from cgla_graph.comparisons.study.flight_run import ComparedMission, FlightRun
 from cgla_graph.comparisons.study.rows import by_scenario, rows_of
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.study.study import Cell, Study
+from cgla_graph.comparisons.study.store import FILE, PROOF, StudyStore, load, load_study
+from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.study.study_file import is_study_file, read_study
+from cgla_graph.comparisons.workers.tasks import run_tasks
 from cgla_graph.errors import CglaError
 from cgla_graph.model.cost_model import n_cores
-from cgla_graph.scenarios.mission_file import MissionFile
 
 #: Of a study without a file, this many scenarios get pictures of their own, unless told otherwise.
 PICTURES = 20
@@ -37,11 +36,7 @@ class Request:
     Attributes
     ----------
     study
-        Solvers on maps.
-    missions, mission_entrants
-        Missions, and the solvers that fly them.
-    n_seeds
-        Flights of a solver that draws random numbers.
+        Solvers on maps, and on missions.
     pictures
         How many scenarios get pictures of their own; the report has a map of each.
     highlighted
@@ -51,19 +46,9 @@ class Request:
     """
 
     study: Study
-    missions: Sequence[MissionFile] = ()
-    mission_entrants: Sequence[Entrant] = ()
-    n_seeds: int = 1
     pictures: int = PICTURES
     highlighted: frozenset[str] = frozenset()
     is_file: bool = False
-
-    @property
-    def total(self) -> int:
-        """How many runs and flights there are to be made."""
-        return sum(1 for _ in self.study.cells()) + mission_compare.count(
-            self.missions, self.mission_entrants, self.n_seeds
-        )
 
 
 @dataclass(frozen=True)
@@ -109,11 +94,11 @@ class Compared:
     interrupted
         Whether Ctrl-C ended it.
     left
-        How many runs of the study in the folder are still to be made.
+        How many runs and flights of the study in the folder are still to be made.
     """
 
     runs: list[Run] = field(default_factory=list)
-    flights: mission_runs.FlightRuns = field(default_factory=mission_runs.FlightRuns)
+    flights: list[FlightRun] = field(default_factory=list)
     written: list[Path] = field(default_factory=list)
     interrupted: bool = False
     left: int = 0
@@ -122,7 +107,7 @@ class Compared:
     def all_found(self) -> bool:
         """Whether every run found a path, and every UAV arrived."""
         return all(run.solution.status.has_path for run in self.runs) and all(
-            run.all_arrived for run in self.flights.runs
+            flight.all_arrived for flight in self.flights
         )
 
 
@@ -213,11 +198,12 @@ def _request(
         seeds=range(1, n_seeds + 1),
         tolerance=bound,
         limits=options.read_limits(limits),
-        title=" ".join(maps),
+        title=" ".join([*maps, *(mission.name for mission in missions)]),
         source=command,
+        missions=missions,
+        mission_entrants=mission_compare.mission_entrants(entrants, chosen=solvers is not None) if missions else (),
     )
-    mission_entrants = mission_compare.mission_entrants(entrants, chosen=solvers is not None)
-    return Request(study, missions, mission_entrants, n_seeds, PICTURES if pictures is None else pictures)
+    return Request(study, PICTURES if pictures is None else pictures)
 
 
 def _refuse_beside_a_file(specs: Sequence[object], **given: object) -> None:
@@ -247,55 +233,52 @@ def compare_all(request: Request, how: How) -> Compared:
     CglaError
         If the study that is there is another one, or the cluster cannot be reached.
     """
-    done = Compared()
-    if request.study.scenarios:
-        _run_maps(request, how, done)
-    if not done.interrupted:
-        done.flights = mission_compare.run_all(
-            request.missions,
-            request.mission_entrants,
-            request.n_seeds,
-            how.folder,
-            workers=how.workers,
+    done, study = Compared(), request.study
+    cells, flights = list(study.cells()), list(study.flights())
+    workers = min(how.workers, len(cells) + len(flights))
+    with _store(study, how, workers) or nullcontext() as store:
+        tasks = [*execution.study_tasks(study, store), *mission_compare.flight_tasks(study)]
+        total = sum(bool(task.key[0] != PROOF and (store is None or task.key not in store)) for task in tasks)
+        made = run_tasks(
+            tasks,
+            store,
+            limits=study.limits,
+            workers=workers,
             scheduler=how.scheduler,
-            limits=request.study.limits,
+            preload=(*execution.PRELOAD, *(mission_compare.PRELOAD if flights else ())),
         )
-        done.interrupted = done.flights.interrupted
-        done.written += done.flights.written
-    return done
-
-
-def _run_maps(request: Request, how: How, done: Compared) -> None:
-    """Make the runs on maps; their files are written also where Ctrl-C ends them."""
-    study = request.study
-    cells = {cell: number for number, cell in enumerate(study.cells())}
-    workers = min(how.workers, len(cells))
-    with _database(study, how, workers) or nullcontext() as database:
         try:
-            left = len(cells.keys() - database.finished()) if database else len(cells)
-            with console.running_solvers(), console.progress(left) as tick:
-                for run in run_study(study, database=database, workers=workers, scheduler=how.scheduler):
-                    done.runs.append(run)
-                    tick(f"{run.scenario.name}: {run.solver}")
+            with console.running_solvers(), console.progress(total) as tick, closing(made):
+                for task, result in made:
+                    if isinstance(result, Run):
+                        done.runs.append(result)
+                    elif isinstance(result, FlightRun):
+                        done.flights.append(result)
+                    if task.key[0] != PROOF:
+                        tick(": ".join((task.key[1], task.key[-2])))
         except KeyboardInterrupt:
             done.interrupted = True
-    if how.folder is None:
-        done.runs.sort(key=lambda run: cells[Cell(run.scenario.name, run.solver, run.seed)])
-    else:
+    if how.folder is not None:
         stored = load(how.folder)
-        done.runs, done.left = stored.runs, stored.n_cells - len(stored.runs)
+        done.runs, done.flights = stored.runs, stored.flights
+        done.left = stored.n_cells + stored.n_flights - len(stored.runs) - len(stored.flights)
         done.written += [how.folder / FILE, *output.write_study(stored)]
         if not done.interrupted:
             done.written += output.write_all_pictures(how.folder, done.runs, request.pictures, request.highlighted)
+    else:
+        order = {cell: number for number, cell in enumerate([*cells, *flights])}
+        done.runs.sort(key=lambda run: order[run.scenario.name, run.solver, run.seed])
+        done.flights.sort(key=lambda one: order[one.mission, one.variant, one.solver, one.seed])
+    return done
 
 
-def _database(study: Study, how: How, workers: int) -> Database | None:
+def _store(study: Study, how: How, workers: int) -> StudyStore | None:
     if how.folder is None:
         return None
     where: int | str = how.scheduler or workers
     if how.resume:
-        return Database.resume(how.folder, study, workers=where, command=how.command)
-    return Database.create(how.folder, study, overwrite=how.overwrite, workers=where, command=how.command)
+        return StudyStore.resume(how.folder, study, workers=where, command=how.command)
+    return StudyStore.create(how.folder, study, overwrite=how.overwrite, workers=where, command=how.command)
 
 
 def comparison_document(done: Compared) -> dict[str, Any]:
@@ -305,7 +288,7 @@ def comparison_document(done: Compared) -> dict[str, Any]:
         "rows": rows_of(done.runs),
         "summary": [one.document() for group in groups for one in performances(group)],
         "certificates": [output.certificate_document(group[0]) for group in groups],
-        "flights": [flight.row() for flight in done.flights.runs],
+        "flights": [flight.row() for flight in done.flights],
         "files": [str(path) for path in done.written],
         "interrupted": done.interrupted,
     }
@@ -318,18 +301,18 @@ def print_compared(request: Request, done: Compared) -> None:
         output.print_comparison(done.runs, request.study.entrants)
     if done.runs and not single:
         print_leaderboard(done.runs, leaderboard_of(done.runs))
-    mission_runs.print_flight_runs(request.missions, done.flights.runs)
+    print_flight_runs([ComparedMission.of(mission) for mission in request.study.missions], done.flights)
 
 
 def kept_note(request: Request, how: How, done: Compared) -> str:
     """Say what an interrupted comparison has done, and how to go on."""
-    n_done = len(done.runs) + len(done.flights.runs)
+    n_done = len(done.runs) + len(done.flights)
     kept = ""
     if how.folder is not None:
         kept = f" and kept in {how.folder}"
         if done.left:
             kept += f" ({_remedy(how)} goes on)"
-    total = max(request.total, n_done + done.left)
+    total = max(sum(1 for _ in (*request.study.cells(), *request.study.flights())), n_done + done.left)
     return f"{n_done} of {total} runs are done{kept}"
 
 

@@ -8,11 +8,13 @@ from typing import Any
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.leaderboard.performance import PERFORMANCE_COLUMNS, performances
 from cgla_graph.comparisons.numbers import duration, figure, json_number, percent, rounded_down
+from cgla_graph.comparisons.results.ompl_database import ompl_database
 from cgla_graph.comparisons.study import earth
-from cgla_graph.comparisons.study.database import Stored
 from cgla_graph.comparisons.study.entrant import Entrant, budget_note
+from cgla_graph.comparisons.study.flight_run import COLUMNS as FLIGHT_COLUMNS
 from cgla_graph.comparisons.study.rows import COLUMNS, by_scenario, row, rows_of, trace_row
 from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.comparisons.tables.tables import bound_note, comparison_table, performance_table
 
 
@@ -29,28 +31,39 @@ def print_comparison(runs: Sequence[Run], entrants: Sequence[Entrant]) -> None:
 
 def write_study(stored: Stored) -> list[Path]:
     """
-    Write beside the database: the report, rows (JSON Lines, CSV), what they amount to, and the traces that there are.
+    Write beside the runs of a study what is made of them: the report; rows (JSON Lines, CSV), what they amount to, the
+    traces that there are and OMPL's database of runs on maps; and rows of flights.
 
     Raises
     ------
     OutputError
         If a file cannot be written.
-    """
-    from cgla_graph.comparisons.report.page import write_report  # noqa: PLC0415 - loads the page's templates
+    """  # noqa: D205 - a list is no one line
+    from cgla_graph.comparisons.report.page import write_report  # noqa: PLC0415 - loads plotly
 
     folder, runs = stored.folder, stored.runs
-    table = rows_of(runs)
-    found = [one.document() for group in by_scenario(runs) for one in performances(group)]
-    written = [
-        write_report(stored, folder / "report.html"),
-        files.write_text(folder / "rows.jsonl", files.json_lines(table)),
-        files.write_text(folder / "rows.csv", files.csv_text(table, COLUMNS)),
-        files.write_text(folder / "summary.csv", files.csv_text(found, PERFORMANCE_COLUMNS)),
-    ]
-    traces = [trace_row(run) for run in runs if run.solution.trace]
-    if traces:
-        written.append(files.write_text(folder / "traces.jsonl", files.json_lines(traces)))
+    written = [write_report(stored, folder / "report.html")]
+    if stored.scenarios:
+        table = rows_of(runs)
+        found = [one.document() for group in by_scenario(runs) for one in performances(group)]
+        written += [
+            files.write_bytes(folder / "study.db", ompl_database(stored, runs)),
+            *_write_rows(folder, "rows", table, COLUMNS),
+            files.write_text(folder / "summary.csv", files.csv_text(found, PERFORMANCE_COLUMNS)),
+        ]
+        traces = [trace_row(run) for run in runs if run.solution.trace]
+        if traces:
+            written.append(files.write_text(folder / "traces.jsonl", files.json_lines(traces)))
+    if stored.missions:
+        written += _write_rows(folder, "flights", [flight.row() for flight in stored.flights], FLIGHT_COLUMNS)
     return written
+
+
+def _write_rows(folder: Path, name: str, table: Sequence[dict[str, Any]], columns: Sequence[str]) -> list[Path]:
+    return [
+        files.write_text(folder / f"{name}.jsonl", files.json_lines(table)),
+        files.write_text(folder / f"{name}.csv", files.csv_text(table, columns)),
+    ]
 
 
 def write_all_pictures(folder: Path, runs: Sequence[Run], most: int, named: Collection[str] = ()) -> list[Path]:

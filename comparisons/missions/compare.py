@@ -1,32 +1,35 @@
 """Every solver on every mission: the same flight, planned by each of them in turn."""
 
 import dataclasses
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, nullcontext, suppress
-from pathlib import Path
+import math
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import closing, suppress
+from typing import Any
 
 import shapely
 
-from cgla_graph.comparisons import console, files
-from cgla_graph.comparisons.missions.runs import COLUMNS, FlightRun, FlightRuns
+from cgla_graph.comparisons.missions.files import plain_json, team_totals
 from cgla_graph.comparisons.study.entrant import Entrant
-from cgla_graph.comparisons.study.execution import limits_where, made
-from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
+from cgla_graph.comparisons.study.flight_run import FlightRun, Track
 from cgla_graph.comparisons.study.options import number_names
 from cgla_graph.comparisons.study.runner import reason
-from cgla_graph.comparisons.workers.limits import Limits, lost
-from cgla_graph.comparisons.workers.pool import Call, limited, use_up
+from cgla_graph.comparisons.study.store import FLIGHT
+from cgla_graph.comparisons.study.study import FlightCell, Study
+from cgla_graph.comparisons.workers.limits import Limits, Outcome, limited, lost
+from cgla_graph.comparisons.workers.process import use_up
+from cgla_graph.comparisons.workers.tasks import Results, Task, run_tasks
 from cgla_graph.errors import CglaError
 from cgla_graph.mission.mission import Mission
+from cgla_graph.mission.records import Flight
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
 from cgla_graph.model.risk import RiskField, Threat
-from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.mission_file import MissionFile, is_mission_file, load_mission
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.warm_up import shortened
 
+#: What workers load beforehand.
+PRELOAD = (__name__,)
 #: What `cgla compare` leaves out on missions unless it is asked for: a flight plans dozens of times, and these hand
 #: over a complete graph edge by edge each time, or solve a mixed-integer program.
 TOO_SLOW = ("networkx", "networkx-astar", "milp")
@@ -94,12 +97,6 @@ def mission_entrants(entrants: Sequence[Entrant], *, chosen: bool) -> list[Entra
     return [one for one in fast if not registry.traits(one.name).needs]
 
 
-def count(missions: Sequence[MissionFile], entrants: Sequence[Entrant], n_seeds: int) -> int:
-    """Count the flights of a comparison."""
-    flights = sum(len(_seeds(entrant, n_seeds)) for entrant in entrants)
-    return flights * sum(len(mission.variants) for mission in missions)
-
-
 def compare(
     missions: Sequence[MissionFile],
     entrants: Sequence[Entrant],
@@ -108,7 +105,7 @@ def compare(
     workers: int = 0,
     scheduler: str | None = None,
     limits: Limits | None = None,
-) -> Iterator[FlightRun]:
+) -> Generator[FlightRun]:
     """
     Fly every variant of every mission with every solver; seeded ones with the seeds 1 to `n_seeds`.
 
@@ -138,28 +135,39 @@ def compare(
     >>> {run.status for run in runs}
     {'arrived'}
     """
-    held = limits_where(limits or Limits(), workers=workers, scheduler=scheduler)
-    calls = deque(
-        Call((mission.name, variant, entrant.label, seed), _fly, (mission, variant, entrant, seed, held))
-        for mission in missions
-        for variant in mission.variants
-        for entrant in entrants
-        for seed in _seeds(entrant, n_seeds)
+    study = Study(
+        [], entrants, range(1, n_seeds + 1), limits=limits or Limits(), missions=missions, mission_entrants=entrants
     )
-
-    def next_call() -> Call | None:
-        return calls.popleft() if calls else None
-
-    if not calls:
-        return
-    workers = min(workers, len(calls))
-    # whatever ends the iteration ends the workers
-    with closing(made(next_call, held, workers=workers, scheduler=scheduler, preload=(__name__,))) as outcomes:
-        for call, outcome in outcomes:
-            yield outcome.value if outcome.failure is None else _lost(call, *lost(outcome, held))
+    how: dict[str, Any] = {"limits": study.limits, "workers": workers, "scheduler": scheduler, "preload": PRELOAD}
+    with closing(run_tasks(flight_tasks(study), **how)) as results:
+        for _, flight in results:
+            yield flight
 
 
-def _fly(mission: MissionFile, variant: str, entrant: Entrant, seed: int | None, limits: Limits) -> FlightRun:
+def flight_tasks(study: Study) -> list[Task]:
+    """List the flights of a study, mission by mission; none needs another."""
+    missions = {mission.name: mission for mission in study.missions}
+    entrants = {entrant.label: entrant for entrant in study.mission_entrants}
+    return [_flight_task(cell, missions[cell.mission], entrants[cell.solver]) for cell in study.flights()]
+
+
+def _flight_task(cell: FlightCell, mission: MissionFile, entrant: Entrant) -> Task:
+    n_uavs = len(mission.variants[cell.variant].uavs)
+
+    def flight_of(outcome: Outcome, limits: Limits, _: Results) -> FlightRun:
+        """Take a flight, or the reason why there is none."""
+        if outcome.failure is not None:
+            status, message = lost(outcome, limits)
+            return FlightRun(*cell, n_uavs, status.label, message)
+        return FlightRun(*cell, n_uavs, **outcome.value)
+
+    return Task((FLIGHT, *cell), _fly, (mission, cell.variant, entrant, cell.seed), flight_of)
+
+
+# ---- in a worker ----
+
+
+def _fly(mission: MissionFile, variant: str, entrant: Entrant, seed: int | None, limits: Limits) -> Mapping[str, Any]:
     """Make one flight in a worker."""
     if not entrant.is_built_in:
         # it may leave anything behind
@@ -169,70 +177,6 @@ def _fly(mission: MissionFile, variant: str, entrant: Entrant, seed: int | None,
         _ready.add(entrant.label)
     with limited(limits.seconds, limits.megabytes):
         return _run(mission, variant, entrant, seed)
-
-
-def _lost(call: Call, status: Status, message: str) -> FlightRun:
-    """Say why a flight has told nothing."""
-    mission, variant, entrant, seed, _ = call.args
-    names = (mission.name, variant, entrant.label, seed, len(mission.variants[variant].uavs))
-    return FlightRun(*names, status=status.label, message=message)
-
-
-def run_all(
-    missions: Sequence[MissionFile],
-    entrants: Sequence[Entrant],
-    n_seeds: int,
-    folder: Path | None = None,
-    *,
-    workers: int = 0,
-    scheduler: str | None = None,
-    limits: Limits | None = None,
-) -> FlightRuns:
-    """
-    Compare (see `compare`), showing progress, and write ``flights.jsonl`` and ``flights.csv``.
-
-    After Ctrl-C they hold what is done.
-
-    Raises
-    ------
-    OutputError
-        If a file cannot be written.
-    """
-    done = FlightRuns()
-    if not missions:
-        return done
-    with nullcontext() if folder is None else files.RowLog(folder, "flights.jsonl") as log:
-        try:
-            total = count(missions, entrants, n_seeds)
-            with console.running_solvers(), console.progress(total) as tick:
-                for run in compare(missions, entrants, n_seeds, workers=workers, scheduler=scheduler, limits=limits):
-                    done.runs.append(run)
-                    if log is not None:
-                        log.add(run.row())
-                    tick(f"{run.mission}: {run.solver}")
-        except KeyboardInterrupt:
-            done.interrupted = True
-        done.runs.sort(key=_order(missions, entrants))
-        if folder is not None and log is not None:
-            table = [run.row() for run in done.runs]
-            text = files.csv_text(table, COLUMNS)
-            done.written += [log.finish(table), files.write_text(folder / "flights.csv", text)]
-    return done
-
-
-def _order(missions: Sequence[MissionFile], entrants: Sequence[Entrant]) -> Callable[[FlightRun], tuple[int, int, int]]:
-    """Return what sorts flights as they were asked for; those of one entrant keep their order, by seeds."""
-    variants = [(mission.name, variant) for mission in missions for variant in mission.variants]
-    places = {place: number for number, place in enumerate(variants)}
-    labels = {entrant.label: number for number, entrant in enumerate(entrants)}
-    return lambda run: (places[run.mission, run.variant], labels[run.solver], run.seed or 0)
-
-
-def _seeds(entrant: Entrant, n_seeds: int) -> Sequence[int | None]:
-    """List the seeds of an entrant: none, the one that the user set, or 1 to `n_seeds`."""
-    if not entrant.is_available or not registry.traits(entrant.name).seeded:
-        return [None]
-    return [entrant.settings["seed"]] if "seed" in entrant.settings else range(1, n_seeds + 1)
 
 
 def _warm_up(entrant: Entrant) -> None:
@@ -245,26 +189,38 @@ def _warm_up(entrant: Entrant) -> None:
         Mission(world, uavs, solver, resolution=4, virtual_obstacle=True, max_ticks=8).fly()
 
 
-def _run(mission: MissionFile, variant: str, entrant: Entrant, seed: int | None) -> FlightRun:
+def _run(mission: MissionFile, variant: str, entrant: Entrant, seed: int | None) -> Mapping[str, Any]:
     """Fly one variant with one solver; whatever that raises becomes its answer."""
-    names = (mission.name, variant, entrant.label, seed, len(mission.variants[variant].uavs))
     missing = registry.missing(entrant.name)
     if missing is not None:
-        return FlightRun(*names, status="unavailable", message=missing)
+        return {"status": "unavailable", "message": missing}
     settings = entrant.settings_on(None) | ({} if seed is None else {"seed": seed})
     try:
         solver = registry.get(entrant.name, **settings)
         alone = dataclasses.replace(mission, variants={variant: mission.variants[variant]})
         (built,) = alone.missions(lambda _: solver, solver=entrant.label).values()
-        flight = built.fly()
+        return _answer(built.fly())
     except CglaError as error:
-        return FlightRun(*names, status="failed", message=" ".join(str(error).split()))
+        return {"status": "failed", "message": " ".join(str(error).split())}
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a comparison survives any solver
-        return FlightRun(*names, status="failed", message=reason(error))
-    spec = MissionSpec(mission.name, variant, mission.title, entrant.label, built, mission.projection)
-    given = {f.name: getattr(spec, f.name) for f in dataclasses.fields(MissionSpec)}
-    flown = MissionRun(**given, flight=flight)
-    lost = [uav for uav in flight.uavs.values() if flown.n_arrived < len(flight.uavs) and uav.status.label != "arrived"]
-    status = lost[0].status.label if lost else "arrived"
-    message = f"{lost[0].name}: {lost[0].message or lost[0].status.value}" if lost else ""
-    return FlightRun(*names, status=status, flown=flown, message=message)
+        return {"status": "failed", "message": reason(error)}
+
+
+def _answer(flight: Flight) -> Mapping[str, Any]:
+    """Say what a flight came to, in numbers and words."""
+    uavs = list(flight.uavs.values())
+    late = [uav for uav in uavs if uav.status.label != "arrived"]
+    numbers = {
+        "arrived": len(uavs) - len(late),
+        **team_totals(flight),
+        "least_separation": flight.least_separation,
+        "ticks": flight.ticks,
+        "replans": sum(len(uav.replans) for uav in uavs),
+        "planning_seconds": math.fsum(uav.planning_seconds for uav in uavs),
+    }
+    return {
+        "status": late[0].status.label if late else "arrived",
+        "message": f"{late[0].name}: {late[0].message or late[0].status.value}" if late else "",
+        "numbers": plain_json(numbers),
+        "tracks": [Track(uav.name, uav.status.label, uav.message, plain_json(uav.path)) for uav in uavs],
+    }

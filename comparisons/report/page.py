@@ -30,7 +30,7 @@ from cgla_graph.comparisons.report.steps import MOST_POINTS_OVERALL, thinned
 from cgla_graph.comparisons.statistics.ranking import ranking
 from cgla_graph.comparisons.study.rows import by_scenario, by_solver
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.study.stored import Session, Stored
+from cgla_graph.comparisons.study.store import Session, Stored
 from cgla_graph.comparisons.tables.overview import overview
 
 NOTES = (

@@ -82,37 +82,54 @@ class Response:
     body: bytes
 
 
+class Follower:
+    """
+    Says how far the study in a folder is, and reads no line of its file twice.
+
+    Parameters
+    ----------
+    folder
+        Of the study; it need not be there yet.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """Read nothing yet."""
+        from cgla_graph.comparisons.study.store import FILE  # noqa: PLC0415 - `cgla --help` answers at once
+
+        self._path = folder / FILE
+        self._mark: tuple[int, int, int] | None = None
+        self._following: tuple[Any, Any] | None = None
+        self._reading = threading.Lock()
+        self._state = State()
+
+    def state(self) -> State:
+        """Return an empty state where there is no study that can be read, as before the first run is started."""
+        with self._reading:
+            try:
+                found = self._path.stat()
+                mark = (found.st_ino, found.st_size, found.st_mtime_ns)
+                if mark != self._mark:
+                    self._state = self._read(mark)
+                    self._mark = mark
+            except (CglaError, OSError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+                self._mark, self._following, self._state = None, None, State()
+            return self._state
+
+    def _read(self, mark: tuple[int, int, int]) -> State:
+        from cgla_graph.comparisons.store import Reader  # noqa: PLC0415 - `cgla --help` answers at once
+        from cgla_graph.comparisons.study.store import WHAT, Content  # noqa: PLC0415 - the same
+
+        if self._following is None or self._mark is None or mark[0] != self._mark[0] or mark[1] < self._mark[1]:
+            self._following = Reader(self._path, WHAT), Content(whole=False)
+        reader, content = self._following
+        content.take(reader.new_lines())
+        runs, cells = len(content.runs) + len(content.flights), content.n_asked
+        return State(runs, cells, complete=runs >= cells, stamp=f"{mark[0]}:{reader.offset}")
+
+
 def read_state(folder: Path) -> State:
-    """
-    Say how far the study in a folder is, without reading its runs.
-
-    Returns
-    -------
-    state
-        An empty one where there is no study that can be read, as before the first run of a study is started.
-    """
-    from cgla_graph.comparisons.study.stored import FILE, reading  # noqa: PLC0415 - `cgla --help` answers at once
-
-    database = folder / FILE
-    try:
-        # before counting: what changes meanwhile changes the next stamp
-        marks = [_mark(path) for path in (database, database.with_name(f"{FILE}-wal"))]
-        with reading(database) as connection:
-            (runs,) = connection.execute("SELECT COUNT(*) FROM answers").fetchone()
-            (cells,) = connection.execute("SELECT COUNT(*) FROM cells").fetchone()
-    except (CglaError, OSError):
-        return State()
-    # the clock of a file system is coarse: the number of runs tells apart what it does not
-    return State(runs, cells, complete=runs >= cells, stamp=f"{marks}:{runs}")
-
-
-def _mark(path: Path) -> tuple[int, int, int] | None:
-    """Return what changes when a file does; None for one that is empty or not there."""
-    try:
-        found = path.stat()
-    except FileNotFoundError:
-        return None
-    return (found.st_ino, found.st_size, found.st_mtime_ns) if found.st_size else None
+    """Say how far the study in a folder is."""
+    return Follower(folder).state()
 
 
 class Page(NamedTuple):
@@ -126,10 +143,10 @@ class Page(NamedTuple):
 def report_of(folder: Path) -> Page:
     """Build the live report of the study in a folder (errors as `load`)."""
     from cgla_graph.comparisons.report.page import report_html  # noqa: PLC0415 - `cgla --help` answers at once
-    from cgla_graph.comparisons.study.stored import load  # noqa: PLC0415 - the same
+    from cgla_graph.comparisons.study.store import load  # noqa: PLC0415 - the same
 
     stored = load(folder)
-    return Page(report_html(stored, live=True), len(stored.runs), stored.is_complete)
+    return Page(report_html(stored, live=True), len(stored.runs) + len(stored.flights), stored.is_complete)
 
 
 class Viewed:
@@ -164,6 +181,7 @@ class Viewed:
         self.folder = folder
         self._build = build
         self._pause, self._share = pause, share
+        self._follower = Follower(folder)
         self._state = State()
         self._next = 0.0
         self._publishing = threading.Lock()
@@ -173,7 +191,7 @@ class Viewed:
 
     def state(self) -> State:
         """Return the state that is published."""
-        found = read_state(self.folder)
+        found = self._follower.state()
         with self._publishing:
             now = time.monotonic()
             # what is there for the first time, gone or complete is no matter of pace

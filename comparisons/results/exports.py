@@ -2,32 +2,23 @@
 
 import importlib
 import json
-import sqlite3
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 from cgla_graph.comparisons import files
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
+from cgla_graph.comparisons.results.ompl_database import ompl_database
 from cgla_graph.comparisons.study.columns import COLUMNS, Kind
 from cgla_graph.comparisons.study.rows import best_exact, by_scenario, row
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.study.stored import FILE, Stored, reading
+from cgla_graph.comparisons.study.store import FILE, Stored
 from cgla_graph.comparisons.tables.latex import booktabs
 from cgla_graph.comparisons.tables.leaderboard_columns import leaderboard_cells, leaderboard_heads, leaderboard_notes
 from cgla_graph.errors import CglaError, OutputError
 
 #: What is said of a run of a study.
 RUN_COLUMNS = tuple(column.key for column in COLUMNS)
-#: The tables of OMPL's benchmark databases: which of their rows belong to chosen runs.
-_OMPL_TABLES = {
-    "experiments": "id IN (SELECT experimentid FROM runs WHERE id IN (SELECT value FROM json_each(?)))",
-    "plannerConfigs": "id IN (SELECT plannerid FROM runs WHERE id IN (SELECT value FROM json_each(?)))",
-    "enums": "TRUE",
-    "runs": "id IN (SELECT value FROM json_each(?))",
-    "progress": "runid IN (SELECT value FROM json_each(?))",
-}
 #: What pyarrow calls the types of columns.
 _ARROW_TYPES: Mapping[Kind, str] = {"word": "string", "whole": "int64", "number": "float64", "flag": "bool_"}
 
@@ -73,7 +64,7 @@ def check_targets(targets: Sequence[Path], folder: Path) -> None:
             raise CglaError(msg)
         if kind == ".parquet":
             _pyarrow()
-        if target.resolve() in {(folder / f"{FILE}{ending}").resolve() for ending in ("", "-wal", "-shm", ".lock")}:
+        if target.resolve() in {(folder / f"{FILE}{ending}").resolve() for ending in ("", ".lock")}:
             msg = f"--export {target}: that is the study itself; choose another name"
             raise OutputError(msg)
         for ending in ("-wal", "-journal"):
@@ -158,25 +149,10 @@ def _tex(stored: Stored, runs: Sequence[Run]) -> bytes:
     return booktabs(leaderboard_heads(), [leaderboard_cells(one) for one in found], notes).encode("ascii")
 
 
-def _ompl(stored: Stored, runs: Sequence[Run]) -> bytes:
-    """Copy OMPL's five tables with the chosen runs, what these belong to and their progress, into one file."""
-    numbers = json.dumps([run.number for run in runs])
-    with closing(sqlite3.connect(":memory:", isolation_level=None)) as copy, reading(stored.folder / FILE) as source:
-        copy.execute("BEGIN")
-        for table, which in _OMPL_TABLES.items():
-            (statement,) = source.execute("SELECT sql FROM sqlite_master WHERE name = ?", (table,)).fetchone()
-            copy.execute(statement)
-            found = source.execute(f"SELECT * FROM {table} WHERE {which}", (numbers,) if "?" in which else ())  # noqa: S608 - names of ours
-            marks = ", ".join("?" * len(found.description))
-            copy.executemany(f"INSERT INTO {table} VALUES ({marks})", found)  # noqa: S608 - the same
-        copy.execute("COMMIT")
-        return copy.serialize()
-
-
 _WRITERS: Mapping[str, Callable[[Stored, Sequence[Run]], bytes]] = {
     ".csv": _csv,
     ".jsonl": _jsonl,
     ".parquet": _parquet,
     ".tex": _tex,
-    ".db": _ompl,
+    ".db": ompl_database,
 }

@@ -25,7 +25,7 @@ from cgla_graph.comparisons.results.tables import (
     solver_tables,
 )
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.study.stored import Stored, load
+from cgla_graph.comparisons.study.store import Stored, load
 from cgla_graph.comparisons.tables.overview import overview
 from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Status

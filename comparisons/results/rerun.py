@@ -14,7 +14,7 @@ from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.rows import row
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.study.stored import Stored, load_study
+from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError
@@ -32,7 +32,7 @@ class Rerun:
     Attributes
     ----------
     stored, now
-        The one in the database and the new one.
+        The one in the study and the new one.
     """
 
     stored: Run
@@ -93,12 +93,11 @@ def rerun(stored: Stored, number: int) -> Rerun:
     Raises
     ------
     CglaError
-        If there is no such run, or the study cannot be read.
+        If there is no such run.
     """
     before = find(stored, number)
-    entrants = {entrant.label: entrant for entrant in load_study(stored.folder).entrants}
     seeds = () if before.seed is None else (before.seed,)
-    alone = Study([before.scenario], [entrants[before.solver]], seeds, tolerance=None, limits=stored.limits)
+    alone = Study([before.scenario], [stored.entrants[before.solver]], seeds, tolerance=None, limits=stored.limits)
     with console.running_solvers(), closing(run_study(alone, workers=1)) as runs:
         now = next(runs)
     solution = runner.bounded(now.solution, before.certificate)

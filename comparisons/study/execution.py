@@ -1,32 +1,48 @@
-"""Execution of a study: its cells become runs, wherever they are made, and reach the database as they come."""
+"""
+Runs of a study as tasks: the proof of each scenario's bound, then its runs, each in a worker within limits.
 
-from collections import deque
-from collections.abc import Generator, Sequence
-from contextlib import closing
-from dataclasses import dataclass, field
-from typing import Any
+The first half makes the tasks, and results of what workers answer; the second half is what workers do.
+"""
+
+import dataclasses
+import hashlib
+import math
+import pickle
+import socket
+from collections.abc import Generator, Iterable
+from contextlib import closing, suppress
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.study import runner, worker
-from cgla_graph.comparisons.study.database import Database
+from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.study.store import PROOF, RUN
 from cgla_graph.comparisons.study.study import Cell, Study
-from cgla_graph.comparisons.workers.cluster import spread
-from cgla_graph.comparisons.workers.limits import NO_LIMITS, PREPARATION, Limits, lost
-from cgla_graph.comparisons.workers.pool import Call, Failure, NextCall, Outcome, here, isolated
-from cgla_graph.model.solution import Solution
+from cgla_graph.comparisons.workers.limits import Failure, Limits, Outcome, limited, lost
+from cgla_graph.comparisons.workers.process import use_up
+from cgla_graph.comparisons.workers.tasks import Results, ResultStore, Task, run_tasks
+from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario
 
-#: What a proof may take at least.
-PROOF = Limits()
+#: What a proof may take at least: it is no solver's, and has time and memory also where runs have little.
+PROOF_LIMITS = Limits()
+#: What workers load beforehand.
+PRELOAD = (__name__,)
+#: What has been made ready in this process: labels of entrants, and the proof (None).
+_ready: set[str | None] = set()
+#: The scenario of the last run in this process, by its key.
+_last: dict[str, runner.Ground] = {}
 
 
 def run_study(
-    study: Study, *, database: Database | None = None, workers: int = 1, scheduler: str | None = None
+    study: Study, *, store: ResultStore | None = None, workers: int = 1, scheduler: str | None = None
 ) -> Generator[Run]:
     """
-    Make the runs of a study that are not in its database yet.
+    Make the runs of a study that are not in its store yet.
 
     The lower bound of a scenario is proven before its runs begin, so that each run says how far from the best
     possible it is.
@@ -35,7 +51,7 @@ def run_study(
     ----------
     study
         What to run.
-    database
+    store
         Where runs go as they come, and what is done already; None keeps nothing.
     workers
         How many processes make runs at the same time; 0 makes them in this process, where a solver that hangs or
@@ -52,7 +68,7 @@ def run_study(
     Raises
     ------
     OutputError
-        If the database cannot be written.
+        If the store cannot be written.
     CglaError
         If the cluster cannot be reached.
 
@@ -63,145 +79,195 @@ def run_study(
     >>> [(run.solver, run.solution.status.label) for run in run_study(study, workers=0)]
     [('cgla', 'optimal')]
     """
-    limits = limits_where(study.limits, workers=workers, scheduler=scheduler)
-    agenda = _Agenda.of(study, database, limits)
-    # whatever ends the iteration ends the workers
-    with closing(made(agenda.next_call, limits, workers=workers, scheduler=scheduler)) as outcomes:
-        for call, outcome in outcomes:
-            if isinstance(call.key, str):
-                agenda.prove(call.key, outcome)
-            else:
-                run = agenda.run(call.key, outcome)  # type: ignore[arg-type]
-                yield run if database is None else database.add(run)
+    how: dict[str, Any] = {"limits": study.limits, "workers": workers, "scheduler": scheduler, "preload": PRELOAD}
+    with closing(run_tasks(study_tasks(study, store), store, **how)) as results:
+        yield from (result for _, result in results if isinstance(result, Run))
 
 
-def made(
-    next_call: NextCall, limits: Limits, *, workers: int, scheduler: str | None = None, preload: Sequence[str] = ()
-) -> Generator[tuple[Call, Outcome]]:
-    """
-    Make calls where they are to be made: on a cluster, in worker processes, or (no workers) in this process.
-
-    Whoever iterates closes it, which ends the workers.
-
-    Parameters
-    ----------
-    next_call
-        As `isolation.isolated` takes it.
-    limits
-        Those that the functions set themselves.
-    workers, scheduler
-        As in `run_study`.
-    preload
-        Modules that workers load beforehand, besides those of runs.
-    """
-    seconds, modules = limits.seconds + PREPARATION, (*worker.PRELOAD, *preload)
-    if scheduler is not None:
-        return spread(next_call, scheduler=scheduler, seconds=seconds, preload=modules)
-    if workers == 0:
-        return here(next_call)
-    return isolated(next_call, workers=workers, seconds=seconds, preload=modules)
+def study_tasks(study: Study, store: ResultStore | None = None) -> list[Task]:
+    """List the proofs and runs of a study that are not in its store yet, scenario by scenario."""
+    scenarios = {scenario.name: scenario for scenario in study.scenarios}
+    entrants = {entrant.label: entrant for entrant in study.entrants}
+    tasks: dict[tuple[Any, ...], Task] = {}
+    # packed where it is used, and not held for all scenarios
+    packed = lru_cache(maxsize=4)(lambda name: pack(scenarios[name]))
+    for cell in study.cells():
+        if store is not None and (RUN, *cell) in store:
+            continue
+        proof = [] if study.tolerance is None else [(PROOF, cell.scenario)]
+        for key in proof:
+            tasks.setdefault(key, _proof_task(cell.scenario, packed, study.tolerance or 0.0))
+        tasks[RUN, *cell] = _run_task(cell, scenarios[cell.scenario], entrants[cell.solver], packed, proof)
+    return list(tasks.values())
 
 
-def limits_where(limits: Limits, *, workers: int, scheduler: str | None = None) -> Limits:
-    """Return the limits that hold where calls are made: none in the user's own process, which no limit may kill."""
-    return limits if workers or scheduler is not None else NO_LIMITS
-
-
-@dataclass(eq=False)
-class _Agenda:
-    """What is left to do: first the proof of each scenario, then its runs."""
-
-    study: Study
-    database: Database | None
-    limits: Limits
-    certificates: dict[str, Certificate]
-    scenarios: dict[str, Scenario]
-    entrants: dict[str, Entrant]
-    #: scenarios with something left to be called for, in order
-    open: deque["_Open"] = field(default_factory=deque)
-
-    @classmethod
-    def of(cls, study: Study, database: Database | None, limits: Limits) -> "_Agenda":
-        agenda = cls(
-            study,
-            database,
-            limits,
-            certificates=database.certificates() if database else {},
-            scenarios={scenario.name: scenario for scenario in study.scenarios},
-            entrants={entrant.label: entrant for entrant in study.entrants},
-        )
-        done = database.finished() if database else set()
-        left = {name: _Open(scenario) for name, scenario in agenda.scenarios.items()}
-        for cell in study.cells():
-            if cell not in done:
-                left[cell.scenario].cells.append(cell)
-        agenda.open.extend(one for one in left.values() if one.cells)
-        return agenda
-
-    def next_call(self) -> Call | None:
-        """Return a run of the first scenario that has its proof, or else the first proof that is not under way."""
-        for scenario in self.open:
-            name = scenario.scenario.name
-            if self.study.tolerance is None or name in self.certificates:
-                return self._run_call(scenario)
-            if not scenario.proof_called:
-                scenario.proof_called = True
-                arguments = (scenario.parcel(), self.study.tolerance, self._proof_limits())
-                return Call(name, worker.prove, arguments)
-        return None
-
-    def _proof_limits(self) -> Limits:
-        """Leave a proof time and memory also where runs have little: it is no solver's."""
-        return Limits(max(self.limits.seconds, PROOF.seconds), max(self.limits.megabytes, PROOF.megabytes))
-
-    def _run_call(self, scenario: "_Open") -> Call:
-        cell = scenario.cells.popleft()
-        arguments = (scenario.parcel(), self.entrants[cell.solver], cell.seed, self.limits)
-        if not scenario.cells:
-            self.open.remove(scenario)
-        return Call(cell, worker.run, arguments)
-
-    def prove(self, name: str, outcome: Outcome) -> None:
+def _proof_task(name: str, packed: Any, tolerance: float) -> Task:  # noqa: ANN401 - a function that is cached
+    def certificate(outcome: Outcome, limits: Limits, _: Results) -> Certificate:
         """Take a scenario's proof, or the reason why there is none."""
-        certificate = outcome.value
-        if outcome.failure is not None:
-            certificate = runner.no_certificate(
-                self.study.tolerance or 0.0, lost(outcome, self._proof_limits())[1], 0.0
-            )
-        self.certificates[name] = certificate
-        if self.database is not None:
-            self.database.add_certificate(name, certificate)
+        if outcome.failure is None:
+            proof: Certificate = outcome.value
+            return proof
+        return runner.no_certificate(tolerance, lost(outcome, limits.at_least(PROOF_LIMITS))[1], 0.0)
 
-    def run(self, cell: Cell, outcome: Outcome) -> Run:
+    return Task((PROOF, name), prove, lambda _: (packed(name), tolerance, PROOF_LIMITS), certificate)
+
+
+def _run_task(
+    cell: Cell,
+    scenario: Scenario,
+    entrant: Entrant,
+    packed: Any,  # noqa: ANN401 - a function that is cached
+    proof: list[tuple[str, str]],
+) -> Task:
+    def run_of(outcome: Outcome, limits: Limits, done: Results) -> Run:
         """Make a run of what a worker answered."""
-        entrant = self.entrants[cell.solver]
         how: dict[str, Any] = {}
         if outcome.failure is None:
-            answer: worker.Answer = outcome.value
+            answer: Answer = outcome.value
             solution = answer.solution
             if solution.status.has_path and not entrant.is_built_in:
                 # it may have changed what it was judged by
-                solution = self.scenarios[cell.scenario].problem.judge(solution)
+                solution = scenario.problem.judge(solution)
             how = {"megabytes": answer.megabytes, "host": answer.host}
         else:
-            status, message = lost(outcome, self.limits)
+            status, message = lost(outcome, limits)
             # a run that was killed has told nothing, but how long it was waited for
-            seconds = self.limits.seconds if outcome.failure is Failure.TIMED_OUT else 0.0
+            seconds = limits.seconds if outcome.failure is Failure.TIMED_OUT else 0.0
             solution = Solution(status, solver=entrant.name, message=message, seconds=seconds)
-        certificate = self.certificates.get(cell.scenario)
-        return runner.run_of(self.scenarios[cell.scenario], entrant, cell.seed, solution, certificate, **how)
+        return runner.run_of(scenario, entrant, cell.seed, solution, next(iter(done.values()), None), **how)
+
+    return Task((RUN, *cell), run, lambda _: (packed(cell.scenario), entrant, cell.seed), run_of, proof)
 
 
-@dataclass(eq=False)
-class _Open:
-    """A scenario with runs left to be made."""
+class Packed(NamedTuple):
+    """A scenario on its way to a worker, and a key to know it by when it comes again."""
 
-    scenario: Scenario
-    cells: deque[Cell] = field(default_factory=deque)
-    proof_called: bool = False
-    _parcel: worker.Parcel | None = None
+    key: str
+    data: bytes
 
-    def parcel(self) -> worker.Parcel:
-        if self._parcel is None:
-            self._parcel = worker.parcel(self.scenario)
-        return self._parcel
+
+def pack(scenario: Scenario) -> Packed:
+    """
+    Wrap a scenario up.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> unpacked(pack(load_scenario("paper"))).name
+    'paper'
+    """
+    data = pickle.dumps(scenario)
+    return Packed(hashlib.sha256(data).hexdigest(), data)
+
+
+# ---- in a worker ----
+
+
+class Answer(NamedTuple):
+    """What came out of a run: plain numbers, whatever the solver handed over; and what it took."""
+
+    solution: Solution
+    megabytes: float
+    host: str
+
+
+@lru_cache(maxsize=4)
+def unpacked(packed: Packed) -> Scenario:
+    """Unwrap a scenario; the same one for the same data, so that what is known of it is not found anew."""
+    scenario: Scenario = pickle.loads(packed.data)  # noqa: S301 - from the process that started this one
+    return scenario
+
+
+def prove(packed: Packed, tolerance: float, least: Limits, limits: Limits) -> Certificate:
+    """Bound the cost of a scenario's paths; what stops at a limit leaves no bound, but a reason."""
+    scenario, limits = unpacked(packed), limits.at_least(least)
+    if None not in _ready:
+        runner.warm_up_proof()
+        _ready.add(None)
+    with limited(limits.seconds, limits.megabytes):
+        proof = runner.certify(scenario, tolerance)
+    # its grids are for pictures of one proof
+    return dataclasses.replace(proof, grids=())
+
+
+def run(packed: Packed, entrant: Entrant, seed: int | None, limits: Limits) -> Answer:
+    """
+    Make one run.
+
+    After a solver that is no part of the toolkit, nothing of this process serves another run: the solver may have left
+    anything behind, in the process and in the problem that it was given.
+    """
+    ground = _ground(packed)
+    if not entrant.is_built_in:
+        use_up()
+        _last.clear()
+        unpacked.cache_clear()
+    if entrant.label not in _ready:
+        runner.warm_up([entrant])
+        _ready.add(entrant.label)
+    with limited(limits.seconds, limits.megabytes) as usage:
+        solution = runner.run(ground, entrant, seed)
+    if solution.status is Status.OUT_OF_MEMORY:
+        solution = dataclasses.replace(solution, message=limits.spent_memory(solution.message))
+    return Answer(plain(solution), usage.megabytes, socket.gethostname())
+
+
+def _ground(packed: Packed) -> runner.Ground:
+    """Return a scenario with its graph, as it was left by the run before, if that was on the same one."""
+    ground = _last.get(packed.key)
+    if ground is None:
+        ground = runner.Ground.lay(unpacked(packed), next(iter(_last.values()), None))
+        _last.clear()
+        _last[packed.key] = ground
+    return ground
+
+
+def plain(solution: Solution) -> Solution:
+    r"""
+    Copy an answer, so that it holds nothing but numbers and words, and no nodes.
+
+    Whatever in it is no number becomes NaN (of a count: 0): a solver may answer anything.
+
+    Examples
+    --------
+    >>> plain(Solution(Status.FOUND, cost="dear", message="a\nb")).message
+    'a b'
+    """
+    numbers: dict[str, Any] = {name: _number(getattr(solution, name)) for name in _NUMBERS}
+    return Solution(
+        status=solution.status,
+        path=np.array(solution.path, dtype=np.float64).reshape(-1, 2),
+        solver=str(solution.solver),
+        evaluations=_count(solution.evaluations),
+        trace=tuple(_trace(solution.trace)),
+        message=_visible(" ".join(str(solution.message).split())),
+        **numbers,
+    )
+
+
+_NUMBERS = (
+    *("cost", "length", "risk", "clearance", "lower_bound"),
+    *("seconds", "build_seconds", "certificate_seconds"),
+)
+
+
+def _trace(points: Iterable[TracePoint]) -> Iterable[TracePoint]:
+    return (TracePoint(_number(one.seconds), _count(one.evaluations), _number(one.cost)) for one in points)
+
+
+def _visible(text: str) -> str:
+    """Write what would steer a terminal as an escape."""
+    return "".join(one if one.isprintable() else repr(one)[1:-1] for one in text)
+
+
+def _number(value: Any) -> float:  # noqa: ANN401 - that is the point
+    with suppress(TypeError, ValueError, OverflowError):
+        return float(value)
+    return math.nan
+
+
+def _count(value: Any) -> int:  # noqa: ANN401 - that is the point
+    with suppress(TypeError, ValueError, OverflowError):
+        # as databases and tables count
+        return min(max(int(value), 0), 2**63 - 1)
+    return 0

@@ -54,7 +54,7 @@ class Run:
     host
         The machine; empty where it is not known.
     number
-        Its number in the database of a study, from 1; None outside of one.
+        Its number in the file of a study, from 1; None outside of one.
     """
 
     scenario: Scenario
@@ -117,8 +117,12 @@ def compare(
                 yield run_of(scenario, entrant, seed, run(ground, entrant, seed), certificate)
 
 
-def seeds_of(scenario: Scenario, entrant: Entrant, seeds: Sequence[int]) -> Sequence[int | None]:
-    """List the seeds of an entrant: none, the one that the user or the scenario set, or those of the comparison."""
+def seeds_of(scenario: Scenario | None, entrant: Entrant, seeds: Sequence[int]) -> Sequence[int | None]:
+    """
+    List the seeds of an entrant: none, the one that the user or the scenario set, or those of the comparison.
+
+    Of a mission, which brings no settings of solvers, the scenario is None.
+    """
     if not entrant.is_available or not registry.traits(entrant.name).seeded:
         return [None]
     settings = entrant.settings_on(scenario)
@@ -149,7 +153,7 @@ def certify(scenario: Scenario, tolerance: float) -> Certificate:
     """
     began = time.perf_counter()
     try:
-        best = Hybrid(tolerance=None).solve(scenario.problem)
+        best = solve(scenario.problem, Hybrid(tolerance=None))
         path = best.path if best.status.has_path else None
         on_plane = earth.plane_tolerance(scenario, tolerance, best.cost)
         proof = lower_bound(scenario.problem, on_plane, path=path)

@@ -1,12 +1,13 @@
 """A study: which solvers run on which scenarios with which seeds, and within which limits."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import TOLERANCE, seeds_of
 from cgla_graph.comparisons.workers.limits import Limits
+from cgla_graph.scenarios.mission_file import MissionFile
 from cgla_graph.scenarios.scenario import Scenario
 
 #: The seeds of a study that names none.
@@ -19,6 +20,27 @@ class Cell(NamedTuple):
     scenario: str
     solver: str
     seed: int | None
+
+
+class FlightCell(NamedTuple):
+    """One flight to be made: names of mission, variant and entrant, and the seed (None as in `Cell`)."""
+
+    mission: str
+    variant: str
+    solver: str
+    seed: int | None
+
+
+class Flown(Protocol):
+    """What has a name and variants, as missions do."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def variants(self) -> Mapping[str, Any]:
+        """Its variants, by name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +64,8 @@ class Study:
         What the report calls it.
     source
         The text of its file, or the command that asked for it.
+    missions, mission_entrants
+        Missions with names of their own, and those of the entrants that fly them.
     """
 
     scenarios: Sequence[Scenario]
@@ -51,6 +75,8 @@ class Study:
     limits: Limits = field(default_factory=Limits)
     title: str = ""
     source: str = ""
+    missions: Sequence[MissionFile] = ()
+    mission_entrants: Sequence[Entrant] = ()
 
     def cells(self) -> Iterator[Cell]:
         """List the runs to be made, scenario by scenario."""
@@ -58,3 +84,16 @@ class Study:
             for entrant in self.entrants:
                 for seed in seeds_of(scenario, entrant, self.seeds):
                     yield Cell(scenario.name, entrant.label, seed)
+
+    def flights(self) -> Iterator[FlightCell]:
+        """List the flights to be made, mission by mission."""
+        return flight_cells(self.missions, self.mission_entrants, self.seeds)
+
+
+def flight_cells(missions: Iterable[Flown], entrants: Sequence[Entrant], seeds: Sequence[int]) -> Iterator[FlightCell]:
+    """List every flight of missions with all their variants, by entrants with these seeds."""
+    for mission in missions:
+        for variant in mission.variants:
+            for entrant in entrants:
+                for seed in seeds_of(None, entrant, seeds):
+                    yield FlightCell(mission.name, variant, entrant.label, seed)

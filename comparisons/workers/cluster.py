@@ -3,7 +3,7 @@ Calls on a Dask cluster that runs already: each in a process of its own there, t
 
 Dask keeps the books: which machine works on what, and what has to be made again when a machine is lost. Its own
 workers cannot be killed without losing all that they hold, so none of them makes a call itself: each of their threads
-has a worker process of `isolation` beside it.
+has a worker process of ours beside it.
 """
 
 import multiprocessing
@@ -17,8 +17,9 @@ from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
-from cgla_graph.comparisons.workers.pool import AHEAD, Call, NextCall, Outcome, packed
-from cgla_graph.comparisons.workers.process import Failure, Reply, Slot, told
+from cgla_graph.comparisons.workers.limits import Failure, Outcome
+from cgla_graph.comparisons.workers.pool import AHEAD, Call, NextCall, packed
+from cgla_graph.comparisons.workers.process import Reply, WorkerProcess, one_line
 from cgla_graph.errors import WorkerError
 
 #: How long a scheduler may take to answer, in seconds.
@@ -65,11 +66,11 @@ def spread(
         while True:
             capacity = _capacity(client)
             while len(under_way) < capacity and (call := next_call()) is not None:
-                parcel = packed(call)
-                if isinstance(parcel, Outcome):
-                    yield call, parcel
+                payload = packed(call)
+                if isinstance(payload, Outcome):
+                    yield call, payload
                     continue
-                future = client.submit(_run, study, parcel, seconds, tuple(preload), key=f"cgla-{uuid.uuid4().hex}")
+                future = client.submit(_run, study, payload, seconds, tuple(preload), key=f"cgla-{uuid.uuid4().hex}")
                 under_way[future.key] = call, future
                 ended.add(future)
             if not under_way:
@@ -97,7 +98,7 @@ def _connect(dask: Any, scheduler: str) -> Any:  # noqa: ANN401 - a module and a
         _ring(dask, scheduler)
         return dask.Client(scheduler, timeout=CONNECT_SECONDS, set_as_default=False, name="cgla")
     except (OSError, ValueError, TypeError, ImportError) as error:
-        msg = f"no Dask scheduler answers at {scheduler!r} ({told(error)}); `dask scheduler` starts one and says where"
+        msg = f"no Dask scheduler answers at {scheduler!r} ({one_line(error)}); `dask scheduler` starts one"
         raise WorkerError(msg) from error
 
 
@@ -119,14 +120,15 @@ def _capacity(client: Any) -> int:  # noqa: ANN401 - a client that has no types
 def _outcome(dask: Any, future: Any) -> Outcome:  # noqa: ANN401 - a module and a future that have no types
     """Read what became of a call. A call raises nothing: what does come is the cluster's."""
     try:
-        return Outcome.of(future.result())
+        reply: Reply = future.result()
+        return reply.outcome()
     except dask.KilledWorker as error:
         n_lost = error.allowed_failures + 1
         return Outcome(None, Failure.CRASHED, f"{n_lost} workers of the cluster died of it, one after the other")
     except (CancelledError, OSError, WorkerError):
         raise
     except Exception as error:
-        msg = f"the workers of the Dask cluster lack what this program has; install the same there ({told(error)})"
+        msg = f"the workers of the Dask cluster lack what this program has; install the same there ({one_line(error)})"
         raise WorkerError(msg) from error
 
 
@@ -145,49 +147,49 @@ def _dismiss(dask: Any, client: Any, scheduler: str, study: str, futures: Sequen
 # ---- in a worker of the cluster ----
 
 
-class _Slots:
+class _Processes:
     """The worker processes of one study in a worker of Dask: one for each thread that has made a call."""
 
     def __init__(self) -> None:
-        self.all: list[Slot] = []
-        self.free: list[Slot] = []
+        self.all: list[WorkerProcess] = []
+        self.free: list[WorkerProcess] = []
         self.over = False
 
 
 _STOPPED = Reply(failure=Failure.CRASHED, message="its study was stopped")
 _lock = threading.Lock()
-_slots: defaultdict[str, _Slots] = defaultdict(_Slots)
+_processes: defaultdict[str, _Processes] = defaultdict(_Processes)
 
 
 def _run(study: str, call: bytes, seconds: float, preload: tuple[str, ...]) -> Reply:
     """Make a call in a process beside this one."""
     with _lock:
-        mine = _slots[study]
+        mine = _processes[study]
         if not mine.over and not mine.free:
             _let_have_children()
-            mine.free.append(Slot(preload))
+            mine.free.append(WorkerProcess(preload))
             mine.all.append(mine.free[-1])
-        slot = mine.free.pop() if mine.free and not mine.over else None
-    if slot is None:
+        worker = mine.free.pop() if mine.free and not mine.over else None
+    if worker is None:
         return _STOPPED
     try:
-        return slot.run(call, seconds)
+        return worker.run(call, seconds)
     except CancelledError:
         return _STOPPED
     finally:
         with _lock:
-            mine.free.append(slot)
+            mine.free.append(worker)
 
 
 def _leave(study: str) -> None:
     """End all processes of a study in this worker, for good."""
     with _lock:
-        _slots[study].over = True
-        slots = list(_slots[study].all)
-    for slot in slots:
-        slot.stop()
-    for slot in slots:
-        slot.join()
+        _processes[study].over = True
+        workers = list(_processes[study].all)
+    for worker in workers:
+        worker.stop()
+    for worker in workers:
+        worker.join()
 
 
 def _let_have_children() -> None:

@@ -3,7 +3,7 @@ Calls in processes of their own: one that hangs, crashes or eats memory is an ou
 
 Nothing here knows what is called. Two fences stand around a call. The inner one, `limited`, is set by the function
 itself around the part that counts: limits that the kernel keeps, whatever the code does and however its parent died.
-The outer one is pebble's, which notices that a worker died or is late, and replaces it (see `slot`).
+The outer one is pebble's, which notices that a worker died or is late, and replaces it (see `process`).
 """
 
 import os
@@ -13,13 +13,10 @@ import threading
 from collections.abc import Callable, Generator, Hashable, Sequence
 from concurrent.futures import CancelledError
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
-from cgla_graph.comparisons.workers.limited import Usage, limited
-from cgla_graph.comparisons.workers.process import Failure, Reply, Slot, told, use_up
-
-__all__ = ["Call", "Failure", "NextCall", "Outcome", "Usage", "here", "isolated", "limited", "use_up"]
+from cgla_graph.comparisons.workers.limits import Failure, Outcome
+from cgla_graph.comparisons.workers.process import Reply, WorkerProcess, one_line
 
 #: How many calls wait for each worker, so that it has something to do while the caller is busy with an outcome.
 AHEAD = 1
@@ -42,41 +39,6 @@ class Call(NamedTuple):
     key: Hashable
     function: Callable[..., Any]
     args: tuple[Any, ...] = ()
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """
-    What came of a call.
-
-    Attributes
-    ----------
-    value
-        What the function returned; None where it failed.
-    failure
-        Why there is no value; None where there is one.
-    message
-        What is known of the failure, in one line.
-
-    Examples
-    --------
-    >>> Outcome(failure=Failure.CRASHED, message="its process died of SIGSEGV").failure.value
-    'its process died'
-    """
-
-    value: Any = None
-    failure: Failure | None = None
-    message: str = ""
-
-    @classmethod
-    def of(cls, reply: Reply) -> "Outcome":
-        """Read what a worker sent."""
-        if reply.failure is not None:
-            return cls(None, reply.failure, reply.message)
-        try:
-            return cls(pickle.loads(reply.body))  # noqa: S301 - from a process that this one started
-        except Exception as error:  # noqa: BLE001 - a value may be anything
-            return cls(None, Failure.RAISED, f"what it returned cannot be read: {told(error)}")
 
 
 #: Asked whenever a worker can take more; answers None if there is nothing to do right now.
@@ -131,17 +93,16 @@ def isolated(
     if workers < 1 or not seconds > 0.0:
         msg = f"workers is {workers} and seconds {seconds}; give at least 1 worker and more than 0 seconds"
         raise ValueError(msg)
-    slots = [Slot(preload, cores) for cores in shares(workers)]
-    crew = _Crew(slots, seconds)
+    pool = _Pool([WorkerProcess(preload, cores) for cores in shares(workers)], seconds)
     try:
         while True:
-            while crew.n_under_way < workers * (1 + AHEAD) and (call := next_call()) is not None:
-                crew.begin(call)
-            if not crew.n_under_way:
+            while pool.n_under_way < workers * (1 + AHEAD) and (call := next_call()) is not None:
+                pool.begin(call)
+            if not pool.n_under_way:
                 return
-            yield crew.ended()
+            yield pool.ended()
     finally:
-        crew.dismiss()
+        pool.dismiss()
 
 
 def here(next_call: NextCall) -> Generator[tuple[Call, Outcome]]:
@@ -169,9 +130,9 @@ def here(next_call: NextCall) -> Generator[tuple[Call, Outcome]]:
         try:
             outcome = Outcome(call.function(*call.args))
         except MemoryError as error:
-            outcome = Outcome(None, Failure.OUT_OF_MEMORY, told(error))
+            outcome = Outcome(None, Failure.OUT_OF_MEMORY, one_line(error))
         except (Exception, SystemExit) as error:  # noqa: BLE001 - as in a worker; but the user's Ctrl-C ends it all
-            outcome = Outcome(None, Failure.RAISED, told(error))
+            outcome = Outcome(None, Failure.RAISED, one_line(error))
         yield call, outcome
 
 
@@ -196,31 +157,31 @@ def packed(call: Call) -> bytes | Outcome:
     try:
         return pickle.dumps((call.function, call.args), pickle.HIGHEST_PROTOCOL)
     except Exception as error:  # noqa: BLE001 - arguments may be anything
-        return Outcome(None, Failure.RAISED, f"what it is called with cannot be sent: {told(error)}")
+        return Outcome(None, Failure.RAISED, f"what it is called with cannot be sent: {one_line(error)}")
 
 
-class _Crew:
-    """Threads, each of which hands calls to one slot and waits for it."""
+class _Pool:
+    """Threads, each of which hands calls to one worker process and waits for it."""
 
-    def __init__(self, slots: Sequence[Slot], seconds: float) -> None:
+    def __init__(self, workers: Sequence[WorkerProcess], seconds: float) -> None:
         self.n_under_way = 0
-        self._slots = slots
+        self._workers = workers
         self._seconds = seconds
         self._waiting: queue.SimpleQueue[tuple[Call, bytes] | None] = queue.SimpleQueue()
         self._ended: queue.SimpleQueue[tuple[Call, Outcome | Reply | BaseException]] = queue.SimpleQueue()
         # daemons: a program that ends in the middle must not wait for them
-        self._threads = [threading.Thread(target=self._serve, args=(slot,), daemon=True) for slot in slots]
+        self._threads = [threading.Thread(target=self._serve, args=(worker,), daemon=True) for worker in workers]
         for thread in self._threads:
             thread.start()
 
     def begin(self, call: Call) -> None:
         """Put a call at the end of the line."""
         self.n_under_way += 1
-        parcel = packed(call)
-        if isinstance(parcel, Outcome):
-            self._ended.put((call, parcel))
+        payload = packed(call)
+        if isinstance(payload, Outcome):
+            self._ended.put((call, payload))
         else:
-            self._waiting.put((call, parcel))
+            self._waiting.put((call, payload))
 
     def ended(self) -> tuple[Call, Outcome]:
         """Wait for the next call to end."""
@@ -232,24 +193,24 @@ class _Crew:
         self.n_under_way -= 1
         if isinstance(answer, BaseException):
             raise answer
-        return call, answer if isinstance(answer, Outcome) else Outcome.of(answer)
+        return call, answer if isinstance(answer, Outcome) else answer.outcome()
 
     def dismiss(self) -> None:
         """End everything, whatever is under way."""
         for _ in self._threads:
             self._waiting.put(None)
-        for slot in self._slots:
-            slot.stop()
-        for slot in self._slots:
-            slot.join()
+        for worker in self._workers:
+            worker.stop()
+        for worker in self._workers:
+            worker.join()
         for thread in self._threads:
             thread.join()
 
-    def _serve(self, slot: Slot) -> None:
+    def _serve(self, worker: WorkerProcess) -> None:
         while (item := self._waiting.get()) is not None:
-            call, parcel = item
+            call, payload = item
             try:
-                self._ended.put((call, slot.run(parcel, self._seconds)))
+                self._ended.put((call, worker.run(payload, self._seconds)))
             except CancelledError:
                 return
             except BaseException as error:  # noqa: BLE001 - told by `ended`

@@ -1,4 +1,4 @@
-"""A place for one worker process: calls are made there one after the other, and a worker that is lost is replaced."""
+"""A worker process: calls are made there one after the other, and one that is lost is replaced."""
 
 import ctypes
 import multiprocessing
@@ -12,21 +12,20 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from concurrent.futures import CancelledError, Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
-from enum import Enum
 from importlib import import_module
 from multiprocessing import connection
 from typing import Any, NamedTuple
 
 from pebble import ProcessExpired, ProcessPool
 
-from cgla_graph.comparisons.workers.limited import set_expendable
+from cgla_graph.comparisons.workers.limits import Failure, Outcome, set_expendable
 from cgla_graph.errors import WorkerError
 from cgla_graph.model import isolated
 
 #: How long a worker may take to start, in seconds, before it is given up.
 START_SECONDS = 120.0
 #: How many workers in a row may be lost before they took up their call.
-ATTEMPTS = 3
+STARTS = 3
 #: How long a call may outlive its own limit before it is killed from here, and how often that is looked at, in seconds.
 GRACE, GLANCE = 1.0, 0.5
 
@@ -49,15 +48,6 @@ _used_up = False
 _PR_SET_PDEATHSIG = 1
 
 
-class Failure(Enum):
-    """Why a call has no value."""
-
-    TIMED_OUT = "it took longer than it may"
-    OUT_OF_MEMORY = "it needed more memory than it may take"
-    CRASHED = "its process died"
-    RAISED = "it raised an exception"
-
-
 class Reply(NamedTuple):
     """What came of a call: its value, pickled, or a failure."""
 
@@ -65,12 +55,21 @@ class Reply(NamedTuple):
     failure: Failure | None = None
     message: str = ""
     #: whether something may be left of it that would disturb the calls after it
-    littered: bool = False
+    dirty: bool = False
+
+    def outcome(self) -> Outcome:
+        """Read what a worker sent."""
+        if self.failure is not None:
+            return Outcome(None, self.failure, self.message)
+        try:
+            return Outcome(pickle.loads(self.body))  # noqa: S301 - from a process that this one started
+        except Exception as error:  # noqa: BLE001 - a value may be anything
+            return Outcome(None, Failure.RAISED, f"what it returned cannot be read: {one_line(error)}")
 
 
-class Slot:
+class WorkerProcess:
     """
-    A place for one worker process, which is started when first used.
+    One worker process, which is started when first used, and replaced when it is lost.
 
     Parameters
     ----------
@@ -106,14 +105,14 @@ class Slot:
         WorkerError
             If workers do not start.
         CancelledError
-            If the slot is stopped meanwhile.
+            If it is stopped meanwhile.
         """
-        for _ in range(ATTEMPTS):
+        for _ in range(STARTS):
             try:
                 future = self._submit(call, seconds)
                 reply = self._watched(future, seconds + START_SECONDS)
             except ProcessExpired as error:
-                reply = _obituary(error.exitcode)
+                reply = _exit_reason(error.exitcode)
                 if reply.failure is Failure.CRASHED:
                     # it may have died in the middle of what it was sending
                     self._discard()
@@ -130,14 +129,14 @@ class Slot:
                 # the worker died before it took the call up
                 self._discard()
                 continue
-            if reply.littered:
+            if reply.dirty:
                 self._discard()
             return reply
         if call != _NOTHING and self.run(_NOTHING, START_SECONDS).failure is None:
             # workers do start: it is this call that they do not survive
             return Reply(failure=Failure.CRASHED, message="its process died, and its connection with it")
         msg = (
-            f"{ATTEMPTS} worker processes in a row died while they started; what they wrote to standard error says why "
+            f"{STARTS} worker processes in a row died while they started; what they wrote to standard error says why "
             "(a script that starts workers has to keep its own work under `if __name__ == '__main__':`)"
         )
         raise WorkerError(msg)
@@ -170,7 +169,7 @@ class Slot:
             self._context.sweep()
 
     def join(self) -> None:
-        """Wait until a stopped slot is empty."""
+        """Wait until a stopped worker is gone."""
         self._pool.join()
 
     def _open(self) -> tuple["_Context", ProcessPool]:
@@ -301,7 +300,7 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _obituary(code: int) -> Reply:
+def _exit_reason(code: int) -> Reply:
     """Say what a process died of, given its exit code."""
     if code == _LEFT_QUIETLY:
         return Reply(failure=Failure.CRASHED, message="its process left with the exit code 0")
@@ -362,11 +361,11 @@ def _reply(call: bytes) -> Reply:
     if hasattr(signal, "setitimer"):
         # an alarm that the call before has set would go off in this one
         signal.setitimer(signal.ITIMER_REAL, 0.0)
-    reply = attempt(call)
+    reply = make_call(call)
     if os.getpid() != process:
         # a fork that came back from the call: one of the two is enough
         os._exit(1)
-    return reply._replace(littered=_used_up or threading.active_count() > threads or _has_children())
+    return reply._replace(dirty=_used_up or threading.active_count() > threads or _has_children())
 
 
 def use_up() -> None:
@@ -391,25 +390,25 @@ def _has_children() -> bool:
     return True
 
 
-def attempt(call: bytes) -> Reply:
+def make_call(call: bytes) -> Reply:
     """Make a call, given function and arguments, pickled; whatever it raises becomes a failure."""
     try:
         function: Callable[..., Any]
         function, args = pickle.loads(call)  # noqa: S301 - from the process that started this one
         return Reply(pickle.dumps(function(*args), pickle.HIGHEST_PROTOCOL))
     except MemoryError as error:
-        return Reply(failure=Failure.OUT_OF_MEMORY, message=told(error))
+        return Reply(failure=Failure.OUT_OF_MEMORY, message=one_line(error))
     except BaseException as error:  # noqa: BLE001 - whatever a call does, the next one is made
-        return Reply(failure=Failure.RAISED, message=told(error))
+        return Reply(failure=Failure.RAISED, message=one_line(error))
 
 
-def told(error: BaseException) -> str:
+def one_line(error: BaseException) -> str:
     r"""
     Say in one line what was raised.
 
     Examples
     --------
-    >>> told(ValueError("bad\nworse"))
+    >>> one_line(ValueError("bad\nworse"))
     'ValueError: bad'
     """
     try:

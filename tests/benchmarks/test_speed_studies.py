@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from cgla_graph.comparisons.study.database import Database
+from cgla_graph.comparisons.study.store import StudyStore
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.runner import compare
@@ -68,9 +68,9 @@ def test_a_trivial_run_of_a_study(benchmark: BenchmarkFixture, tmp_path: Path, w
     entrants = [Entrant(f"straight-{number}", "straight-line") for number in range(20)]
     study = Study(scenarios, entrants, tolerance=None)
     loop = gaps(compare(scenarios, entrants, 1, tolerance=None))
-    with Database.create(tmp_path, study) as database:
+    with StudyStore.create(tmp_path, study) as store:
         ours = benchmark.pedantic(
-            lambda: gaps(run_study(study, database=database, workers=workers)), rounds=1, iterations=1
+            lambda: gaps(run_study(study, store=store, workers=workers)), rounds=1, iterations=1
         )
     assert len(ours) == len(loop) == 999
     overhead = statistics.median(ours) - statistics.median(loop)
@@ -87,8 +87,8 @@ def test_two_workers_on_equal_runs(benchmark: BenchmarkFixture, tmp_path: Path) 
 
     def took(workers: int, folder: Path) -> float:
         folder.mkdir()
-        with Database.create(folder, study) as database:
-            return sum(gaps(run_study(study, database=database, workers=workers))[8:])
+        with StudyStore.create(folder, study) as store:
+            return sum(gaps(run_study(study, store=store, workers=workers))[8:])
 
     ratios = [took(1, tmp_path / f"one{n}") / took(2, tmp_path / f"two{n}") for n in range(2)]
     ratios.append(took(1, tmp_path / "one") / benchmark.pedantic(took, args=(2, tmp_path / "two"), rounds=1))

@@ -34,7 +34,7 @@ FLOORS = (
     ("solvers.solving", "solvers.refine"),
     ("solvers", "solvers.checks"),
     ("solvers.trade_off",),
-    ("comparisons.files", "comparisons.console", "comparisons.numbers"),
+    ("comparisons.files", "comparisons.console", "comparisons.numbers", "comparisons.store"),
     ("comparisons.workers",),
     ("comparisons.statistics",),
     ("comparisons.study",),

@@ -21,7 +21,7 @@ import threading
 import time
 from pathlib import Path
 
-from cgla_graph.comparisons.workers.pool import limited
+from cgla_graph.comparisons.workers.limits import limited
 
 
 class Unpicklable(Exception):

@@ -1,15 +1,14 @@
-"""Small studies in databases: answers are made up, so that nothing has to be solved."""
+"""Small studies in folders: answers are made up, so that nothing has to be solved."""
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.study.database import Database, Stored, load
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run, run_of
+from cgla_graph.comparisons.study.store import PROOF, RUN, Stored, StudyStore, load
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
@@ -63,11 +62,17 @@ def runs_of(study: Study, answers: Answers = by_number) -> list[Run]:
     return runs
 
 
+def add_run(store: StudyStore, run: Run) -> Run:
+    """Add a run to the store of a study."""
+    added: Run = store.add((RUN, run.scenario.name, run.solver, run.seed), run)
+    return added
+
+
 def write_study(folder: Path, study: Study, answers: Answers = by_number, first: int | None = None) -> Stored:
-    """Write the first runs of a study (None: all) into a database."""
-    with Database.create(folder, study, command="cgla compare") as database:
+    """Write the first runs of a study (None: all) into a folder."""
+    with StudyStore.create(folder, study, command="cgla compare") as store:
         for scenario in study.scenarios:
-            database.add_certificate(scenario.name, runs_of(study)[0].certificate or Certificate(1, 1, 1, 1, 1))
+            store.add((PROOF, scenario.name), runs_of(study)[0].certificate)
         for run in runs_of(study, answers)[:first]:
-            database.add(dataclasses.replace(run))
+            add_run(store, run)
     return load(folder)

@@ -23,9 +23,9 @@ from cgla_graph.comparisons.claims.claim import (
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.experiment import Experiment, Record
 from cgla_graph.comparisons.claims.report import report_html, report_markdown, sections
-from cgla_graph.comparisons.claims.store import FILE, Measured, Store
+from cgla_graph.comparisons.claims.store import FIGURE, FILE, FINDING, SAMPLE, Measured, Store
 from cgla_graph.comparisons.claims.wording import rerun, results_document
-from cgla_graph.errors import ClaimError, OutputError
+from cgla_graph.errors import ClaimError, OutputError, StudyError
 
 EVIL = "<script>alert('x')</script> | *bold* \\"
 
@@ -89,7 +89,7 @@ def small_catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
     """Claims, experiments and artefacts of our own instead of the paper's."""
     for module in (command, make_artefacts):
         monkeypatch.setattr(module, "artefacts", lambda: ARTEFACTS)
-    experiment = Experiment("squares", "the square of a seed", _squares, quick=5)
+    experiment = Experiment("squares", _squares, quick=5)
     monkeypatch.setattr(catalogue, "claims", lambda: MappingProxyType({claim.id: claim for claim in CLAIMS}))
     monkeypatch.setattr(catalogue, "experiments", lambda: {"squares": experiment})
     calls.clear()
@@ -117,7 +117,7 @@ def test_each_claim_is_checked_once_on_the_maps_of_its_seed() -> None:
 
 
 def test_what_is_asked_for_decides_how_many_maps() -> None:
-    experiment = Experiment("x", "", _squares, quick=5, share=0.5)
+    experiment = Experiment("x", _squares, quick=5, share=0.5)
     assert experiment.maps(200, quick=False) == 100
     assert experiment.maps(200, quick=True) == 5
     assert experiment.maps(3, quick=True) == 3
@@ -145,11 +145,11 @@ def test_a_study_goes_on_where_it_was_killed(tmp_path: Path) -> None:
         whole = _results(store, scale)
     lines = (tmp_path / FILE).read_bytes().splitlines(keepends=True)
     # killed after two samples and a finding, in the middle of a line
-    (tmp_path / FILE).write_bytes(b"".join(lines[:3]) + lines[3][:20])
-    kept = [json.loads(line)["kind"] for line in lines[:3]]
+    (tmp_path / FILE).write_bytes(b"".join(lines[:4]) + lines[4][:20])
+    kept = [json.loads(line)["kind"] for line in lines[:4]]
     calls.clear()
     with Store(tmp_path, scale, resume=True) as store:
-        assert len(store.samples) == kept.count("sample")
+        assert len(store.keys(SAMPLE)) == kept.count("sample")
         again = _results(store, scale)
     assert again == whole
     assert len(calls) == 5 - kept.count("sample")
@@ -162,32 +162,32 @@ def test_findings_of_another_scale_and_samples_of_other_code_do_not_count(
     with Store(tmp_path, Scale(quick=True)) as store:
         _results(store, Scale(quick=True))
     with Store(tmp_path, Scale(maps=4), resume=True) as store:
-        assert len(store.samples) == 5
-        assert not store.findings
+        assert len(store.keys(SAMPLE)) == 5
+        assert not store.keys(FINDING)
     monkeypatch.setattr("cgla_graph.comparisons.claims.store.fingerprint", lambda: "other")
     with Store(tmp_path, Scale(quick=True), resume=True) as store:
-        assert not store.samples
-        assert not store.findings
+        assert not store.keys(SAMPLE)
+        assert not store.keys(FINDING)
 
 
 def test_a_study_that_is_there_is_neither_mixed_nor_lost(tmp_path: Path) -> None:
     with Store(tmp_path, Scale()) as store:
-        store.add_sample("squares", 1, Measured([{"value": math.nan}]))
+        store.add((SAMPLE, "squares", 1), Measured([{"value": math.nan}]))
         with pytest.raises(OutputError, match="another process writes this study"):
             Store(tmp_path, Scale(), resume=True)
-    with pytest.raises(ClaimError, match=r"is there already; go on with it \(--resume\)"):
+    with pytest.raises(OutputError, match=r"holds a study already; go on with it \(--resume\)"):
         Store(tmp_path, Scale())
     with pytest.raises(ClaimError, match="exclude each other"):
         Store(tmp_path, Scale(), resume=True, overwrite=True)
     with Store(tmp_path, Scale(), resume=True) as store:
-        assert store.samples["squares", 1].records == [{"value": None}]
+        assert store[SAMPLE, "squares", 1].records == [{"value": None}]
     with Store(tmp_path, Scale(), overwrite=True) as store:
-        assert not store.samples
+        assert not store.keys(SAMPLE)
 
 
 def test_a_file_that_is_no_study_is_refused(tmp_path: Path) -> None:
     (tmp_path / FILE).write_text('{"kind": "sample"}\n')
-    with pytest.raises(ClaimError, match="line 1 is none of a study of claims"):
+    with pytest.raises(StudyError, match="is no file of a study"):
         Store(tmp_path, Scale(), resume=True)
 
 
@@ -224,6 +224,19 @@ def test_the_reports_show_every_claim_and_run_nothing_of_it(tmp_path: Path) -> N
     document = json.loads((tmp_path / "claims.json").read_text())
     assert document == json.loads(json.dumps(results_document(done.results, request.scale)))
     assert [claim["verdict"] for claim in document["claims"]] == ["supported", "proved", "missing"]
+
+
+def test_figures_are_drawn_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def shown(*, resume: bool) -> list[object]:
+        with Store(tmp_path, Scale(), resume=resume) as store:
+            made = list(make_artefacts.make_artefacts(ARTEFACTS, store, workers=0))
+            assert len(store.keys(FIGURE)) == 2
+        return [one.content for one in sorted(made, key=lambda one: one.artefact.name)]
+
+    first = shown(resume=False)
+    # what failed is tried again
+    monkeypatch.setattr(make_artefacts, "artefacts", lambda: ARTEFACTS[1:2])
+    assert shown(resume=True) == first == [_picture(), None, _table()]
 
 
 def test_claims_are_parted_by_what_they_are_about() -> None:

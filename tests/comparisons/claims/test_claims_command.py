@@ -101,7 +101,7 @@ def test_the_report_and_the_figures_of_a_claim(cgla: Call, tmp_path: Path) -> No
     # nothing is fetched
     assert "http://" not in page
     assert "https://" not in page
-    cgla("claims", "C16", "--out", "out").refused("is there already", "--resume", "--overwrite")
+    cgla("claims", "C16", "--out", "out").refused("holds a study already", "--resume", "--overwrite")
     again = cgla("claims", "C26", "C16", "--quick", "--out", "out", "--resume", "--workers", 0)
     assert again.out == answer.out
 
@@ -140,7 +140,7 @@ def test_a_study_that_is_killed_goes_on_and_finds_the_same(
             claim["seconds"] = 0.0
     assert resumed == whole
     kept = [json.loads(line) for line in (tmp_path / "out" / "claims.jsonl").read_text().splitlines()]
-    measured = [(line["experiment"], line["seed"]) for line in kept if line["kind"] == "sample"]
+    measured = [tuple(line["key"]) for line in kept if line["kind"] == "sample"]
     assert len(measured) == len(set(measured))
 
 

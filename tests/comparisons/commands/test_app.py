@@ -26,9 +26,9 @@ from command_line import Call, caller
 from map_files import AREAS, name_of
 
 from cgla_graph.comparisons.study import options
-from cgla_graph.comparisons.study.database import load
 from cgla_graph.comparisons.study.rows import COLUMNS
 from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.study.store import load
 from cgla_graph.errors import CglaError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
@@ -42,7 +42,7 @@ SMALL = f"{ENDS}k = 5.0\nthreats = [{{ x = 0.5, y = 0.5, spread = 0.1 }}]\n[latt
 WALL = "[no_fly]\npolygons = [[[0.45, -0.1], [0.55, -0.1], [0.55, 0.8], [0.45, 0.8]]]\n"
 SHUT = WALL.replace("0.8", "1.1")
 #: What a comparison leaves in its folder at least.
-STUDY_FILES = {"study.db", "study.db.lock", "report.html", "rows.jsonl", "rows.csv", "summary.csv"}
+STUDY_FILES = {"study.jsonl", "study.jsonl.lock", "study.db", "report.html", "rows.jsonl", "rows.csv", "summary.csv"}
 PROGRAM = [sys.executable, "-m", "cgla_graph.comparisons"]
 
 
@@ -222,7 +222,7 @@ def test_compare_writes_rows_and_pictures(cgla: Call, small: Path, tmp_path: Pat
     document = cgla("compare", small, "--solvers", solvers, "--seeds", 2, "--out", out, "--json").document()
     wanted = {*STUDY_FILES, "traces.jsonl", "small.png", "small.svg", "small-cost.png"}
     assert names_in(out) == wanted
-    assert {Path(file).name for file in document["files"]} == wanted - {"study.db.lock"}
+    assert {Path(file).name for file in document["files"]} == wanted - {"study.jsonl.lock"}
     rows = [json.loads(line) for line in (out / "rows.jsonl").read_text(encoding="utf-8").splitlines()]
     assert rows == document["rows"]
     assert [(row["solver"], row["seed"]) for row in rows][2:] == [(solvers.split(",")[2], seed) for seed in (1, 2)]
@@ -238,7 +238,7 @@ def test_compare_writes_rows_and_pictures(cgla: Call, small: Path, tmp_path: Pat
 @pytest.mark.usefixtures("pictures")
 def test_compare_says_what_it_wrote(cgla: Call, small: Path, tmp_path: Path) -> None:
     answer = cgla("compare", small, "paper", "--solvers", "cgla", "--out", tmp_path / "out", "--pictures", 1)
-    files = "study.db, report.html, rows.jsonl, rows.csv, summary.csv, small.png"
+    files = "study.jsonl, report.html, study.db, rows.jsonl, rows.csv, summary.csv, small.png"
     assert f"written to {tmp_path / 'out'}: {files}" in answer.out
     assert "first 1 of 2 scenarios" in answer.err
     assert "paper.png" not in names_in(tmp_path / "out")
@@ -322,7 +322,7 @@ def test_scenarios_of_one_name(cgla: Call, tmp_path: Path) -> None:
     words = ("compare", "a/x.toml", "b/x.toml", "--solvers", "cgla,straight-line", "--out", "out", "--overwrite")
     document = cgla(*words, "--json").document()
     assert [row["excess"] for row in document["rows"] if row["solver"] == "cgla"] == [0.0, 0.0]
-    assert len(set(document["files"])) == 5 + 2 * 3
+    assert len(set(document["files"])) == 6 + 2 * 3
     assert [row["scenario"] for row in document["rows"]] == ["x", "x", "x-2", "x-2"]
     # a table of each, and the leaderboard
     assert cgla(*words).out.count("│ cgla ") == 3
@@ -875,7 +875,7 @@ def test_standard_output_that_is_full(cgla: Call, monkeypatch: pytest.MonkeyPatc
 def test_a_full_disk(cgla: Call, small: Path, tiny_disk: Path) -> None:
     words = ("compare", *[small] * 400, "--solvers", "straight-line", "--no-certificate", "--out", tiny_disk)
     cgla(*words).refused("full", "--out")
-    assert names_in(tiny_disk) <= {"study.db.lock"}
+    assert names_in(tiny_disk) <= {"study.jsonl.lock"}
 
 
 IMPROPER = """

@@ -10,7 +10,7 @@ from command_line import Call, caller
 
 from cgla_graph.comparisons.commands import output
 from cgla_graph.comparisons.commands.compare import read_request
-from cgla_graph.comparisons.study.database import load
+from cgla_graph.comparisons.study.store import load
 from cgla_graph.comparisons.study.study_file import study_from_toml
 
 STUDY = """title = "two maps"
@@ -88,7 +88,7 @@ def test_a_plain_comparison_is_a_study_too(cgla: Call) -> None:
         (["--resume"], ["--resume", "--out DIR"]),
         (["--overwrite"], ["--overwrite", "--out DIR"]),
         (["--resume", "--overwrite", "--out", "out"], ["--resume", "--overwrite", "one of them"]),
-        (["--resume", "--out", "nothing"], ["nothing", "study.db"]),
+        (["--resume", "--out", "nothing"], ["nothing", "study.jsonl"]),
         (["study.toml", "paper"], ["study.toml", "paper", "among its scenarios"]),
         (["paper", "study.toml"], ["study.toml", "paper", "among its scenarios"]),
         (["study.toml", "--seeds", "3"], ["--seeds", "study.toml"]),

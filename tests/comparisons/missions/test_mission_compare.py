@@ -15,10 +15,12 @@ from cgla_graph.comparisons.missions import compare
 from cgla_graph.comparisons.missions import runs as flight_runs
 from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.flight_run import COLUMNS, ComparedMission, FlightRun
+from cgla_graph.comparisons.study.study import flight_cells
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError
 from cgla_graph.mission.mission import Mission
-from cgla_graph.mission.records import Flight, MissionStatus
+from cgla_graph.mission.records import Flight
 from cgla_graph.scenarios.mission_file import MissionFile, load_mission
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.exact.dijkstra import Dijkstra
@@ -26,6 +28,10 @@ from cgla_graph.solvers.solving import solve
 
 #: A rule that only graph solvers can follow.
 EXCLUDE = CROSSING.replace('collisions = "record"', 'collisions = "record"\nexclude = "last"')
+
+
+#: What a comparison of missions leaves in its folder.
+MISSION_FILES = {"study.jsonl", "study.jsonl.lock", "report.html", "flights.jsonl", "flights.csv"}
 
 
 @pytest.fixture
@@ -53,7 +59,7 @@ def test_a_row_says_what_the_flight_came_to(small: MissionFile) -> None:
     for run, (variant, mission) in zip(runs, small.missions(registry.get).items(), strict=True):
         flight = mission.fly()
         row = run.row()
-        assert tuple(row) == flight_runs.COLUMNS
+        assert tuple(row) == COLUMNS
         assert (row["mission"], row["variant"], row["solver"], row["seed"]) == ("small", variant, "cgla", None)
         assert (row["status"], row["arrived"], row["uavs"], row["message"]) == ("arrived", 2, 2, "")
         assert (row["cost"], row["least_separation"]) == (flight.cost, flight.least_separation)
@@ -75,8 +81,8 @@ def test_seeds(small: MissionFile) -> None:
     alone = dataclasses.replace(small, variants={"alone": small.variants["alone"]})
     runs = list(compare.compare([alone], of, 2))
     assert [run.seed for run in runs] == [None, 1, 2, 9]
-    assert compare.count([alone], of, 2) == 4
-    assert compare.count([small], of, 2) == 8
+    assert len(list(flight_cells([alone], of, (1, 2)))) == 4
+    assert len(list(flight_cells([small], of, (1, 2)))) == 8
     again = [run.row()["cost"] for run in compare.compare([alone], of, 2)]
     assert [run.row()["cost"] for run in runs] == again
 
@@ -164,13 +170,13 @@ def test_missions_of_one_name_are_told_apart(cgla: Call) -> None:
 def test_missions_alone(cgla: Call) -> None:
     answer = cgla("compare", "small.toml", "--solvers", "cgla,eight-direction", "--out", "out")
     assert (answer.code, answer.err) == (0, "")
-    assert {path.name for path in Path("out").iterdir()} == {"flights.jsonl", "flights.csv"}
+    assert {path.name for path in Path("out").iterdir()} == MISSION_FILES
     lines = [json.loads(line) for line in Path("out/flights.jsonl").read_text(encoding="utf-8").splitlines()]
     with Path("out/flights.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [line["solver"] for line in lines] == ["cgla", "eight-direction"] * 2
     for line, row in zip(lines, rows, strict=True):
-        assert tuple(line) == tuple(row) == flight_runs.COLUMNS
+        assert tuple(line) == tuple(row) == COLUMNS
         assert {key: "" if value is None else str(value) for key, value in line.items()} == row
     cells = [line for line in answer.out.splitlines() if line.startswith("│")]
     assert len(cells) == 4
@@ -183,28 +189,18 @@ def test_missions_alone_do_not_warm_up_solvers_for_maps(cgla: Call, monkeypatch:
 
 
 def test_the_cheapest_stands_first_and_who_did_not_fly_last(small: MissionFile) -> None:
-    limited = dataclasses.replace(small, variants={"told": small.variants["told"]})
-    (run,) = compare.compare([limited], entrants("cgla"))
-    assert run.flown is not None
-    first, second = run.flown.flight.uavs.values()
+    def like(name: str, arrived: int, cost: float | None, seconds: float = 0.0) -> FlightRun:
+        numbers = {"arrived": arrived, "cost": cost, "planning_seconds": seconds}
+        return FlightRun("small", "told", name, None, 2, "arrived" if arrived == 2 else "no-path", numbers=numbers)
 
-    def like(name: str, *statuses: MissionStatus, seconds: float = 0.0) -> flight_runs.FlightRun:
-        uavs = {
-            one.name: dataclasses.replace(one, status=status, planning_seconds=seconds)
-            for one, status in zip((first, second), statuses, strict=True)
-        }
-        flight = dataclasses.replace(run.flown.flight, uavs=uavs)
-        return dataclasses.replace(run, solver=name, flown=dataclasses.replace(run.flown, flight=flight))
-
-    there, lost = MissionStatus.ARRIVED, MissionStatus.NO_PATH
     runs = [
-        dataclasses.replace(run, solver="failed", flown=None),
-        like("none", lost, lost),
-        like("one", there, lost, seconds=9.0),
-        like("slow", there, there, seconds=2.0),
-        like("fast", there, there, seconds=1.0),
+        FlightRun("small", "told", "failed", None, 2, "failed"),
+        like("none", 0, None),
+        like("one", 1, None, seconds=9.0),
+        like("slow", 2, 1.0, seconds=2.0),
+        like("fast", 2, 1.0, seconds=1.0),
     ]
-    table = flight_runs.flights_table(small, "told", runs)
+    table = flight_runs.flights_table(ComparedMission.of(small), "told", runs)
     assert [row[0] for row in table.rows] == ["fast", "slow", "one", "none", "failed"]
 
 
@@ -216,7 +212,7 @@ def test_maps_and_missions_together(cgla: Call) -> None:
     assert [(row["mission"], row["variant"]) for row in found["flights"]] == [("small", "alone"), ("small", "told")]
     names = {Path(path).name for path in found["files"]}
     assert {"rows.jsonl", "flights.jsonl", "flights.csv"} <= names
-    assert names == {path.name for path in Path("out").iterdir()} - {"study.db.lock"}
+    assert names == {path.name for path in Path("out").iterdir()} - {"study.jsonl.lock"}
 
 
 def test_a_plane_solver_under_a_rule_of_graphs_says_so(cgla: Call) -> None:
@@ -235,7 +231,7 @@ def test_a_map_in_degrees(cgla: Call) -> None:
 def test_ctrl_c_keeps_the_flights_so_far(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     run, calls = compare._run, iter(range(99))
 
-    def third(*names: Any) -> flight_runs.FlightRun:  # noqa: ANN401 - as `_run`
+    def third(*names: Any) -> FlightRun:  # noqa: ANN401 - as `_run`
         if next(calls) == 2:
             raise KeyboardInterrupt
         return run(*names)

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from cgla_graph.comparisons.study.stored import Stored
 from hypothesis import given
 from hypothesis import strategies as st
 from report_studies import ODD, failing, large_study, odd_runs, small_runs, stored_of
@@ -30,6 +29,7 @@ from cgla_graph.comparisons.report.pictures import failure_grid, rank_picture
 from cgla_graph.comparisons.report.steps import thinned
 from cgla_graph.comparisons.statistics.ranking import fewest_instances, ranking
 from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.comparisons.tables.leaderboard_columns import leaderboard_notes
 from cgla_graph.comparisons.tables.overview import overview
 from cgla_graph.errors import OutputError

@@ -19,7 +19,7 @@ from report_studies import ODD, failing, odd_runs, small_runs, stored_of
 
 from cgla_graph.comparisons.report.page import report_html, write_report
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.study.stored import Stored
+from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.model.solution import Status
 
 #: Whether these tests must not skip: on CI.

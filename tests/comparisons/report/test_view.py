@@ -19,11 +19,11 @@ from types import SimpleNamespace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from studies_small import runs_of, small_study, write_study
+from studies_small import add_run, runs_of, small_study, write_study
 
 from cgla_graph.comparisons.report import view
 from cgla_graph.comparisons.report.view import Page, State, Viewed, ViewServer, read_state
-from cgla_graph.comparisons.study.database import FILE, Database
+from cgla_graph.comparisons.study.store import FILE, StudyStore
 from cgla_graph.errors import CglaError, OutputError
 
 STUDY = small_study(["one", "two"], ["straight-line", "prm-star"])
@@ -37,7 +37,7 @@ def counted(folder: Path) -> Page:
 
 
 def view_load(folder: Path):  # noqa: ANN201 - as `load`
-    from cgla_graph.comparisons.study.stored import load  # noqa: PLC0415 - as the module does
+    from cgla_graph.comparisons.study.store import load  # noqa: PLC0415 - as the module does
 
     return load(folder)
 
@@ -352,10 +352,10 @@ def test_a_study_that_vanishes_and_comes_back(folder: Path, tmp_path: Path) -> N
 
 def test_it_grows_while_a_study_is_written(tmp_path: Path) -> None:
     folder = tmp_path / "study"
-    with Database.create(folder, STUDY) as database, served(folder) as server:
+    with StudyStore.create(folder, STUDY) as store, served(folder) as server:
         stamps = []
         for number, run in enumerate(runs_of(STUDY), 1):
-            database.add(run)
+            add_run(store, run)
             state = state_of(server)
             assert (state["runs"], state["cells"], state["complete"]) == (number, SIX, number == SIX)
             assert f"{number} runs" in ask(server).text
@@ -403,15 +403,15 @@ def test_the_state_is_answered_while_a_page_is_built(folder: Path) -> None:
 
 def test_pages_are_paced_but_the_last_one_comes_at_once(tmp_path: Path) -> None:
     folder, runs = tmp_path / "study", runs_of(STUDY)
-    with Database.create(folder, STUDY) as database, served(folder, pause=60.0) as server:
-        database.add(runs[0])
+    with StudyStore.create(folder, STUDY) as store, served(folder, pause=60.0) as server:
+        add_run(store, runs[0])
         assert "1 runs" in ask(server).text
         first = state_of(server)
         for run in runs[1:-1]:
-            database.add(run)
+            add_run(store, run)
             assert state_of(server) == first
             assert "1 runs" in ask(server).text
-        database.add(runs[-1])
+        add_run(store, runs[-1])
         last = state_of(server)
         assert (last["runs"], last["complete"]) == (SIX, True)
         assert last["stamp"] != first["stamp"]
@@ -429,8 +429,8 @@ def test_a_page_that_takes_long_is_built_less_often(folder: Path, monkeypatch: p
     viewed = Viewed(folder, build=build, pause=0.0, share=0.25)
     viewed.page()
     first = viewed.state()
-    with Database.resume(folder, STUDY) as database:
-        database.add(runs_of(STUDY)[2])
+    with StudyStore.resume(folder, STUDY) as store:
+        add_run(store, runs_of(STUDY)[2])
         # ten seconds of building are a quarter of forty
         clock[0] += 29.9
         assert viewed.state() == first
@@ -443,9 +443,9 @@ def test_a_reader_that_follows_stamps_ends_with_the_last_page(tmp_path: Path) ->
     folder = tmp_path / "study"
 
     def write() -> None:
-        with Database.create(folder, STUDY) as database:
+        with StudyStore.create(folder, STUDY) as store:
             for run in runs_of(STUDY):
-                database.add(run)
+                add_run(store, run)
                 time.sleep(0.02)
 
     with served(folder, pause=0.05) as server, ThreadPoolExecutor(1) as pool:

@@ -23,9 +23,9 @@ from cgla_graph.comparisons.results.filters import Filters
 from cgla_graph.comparisons.results.regression_table import regression_table
 from cgla_graph.comparisons.results.rerun import Rerun
 from cgla_graph.comparisons.results.tables import failure_lines, leaderboard_table, runs_table, solver_tables
-from cgla_graph.comparisons.study.database import FILE, Database, Stored, load
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.execution import run_study
+from cgla_graph.comparisons.study.store import FILE, Stored, StudyStore, load
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError
@@ -332,8 +332,8 @@ def solved(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("solved")
     entrants = [Entrant.parse(text) for text in ("cgla", "prm-star:milestones=60", "straight-line")]
     study = Study([load_scenario("thin-wall")], entrants, seeds=(1, 2), tolerance=None)
-    with Database.create(folder, study) as database:
-        for _ in run_study(study, database=database, workers=0):
+    with StudyStore.create(folder, study) as store:
+        for _ in run_study(study, store=store, workers=0):
             pass
     return folder
 

@@ -18,11 +18,14 @@ from strategies import fields, lattices, polygons, usual
 
 from cgla_graph._types import Bounds
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.study.codec import MARK, decode, dumps, encode
 from cgla_graph.comparisons.study.documents import (
+    MARK,
     Document,
     certificate_document,
     certificate_from,
+    decode,
+    dumps,
+    encode,
     entrant_document,
     entrant_from,
     scenario_document,

@@ -9,11 +9,11 @@ import numpy as np
 import plug_ins
 import pytest
 
-from cgla_graph.comparisons.study import execution, worker
-from cgla_graph.comparisons.study.database import Database, load
+from cgla_graph.comparisons.study import execution
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.runner import Run, compare
+from cgla_graph.comparisons.study.store import StudyStore, load
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.model.solution import Solution, Status, TracePoint
@@ -129,14 +129,14 @@ def test_nothing_is_run_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     tally = tmp_path / "tally"
     names = [small(f"s{number}") for number in range(6)]
     asked = study(f"counts:note={str(tally)!r}", scenarios=names)
-    with Database.create(tmp_path, asked, workers=0, command="") as database:
-        runs = run_study(asked, database=database, workers=0)
+    with StudyStore.create(tmp_path, asked, workers=0, command="") as store:
+        runs = run_study(asked, store=store, workers=0)
         for _ in range(4):
             next(runs)
         runs.close()  # type: ignore[attr-defined]
     assert len(load(tmp_path).runs) == 4
-    with Database.resume(tmp_path, asked, workers=1, command="") as database:
-        rest = list(run_study(asked, database=database, workers=1))
+    with StudyStore.resume(tmp_path, asked, workers=1, command="") as store:
+        rest = list(run_study(asked, store=store, workers=1))
     assert len(rest) == 2
     assert len(tally.read_text().splitlines()) == 6
     assert [run.scenario.name for run in load(tmp_path).runs] == [scenario.name for scenario in names]
@@ -145,7 +145,7 @@ def test_nothing_is_run_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 @pytest.mark.slow
 def test_a_proof_that_fails_leaves_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(execution, "PROOF", Limits(1e-3, 4096.0))
+    monkeypatch.setattr(execution, "PROOF_LIMITS", Limits(1e-3, 4096.0))
     asked = study("straight-line", tolerance=1e-9, limits=Limits(1e-3, 4096.0))
     (run,) = run_study(asked, workers=1)
     assert run.certificate is not None
@@ -169,7 +169,7 @@ def test_no_limit_holds_in_the_users_own_process() -> None:
 def test_an_answer_becomes_plain() -> None:
     trace = (TracePoint(np.float64(1.0), np.int64(2), "no number"),)  # type: ignore[arg-type]
     odd = Solution(Status.FOUND, cost=np.float32(0.5), message="a\nb", trace=trace, evaluations=math.inf)  # type: ignore[arg-type]
-    answer = worker.plain(odd)
+    answer = execution.plain(odd)
     assert (type(answer.cost), answer.cost, answer.message, answer.evaluations) == (float, 0.5, "a b", 0)
     assert math.isnan(answer.trace[0].cost)
     assert dataclasses.replace(answer, trace=()).path.shape == (0, 2)

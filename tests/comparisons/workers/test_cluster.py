@@ -19,13 +19,14 @@ import awkward_calls
 import pytest
 from awkward_calls import alive, until
 
-from cgla_graph.comparisons.study.database import Database, load
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.execution import run_study
+from cgla_graph.comparisons.study.store import StudyStore, load
 from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.comparisons.workers import cluster
 from cgla_graph.comparisons.workers.cluster import CONNECT_SECONDS, spread
-from cgla_graph.comparisons.workers.pool import Call, Failure, NextCall, Outcome, isolated
+from cgla_graph.comparisons.workers.limits import Failure, Outcome
+from cgla_graph.comparisons.workers.pool import Call, NextCall, isolated
 from cgla_graph.errors import CglaError, WorkerError
 from cgla_graph.scenarios.random_map import random_scenario
 
@@ -150,9 +151,9 @@ def test_a_study_is_the_same_on_a_cluster_that_loses_a_worker(tmp_path: Path) ->
     study = Study(scenarios, entrants, range(1, 7), tolerance=0.05)
     local = {Cell(run.scenario.name, run.solver, run.seed): run for run in run_study(study, workers=0)}
     (tmp_path / "dask").mkdir()
-    with Cluster(tmp_path / "dask", 2) as parts, Database.create(tmp_path, study) as database:
+    with Cluster(tmp_path / "dask", 2) as parts, StudyStore.create(tmp_path, study) as store:
         far = []
-        for run in run_study(study, database=database, scheduler=parts.address):
+        for run in run_study(study, store=store, scheduler=parts.address):
             far.append(run)
             if len(far) == 5:
                 parts.workers[0].send_signal(signal.SIGKILL)

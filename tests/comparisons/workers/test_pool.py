@@ -25,7 +25,8 @@ from hypothesis import strategies as st
 from strategies import examples
 
 from cgla_graph.comparisons.workers import process
-from cgla_graph.comparisons.workers.pool import Call, Failure, NextCall, Outcome, here, isolated, limited, shares
+from cgla_graph.comparisons.workers.limits import Failure, Outcome, limited
+from cgla_graph.comparisons.workers.pool import Call, NextCall, here, isolated, shares
 from cgla_graph.errors import WorkerError
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="looks at processes as Linux has them")

@@ -1,0 +1,204 @@
+"""Flights of a comparison: one solver's flight of one variant of a mission, as plain numbers, names and tracks."""
+
+import dataclasses
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import Bounds, Point
+from cgla_graph.comparisons.study.documents import Document, decode, dumps, encode
+from cgla_graph.scenarios.mission_file import MissionFile
+
+#: The columns of `flights.jsonl` and `flights.csv`, one row a flight.
+COLUMNS = (
+    *("mission", "variant", "solver", "seed", "status", "arrived", "uavs", "cost", "length", "risk", "risk_sum"),
+    *("least_separation", "ticks", "replans", "planning_seconds", "message"),
+)
+
+
+class Track(NamedTuple):
+    """
+    Where a UAV flew, and how that ended.
+
+    Attributes
+    ----------
+    uav, status, message
+        Its name, the label of its status, and what there is to say of it.
+    path
+        What it flew, corner by corner.
+    """
+
+    uav: str
+    status: str
+    message: str
+    path: Sequence[Sequence[float]]
+
+
+@dataclass(frozen=True, eq=False)
+class FlightRun:
+    """
+    One solver's flight of one variant of a mission.
+
+    Attributes
+    ----------
+    mission, variant
+        The names.
+    solver
+        The entrant's label.
+    seed
+        For seeded solvers; else None.
+    n_uavs
+        How many UAVs there are.
+    status
+        ``arrived`` if all did, else how the first that did not ended; ``unavailable`` or ``failed`` where nothing flew.
+    message
+        Why, if not all arrived.
+    numbers
+        What it came to, by the names of `COLUMNS`; None for what is no number, and empty where nothing flew.
+    tracks
+        Of the UAVs; empty where nothing flew.
+    """
+
+    mission: str
+    variant: str
+    solver: str
+    seed: int | None
+    n_uavs: int
+    status: str
+    message: str = ""
+    numbers: Mapping[str, float | None] = field(default_factory=dict)
+    tracks: Sequence[Track] = ()
+
+    @property
+    def all_arrived(self) -> bool:
+        """Whether every UAV reached its goal."""
+        return self.status == "arrived"
+
+    def row(self) -> dict[str, Any]:
+        """Return one value for each of `COLUMNS`; numbers that do not exist are None."""
+        names = {"mission": self.mission, "variant": self.variant, "solver": self.solver, "seed": self.seed}
+        how = {"status": self.status, "uavs": self.n_uavs, "message": self.message}
+        return {**dict.fromkeys(COLUMNS), **names, **how, **self.numbers}
+
+    def document(self) -> Document:
+        """Return all of it but for its names, as JSON."""
+        return {
+            "status": self.status,
+            "message": self.message,
+            "uavs": self.n_uavs,
+            "numbers": encode(self.numbers),
+            "tracks": [encode([*track]) for track in self.tracks],
+        }
+
+
+def flight_from(key: Sequence[Any], document: Document) -> FlightRun:
+    """Build the flight of a document and its names; what is malformed raises whatever it does."""
+    mission, variant, solver, seed = key
+    return FlightRun(
+        mission,
+        variant,
+        solver,
+        seed,
+        int(document["uavs"]),
+        str(document["status"]),
+        str(document["message"]),
+        dict(decode(document["numbers"])),
+        [Track(*decode(track)) for track in document["tracks"]],
+    )
+
+
+@dataclass(frozen=True)
+class ComparedMission:
+    """
+    What a study remembers of a mission that it flies.
+
+    Attributes
+    ----------
+    name, title
+        As its file says them; missions of the same name have got numbers.
+    variants
+        How many UAVs fly in each variant.
+    unit
+        The unit of lengths, ``m`` or ``map units``.
+    bounds, threats, areas
+        The map as it is at first: threats as ``x``, ``y`` and ``spread``, and the outlines of no-fly areas.
+    where
+        What it is loaded from: a shipped name, or a file.
+    digest
+        Tells it from another mission of that name.
+    """
+
+    name: str
+    title: str
+    variants: Mapping[str, int]
+    unit: str
+    bounds: Bounds
+    threats: Sequence[tuple[float, float, float]]
+    areas: Sequence[Sequence[Point]]
+    where: str
+    digest: str
+
+    @classmethod
+    def of(cls, mission: MissionFile) -> "ComparedMission":
+        """Remember a mission."""
+        world = mission.world
+        areas = shapely.get_parts([] if world.no_fly is None else world.no_fly)
+        outlines = [shapely.get_coordinates(area.exterior).tolist() for area in areas if area.geom_type == "Polygon"]
+        path = Path(mission.where)
+        return cls(
+            mission.name,
+            mission.title,
+            {name: len(variant.uavs) for name, variant in mission.variants.items()},
+            "m" if mission.projection else "map units",
+            world.bounds,
+            [(threat.x, threat.y, threat.spread) for threat in world.field_at(0).threats],
+            [[(x, y) for x, y in outline] for outline in outlines],
+            str(path.absolute()) if path.suffix.lower() == ".toml" else mission.where,
+            mission_digest(mission),
+        )
+
+    def document(self) -> Document:
+        """Return it as JSON."""
+        return {one.name: encode(getattr(self, one.name)) for one in dataclasses.fields(self)}
+
+    @classmethod
+    def from_document(cls, document: Document) -> "ComparedMission":
+        """Read it; what is malformed raises whatever it does."""
+        return cls(**{one.name: decode(document[one.name]) for one in dataclasses.fields(cls)})
+
+
+def mission_digest(mission: MissionFile) -> str:
+    """
+    Return what tells a mission from another one, whatever words are about it.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenarios.mission_file import load_mission
+    >>> mission_digest(load_mission("fig4")) == mission_digest(load_mission("fig4"))
+    True
+    """
+    parts = [mission.world, mission.lattice, mission.variants, mission.projection]
+    return hashlib.sha256(dumps([_described(part) for part in parts]).encode()).hexdigest()[:16]
+
+
+def _described(value: Any) -> Any:  # noqa: ANN401 - any part of a mission
+    """Write any part of a mission as JSON; nobody reads it again."""
+    if isinstance(value, BaseGeometry):
+        return shapely.to_wkb(value, hex=True)
+    if dataclasses.is_dataclass(value):
+        fields = {one.name: getattr(value, one.name) for one in dataclasses.fields(value)}
+        return {type(value).__name__: _described(fields)}
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): _described(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_described(item) for item in value]
+    return encode(value if not isinstance(value, float) or math.isfinite(value) else float(value))

@@ -1,0 +1,678 @@
+"""The store of a study: what was asked for and what came out, run by run and flight by flight, in one file."""
+
+import dataclasses
+import gc
+import hashlib
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Self
+
+from cgla_graph.certificate.certificate import Certificate
+from cgla_graph.comparisons.store import Line, Log, Reader, understood
+from cgla_graph.comparisons.study.documents import (
+    Document,
+    certificate_document,
+    certificate_from,
+    decode,
+    dumps,
+    encode,
+    entrant_document,
+    entrant_from,
+    run_document,
+    run_from,
+    scenario_document,
+    scenario_from,
+)
+from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.flight_run import ComparedMission, FlightRun, flight_from, mission_digest
+from cgla_graph.comparisons.study.provenance import Provenance, provenance
+from cgla_graph.comparisons.study.runner import Run, seeds_of
+from cgla_graph.comparisons.study.study import Cell, FlightCell, Study, flight_cells
+from cgla_graph.comparisons.workers.limits import Limits
+from cgla_graph.comparisons.workers.tasks import Key
+from cgla_graph.errors import StudyError
+from cgla_graph.model.solution import Status
+from cgla_graph.scenarios.mission_file import load_mission
+from cgla_graph.scenarios.scenario import Scenario
+
+#: The file's name in the folder of a study, and what its first line says.
+FILE, WHAT = "study.jsonl", "study"
+#: The kinds of lines, and of tasks.
+SESSION, PROOF, RUN, FLIGHT = "session", "proof", "run", "flight"
+
+
+@dataclass(frozen=True)
+class Session:
+    """
+    One start of a study, or one that went on with it.
+
+    Attributes
+    ----------
+    number
+        From 1.
+    started
+        When, ISO 8601, UTC.
+    version
+        Of this package.
+    git
+        Commit of its source tree, with ``(dirty)`` where files differed from it; empty where that was no checkout.
+    host, machine
+        Name of the machine that led it, and a description in one line.
+    packages
+        Versions of the packages in use, by name.
+    workers
+        How many processes made runs, or the cluster that did.
+    command
+        The command line.
+    source
+        The text of the study's file.
+    label
+        Name and version of this package in one word each.
+    """
+
+    number: int
+    started: str
+    version: str
+    git: str
+    host: str
+    machine: str
+    packages: Mapping[str, str]
+    workers: str
+    command: str
+    source: str
+    label: str = ""
+
+    @property
+    def revision(self) -> str:
+        """The commit, as short as people write it; empty as `git` may be."""
+        commit, *note = self.git.split(maxsplit=1)[:2] or [""]
+        return " ".join([commit[:12], *note])
+
+
+@dataclass(frozen=True, eq=False)
+class Stored:
+    """
+    What the folder of a study holds at one moment.
+
+    Attributes
+    ----------
+    folder
+        Where it is.
+    title
+        What the report calls it.
+    runs
+        Those that are done, in the order of the study's cells: by scenario, solver and seed, whenever they were made.
+        Runs of one scenario share it.
+    scenarios
+        All of the study, those without runs too.
+    solvers
+        Labels of all entrants.
+    n_cells
+        How many runs there will be.
+    sessions
+        How it was started, and gone on with.
+    limits
+        Of each run.
+    seeds
+        Of solvers that draw random numbers.
+    entrants
+        By label.
+    session_of
+        The number of the session that made a run, by the number of the run.
+    missions, flights, n_flights
+        The missions that are flown, the flights that are done, and how many there will be.
+    """
+
+    folder: Path
+    title: str
+    runs: list[Run]
+    scenarios: list[Scenario]
+    solvers: list[str]
+    n_cells: int
+    sessions: list[Session]
+    limits: Limits
+    seeds: tuple[int, ...] = ()
+    entrants: Mapping[str, Entrant] = field(default_factory=dict)
+    session_of: Mapping[int, int] = field(default_factory=dict)
+    missions: list[ComparedMission] = field(default_factory=list)
+    flights: list[FlightRun] = field(default_factory=list)
+    n_flights: int = 0
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether no run and no flight is left to be made."""
+        return len(self.runs) >= self.n_cells and len(self.flights) >= self.n_flights
+
+
+def load(folder: Path) -> Stored:
+    """
+    Read what the folder of a study holds, while another process may write it. Nothing in the folder is changed.
+
+    Raises
+    ------
+    StudyError
+        If there is no study, or it cannot be read, is damaged, another program's, or of another version.
+
+    Examples
+    --------
+    >>> try:
+    ...     load(Path("no-such-folder"))
+    ... except StudyError as error:
+    ...     print(str(error).split(";")[0])
+    no-such-folder/study.jsonl: there is no such file
+    """
+    path = Path(folder) / FILE
+    with _no_collection(), understood(path):
+        content = Content()
+        content.take(Reader(path, WHAT).new_lines())
+        study = content.study()
+        runs = content.runs_of(study)
+        return Stored(
+            folder=Path(folder),
+            title=study.title,
+            runs=runs,
+            scenarios=list(study.scenarios),
+            solvers=[entrant.label for entrant in study.entrants],
+            n_cells=content.n_runs_asked,
+            sessions=[_session(line) for line in content.sessions],
+            limits=study.limits,
+            seeds=tuple(study.seeds),
+            entrants={entrant.label: entrant for entrant in study.entrants},
+            session_of={made.number: made.session for made in content.runs.values()},
+            missions=content.missions(),
+            flights=content.all_flights(),
+            n_flights=content.n_asked - content.n_runs_asked,
+        )
+
+
+def load_study(folder: Path) -> Study:
+    """
+    Return the study of a folder as it was asked for, with what later sessions added.
+
+    Raises
+    ------
+    StudyError
+        As `load`; or if the file of a mission is another one now.
+    CglaError
+        If the file of a mission cannot be loaded.
+    """
+    path = folder / FILE
+    with understood(path):
+        content = Content()
+        content.take(Reader(path, WHAT).new_lines())
+        missions = []
+        for known in content.missions():
+            mission = dataclasses.replace(load_mission(known.where), name=known.name)
+            _check_same("mission", known.name, [] if mission_digest(mission) == known.digest else [known.where])
+            missions.append(mission)
+        return dataclasses.replace(content.study(), missions=missions)
+
+
+@dataclass(frozen=True)
+class Made:
+    """A line of a run, with its number and that of the session that made it."""
+
+    number: int
+    session: int
+    document: Document
+
+
+@dataclass(eq=False)
+class Content:
+    """
+    The lines of a study's file, sorted.
+
+    Attributes
+    ----------
+    whole
+        Whether all of each run is held; else only its status.
+    sessions
+        The last one says what the whole study is.
+    proofs, runs, flights
+        By scenario, cell and flight.
+    n_runs
+        How many lines there were of runs.
+    """
+
+    whole: bool = True
+    sessions: list[Document] = field(default_factory=list)
+    proofs: dict[str, Document] = field(default_factory=dict)
+    runs: dict[Cell, Made] = field(default_factory=dict)
+    flights: dict[FlightCell, Document] = field(default_factory=dict)
+    n_runs: int = 0
+
+    def take(self, lines: Iterable[Line]) -> None:
+        """Sort lines in; what is malformed raises whatever it does."""
+        for line in lines:
+            match line["kind"]:
+                case "session":
+                    self.sessions.append(line)
+                    # the package that a solver lacked may have been installed since
+                    self.runs = {key: one for key, one in self.runs.items() if not _is_unavailable(one.document)}
+                    self.flights = {key: one for key, one in self.flights.items() if not _is_unavailable(one)}
+                case "proof":
+                    self.proofs[line["key"]] = line
+                case "run":
+                    self.n_runs += 1
+                    kept = line if self.whole else {"status": line["status"]}
+                    self.runs[Cell(*line["key"])] = Made(self.n_runs, len(self.sessions), kept)
+                case "flight":
+                    self.flights[FlightCell(*line["key"])] = line
+
+    @property
+    def asked(self) -> Document:
+        """What the last session says of the study."""
+        return self.sessions[-1]
+
+    def cells(self) -> set[Cell]:
+        """Return the runs to be made."""
+        names = [scenario["name"] for scenario in self.asked["scenarios"]]
+        labels = [entrant["label"] for entrant in self.asked["entrants"]]
+        return {
+            Cell(name, label, seed)
+            for name, of_scenario in zip(names, self.asked["cells"], strict=True)
+            for label, seeds in zip(labels, of_scenario, strict=True)
+            for seed in seeds
+        }
+
+    def flight_cells(self) -> set[FlightCell]:
+        """Return the flights to be made."""
+        return {FlightCell(*key) for key in self.asked["flights"]}
+
+    @property
+    def n_runs_asked(self) -> int:
+        """How many runs there will be: those of today's study, and those that are done already."""
+        return len(self.cells() | self.runs.keys())
+
+    @property
+    def n_asked(self) -> int:
+        """How many runs and flights there will be."""
+        return self.n_runs_asked + len(self.flight_cells() | self.flights.keys())
+
+    def missions(self) -> list[ComparedMission]:
+        """Build what is remembered of missions."""
+        return [ComparedMission.from_document(document) for document in self.asked["missions"]]
+
+    def study(self) -> Study:
+        """Build the study, without its missions."""
+        asked = self.asked
+        entrants = [entrant_from(document) for document in asked["entrants"]]
+        flying = set(asked["mission_entrants"])
+        return Study(
+            scenarios=[_scenario(document, asked["areas"]) for document in asked["scenarios"]],
+            entrants=entrants,
+            seeds=tuple(asked["seeds"]),
+            tolerance=decode(asked["tolerance"]),
+            limits=Limits(decode(asked["seconds"]), decode(asked["megabytes"])),
+            title=str(asked["title"]),
+            source=str(asked["source"]),
+            mission_entrants=[entrant for entrant in entrants if entrant.label in flying],
+        )
+
+    def certificates(self) -> dict[str, Certificate]:
+        """Build what is proven of scenarios."""
+        return {name: certificate_from(document) for name, document in self.proofs.items()}
+
+    def runs_of(self, study: Study) -> list[Run]:
+        """Build the runs that are done, in the order of the study."""
+        scenarios = {scenario.name: scenario for scenario in study.scenarios}
+        proofs = self.certificates()
+        scenario_place = {name: place for place, name in enumerate(scenarios)}
+        entrant_place = {entrant.label: place for place, entrant in enumerate(study.entrants)}
+        seed_place = {seed: place for place, seed in enumerate((None, *study.seeds))}
+
+        def place(item: tuple[Cell, Made]) -> tuple[int, int, int, int]:
+            (name, label, seed), made = item
+            return scenario_place[name], entrant_place[label], seed_place.get(seed, len(seed_place)), made.number
+
+        return [
+            run_from(made.document, scenarios[name], label, seed, proofs.get(name), made.number)
+            for (name, label, seed), made in sorted(self.runs.items(), key=place)
+        ]
+
+    def all_flights(self) -> list[FlightRun]:
+        """Build the flights that are done, in the order of the study."""
+        planned = [FlightCell(*key) for key in self.asked["flights"]]
+        order = dict.fromkeys([*(key for key in planned if key in self.flights), *self.flights])
+        return [flight_from(key, self.flights[key]) for key in order]
+
+
+def _is_unavailable(document: Document) -> bool:
+    return str(document["status"]).lower() == Status.UNAVAILABLE.label
+
+
+def _session(line: Line) -> Session:
+    names = [one.name for one in dataclasses.fields(Session) if one.name != "number"]
+    return Session(int(line["key"]), **{name: line[name] for name in names})
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Build much at once: looking for garbage in it again and again would take longer than all the rest."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
+# Writing
+
+
+class StudyStore:
+    """
+    The one writer of a study's file (``study.jsonl``); a context manager.
+
+    While it is open, ``study.jsonl.lock`` is held, so that no second process writes; readers (`load`) are welcome.
+    What `add` wrote is there once it returned, even if the process is killed then.
+
+    Attributes
+    ----------
+    path
+        The file.
+    study
+        The study with all that was ever asked for in this folder: what this session brought, then what is older.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from cgla_graph.comparisons.study.execution import run_study
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> study = Study([load_scenario("one-threat")], [Entrant.parse("cgla"), Entrant.parse("dijkstra")], tolerance=None)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with StudyStore.create(Path(folder), study) as store:
+    ...         first = next(run_study(study, store=store, workers=0))
+    ...     stored = load(Path(folder))
+    >>> [(run.number, run.solver, run.solution.status.label) for run in stored.runs], stored.is_complete
+    ([(1, 'cgla', 'optimal')], False)
+    """
+
+    def __init__(self, log: Log, study: Study, content: Content) -> None:
+        """Take over an open file and what it holds; `create` and `resume` do that."""
+        self.path = log.path
+        self.study = study
+        self._log = log
+        self._open: set[Key] = {(RUN, *cell) for cell in content.cells()}
+        self._open |= {(FLIGHT, *cell) for cell in content.flight_cells()}
+        self._open |= {(PROOF, scenario.name) for scenario in study.scenarios}
+        self._done: set[Key] = {(RUN, *cell) for cell in content.runs}
+        self._done |= {(FLIGHT, *cell) for cell in content.flights}
+        self._done |= {(PROOF, name) for name in content.proofs}
+        self._certificates = content.certificates()
+        self._n_runs = content.n_runs
+
+    @classmethod
+    def create(
+        cls, folder: Path, study: Study, *, overwrite: bool = False, workers: int | str = 1, command: str = ""
+    ) -> Self:
+        """
+        Start the file of a study.
+
+        Parameters
+        ----------
+        folder
+            Where; made if it is not there.
+        study
+            What will be run.
+        overwrite
+            Replace the study that is there; never another program's file.
+        workers, command
+            For the record: how many processes make runs (or which cluster), and the command line.
+
+        Raises
+        ------
+        OutputError
+            If the folder cannot be written, another process writes the study, or there is one already.
+        StudyError
+            If the study names something twice, or has settings that cannot be kept.
+        """
+        content = Content(whole=False)
+        content.take([_session_line(study, [ComparedMission.of(one) for one in study.missions], 1, workers, command)])
+        log = Log.create(folder / FILE, WHAT, content.sessions, overwrite=overwrite)
+        return cls(log, study, content)
+
+    @classmethod
+    def resume(cls, folder: Path, study: Study, *, workers: int | str = 1, command: str = "") -> Self:
+        """
+        Go on with a study, which may have grown by scenarios, entrants, seeds and missions.
+
+        Parameters
+        ----------
+        folder
+            Where its file is.
+        study
+            What is asked for now. What has the name of something that is there must be equal to it.
+        workers, command
+            As in `create`.
+
+        Raises
+        ------
+        OutputError
+            If the folder cannot be written, or another process writes the study.
+        StudyError
+            If there is no study, it cannot be read (see `load`), or this one does not fit it.
+        """
+        content, merged = Content(whole=False), []
+
+        def take(lines: Iterator[Line]) -> list[Line]:
+            with understood(folder / FILE):
+                content.take(lines)
+                merged.append(_merged(study, content.study()))
+                missions = _merged_missions(study, content.missions())
+            line = _session_line(merged[0], missions, len(content.sessions) + 1, workers, command)
+            content.take([line])
+            return [line]
+
+        return cls(Log.resume(folder / FILE, WHAT, take), merged[0], content)
+
+    def __enter__(self) -> Self:
+        """Return the store itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let others write, whatever happened."""
+        self.close()
+
+    def close(self) -> None:
+        """Let others write."""
+        self._log.close()
+
+    def __contains__(self, key: Key) -> bool:
+        """Tell whether a proof, a run or a flight is done."""
+        return key in self._done
+
+    def __getitem__(self, key: Key) -> Certificate:
+        """Return what is proven of a scenario, which is all that tasks need of each other."""
+        return self._certificates[key[1]]
+
+    def finished(self) -> set[Cell]:
+        """Return the cells whose runs are done."""
+        return {Cell(*names) for kind, *names in self._done if kind == RUN}
+
+    def add(self, key: Key, result: Any) -> Any:  # noqa: ANN401 - a certificate, a run or a flight
+        """
+        Write a certificate, a run or a flight.
+
+        Returns
+        -------
+        result
+            As it is kept: a certificate has no grids, and a run has its number, and the certificate of its scenario.
+
+        Raises
+        ------
+        StudyError
+            If it is not one of the study, is there already, or has settings that cannot be kept.
+        OutputError
+            If it cannot be written; what was written before stays, and it may be tried again.
+        """
+        kind, *names = key
+        if key not in self._open or (key in self._done and kind != PROOF):
+            why = "is there already" if key in self._done else "is not part of the study"
+            msg = f"{self.path}: the {kind} of {', '.join(map(repr, names))} {why}; nothing was written"
+            raise StudyError(msg)
+        if kind == PROOF:
+            document, result = certificate_document(result), dataclasses.replace(result, grids=())
+        elif kind == RUN:
+            document, proof = run_document(result), self._certificates.get(names[0])
+            result = dataclasses.replace(result, number=self._n_runs + 1, certificate=proof)
+        else:
+            document = result.document()
+        self._log.append([{"kind": kind, "key": names[0] if kind == PROOF else names, **document}])
+        self._done.add(key)
+        self._n_runs += kind == RUN
+        if kind == PROOF:
+            self._certificates[names[0]] = result
+        return result
+
+
+def _merged(study: Study, before: Study) -> Study:
+    """Return a study with what was asked for before, which it must agree with."""
+    for word in ("tolerance", "limits"):
+        old, new = getattr(before, word), getattr(study, word)
+        if old != new:
+            asked = f"the study in the folder has {_told(old)}, this one {_told(new)}"
+            msg = f"{asked}; keep that, or choose another folder"
+            raise StudyError(msg)
+    known = {scenario.name: scenario_document(scenario) for scenario in before.scenarios}
+    for scenario in study.scenarios:
+        if scenario.name in known:
+            new_document = scenario_document(scenario)
+            _check_same("scenario", scenario.name, _differing(known[scenario.name], new_document))
+    known = {entrant.label: entrant_document(entrant) for entrant in before.entrants}
+    for entrant in study.entrants:
+        if entrant.label in known:
+            _check_same("entrant", entrant.label, _differing(known[entrant.label], entrant_document(entrant)))
+    # in today's order; of equal ones, the first ones stay
+    return dataclasses.replace(
+        study,
+        scenarios=list({one.name: one for one in (*study.scenarios, *before.scenarios)}.values()),
+        entrants=_by_label(study.entrants, before.entrants),
+        mission_entrants=_by_label(study.mission_entrants, before.mission_entrants),
+        seeds=tuple(dict.fromkeys((*study.seeds, *before.seeds))),
+        title=study.title or before.title,
+    )
+
+
+def _by_label(*entrants: Iterable[Entrant]) -> list[Entrant]:
+    return list({one.label: one for some in entrants for one in some}.values())
+
+
+def _merged_missions(study: Study, before: Iterable[ComparedMission]) -> list[ComparedMission]:
+    """Return what is known of all missions; those of today come first, and must be the same as before."""
+    found = {mission.name: ComparedMission.of(mission) for mission in study.missions}
+    for old in before:
+        new = found.setdefault(old.name, old)
+        _check_same("mission", old.name, [] if new.digest == old.digest else [old.where])
+    return list(found.values())
+
+
+def _told(setting: Limits | float | None) -> str:
+    """Write limits or a tolerance as people do."""
+    if isinstance(setting, Limits):
+        return f"limits of {setting.seconds:g} seconds and {setting.megabytes:g} megabytes"
+    return "no lower bounds" if setting is None else f"a tolerance of {setting:g}"
+
+
+def _differing(old: Document, new: Document) -> list[str]:
+    """Name what differs between two documents; title and notes are words only."""
+    differing = [key for key in new if key not in {"title", "notes"} and dumps(old[key]) != dumps(new[key])]
+    if "problem" in differing:
+        differing.remove("problem")
+        differing += [f"problem.{key}" for key in _differing(old["problem"], new["problem"])]
+    return differing
+
+
+def _check_same(what: str, name: str, differing: list[str]) -> None:
+    """Refuse something of a known name that is another one."""
+    if differing:
+        msg = (
+            f"{what} {name!r} is not the one in the study so far: {', '.join(differing)} differ; "
+            f"give it another name, or choose another folder"
+        )
+        raise StudyError(msg)
+
+
+def _session_line(
+    study: Study, missions: Iterable[ComparedMission], number: int, workers: int | str, command: str
+) -> Line:
+    """Say all that is asked for, and by whom: whoever reads the last session knows the whole study."""
+    missions = list(missions)
+    for what, names in (
+        ("scenario", [scenario.name for scenario in study.scenarios]),
+        ("entrant", [entrant.label for entrant in study.entrants]),
+        ("mission", [mission.name for mission in missions]),
+    ):
+        twice = [name for name, count in Counter(names).items() if count > 1]
+        if twice:
+            msg = f"the study has more than one {what} of the name {twice[0]!r}; give each its own"
+            raise StudyError(msg)
+    areas: dict[str, str] = {}
+    return {
+        "kind": SESSION,
+        "key": number,
+        **_origin(provenance()),
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "workers": str(workers),
+        "command": visible(command),
+        "source": visible(study.source),
+        "title": study.title,
+        "seeds": list(study.seeds),
+        "tolerance": encode(study.tolerance),
+        "seconds": encode(study.limits.seconds),
+        "megabytes": encode(study.limits.megabytes),
+        "areas": areas,
+        "scenarios": [_with_area_apart(scenario_document(scenario), areas) for scenario in study.scenarios],
+        "entrants": [entrant_document(entrant) for entrant in study.entrants],
+        "cells": [
+            [list(seeds_of(scenario, entrant, study.seeds)) for entrant in study.entrants]
+            for scenario in study.scenarios
+        ],
+        "missions": [mission.document() for mission in missions],
+        "mission_entrants": [entrant.label for entrant in study.mission_entrants],
+        "flights": [list(cell) for cell in flight_cells(missions, study.mission_entrants, study.seeds)],
+    }
+
+
+def _origin(origin: Provenance) -> Document:
+    words = {
+        "version": origin.version,
+        "label": origin.label,
+        "git": str(origin.revision or ""),
+        "host": origin.host,
+        "machine": origin.machine,
+    }
+    return {**{name: visible(text) for name, text in words.items()}, "packages": dict(origin.packages)}
+
+
+def _with_area_apart(document: Document, areas: dict[str, str]) -> Document:
+    """Take the no-fly area out of a scenario's document: many scenarios on one map share it."""
+    area = document["problem"]["no_fly"]
+    if area is None:
+        return document
+    digest = hashlib.sha256(area.encode()).hexdigest()
+    areas[digest] = area
+    return {**document, "problem": {**document["problem"], "no_fly": digest}}
+
+
+def _scenario(document: Document, areas: Mapping[str, str]) -> Scenario:
+    digest = document["problem"]["no_fly"]
+    area = None if digest is None else areas[digest]
+    return scenario_from({**document, "problem": {**document["problem"], "no_fly": area}})
+
+
+def visible(text: str) -> str:
+    r"""
+    Write text that every reader takes: what is no UTF-8 (from odd file names), and NUL, becomes an escape.
+
+    Examples
+    --------
+    >>> print(visible("caf\udce9"))
+    caf\udce9
+    """
+    return text.replace("\0", r"\x00").encode("utf-8", errors="backslashreplace").decode("utf-8")

@@ -1,0 +1,220 @@
+"""
+Tasks that may need each other: made here, in worker processes or on a cluster, each once, and kept as they end.
+
+Nothing here knows what the tasks are of. What a store holds already is not made again, so that work goes on after an
+interruption, and each result is in the store before anybody sees it.
+"""
+
+import heapq
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from typing import Any, Protocol, TypeAlias, cast
+
+from cgla_graph.comparisons.workers.cluster import spread
+from cgla_graph.comparisons.workers.limits import NO_LIMITS, Limits, Outcome
+from cgla_graph.comparisons.workers.pool import Call, NextCall, here, isolated
+
+#: How long a worker may take on top of a task's time limit, to compile kernels for the first time and to load them.
+PREPARATION = 600.0
+
+#: By what a task and its result are known: a kind, and names or numbers.
+Key: TypeAlias = tuple[Any, ...]
+#: Results by key.
+Results: TypeAlias = Mapping[Key, Any]
+
+
+class ResultStore(Protocol):
+    """Where results go, and what is done already."""
+
+    def __contains__(self, key: Key) -> bool:
+        """Tell whether a result is there."""
+        ...
+
+    def __getitem__(self, key: Key) -> Any:  # noqa: ANN401 - any result
+        """Return a result that others may need."""
+        ...
+
+    def add(self, key: Key, result: Any) -> Any:  # noqa: ANN401 - the same
+        """Keep a result, and return it as it is kept."""
+        ...
+
+
+def value_of(outcome: Outcome, _: Limits, __: Results) -> Any:  # noqa: ANN401 - any result
+    """Take what a function returned for the result, and None where it failed."""
+    return outcome.value
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """
+    Something to be made once.
+
+    Attributes
+    ----------
+    key
+        By which the store and others know it.
+    function
+        Of a module that the other process can import; called with the arguments, and with the limits that it is to
+        set around the part that counts (see `limited`).
+    arguments
+        They can be pickled. Or a function that is given the results of what it needs, and returns them: it is called
+        in this process, right before the task is made.
+    result
+        What is kept, given what came of the call (a failure, too), its limits and the results of what it needs; called
+        in this process.
+    needs
+        Keys of what has to be done before.
+    """
+
+    key: Key
+    function: Callable[..., Any]
+    arguments: Sequence[Any] | Callable[[Results], Sequence[Any]] = ()
+    result: Callable[[Outcome, Limits, Results], Any] = value_of
+    needs: Sequence[Key] = ()
+
+
+def run_tasks(
+    tasks: Sequence[Task],
+    store: ResultStore | None = None,
+    *,
+    limits: Limits,
+    workers: int = 1,
+    scheduler: str | None = None,
+    preload: Sequence[str] = (),
+) -> Generator[tuple[Task, Any]]:
+    """
+    Make what the store does not hold yet: of what is ready, the first in order begins first.
+
+    Whoever leaves the iteration closes it, which ends the workers.
+
+    Parameters
+    ----------
+    tasks
+        With keys of their own. What they need is among them, or in the store.
+    store
+        Gets each result before it is handed on; None keeps nothing.
+    limits
+        Those that the functions set. In this process there are none, as they would kill the program.
+    workers
+        How many processes; 0 makes all in this one, where a task that hangs or crashes takes all with it.
+    scheduler
+        Address of a Dask scheduler whose cluster makes the tasks instead.
+    preload
+        Modules that workers load beforehand.
+
+    Yields
+    ------
+    task, result
+        As soon as it is done: with several workers, in no fixed order.
+
+    Raises
+    ------
+    ValueError
+        If a task needs what is neither among them nor in the store, or tasks need each other in a circle.
+    OutputError
+        If the store cannot be written.
+    WorkerError
+        If workers do not start, or the cluster cannot be reached.
+
+    Examples
+    --------
+    >>> def doubled(number, limits):
+    ...     return 2 * number
+    >>> first = Task(("number", 1), doubled, (21,))
+    >>> second = Task(("number", 2), doubled, lambda done: (done["number", 1],), needs=[("number", 1)])
+    >>> [result for _, result in run_tasks([second, first], limits=Limits(), workers=0)]
+    [42, 84]
+    """
+    agenda = _Agenda.of(tasks, store)
+    if not agenda.left:
+        return
+    held = limits if workers or scheduler is not None else NO_LIMITS
+
+    def next_call() -> Call | None:
+        task = agenda.next_task()
+        if task is None:
+            return None
+        given = task.arguments(agenda.needed(task)) if callable(task.arguments) else task.arguments
+        return Call(task.key, task.function, (*given, held))
+
+    # whatever ends the iteration ends the workers
+    with closing(_made(next_call, held, min(workers, len(agenda.left)), scheduler, preload)) as outcomes:
+        for call, outcome in outcomes:
+            task = agenda.left.pop(cast("Key", call.key))
+            result = task.result(outcome, held, agenda.needed(task))
+            if store is not None:
+                result = store.add(task.key, result)
+            agenda.end(task, result)
+            yield task, result
+    if agenda.left:
+        msg = f"{next(iter(agenda.left))} needs what needs it in turn; let one of them begin"
+        raise ValueError(msg)
+
+
+def _made(
+    next_call: NextCall, limits: Limits, workers: int, scheduler: str | None, preload: Sequence[str]
+) -> Generator[tuple[Call, Outcome]]:
+    """Make calls where they are to be made: on a cluster, in worker processes, or (no workers) in this process."""
+    seconds = limits.seconds + PREPARATION
+    if scheduler is not None:
+        return spread(next_call, scheduler=scheduler, seconds=seconds, preload=preload)
+    if workers == 0:
+        return here(next_call)
+    return isolated(next_call, workers=workers, seconds=seconds, preload=preload)
+
+
+@dataclass(eq=False)
+class _Agenda:
+    """What is left to do, and what of it is ready."""
+
+    left: dict[Key, Task]
+    store: ResultStore | None
+    #: how many of its needs are not done, by the key of a task
+    n_missing: dict[Key, int] = field(default_factory=dict)
+    #: places of tasks that are ready, the first one first; and all tasks in order
+    ready: list[int] = field(default_factory=list)
+    order: list[Task] = field(default_factory=list)
+    #: places of tasks that wait, by what they wait for
+    waiting: dict[Key, list[int]] = field(default_factory=dict)
+    #: results that others need
+    results: dict[Key, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, tasks: Sequence[Task], store: ResultStore | None) -> "_Agenda":
+        order = [task for task in tasks if store is None or task.key not in store]
+        agenda = cls({task.key: task for task in order}, store, order=order)
+        for place, task in enumerate(order):
+            missing = [key for key in task.needs if key in agenda.left]
+            unknown = [key for key in task.needs if key not in agenda.left and (store is None or key not in store)]
+            if unknown:
+                msg = f"{task.key} needs {unknown[0]}, which is no task and not in the store; add it"
+                raise ValueError(msg)
+            agenda.n_missing[task.key] = len(missing)
+            for key in missing:
+                agenda.waiting.setdefault(key, []).append(place)
+            if not missing:
+                agenda.ready.append(place)
+        return agenda
+
+    def next_task(self) -> Task | None:
+        return self.order[heapq.heappop(self.ready)] if self.ready else None
+
+    def needed(self, task: Task) -> Results:
+        return {key: self._result(key) for key in task.needs}
+
+    def _result(self, key: Key) -> Any:  # noqa: ANN401 - any result
+        return self.results[key] if key in self.results or self.store is None else self.store[key]
+
+    def end(self, task: Task, result: Any) -> None:  # noqa: ANN401 - any result
+        """Let begin what has waited for this one alone."""
+        for place in self._release(task, result):
+            heapq.heappush(self.ready, place)
+
+    def _release(self, task: Task, result: Any) -> Iterator[int]:  # noqa: ANN401 - any result
+        for place in self.waiting.pop(task.key, ()):
+            self.results[task.key] = result
+            key = self.order[place].key
+            self.n_missing[key] -= 1
+            if not self.n_missing[key]:
+                yield place
