@@ -8,12 +8,13 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.errors import GraphError
+from cgla_graph._validate import whole_number
+from cgla_graph.errors import GraphError, ProblemError
 from cgla_graph.model import graph_kernels
 from cgla_graph.model.adjacency import Node
 from cgla_graph.model.graph import GeometricGraph
 
-Schedule: TypeAlias = Literal["label-setting", "synchronous", "given"]
+Schedule: TypeAlias = Literal["label-setting", "synchronous", "random", "given"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,11 +35,12 @@ class CostMatrix:
     successors
         Shape ``(n,)``: index of the next node on the way to the target, -1 where there is none.
     order
-        The ``p_r`` of each round (label setting: the order of settling; given: as given; synchronous: empty, as
-        every node serves in every round).
+        The ``p_r`` of each round (label setting: the order of settling; random: as drawn; given: as given;
+        synchronous: empty, as every node serves in every round).
     rounds
-        Rounds run: one node settled each in label setting; one ``p_r`` each in a given order, which is left as soon as
-        it is known that nothing can change any more; in the synchronous schedule, the rounds that changed something.
+        Rounds run: one node settled each in label setting; one ``p_r`` each at random or in a given order, which is
+        left as soon as it is known that nothing can change any more; in the synchronous schedule, the rounds that
+        changed something.
     converged
         True: it is known that no further round can change a value. False: it is not known (`residual` computes it).
         After an early stop it is False, yet every value of `order` and of the source is final (Theorem 1).
@@ -116,6 +118,34 @@ class CostMatrix:
             graph_kernels.settle(self.graph.weights_to(node), node, values, successors, settled)
         return sets
 
+    def history(self) -> FloatArray:
+        """
+        Return G after each round, shape ``(rounds + 1, n)``, map units; the first row is G before the first round.
+
+        Computed by running the rounds again.
+
+        Examples
+        --------
+        >>> chain = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]])
+        >>> cost_matrix(chain, target=2).history().tolist()
+        [[inf, inf, 0.0], [9.0, 1.0, 0.0], [2.0, 1.0, 0.0], [2.0, 1.0, 0.0]]
+        """
+        values, successors = _start(self.graph.n_nodes, self.target)
+        settled, changed = np.zeros((2, len(values)), dtype=np.bool_)
+        rounds = [values.copy()]
+        for number in range(self.rounds):
+            if self.schedule == "synchronous":
+                for node in np.nonzero(np.isfinite(rounds[-1]))[0].tolist():
+                    before = float(rounds[-1][node])
+                    graph_kernels.relax(self.graph.weights_to(node), node, before, values, successors, changed)
+            elif self.schedule == "label-setting":
+                node = int(self.order[number])
+                graph_kernels.settle(self.graph.weights_to(node), node, values, successors, settled)
+            elif np.isfinite(values[node := int(self.order[number])]):
+                graph_kernels.relax(self.graph.weights_to(node), node, values[node], values, successors, changed)
+            rounds.append(values.copy())
+        return np.array(rounds)
+
     def residual(self) -> float:
         """
         Return how far the values are from a fixed point of Eq. 9, map units; 0 when none can change.
@@ -137,6 +167,7 @@ def cost_matrix(
     source: Node | None = None,
     schedule: Schedule = "label-setting",
     order: Iterable[Node] | None = None,
+    seed: int | None = None,
 ) -> CostMatrix:
     """
     Compute CGLA's cost matrix by Eq. 9: ``G(p_i) <- min(G(p_i), A(p_i, p_r) + G(p_r))``.
@@ -151,10 +182,14 @@ def cost_matrix(
         The node ``p_s``: stop as soon as it is in Delta_k (Step 2). Label setting only.
     schedule
         How ``p_r`` is chosen. ``label-setting``: each round an element of Delta_k, the unsettled nodes of least
-        value (Eqs 10-12; the lowest index of several): Dijkstra's algorithm without a heap. ``synchronous``: each
-        round all r at once, from the values of the round before: Bellman-Ford. ``given``: the nodes of `order`.
+        value (Eqs 10-12): Dijkstra's algorithm without a heap. ``synchronous``: each round all r at once, from the
+        values of the round before: Bellman-Ford. ``random``: any node, drawn anew each round, until it is known that
+        none can change anything. ``given``: the nodes of `order`.
     order
         The ``p_r`` for the given schedule, one a round; nodes may repeat.
+    seed
+        Of the random schedule, which needs one. In label setting, of the choice among several elements of Delta_k;
+        None: the one of lowest index.
 
     Returns
     -------
@@ -166,7 +201,7 @@ def cost_matrix(
     NodeNotFoundError
         If target, source or a node of the order is not in the graph.
     GraphError
-        If the schedule is unknown, or source or order do not fit it.
+        If the schedule is unknown, or source, order or seed do not fit it.
 
     Examples
     --------
@@ -190,15 +225,23 @@ def cost_matrix(
     if source is not None and schedule != "label-setting":
         msg = f"schedule {schedule!r} cannot stop early at source {source!r}; only label-setting has Delta sets"
         raise GraphError(msg)
+    if (seed is None and schedule == "random") or (seed is not None and schedule in {"synchronous", "given"}):
+        msg = f"schedule {schedule!r} with seed={seed!r}; 'random' needs a seed, 'label-setting' takes one for ties"
+        raise GraphError(msg)
+    if schedule == "random" and graph.has_negative_weights:
+        msg = "the graph has weights below 0, with which random rounds may never end; choose another schedule"
+        raise GraphError(msg)
+    rng = None if seed is None else np.random.default_rng(_seed(seed))
     at = graph.index_of(target)
     start = -1 if source is None else graph.index_of(source)
     if schedule == "label-setting":
-        return _label_setting(graph, at, start)
+        return _label_setting(graph, at, start, rng)
     if schedule == "synchronous":
         return _synchronous(graph, at)
-    return _given(
-        graph, at, np.array([graph.index_of(node) for node in (() if order is None else order)], dtype=np.int64)
-    )
+    if rng is not None:
+        return _given(graph, at, "random", iter(lambda: int(rng.integers(graph.n_nodes)), -1))
+    nodes = [graph.index_of(node) for node in (() if order is None else order)]
+    return _given(graph, at, "given", nodes)
 
 
 def _start(n_nodes: int, target: int) -> tuple[FloatArray, IntArray]:
@@ -207,16 +250,28 @@ def _start(n_nodes: int, target: int) -> tuple[FloatArray, IntArray]:
     return values, np.full(n_nodes, -1, dtype=np.int64)
 
 
-def _label_setting(graph: GeometricGraph, target: int, source: int) -> CostMatrix:
+def _seed(seed: int) -> int:
+    """Check a seed."""
+    try:
+        return whole_number("seed", seed, at_least=0, at_most=2**63 - 1)
+    except ProblemError as error:
+        raise GraphError(str(error)) from error
+
+
+def _label_setting(
+    graph: GeometricGraph, target: int, source: int, rng: np.random.Generator | None = None
+) -> CostMatrix:
     values, successors = _start(graph.n_nodes, target)
     order = np.empty(graph.n_nodes, dtype=np.int64)
-    if graph.is_sparse or graph.is_implicit:
+    if graph.is_sparse or graph.is_implicit or rng is not None:
         settled = np.zeros(graph.n_nodes, dtype=np.bool_)
         node, rounds = target, 0
         while node >= 0 and not (source >= 0 and values[node] == values[source]):
             order[rounds] = node
             rounds += 1
             node = graph_kernels.settle(graph.weights_to(node), node, values, successors, settled)
+            if rng is not None and node >= 0:
+                node = int(rng.choice(np.nonzero(~settled & (values == values[node]))[0]))
     else:
         weights = graph.weight_matrix_to()
         rounds = graph_kernels.label_setting(weights, target, source, values, successors, order)
@@ -244,7 +299,7 @@ def _synchronous(graph: GeometricGraph, target: int) -> CostMatrix:
     return _result(graph, target, "synchronous", values, successors, empty, rounds, converged=done)
 
 
-def _given(graph: GeometricGraph, target: int, order: Iterable[int]) -> CostMatrix:
+def _given(graph: GeometricGraph, target: int, schedule: Schedule, order: Iterable[int]) -> CostMatrix:
     values, successors = _start(graph.n_nodes, target)
     pending = np.zeros(graph.n_nodes, dtype=np.bool_)
     pending[target] = True
@@ -259,7 +314,7 @@ def _given(graph: GeometricGraph, target: int, order: Iterable[int]) -> CostMatr
             if not pending.any():
                 break
     used = np.array(served, dtype=np.int64)
-    return _result(graph, target, "given", values, successors, used, len(used), converged=not pending.any())
+    return _result(graph, target, schedule, values, successors, used, len(used), converged=not pending.any())
 
 
 def _result(

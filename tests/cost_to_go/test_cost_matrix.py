@@ -101,6 +101,8 @@ def check_every_schedule(graph: GeometricGraph, weights: FloatArray, target: int
     for matrix in (
         cost_matrix(graph, target),
         cost_matrix(graph, target, schedule="synchronous"),
+        cost_matrix(graph, target, seed=7),
+        cost_matrix(graph, target, schedule="random", seed=7),
         sweeps(graph, target, graph.n_nodes + 1),
     ):
         close(matrix.values, expected)
@@ -115,6 +117,63 @@ def check_every_schedule(graph: GeometricGraph, weights: FloatArray, target: int
                 assert (path[0], path[-1]) == (node, target)
                 assert len(set(path)) == len(path)
                 assert path_cost(weights, path) == pytest.approx(expected[node], rel=1e-12)
+
+
+#: Weights that are equal but for the last bits: what a comparison with a margin takes for ties.
+NEAR_TIES = [value for base in (1.0, 2.0) for value in (np.nextafter(base, 0.0), base, np.nextafter(base, 3.0))]
+
+
+@usual
+@given(st.integers(3, 12), st.data())
+def test_near_ties_are_no_ties(n: int, data: st.DataObject) -> None:
+    entries = data.draw(st.lists(st.sampled_from(NEAR_TIES), min_size=n * n, max_size=n * n))
+    weights = np.reshape(entries, (n, n)) * (1.0 - np.eye(n))
+    graph, target = GeometricGraph.from_matrix(weights), data.draw(st.integers(0, n - 1))
+    matrix = cost_matrix(graph, target)
+    # a sum of floats never falls when a term grows, so that all schedules end at the same floats
+    for other in (
+        cost_matrix(graph, target, schedule="synchronous"),
+        cost_matrix(graph, target, schedule="random", seed=3),
+        cost_matrix(graph.from_sparse(graph.to_csgraph()), target, seed=3),
+    ):
+        np.testing.assert_array_equal(other.values, matrix.values)
+    assert matrix.residual() == 0.0
+    assert (np.diff(matrix.values[matrix.order]) >= 0.0).all()
+    for node, delta in zip(matrix.order.tolist(), matrix.delta_sets, strict=True):
+        assert (matrix.values[delta] == matrix.values[node]).all()
+
+
+@usual
+@given(cases(), st.sampled_from(["label-setting", "synchronous", "random"]), st.integers(0, 2**63 - 1))
+def test_the_history_leads_from_nothing_to_the_values(case: Case, schedule: Schedule, seed: int) -> None:
+    graph, weights, target = case
+    matrix = cost_matrix(graph, target, schedule=schedule, seed=None if schedule == "synchronous" else seed)
+    history = matrix.history()
+    assert history.shape == (matrix.rounds + 1, graph.n_nodes)
+    np.testing.assert_array_equal(history[0], np.where(np.arange(graph.n_nodes) == target, 0.0, np.inf))
+    np.testing.assert_array_equal(history[-1], matrix.values)
+    # Lemma 1: no value ever rises
+    assert (history[1:] <= history[:-1]).all()
+    if schedule != "synchronous":
+        for before, after, node in zip(history, history[1:], matrix.order.tolist(), strict=False):
+            assert (after <= weights[:, node] + before[node]).all() or schedule == "label-setting"
+            assert (after >= np.minimum(before, weights[:, node] + before[node])).all()
+
+
+@usual
+@given(cases(), st.integers(0, 2**63 - 1))
+def test_ties_of_delta_are_drawn_by_the_seed(case: Case, seed: int) -> None:
+    graph, _, target = case
+    drawn, again = (cost_matrix(graph, target, seed=seed) for _ in range(2))
+    assert drawn.order.tolist() == again.order.tolist()
+    assert all(node in delta for node, delta in zip(drawn.order.tolist(), drawn.delta_sets, strict=True))
+    close(drawn.values, cost_matrix(graph, target).values)
+
+
+def test_of_a_tie_every_element_is_drawn() -> None:
+    star = GeometricGraph.from_matrix(np.ones((5, 5)))
+    assert {int(cost_matrix(star, 0, seed=seed).order[1]) for seed in range(40)} == {1, 2, 3, 4}
+    assert cost_matrix(star, 0).order.tolist() == [0, 1, 2, 3, 4]
 
 
 @fast
@@ -522,7 +581,10 @@ def test_an_order_may_be_an_array_such_as_that_of_another_matrix(order: IntArray
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        ({"schedule": "random"}, "'random'; choose one of label-setting, synchronous, given"),
+        ({"schedule": "greedy"}, "'greedy'; choose one of label-setting, synchronous, random, given"),
+        ({"schedule": "random"}, "'random' needs a seed"),
+        ({"schedule": "synchronous", "seed": 1}, "'synchronous' with seed=1"),
+        ({"seed": -1}, "seed is -1; give a whole number"),
         ({"schedule": "given"}, "an order goes with 'given'"),
         ({"order": [0]}, "an order goes with 'given'"),
         ({"schedule": "synchronous", "order": []}, "an order goes with 'given'"),
