@@ -1,30 +1,38 @@
-"""All claims, by id. A new claim is an entry of its topic's ``CLAIMS``; a new topic is a module and a row here."""
+"""All claims, by id. A new claim is a check in the module of its topic; a new topic is a module and a row here."""
 
 import importlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 
 from cgla_graph.comparisons.claims.claim import Claim
 from cgla_graph.comparisons.claims.experiment import Experiment
 from cgla_graph.errors import ClaimError
 
-#: Modules with ``CLAIMS``, and those with ``EXPERIMENTS``.
+#: Modules with claims and experiments.
 TOPICS = (
     "field_claims",
     "matrix_claims",
+    "path_claims",
     "convergence_claims",
     "complexity_claims",
+    "time_claims",
     "learning_claims",
-    "single_claims",
+    "weight_claims",
+    "sudden_claims",
+    "resolution_claims",
+    "printed_claims",
     "planner_claims",
-    "team_claims",
+    "introduction_claims",
+    "obstacle_claims",
+    "sharing_claims",
 )
-EXPERIMENTS = (
-    "single_experiments",
-    "planner_experiments",
-    "team_experiments",
-)
-_PACKAGE = "cgla_graph.comparisons.claims.paper"
+PACKAGE = "cgla_graph.comparisons.claims.paper"
+
+
+def _found() -> Iterator[object]:
+    """List what the modules of all topics define."""
+    for topic in TOPICS:
+        yield from vars(importlib.import_module(f"{PACKAGE}.{topic}")).values()
 
 
 @cache
@@ -37,7 +45,7 @@ def claims() -> Mapping[str, Claim]:
     >>> len(claims()), claims()["C28"].place
     (54, 'Section 5.1')
     """
-    found = [claim for topic in TOPICS for claim in importlib.import_module(f"{_PACKAGE}.{topic}").CLAIMS]
+    found = [one for one in _found() if isinstance(one, Claim)]
     return {claim.id: claim for claim in sorted(found, key=lambda claim: claim.number)}
 
 
@@ -51,8 +59,7 @@ def experiments() -> Mapping[str, Experiment]:
     >>> "online-k" in experiments()
     True
     """
-    found = [one for module in EXPERIMENTS for one in importlib.import_module(f"{_PACKAGE}.{module}").EXPERIMENTS]
-    return {one.name: one for one in found}
+    return {one.name: one for one in _found() if isinstance(one, Experiment)}
 
 
 def chosen(ids: Sequence[str]) -> list[Claim]:

@@ -204,6 +204,30 @@ class Claim:
         return int(self.id[1:])
 
 
+def claim(
+    number: int,
+    place: str,
+    sentence: str,
+    statement: str,
+    kind: Kind,
+    *,
+    experiments: tuple[str, ...] = (),
+    figures: tuple[str, ...] = (),
+) -> Callable[[Check], Claim]:
+    """
+    Make a claim of its check, which stands below; what is given is as of `Claim`.
+
+    Examples
+    --------
+    >>> @claim(7, "Section 3.2", "The parts of a segment add up to it.", "A(p, r) = A(p, q) + A(q, r)", Kind.PROOF)
+    ... def parts_add_up(evidence: Evidence) -> Finding:
+    ...     return Finding(Verdict.PROVED, "an integral is additive")
+    >>> parts_add_up.id, parts_add_up.check(Evidence()).verdict.label
+    ('C7', 'proved')
+    """
+    return lambda check: Claim(f"C{number}", place, sentence, statement, kind, check, experiments, figures)
+
+
 def finding_document(finding: Finding) -> dict[str, Any]:
     """
     Turn a finding into what JSON can hold.

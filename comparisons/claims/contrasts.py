@@ -1,5 +1,5 @@
 """
-Cells: a claim about flights is held against several readings of the paper, and holds only if it holds in all of them.
+Contrasts: a claim about flights is held against several readings of the paper, its cells, and holds if it does in all.
 
 Online flights are chaotic: one and the same map goes from a short flight to a long one because of a slightly different
 line integral or detection radius. So each contrast is measured for both readings of the integral (E20) and for
@@ -9,15 +9,23 @@ detection radii within 10 % of the paper's, and Holm's adjustment is made over a
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import islice, product
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.claims.claim import Table
+from cgla_graph.comparisons.claims.claim import Part, Table, Verdict, supported
 from cgla_graph.comparisons.claims.evidence import Samples
-from cgla_graph.comparisons.claims.inference import Shift, log_shift, paired_rates, paired_shift
+from cgla_graph.comparisons.claims.inference import (
+    Proportion,
+    Shift,
+    at_least,
+    log_shift,
+    paired_rates,
+    paired_shift,
+    proportion,
+)
 from cgla_graph.comparisons.statistics.paired import holm
 
 #: Below this an adjusted p-value counts.
@@ -36,6 +44,12 @@ CELLS: tuple[Case, ...] = tuple(
 RULE = (
     "Rule, set before the sample was drawn: supported if in every row the p-value, adjusted by Holm over this table, "
     "is below 0.05 and the effect goes in the claimed direction; else not supported."
+)
+#: How often something has to happen that is said to happen as a rule.
+MOSTLY = 0.95
+SHARE_RULE = (
+    f"Rule, set before the sample was drawn: supported if in every row the share is shown to be above {MOSTLY:g} "
+    "(exact binomial test, p below 0.05 after Holm over this table); else not supported."
 )
 #: Risks below this are as good as none; logarithms need a least value. Line integrals are not more exact.
 LEAST = 1e-9
@@ -112,15 +126,33 @@ def contrast(
     return Contrast(what, cell if name is None else name, shift, shift.p)
 
 
+def in_cells(
+    samples: Samples, what: str, measure: str, greater: Case, less: Case, cells: Sequence[Case] = CELLS
+) -> list[Contrast]:
+    """Compare one measurement between two cases in several cells; not adjusted yet."""
+    return [contrast(samples, what, measure, greater, less, cell) for cell in cells]
+
+
 def adjusted(contrasts: Sequence[Contrast]) -> list[Contrast]:
     """Adjust the p-values of a table by Holm's method."""
     p_values = holm([one.shift.p for one in contrasts])
     return [replace(one, p_holm=p) for one, p in zip(contrasts, p_values, strict=True)]
 
 
-def all_hold(contrasts: Sequence[Contrast]) -> bool:
+def adjusted_together(*groups: Sequence[Contrast]) -> list[list[Contrast]]:
+    """Adjust the p-values of a table that consists of several groups, and return it group by group."""
+    found = iter(adjusted([one for group in groups for one in group]))
+    return [list(islice(found, len(group))) for group in groups]
+
+
+def all_hold(contrasts: "Sequence[Contrast | RateContrast]") -> bool:
     """Whether there are contrasts, and every one is shown to go as claimed."""
     return bool(contrasts) and all(one.holds for one in contrasts)
+
+
+def supported_by(contrasts: "Sequence[Contrast | RateContrast]") -> Verdict:
+    """Return the verdict of what is claimed to be so in every one of some contrasts."""
+    return supported(all_hold(contrasts))
 
 
 def tally(contrasts: Sequence[Contrast]) -> str:
@@ -151,6 +183,11 @@ def span(values: Sequence[float], form: str = ".3g") -> str:
     """
     low, high = format(min(values), form), format(max(values), form)
     return low if low == high else f"{low} to {high}"
+
+
+def contrast_part(statement: str, contrasts: Sequence[Contrast]) -> Part:
+    """Say of a part of a claim what its contrasts show."""
+    return Part(statement, supported_by(contrasts), tally(contrasts))
 
 
 def contrast_table(title: str, contrasts: Sequence[Contrast], note: str = RULE) -> Table:
@@ -247,3 +284,51 @@ def rate_table(title: str, contrasts: Sequence[RateContrast], note: str = RULE) 
     columns = ("first > second", "cell", "pairs", "first", "second", "p (Holm)")
     rows = [(one.what, cell_name(one.case), one.n, *finite(one.first, one.second), one.p_holm) for one in contrasts]
     return Table(title, columns, rows, note)
+
+
+@dataclass(frozen=True)
+class Share:
+    """
+    How often something happens in one case.
+
+    Attributes
+    ----------
+    case
+        In a word or two, or its number.
+    found
+        How often.
+    p_holm
+        That it is no more than asked for, adjusted to its table.
+    """
+
+    case: str | float
+    found: Proportion
+    p_holm: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether it is shown to happen more often than is asked for."""
+        return self.p_holm < ALPHA
+
+    @property
+    def row(self) -> tuple[str | float, int, float, float, float]:
+        """Case, maps, share and its interval, as tables begin with them."""
+        return self.case, self.found.n, self.found.rate, *self.found.interval
+
+
+def shares(happened: Mapping[Any, FloatArray], least: float = MOSTLY) -> list[Share]:
+    """
+    Test in several cases whether something happens more often than `least`, adjusted to each other.
+
+    Parameters
+    ----------
+    happened
+        By case: 1, 0, or NaN for what is missing.
+
+    Examples
+    --------
+    >>> [one.holds for one in shares({"always": np.ones(200), "mostly": np.arange(200) % 20 > 0})]
+    [True, False]
+    """
+    p_values = holm([at_least(one, least) for one in happened.values()])
+    return [Share(case, proportion(one), p) for (case, one), p in zip(happened.items(), p_values, strict=True)]

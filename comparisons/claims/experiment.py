@@ -17,8 +17,6 @@ class Experiment:
     ----------
     name
         Kebab-case.
-    title
-        What is done on each map, in one line.
     sample
         Measures on the map of a seed, in all its cases: a list of records, each with the entries that name its case
         (such as ``integral``, ``radius``, ``k``) and those that are measured. At top level of its module; the same
@@ -30,12 +28,11 @@ class Experiment:
 
     Examples
     --------
-    >>> Experiment("squares", "the square of a seed", lambda seed: [{"value": seed**2}], quick=3).maps(200, quick=False)
+    >>> Experiment("squares", lambda seed: [{"value": seed**2}], quick=3).maps(200, quick=False)
     200
     """
 
     name: str
-    title: str
     sample: Callable[[int], Sequence[Record]]
     quick: int = 8
     share: float = 1.0
@@ -43,3 +40,20 @@ class Experiment:
     def maps(self, asked: int, *, quick: bool) -> int:
         """Return on how many maps it is made, if so many are asked for."""
         return min(self.quick, asked) if quick else max(1, round(self.share * asked))
+
+
+def experiment(
+    name: str, *, quick: int = 8, share: float = 1.0
+) -> Callable[[Callable[[int], Sequence[Record]]], Experiment]:
+    """
+    Make an experiment of the function that measures on a map, which stands below; what is given is as of `Experiment`.
+
+    Examples
+    --------
+    >>> @experiment("squares", quick=3)
+    ... def squares(seed: int) -> list[Record]:
+    ...     return [{"value": seed**2}]
+    >>> squares.sample(4)
+    [{'value': 16}]
+    """
+    return lambda sample: Experiment(name, sample, quick, share)

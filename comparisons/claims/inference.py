@@ -192,36 +192,32 @@ def cochran(happened: FloatArray) -> float:
     return float(stats.friedmanchisquare(*kept.T).pvalue)
 
 
-@dataclass(frozen=True)
-class Slope:
+def median(values: ArrayLike) -> float:
     """
-    An exponent: the slope of a straight line through logarithms, with its 95 % interval (Student's t).
-
-    Attributes
-    ----------
-    exponent
-        The slope.
-    interval
-        Around it.
-    """
-
-    exponent: float
-    interval: Interval
-
-
-def power_law(sizes: Sequence[float], counts: Sequence[float]) -> Slope:
-    """
-    Fit ``count = a * size ** exponent`` through logarithms.
+    Return the median of what is there; NaN of nothing.
 
     Examples
     --------
-    >>> round(power_law([1, 2, 4, 8], [3, 12, 48, 192]).exponent, 9)
+    >>> median([3.0, float("nan"), 1.0])
+    2.0
+    """
+    kept = _finite(values)
+    return float(np.median(kept)) if len(kept) else math.nan
+
+
+def power_law(sizes: Sequence[float], counts: Sequence[float]) -> Estimate:
+    """
+    Fit ``count = a * size ** exponent`` through logarithms: the exponent, with its 95 % interval (Student's t).
+
+    Examples
+    --------
+    >>> round(power_law([1, 2, 4, 8], [3, 12, 48, 192]).median, 9)
     2.0
     """
     x, y = np.log(np.asarray(sizes, dtype=np.float64)), np.log(np.asarray(counts, dtype=np.float64))
     fit = stats.linregress(x, y)
     reach = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, len(x) - 2)) * float(fit.stderr)
-    return Slope(float(fit.slope), Interval(float(fit.slope) - reach, float(fit.slope) + reach))
+    return Estimate(float(fit.slope), float(fit.slope) - reach, float(fit.slope) + reach)
 
 
 def bootstrapped(values: ArrayLike, *, seed: int) -> Estimate:

@@ -7,21 +7,34 @@ import subprocess
 import sys
 from collections.abc import Iterable
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, product
+from typing import Any
 
 import numpy as np
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Claim, Finding, Kind, Part, Table, Verdict, require
-from cgla_graph.comparisons.claims.contrasts import cell_name, span
+from cgla_graph.comparisons.claims.claim import Finding, Kind, Part, Table, Verdict, claim, require
+from cgla_graph.comparisons.claims.contrasts import RADII, cell_name, span
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
+from cgla_graph.comparisons.claims.experiment import experiment
 from cgla_graph.comparisons.claims.inference import Proportion, proportion
-from cgla_graph.comparisons.claims.paper.team_experiments import EXCLUSIONS, STEPNUM, fly_two, same_trace
+from cgla_graph.comparisons.claims.paper.flights import (
+    ARRIVAL_RADIUS,
+    BOUNDS,
+    MAX_TICKS,
+    RADIUS,
+    STEP,
+    STEPNUM,
+    fly_two,
+    measures,
+    paper_lattice,
+)
+from cgla_graph.comparisons.claims.paper.printed_values import GOAL, START
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, Livelock, MissionStatus, UavFlight
-from cgla_graph.mission.rules import Exclude, Rules
+from cgla_graph.mission.rules import Exclude, Movement, Rules
 from cgla_graph.mission.simulation import fly
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
@@ -32,6 +45,14 @@ from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import get
 
+#: Risk weight of Step 5's exclusion: at a higher one flights replan more often on ways that turn back.
+EXCLUSION_K = 50
+#: What else Step 5 may exclude.
+EXCLUSIONS: tuple[Exclude, ...] = ("last", "all")
+#: By which moves (E16).
+MOVEMENTS: tuple[Movement, ...] = ("step", "vertex")
+#: How far apart two positions of equal flights may be, map units: rounding only.
+SAME_PLACE = 1e-6
 LIVELOCK = "c19-livelock.toml"
 EXCLUSION = "c18-exclusion.toml"
 #: How many moves, in multiples of what one plan may take, there are between two detections (see `check_c17`).
@@ -56,6 +77,69 @@ PROOFS = (
         "excluded, each move takes a new one."
     ),
 )
+
+
+def fly_excluding(
+    field: RiskField,
+    exclude: Exclude,
+    *,
+    movement: Movement = "step",
+    radius: float = RADIUS,
+    k: float = EXCLUSION_K,
+) -> UavFlight:
+    """
+    Fly one UAV that plans anew on every tick, as the paper's Step 5 does, without the points that it excludes.
+
+    Parameters
+    ----------
+    field
+        The true threats, unknown at first.
+    exclude
+        ``none``, the ``last`` lattice point, or ``all`` so far (E17).
+    movement
+        By a ``step`` of 0.02 a tick, or from lattice point to lattice point, ``vertex`` (E16).
+    radius, k
+        As of `fly_two`.
+
+    Examples
+    --------
+    >>> fly_excluding(RiskField([]), "last").status.label
+    'arrived'
+    """
+    uav = Uav("a", start=START, goal=GOAL, detection_radius=radius, step=STEP, k=k)
+    mission = Mission(
+        World(field, bounds=BOUNDS),
+        [uav],
+        get("cgla"),
+        resolution=paper_lattice(),
+        replan="tick",
+        exclude=exclude,
+        movement=movement,
+        # plans from scratch name the same ones of points in line, whether any are excluded; in steps it does not matter
+        incremental=movement == "step",
+        arrival_radius=ARRIVAL_RADIUS,
+        max_ticks=MAX_TICKS,
+    )
+    return mission.fly().uavs["a"]
+
+
+def same_trace(one: UavFlight, other: UavFlight) -> bool:
+    """Return whether two UAVs were in the same place on every tick, but for rounding."""
+    return one.trace.shape == other.trace.shape and bool((np.abs(one.trace - other.trace) <= SAME_PLACE).all())
+
+
+@experiment("exclusion", quick=6, share=0.5)
+def sample_exclusion(seed: int) -> list[dict[str, Any]]:
+    """Fly without exclusion, and compare with Step 5's and with that of all points visited; exact integrals only."""
+    field = random_scenario(seed).problem.field
+    records = []
+    for movement, radius in product(MOVEMENTS, RADII):
+        free = fly_excluding(field, "none", movement=movement, radius=radius)
+        for exclude in EXCLUSIONS:
+            bound = fly_excluding(field, exclude, movement=movement, radius=radius)
+            record = {"integral": "exact", "movement": movement, "radius": radius, "exclude": exclude}
+            records.append({**record, "differs": not same_trace(free, bound), **measures(bound)})
+    return records
 
 
 def _field(rng: np.random.Generator, count: int) -> RiskField:
@@ -121,8 +205,15 @@ def _livelock() -> tuple[Flight, Livelock]:
     return flight, lock or Livelock(0, 0)
 
 
-def check_c17(evidence: Evidence) -> Finding:
-    """C17: the flight ends at the target."""
+@claim(
+    17,
+    "Section 4.2.2, end",
+    "A UAV that plans again whenever it detects something always reaches its target: the method converges.",
+    "For all static threats, unknown at first, and all starts and targets, the flight ends at the target after "
+    "finitely many moves, at most (M + 1)(N^2 - 1).",
+    Kind.PROOF,
+)
+def _check_c17(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C17"), evidence.instances(200, 25)
     worst: dict[Exclude, float] = {"none": 0.0, "last": 0.0, "all": 0.0}
     for _ in range(count):
@@ -208,8 +299,15 @@ def _turns_back(free: UavFlight, bound: UavFlight) -> tuple[int, Point]:
     return tick, (x, y)
 
 
-def check_c18(evidence: Evidence) -> Finding:
-    """C18: excluding the previous point changes nothing."""
+@claim(
+    18,
+    "Section 4.2.2, Remark 2",
+    "Whether the previous point is excluded from the next plan or not, the result is the same.",
+    "For all maps, flights with and without Step 5's exclusion are in the same place on every tick.",
+    Kind.PROOF,
+    experiments=("exclusion",),
+)
+def _check_c18(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C18"), evidence.instances(200, 25)
     points = sum(_require_same_without_previous(rng) for _ in range(count))
     missions = counterexamples.mission(EXCLUSION).missions(get)
@@ -259,8 +357,14 @@ def check_c18(evidence: Evidence) -> Finding:
     )
 
 
-def check_c19(_: Evidence) -> Finding:
-    """C19: getting stuck never happens."""
+@claim(
+    19,
+    "Section 4.2.2, Remark 2",
+    "A UAV never gets stuck.",
+    "No mission of the paper's rules, virtual obstacles among them, comes back to a state that it was in.",
+    Kind.PROOF,
+)
+def _check_c19(_: Evidence) -> Finding:
     flight, lock = _livelock()
     for one in flight.uavs.values():
         first, again = one.position_at(lock.since), one.position_at(lock.since + lock.period)
@@ -321,8 +425,14 @@ def _digest_elsewhere(seeds: range, hash_seed: int) -> str:
     return done.stdout.strip()
 
 
-def check_c54(evidence: Evidence) -> Finding:
-    """C54: weights change at random."""
+@claim(
+    54,
+    "Section 4.2.2, Remark 2",
+    "The weights change at random under way, so that nobody is caught in a loop.",
+    "Two flights of the same mission may differ.",
+    Kind.PROOF,
+)
+def _check_c54(evidence: Evidence) -> Finding:
     seeds = evidence.scale.map_seeds(evidence.instances(20, 2))
     here = digest_of(seeds)
     for hash_seed in HASH_SEEDS:
@@ -340,41 +450,3 @@ def check_c54(evidence: Evidence) -> Finding:
         ),
         counterexample=LIVELOCK,
     )
-
-
-CLAIMS = (
-    Claim(
-        "C17",
-        "Section 4.2.2, end",
-        "A UAV that plans again whenever it detects something always reaches its target: the method converges.",
-        "For all static threats, unknown at first, and all starts and targets, the flight ends at the target after "
-        "finitely many moves, at most (M + 1)(N^2 - 1).",
-        Kind.PROOF,
-        check_c17,
-    ),
-    Claim(
-        "C18",
-        "Section 4.2.2, Remark 2",
-        "Whether the previous point is excluded from the next plan or not, the result is the same.",
-        "For all maps, flights with and without Step 5's exclusion are in the same place on every tick.",
-        Kind.PROOF,
-        check_c18,
-        experiments=("exclusion",),
-    ),
-    Claim(
-        "C19",
-        "Section 4.2.2, Remark 2",
-        "A UAV never gets stuck.",
-        "No mission of the paper's rules, virtual obstacles among them, comes back to a state that it was in.",
-        Kind.PROOF,
-        check_c19,
-    ),
-    Claim(
-        "C54",
-        "Section 4.2.2, Remark 2",
-        "The weights change at random under way, so that nobody is caught in a loop.",
-        "Two flights of the same mission may differ.",
-        Kind.PROOF,
-        check_c54,
-    ),
-)

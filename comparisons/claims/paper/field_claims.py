@@ -6,7 +6,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Claim, Entry, Finding, Kind, Part, Table, Verdict, require
+from cgla_graph.comparisons.claims.claim import Entry, Finding, Kind, Part, Table, Verdict, claim, require
 from cgla_graph.comparisons.claims.counterexamples import improper_field
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.fusion.fusion import Fusion, fused_weights
@@ -53,8 +53,15 @@ def _extremes(threats: list[Threat], rng: np.random.Generator) -> tuple[float, f
     return float(found.min()), float(found.max())
 
 
-def check_c1(evidence: Evidence) -> Finding:
-    """C1: F is a probability."""
+@claim(
+    1,
+    "Section 2, Eq. 2",
+    "The combined risk F of all threats is a probability.",
+    "For all threats and points, 0 <= F <= 1, in each reading of Eq. 1.",
+    Kind.PROPERTY,
+    figures=("Fig. 1",),
+)
+def _check_c1(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C1"), evidence.instances(300, 40)
     rows: list[list[Entry]] = []
     for reading in READINGS:
@@ -104,8 +111,14 @@ def check_c1(evidence: Evidence) -> Finding:
     )
 
 
-def check_c2(evidence: Evidence) -> Finding:
-    """C2: more threats are not less risk."""
+@claim(
+    2,
+    "Section 2, Eq. 2 (implied)",
+    "More threats are never less risk.",
+    "F with a further threat is at least F without it, everywhere.",
+    Kind.PROPERTY,
+)
+def _check_c2(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C2"), evidence.instances(500, 60)
     for _ in range(count):
         field, extra, points = _proper(rng), _draw(rng, 1), rng.random((200, 2))
@@ -137,8 +150,14 @@ def check_c2(evidence: Evidence) -> Finding:
     )
 
 
-def check_c3(_: Evidence) -> Finding:
-    """C3: a no-fly area is a very large value of risk."""
+@claim(
+    3,
+    "Section 2",
+    "A no-fly area is a region where the risk has a very large value.",
+    "F stays a probability, and weights positive, when areas are values far above 1.",
+    Kind.PROOF,
+)
+def _check_c3(_: Evidence) -> Finding:
     stored = counterexamples.scenario("very-large-value.toml").problem
     at_one, between = (float(value) for value in stored.field.density([(0.45, 0.5), (0.5, 0.5)]))
     (weight,) = stored.model.weights([(0.46, 0.5)], [(0.54, 0.5)]).tolist()
@@ -158,8 +177,15 @@ def check_c3(_: Evidence) -> Finding:
     )
 
 
-def check_c4(_: Evidence) -> Finding:
-    """C4: with K = 200, weights from (0, 0) are much larger than with K = 10 for each point (Fig. 3)."""
+@claim(
+    4,
+    "Section 3.2, Fig. 3",
+    "With K = 200 the weight of a segment from (0, 0) is much larger than with K = 10, for each point.",
+    "1 <= A_200 / A_10 <= 20; the share of lattice points at which it is at least 2.",
+    Kind.SCENARIO,
+    figures=("Fig. 3",),
+)
+def _check_c4(_: Evidence) -> Finding:
     points = Lattice(20, bounds=_UNIT, kind="upper").points
     origin = np.zeros_like(points)
     rows: list[list[Entry]] = []
@@ -190,8 +216,14 @@ def check_c4(_: Evidence) -> Finding:
     )
 
 
-def check_c5(evidence: Evidence) -> Finding:
-    """C5: weights are positive."""
+@claim(
+    5,
+    "Section 4.2.1, Theorem 1",
+    "The weight of any two different points is positive.",
+    "A(p, r) > 0 for p != r, and A(p, p) = 0.",
+    Kind.PROPERTY,
+)
+def _check_c5(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C5"), evidence.instances(60, 8)
     lattice = Lattice(10, bounds=_UNIT, kind="upper")
     for _ in range(count):
@@ -229,8 +261,14 @@ def check_c5(evidence: Evidence) -> Finding:
     )
 
 
-def check_c6(evidence: Evidence) -> Finding:
-    """C6: A is symmetric."""
+@claim(
+    6,
+    "Section 3.2 (implied)",
+    "A segment weighs the same in both directions.",
+    "A(p, r) = A(r, p), for exact integrals and for raster sums.",
+    Kind.PROPERTY,
+)
+def _check_c6(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C6"), evidence.instances(100, 12)
     worst, mean, greatest = 0.0, [], 0.0
     for _ in range(count):
@@ -260,8 +298,14 @@ def check_c6(evidence: Evidence) -> Finding:
     )
 
 
-def check_c7(evidence: Evidence) -> Finding:
-    """C7: weights add up along a line."""
+@claim(
+    7,
+    "Section 3.2, Eq. 5 (implied)",
+    "The weights of the parts of a segment add up to that of the segment.",
+    "A(p, r) = A(p, q) + A(q, r) for q between p and r; for the union of threats and for Eq. 5's maximum over UAVs.",
+    Kind.PROPERTY,
+)
+def _check_c7(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C7"), evidence.instances(200, 30)
     worst, least, strict = 0.0, 0.0, 0
     for _ in range(count):
@@ -289,10 +333,8 @@ def check_c7(evidence: Evidence) -> Finding:
             Part(
                 "Eq. 5's max over UAVs of the integral",
                 Verdict.REFUTED,
-                (
-                    f"two UAVs that know two threats each: {strict} of {100 * count} segments cost more in two parts, "
-                    "none less"
-                ),
+                f"two UAVs that know two threats each: {strict} of {100 * count} segments cost more in two parts, "
+                "none less",
             ),
         ),
         notes=(
@@ -319,8 +361,15 @@ def _pieces(
     return whole, first, second
 
 
-def check_c26(evidence: Evidence) -> Finding:
-    """C26: any direction is no longer than eight directions (Fig. 2)."""
+@claim(
+    26,
+    "Section 3.1, Fig. 2",
+    "A straight segment is no longer than a path of eight directions between the same points.",
+    "|v| <= octile(v) <= |v| / cos(pi / 8), and J of all directions <= J of eight.",
+    Kind.PROPERTY,
+    figures=("Fig. 2",),
+)
+def _check_c26(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C26"), evidence.instances(60, 10)
     vectors = rng.normal(size=(100_000, 2))
     dx, dy = np.abs(vectors).T
@@ -353,92 +402,16 @@ def check_c26(evidence: Evidence) -> Finding:
     )
 
 
-def check_c27(_: Evidence) -> Finding:
-    """C27: risk evaluation is introduced for the first time."""
+@claim(
+    27,
+    "Abstract",
+    "The evaluation of risk in path planning is introduced for the first time.",
+    "None: a statement about the literature.",
+    Kind.PROSE,
+)
+def _check_c27(_: Evidence) -> Finding:
     return Finding(
         Verdict.NOT_TESTABLE,
         "What came first is a question to the literature. Probabilistic risk was used for planning before: Kim, Gu "
         "and Postlethwaite (2008, from work of 2006), and Bortoff (2000) trades stealth for length.",
     )
-
-
-CLAIMS = (
-    Claim(
-        "C1",
-        "Section 2, Eq. 2",
-        "The combined risk F of all threats is a probability.",
-        "For all threats and points, 0 <= F <= 1, in each reading of Eq. 1.",
-        Kind.PROPERTY,
-        check_c1,
-        figures=("Fig. 1",),
-    ),
-    Claim(
-        "C2",
-        "Section 2, Eq. 2 (implied)",
-        "More threats are never less risk.",
-        "F with a further threat is at least F without it, everywhere.",
-        Kind.PROPERTY,
-        check_c2,
-    ),
-    Claim(
-        "C3",
-        "Section 2",
-        "A no-fly area is a region where the risk has a very large value.",
-        "F stays a probability, and weights positive, when areas are values far above 1.",
-        Kind.PROOF,
-        check_c3,
-    ),
-    Claim(
-        "C4",
-        "Section 3.2, Fig. 3",
-        "With K = 200 the weight of a segment from (0, 0) is much larger than with K = 10, for each point.",
-        "1 <= A_200 / A_10 <= 20; the share of lattice points at which it is at least 2.",
-        Kind.SCENARIO,
-        check_c4,
-        figures=("Fig. 3",),
-    ),
-    Claim(
-        "C5",
-        "Section 4.2.1, Theorem 1",
-        "The weight of any two different points is positive.",
-        "A(p, r) > 0 for p != r, and A(p, p) = 0.",
-        Kind.PROPERTY,
-        check_c5,
-    ),
-    Claim(
-        "C6",
-        "Section 3.2 (implied)",
-        "A segment weighs the same in both directions.",
-        "A(p, r) = A(r, p), for exact integrals and for raster sums.",
-        Kind.PROPERTY,
-        check_c6,
-    ),
-    Claim(
-        "C7",
-        "Section 3.2, Eq. 5 (implied)",
-        "The weights of the parts of a segment add up to that of the segment.",
-        (
-            "A(p, r) = A(p, q) + A(q, r) for q between p and r; for the union of threats and for Eq. 5's maximum over "
-            "UAVs."
-        ),
-        Kind.PROPERTY,
-        check_c7,
-    ),
-    Claim(
-        "C26",
-        "Section 3.1, Fig. 2",
-        "A straight segment is no longer than a path of eight directions between the same points.",
-        "|v| <= octile(v) <= |v| / cos(pi / 8), and J of all directions <= J of eight.",
-        Kind.PROPERTY,
-        check_c26,
-        figures=("Fig. 2",),
-    ),
-    Claim(
-        "C27",
-        "Abstract",
-        "The evaluation of risk in path planning is introduced for the first time.",
-        "None: a statement about the literature.",
-        Kind.PROSE,
-        check_c27,
-    ),
-)

@@ -4,28 +4,44 @@ import itertools
 import math
 
 import numpy as np
+from scipy.sparse import csgraph
 
+from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Check, Claim, Finding, Kind, Table, Verdict, require
+from cgla_graph.comparisons.claims.claim import Entry, Finding, Kind, Part, Table, Verdict, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence
-from cgla_graph.comparisons.claims.paper.path_checks import check_c14, check_c15, check_c16
-from cgla_graph.comparisons.claims.paper.pivot_checks import PROOF, check_c11
+from cgla_graph.comparisons.claims.inference import bootstrapped
 from cgla_graph.comparisons.claims.paper.random_graphs import (
     SAME,
     are_close,
     eq_9,
     least_costs,
+    random_field,
     random_graph,
     zero_diagonal,
 )
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.solvers.exact.cgla import Cgla
 from cgla_graph.solvers.exact.dijkstra import Dijkstra
 
+#: What is fairly near to a tie; random weights do not come nearer by chance.
+TIED = 1e-9
+#: Random draws of p_r that are made at most, in units of N^2.
+MOST_DRAWS = 100
+#: A shorter proof of Theorem 1 than the paper's, which leaves the induction out and asserts that the new value is the
+#: least of all, where it is the least of the unsettled ones (E15).
+PROOF = (
+    "Let all weights be positive. Claim: when a node r of Delta_k, the unsettled ones of least G, serves as p_r, its "
+    "G is its least cost. If not, take a cheapest path from r to the target, and its last node u, seen from the "
+    "target, before the first unsettled one, v. By induction G(u) is right and u has served, so G(v) <= A(v, u) + "
+    "G(u), the cost of the path from v on. Then G(v) <= G*(r) < G(r), as weights are positive, which contradicts the "
+    "choice of r. So each round settles one more node for good, and n rounds settle all that can reach the target."
+)
 
-def check_lemma_1(evidence: Evidence) -> Finding:
-    """C8, C9, C10: G never rises, never undercuts the least cost, and is A(., p_t) after the first round."""
+
+def _check_lemma_1(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C8"), evidence.instances(400, 50)
     draws = 0
     for _ in range(count):
@@ -61,8 +77,14 @@ def check_lemma_1(evidence: Evidence) -> Finding:
     )
 
 
-def check_c12(evidence: Evidence) -> Finding:
-    """C12: the start comes into some Delta_k, and its value is final then."""
+@claim(
+    12,
+    "Section 4.2.1, Theorem 1 (3)",
+    "The start comes into some Delta_k, where the search may stop.",
+    "G(p_s) at the first k with p_s in Delta_k is G*(p_s), and so is the cost of the path.",
+    Kind.PROOF,
+)
+def _check_c12(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C12"), evidence.instances(300, 40)
     saved = []
     for _ in range(count):
@@ -76,10 +98,8 @@ def check_c12(evidence: Evidence) -> Finding:
             saved.append(1.0 - early.rounds / full.rounds)
     return Finding(
         Verdict.PROVED,
-        (
-            f"On {count} random graphs the stop as soon as p_s is in Delta_k gives the same value and an equally good "
-            f"path; it saves {np.mean(saved):.0%} of the rounds on average."
-        ),
+        f"On {count} random graphs the stop as soon as p_s is in Delta_k gives the same value and an equally good "
+        f"path; it saves {np.mean(saved):.0%} of the rounds on average.",
         notes=(
             PROOF,
             (
@@ -90,8 +110,14 @@ def check_c12(evidence: Evidence) -> Finding:
     )
 
 
-def check_c13(_: Evidence) -> Finding:
-    """C13: with negative weights G has no bottom."""
+@claim(
+    13,
+    "Section 4.2.1, Theorem 1 (assumption)",
+    "Weights have to be positive.",
+    "With a weight below 0, Eq. 9 lowers G for ever.",
+    Kind.PROOF,
+)
+def _check_c13(_: Evidence) -> Finding:
     problem = counterexamples.scenario("printed-peaks.toml").problem
     weight = float(problem.model.weights([(0.42, 0.5)], [(0.58, 0.5)])[0])
     steps = list(eq_9(np.array([[0.0, weight], [weight, 0.0]]), 0, [0, 1] * 50))
@@ -101,10 +127,8 @@ def check_c13(_: Evidence) -> Finding:
     )
     return Finding(
         Verdict.PROVED,
-        (
-            f"Two points of the stored map are joined by a weight of {weight:.3g}: Eq. 9, used in turn, lowers G by "
-            f"that each time, {lows[-1]:.4g} after 100 uses, and has no bottom."
-        ),
+        f"Two points of the stored map are joined by a weight of {weight:.3g}: Eq. 9, used in turn, lowers G by "
+        f"that each time, {lows[-1]:.4g} after 100 uses, and has no bottom.",
         notes=(
             (
                 "The toolkit refuses weights below 0 in graphs that a user brings, and marks solvers on improper "
@@ -115,8 +139,14 @@ def check_c13(_: Evidence) -> Finding:
     )
 
 
-def check_c24(evidence: Evidence) -> Finding:
-    """C24: dynamic programming cannot be used directly."""
+@claim(
+    24,
+    "Section 4.1",
+    "Dynamic programming cannot be used directly, and is exhaustive.",
+    "Eq. 9, value iteration and Dijkstra's algorithm have different fixed points or costs.",
+    Kind.PROOF,
+)
+def _check_c24(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C24"), evidence.instances(40, 6)
     scenario = counterexamples.scenario("dynamic-programming.toml")
     on = scenario.problem.on_lattice(scenario.lattice)
@@ -147,89 +177,145 @@ def check_c24(evidence: Evidence) -> Finding:
     )
 
 
-def _claim(number: int, place: str, sentence: str, statement: str, kind: Kind, check: Check) -> Claim:
-    return Claim(f"C{number}", place, sentence, statement, kind, check)
-
-
-CLAIMS = (
-    _claim(
-        8,
-        "Section 4.2.1, Lemma 1",
-        "The values of G never rise.",
-        "G^(k+1) <= G^k for any p_r and any weights.",
-        Kind.PROOF,
-        check_lemma_1,
-    ),
-    _claim(
-        9,
-        "Section 4.2.1 (implied)",
-        "G bounds the least cost from above.",
-        "G^k >= G* >= 0 at all k.",
-        Kind.PROOF,
-        check_lemma_1,
-    ),
-    _claim(
-        10,
-        "Section 4.2.1, Theorem 1",
-        "The first round makes G the weights to the target.",
-        "G^1 = A(., p_t).",
-        Kind.PROOF,
-        check_lemma_1,
-    ),
-    _claim(
-        11,
-        "Section 4.2.1, Theorem 1 (1), (2)",
-        "With positive weights G converges in finitely many steps, and values that are settled stay.",
-        "n rounds with p_r from Delta_k give G* on any graph of positive weights; what other choices of p_r need.",
-        Kind.PROOF,
-        check_c11,
-    ),
-    _claim(
-        12,
-        "Section 4.2.1, Theorem 1 (3)",
-        "The start comes into some Delta_k, where the search may stop.",
-        "G(p_s) at the first k with p_s in Delta_k is G*(p_s), and so is the cost of the path.",
-        Kind.PROOF,
-        check_c12,
-    ),
-    _claim(
-        13,
-        "Section 4.2.1, Theorem 1 (assumption)",
-        "Weights have to be positive.",
-        "With a weight below 0, Eq. 9 lowers G for ever.",
-        Kind.PROOF,
-        check_c13,
-    ),
-    _claim(
-        14,
-        "Abstract, Section 4.2.1",
-        "The path found is optimal.",
-        "No path on the lattice has a lower J; nor in the plane; nor is any trade of length for risk missed.",
-        Kind.PROOF,
-        check_c14,
-    ),
-    _claim(
-        15,
-        "Section 4.2.1, Step 3",
-        "Reading the path off G leads to the target.",
-        "Going to the node of least A + G, from any node, never passes one twice, whether G has converged or not.",
-        Kind.PROPERTY,
-        check_c15,
-    ),
-    _claim(
-        16,
-        "Section 4.2.1, Remark 1",
-        "The best path is not unique if and only if some Delta_k has more than one point.",
-        "Several best paths <=> |Delta_k| > 1 for some k.",
-        Kind.PROOF,
-        check_c16,
-    ),
-    _claim(
-        24,
-        "Section 4.1",
-        "Dynamic programming cannot be used directly, and is exhaustive.",
-        "Eq. 9, value iteration and Dijkstra's algorithm have different fixed points or costs.",
-        Kind.PROOF,
-        check_c24,
-    ),
+@claim(
+    11,
+    "Section 4.2.1, Theorem 1 (1), (2)",
+    "With positive weights G converges in finitely many steps, and values that are settled stay.",
+    "n rounds with p_r from Delta_k give G* on any graph of positive weights; what other choices of p_r need.",
+    Kind.PROOF,
 )
+def _check_c11(evidence: Evidence) -> Finding:
+    rng, count = evidence.rng("C11"), evidence.instances(300, 40)
+    for _ in range(count):
+        graph = random_graph(rng)
+        target = int(rng.integers(graph.n_nodes))
+        matrix = cost_matrix(graph, target)
+        least = least_costs(graph, target)
+        require(are_close(matrix.values, least), "label setting is not scipy's Dijkstra")
+        require(matrix.rounds == int(np.isfinite(least).sum()), "a round settled no node")
+        partial = list(eq_9(zero_diagonal(graph), target, matrix.order.tolist()))
+        for number, node in enumerate(matrix.order.tolist()):
+            require(
+                all(values[node] == partial[number][node] for values in partial[number:]), "a settled value changed"
+            )
+        # of a graph of one node, the first round is the last
+        require(are_close(partial[max(1, len(partial) - 2)], least), "the last round still changed a value")
+    stored = counterexamples.graph("pivot-left-out.json")
+    left_out = cost_matrix(stored.graph, stored.target, schedule="given", order=["t", "s"] * 50)
+    require(
+        left_out.value("s") > cost_matrix(stored.graph, stored.target).value("s"), "the stored graph does not need a"
+    )
+    table, result = _without_delta(evidence)
+    return Finding(
+        Verdict.PROVED,
+        f"With p_r from Delta_k each round settles one node for good: {count} random graphs, equal to scipy's "
+        f"Dijkstra; the last of the n rounds changes nothing. With any p_r it is another matter: {result}",
+        (
+            Part(
+                "p_r from Delta_k, positive weights",
+                Verdict.PROVED,
+                f"{count} random graphs; n rounds, of which the last is idle",
+            ),
+            Part(
+                "any p_r, as Step 2 says at first",
+                Verdict.REFUTED,
+                "if a node that is needed never serves, its neighbours stay wrong for ever (stored graph)",
+            ),
+        ),
+        (table,),
+        (
+            PROOF,
+            (
+                "Synchronous rounds need as many as the longest of the shortest best paths has edges; sweeps over all "
+                "nodes never more."
+            ),
+        ),
+        counterexample="pivot-left-out.json",
+    )
+
+
+def _without_delta(evidence: Evidence) -> tuple[Table, str]:
+    """Count what other choices of p_r need, on points in the plane under Eq. 5 (in general position: no ties)."""
+    rng, each = evidence.rng("C11 pivots"), evidence.instances(40, 6)
+    rows: list[list[Entry]] = []
+    shares, needed = [], []
+    for side in (8, 10, 12, 15):
+        n = side * side
+        wrong, draws, sweeps, rounds = [], [], [], []
+        for _ in range(each):
+            graph = GeometricGraph.complete(
+                rng.random((n, 2)), random_field(rng), k=float(rng.choice([10.0, 50.0, 200.0]))
+            )
+            least = cost_matrix(graph, 0).values
+            hops = _most_hops(graph, least)
+            first = cost_matrix(graph, 0, schedule="given", order=[0, *rng.integers(n, size=n).tolist()])
+            wrong.append(float((first.values > least * (1.0 + TIED)).mean()))
+            until = cost_matrix(graph, 0, schedule="given", order=[0, *rng.integers(n, size=MOST_DRAWS * n).tolist()])
+            require(until.converged and are_close(until.values, least), "random p_r did not converge to G")
+            draws.append(until.rounds / n)
+            swept = cost_matrix(graph, 0, schedule="given", order=[0, *(hops + 1) * list(range(n))])
+            require(swept.converged, f"{hops + 1} sweeps do not do, but best paths have at most {hops} edges")
+            sweeps.append(math.ceil((swept.rounds - 1) / n))
+            together = cost_matrix(graph, 0, schedule="synchronous")
+            require(
+                together.rounds == hops, f"{together.rounds} synchronous rounds, but best paths have up to {hops} edges"
+            )
+            rounds.append(together.rounds)
+        median = bootstrapped(draws, seed=evidence.scale.seed)
+        shares += wrong
+        needed += draws
+        rows.append(
+            [
+                side,
+                float(np.mean(wrong)),
+                median.median,
+                median.low,
+                median.high,
+                float(np.mean(sweeps)),
+                float(np.mean(rounds)),
+            ]
+        )
+    heads = (
+        "N",
+        "share of nodes wrong after N^2 random p_r",
+        "random p_r needed / N^2",
+        "from",
+        "to",
+        "sweeps",
+        "synchronous rounds",
+    )
+    table = Table(
+        f"without the Delta choice: N^2 nodes, ten threats, {each} maps each",
+        heads,
+        rows,
+        "medians with 95 % BCa intervals; sweeps and rounds: means",
+    )
+    result = (
+        f"after N^2 random ones {np.mean(shares):.0%} of the nodes are still wrong, and {np.median(needed):.1f} N^2 "
+        "are needed on average (medians), which is finite with probability 1 but without a bound."
+    )
+    return table, result
+
+
+def _most_hops(graph: GeometricGraph, least: FloatArray) -> int:
+    """Return the greatest number of edges that any node's best path needs, of several best ones the fewest."""
+    weights = zero_diagonal(graph)
+    tight = weights + least[None, :] <= least[:, None] * (1.0 + TIED)
+    np.fill_diagonal(tight, val=False)
+    hops = csgraph.shortest_path(csgraph.csgraph_from_dense(tight.T.astype(float)), unweighted=True, indices=0)
+    return int(hops.max())
+
+
+_c8 = claim(
+    8,
+    "Section 4.2.1, Lemma 1",
+    "The values of G never rise.",
+    "G^(k+1) <= G^k for any p_r and any weights.",
+    Kind.PROOF,
+)(_check_lemma_1)
+_c9 = claim(
+    9, "Section 4.2.1 (implied)", "G bounds the least cost from above.", "G^k >= G* >= 0 at all k.", Kind.PROOF
+)(_check_lemma_1)
+_c10 = claim(
+    10, "Section 4.2.1, Theorem 1", "The first round makes G the weights to the target.", "G^1 = A(., p_t).", Kind.PROOF
+)(_check_lemma_1)

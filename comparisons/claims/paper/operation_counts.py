@@ -6,16 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.comparisons.claims.paper.flights import ARRIVAL_RADIUS, BOUNDS, GOAL, RADIUS, START, paper_lattice
+from cgla_graph.comparisons.claims.paper.flights import GOAL, START, fly_alone, paper_lattice
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix
 from cgla_graph.cost_to_go.repair import lazy_cost_matrix, linked
-from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import MissionStatus
-from cgla_graph.mission.uav import Uav
-from cgla_graph.mission.world import World
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.risk import RiskField
-from cgla_graph.solvers import get
 
 #: A step is so many lattice units (E16).
 UNITS_A_STEP = 0.4
@@ -199,19 +195,10 @@ def count_flight(field: RiskField, *, k: float, n: int) -> FlightCounts | None:
     >>> counts.moves, counts.plans
     (23, 1)
     """
-    lattice = paper_lattice(n)
-    uav = Uav("a", start=START, goal=GOAL, detection_radius=RADIUS, step=UNITS_A_STEP / n, k=k)
-    flight = Mission(
-        World(field, bounds=BOUNDS),
-        [uav],
-        get("cgla"),
-        resolution=lattice,
-        arrival_radius=ARRIVAL_RADIUS,
-    ).fly()
-    flown = flight.uavs["a"]
+    flown = fly_alone(field, k=k, n=n, step=UNITS_A_STEP / n)
     if flown.status is not MissionStatus.ARRIVED:
         return None
-    rounds, operations = [], {}
+    lattice, rounds, operations = paper_lattice(n), [], {}
     known: object = None
     for tick in range(flown.departed, flown.ended):
         knowledge = flown.knowledge_at(tick)

@@ -6,14 +6,22 @@ since the paper prints none of its maps. Where the measure is the same, ours fro
 and the row says what differs. Where not even the measure is, ours is left out.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
 
 from cgla_graph.comparisons.claims.artefact import Artefact, Comparison, TableRow
 from cgla_graph.comparisons.claims.claim import require
 from cgla_graph.comparisons.claims.paper.figure_page import SELECTED
-from cgla_graph.comparisons.claims.paper.printed_tables import WORKING_SCALE
-from cgla_graph.comparisons.claims.paper.printed_values import TABLE_1, TABLE_2, TABLE_3, TABLE_4, TABLE_5, PaperValue
+from cgla_graph.comparisons.claims.paper.printed_values import (
+    TABLE_1,
+    TABLE_2,
+    TABLE_3,
+    TABLE_4,
+    TABLE_5,
+    WORKING_SCALE,
+    PaperValue,
+)
 from cgla_graph.comparisons.claims.paper.routes import Way, Ways, arrived, escape, fly, of_weights, planned
 
 #: Planners in the style of the paper's, by its names for them.
@@ -97,7 +105,7 @@ def rows(table: Sequence[PaperValue], ours: Mapping[str, Ways]) -> list[TableRow
 
 def _rows(row: PaperValue, ours: Mapping[str, Ways]) -> Iterator[TableRow]:
     for quantity, printed in (("risk sum", row.risk), ("length", row.length)):
-        if printed is None:
+        if math.isnan(printed):
             continue
         why = reason(row, quantity)
         offline = online = None

@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 from cgla_graph._types import Point
 
+#: The unit that fits most lengths: 160 a side, 3.2 a step of 0.02.
+WORKING_SCALE = 160.0
 #: The goal of all its flights.
 GOAL: Point = (0.9, 0.9)
 #: Where they begin: Sections 5.1 and 5.2. Of Table 2, where the sudden threat is, which is all that is said.
@@ -31,7 +33,7 @@ class PaperValue:
     method
         What flew, with its K where that is said.
     risk, length
-        As printed; None where nothing is.
+        As printed; NaN where nothing is.
     start
         Where the flight began, as far as it is said.
     own_risk
@@ -45,8 +47,8 @@ class PaperValue:
 
     place: str
     method: str
-    risk: float | None
-    length: float | None
+    risk: float
+    length: float
     start: Point
     own_risk: bool = True
 
@@ -62,8 +64,12 @@ class PaperValue:
         """
         return math.dist(self.start, GOAL)
 
+    def is_less(self, other: "PaperValue") -> bool:
+        """Whether it has less risk and less length than another row; both have to be printed."""
+        return self.risk < other.risk and self.length < other.length
+
     @property
-    def greatest_scale(self) -> float | None:
+    def greatest_scale(self) -> float:
         """
         The most units a side of the map can have: no path is shorter than the straight line.
 
@@ -72,7 +78,7 @@ class PaperValue:
         >>> round(TABLE_1[2].greatest_scale, 1)
         181.0
         """
-        return None if self.length is None else self.length / self.straight
+        return self.length / self.straight
 
 
 #: Section 5.1: ways from (0.1, 0.1) to (0.9, 0.9).
@@ -96,12 +102,12 @@ TABLE_3 = (
 )
 #: Section 5.2: three UAVs, in the order of `STARTS`; risks (Table 4) and lengths (Table 5).
 TABLE_4 = tuple(
-    PaperValue("Table 4", f"{method}, UAV {number + 1}", risk, None, STARTS[number])
+    PaperValue("Table 4", f"{method}, UAV {number + 1}", risk, math.nan, STARTS[number])
     for method, risks in {"FBCRI": (3.5326, 4.5282, 4.5576), "CGLA": (0.2096, 0.8282, 0.4095)}.items()
     for number, risk in enumerate(risks)
 )
 TABLE_5 = tuple(
-    PaperValue("Table 5", f"{method}, UAV {number + 1}", None, length, STARTS[number])
+    PaperValue("Table 5", f"{method}, UAV {number + 1}", math.nan, length, STARTS[number])
     for method, lengths in {
         "FBCRI": (195.0, 244.0, 211.0),
         "CPVS": (188.0, 234.0, 199.0),
@@ -165,5 +171,4 @@ def rows_with_length() -> list[PaperValue]:
     >>> tightest.place, tightest.method, round(tightest.greatest_scale, 1)
     ('Table 5', 'CGLA, UAV 1', 164.4)
     """
-    scales = [(row.greatest_scale, row) for row in TABLES if row.greatest_scale is not None]
-    return [row for _, row in sorted(scales, key=lambda pair: pair[0])]
+    return sorted((row for row in TABLES if row.length > 0.0), key=lambda row: row.greatest_scale)

@@ -28,7 +28,7 @@ from cgla_graph.comparisons.claims.paper.figure_page import (
 )
 from cgla_graph.comparisons.claims.paper.flights import GOAL, RADIUS, START, paper_lattice
 from cgla_graph.comparisons.claims.paper.routes import Way, Ways, escape, flown, of_weights, paper_field, planned
-from cgla_graph.comparisons.claims.paper.single_experiments import SIZES, farthest_pair
+from cgla_graph.comparisons.claims.paper.resolution_claims import SIZES, farthest_pair
 from cgla_graph.comparisons.claims.paper.weight_claims import REGIONS
 from cgla_graph.comparisons.plots.risk import risk_colours
 from cgla_graph.comparisons.plots.scene import (

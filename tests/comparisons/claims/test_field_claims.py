@@ -5,15 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cgla_graph.comparisons.claims import counterexamples
+from cgla_graph.comparisons.claims import catalogue, counterexamples
 from cgla_graph.comparisons.claims.claim import Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
-from cgla_graph.comparisons.claims.paper import field_claims
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.risk import RiskField, Threat
 
 QUICK = Evidence(Scale(quick=True))
-CHECKS = {claim.id: claim.check for claim in field_claims.CLAIMS}
+CHECKS = {claim.id: claim.check for claim in catalogue.claims().values()}
 
 
 @pytest.mark.parametrize(

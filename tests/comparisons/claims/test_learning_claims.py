@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from strategies import few, seeds
 
-from cgla_graph.comparisons.claims import counterexamples
+from cgla_graph.comparisons.claims import catalogue, counterexamples
 from cgla_graph.comparisons.claims.claim import Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
 from cgla_graph.comparisons.claims.paper import learning_claims as claims
@@ -18,12 +18,11 @@ from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.solvers.grid.value_iteration import decision_process, greedy, least_target_reward, value_iteration
 
 FEW = Evidence(Scale(maps=2))
-(CLAIM,) = claims.CLAIMS
+CLAIM = catalogue.claims()["C25"]
 
 
 def test_verdict() -> None:
     finding = CLAIM.check(FEW)
-    assert CLAIM.id == "C25"
     assert finding.verdict is Verdict.REFUTED
     assert finding.counterexample in counterexamples.names()
     verdicts = [part.verdict for part in finding.parts]

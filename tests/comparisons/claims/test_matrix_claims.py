@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cgla_graph.comparisons.claims import counterexamples
+from cgla_graph.comparisons.claims import catalogue, counterexamples
 from cgla_graph.comparisons.claims.claim import Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
-from cgla_graph.comparisons.claims.paper import matrix_claims, path_checks, pivot_checks
+from cgla_graph.comparisons.claims.paper import matrix_claims, path_claims
 from cgla_graph.comparisons.claims.paper.random_graphs import eq_9
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 
 QUICK = Evidence(Scale(quick=True))
-CHECKS = {claim.id: claim.check for claim in matrix_claims.CLAIMS}
+CHECKS = {claim.id: claim.check for claim in catalogue.claims().values()}
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def _changed(change: Callable[[CostMatrix], Any]) -> Callable[..., CostMatrix]:
 def test_a_broken_matrix_has_no_verdict(
     claim: str, change: Callable[[CostMatrix], Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for module in (matrix_claims, pivot_checks, path_checks):
+    for module in (matrix_claims, path_claims):
         monkeypatch.setattr(module, "cost_matrix", _changed(change))
     with pytest.raises(AssertionError):
         CHECKS[claim](QUICK)
@@ -94,11 +94,11 @@ def test_graphs_that_show_nothing_are_noticed(monkeypatch: pytest.MonkeyPatch) -
 
 def test_the_middle_of_three_paths_is_best_for_no_weight(monkeypatch: pytest.MonkeyPatch) -> None:
     document = counterexamples.document("unsupported-pair.json")
-    assert path_checks._unsupported_is_missed()
+    assert path_claims._unsupported_is_missed()
     # with less risk on it, some weight asks for it
     document["risk"][0][2] = document["risk"][2][4] = 0.05
     monkeypatch.setattr(counterexamples, "document", lambda _: document)
-    assert not path_checks._unsupported_is_missed()
+    assert not path_claims._unsupported_is_missed()
 
 
 def test_eq_9_is_the_least_of_old_and_new() -> None:

@@ -55,7 +55,7 @@ def test_every_printed_number_is_there_once(tables: dict[str, Comparison]) -> No
         (row.place, row.method, quantity, value)
         for row in TABLES
         for quantity, value in (("risk sum", row.risk), ("length", row.length))
-        if value is not None
+        if value > 0.0
     )
     shown = Counter(
         (place, row.label, row.quantity, row.paper) for place, table in tables.items() for row in table.rows
@@ -90,8 +90,8 @@ printed_rows = st.builds(
     PaperValue,
     place=st.just("Table 0"),
     method=st.sampled_from(["CGLA, K = 10", "CGLA, UAV 2", "FBCRI, UAV 1", "CPVS", "BCV"]),
-    risk=st.none() | numbers,
-    length=st.none() | numbers,
+    risk=st.just(math.nan) | numbers,
+    length=st.just(math.nan) | numbers,
     start=st.just(START),
     own_risk=st.booleans(),
 )
@@ -105,7 +105,7 @@ def test_ours_are_left_out_of_quoted_rows_and_converted_in_all_others(
     paths = [np.array([START, (0.1 + ahead, 0.1 + ahead), end]) for end in ((0.9, 0.9), (0.9, 0.1))]
     offline, online = (Way(path, risk) for path, risk in zip(paths, risks, strict=True))
     found = {made.quantity: made for made in rows([row], {row.method: Ways("", offline if whole else None, online)})}
-    assert found.keys() == {name for name, value in (("risk sum", row.risk), ("length", row.length)) if value}
+    assert found.keys() == {name for name, value in (("risk sum", row.risk), ("length", row.length)) if value > 0.0}
     for quantity, made in found.items():
         assert made.paper == (row.risk if quantity == "risk sum" else row.length)
         if not row.own_risk:
@@ -121,8 +121,8 @@ def test_ours_are_left_out_of_quoted_rows_and_converted_in_all_others(
 
 def test_what_was_measured_by_the_authors_needs_a_number_of_ours() -> None:
     with pytest.raises(KeyError):
-        rows([PaperValue("Table 0", "CGLA", 1.0, None, START)], {})
-    quoted = PaperValue("Table 0", "BCV", 1.0, None, START, own_risk=False)
+        rows([PaperValue("Table 0", "CGLA", 1.0, math.nan, START)], {})
+    quoted = PaperValue("Table 0", "BCV", 1.0, math.nan, START, own_risk=False)
     assert rows([quoted], {})[0].why == reason(quoted, "risk sum").value
 
 

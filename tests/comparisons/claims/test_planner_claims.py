@@ -12,22 +12,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import few
 
+from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.claim import Finding, Verdict
 from cgla_graph.comparisons.claims.contrasts import CELLS, RADII, adjusted, all_hold
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
-from cgla_graph.comparisons.claims.paper import introduction_claims, planner_claims, planner_experiments
-from cgla_graph.comparisons.claims.paper.planner_experiments import COMPANY, NAMED, PLANNERS, THREATS, TRAINING
+from cgla_graph.comparisons.claims.paper import introduction_claims, learning_claims, planner_claims
+from cgla_graph.comparisons.claims.paper.flights import RADIUS
+from cgla_graph.comparisons.claims.paper.introduction_claims import EVOLUTION, NAMED, THREATS
+from cgla_graph.comparisons.claims.paper.learning_claims import TRAINING
+from cgla_graph.comparisons.claims.paper.planner_claims import COMPANY, PLANNERS
+from cgla_graph.model.risk import RiskField
 from cgla_graph.solvers import get
 
-CLAIMS = {claim.id: claim for claim in planner_claims.CLAIMS}
+CLAIMS = catalogue.claims()
 MAPS = 25
-
-
-def test_all_claims_are_there_and_name_experiments_that_exist() -> None:
-    assert list(CLAIMS) == ["C33", "C34", "C44", "C50", "C52", "C53"]
-    known = {one.name for one in planner_experiments.EXPERIMENTS}
-    assert all(set(claim.experiments) <= known for claim in CLAIMS.values())
 
 
 # --- worlds where the answer is known -------------------------------------------------------------------------------
@@ -93,7 +92,7 @@ def company_records(seed: int, ratio: float) -> list[Record]:
 def test_bcv_claim_needs_both_halves() -> None:
     def finding(**world: float) -> Finding:
         records = planner_records(1, 1.0, maps=60, **world)
-        return planner_claims.check_c33(Evidence(samples={"planners": Samples(records)}))
+        return CLAIMS["C33"].check(Evidence(samples={"planners": Samples(records)}))
 
     verdicts = {
         (arrives, exposure): finding(arrives=arrives, exposure=exposure).verdict
@@ -127,7 +126,7 @@ def test_causes_are_told_apart(ratio: float, effects: dict[str, float], expected
         "planners": Samples(planner_records(1, ratio)),
         "directions": Samples(direction_records(1, **effects)),
     }
-    assert planner_claims.check_c34(Evidence(samples=samples)).verdict is expected
+    assert CLAIMS["C34"].check(Evidence(samples=samples)).verdict is expected
 
 
 @few
@@ -150,7 +149,7 @@ def test_factorial_leaves_out_maps_without_a_way() -> None:
     ("ratio", "expected"), [(2.0, Verdict.SUPPORTED), (1.0, Verdict.NOT_SUPPORTED), (0.5, Verdict.NOT_SUPPORTED)]
 )
 def test_company_claim_tells_worlds_apart(ratio: float, expected: Verdict) -> None:
-    finding = planner_claims.check_c44(Evidence(samples={"three-uavs": Samples(company_records(1, ratio))}))
+    finding = CLAIMS["C44"].check(Evidence(samples={"three-uavs": Samples(company_records(1, ratio))}))
     assert finding.verdict is expected
     assert len(finding.tables[0].rows) == 9
 
@@ -160,7 +159,7 @@ def test_company_claim_fails_with_one_uav() -> None:
     for record in records:
         if (record["planner"], record["uav"]) == ("cpvs-style", "2"):
             record["length"] = 1e-3
-    finding = planner_claims.check_c44(Evidence(samples={"three-uavs": Samples(records)}))
+    finding = CLAIMS["C44"].check(Evidence(samples={"three-uavs": Samples(records)}))
     assert finding.verdict is Verdict.NOT_SUPPORTED
     assert [part.verdict for part in finding.parts].count(Verdict.SUPPORTED) == 2
 
@@ -178,7 +177,7 @@ def test_worlds_without_effect_show_none() -> None:
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
 def test_what_the_paper_does_not_show_stays_untestable(ratio: float) -> None:
     samples = {"planners": Samples(planner_records(1, ratio))}
-    finding = planner_claims.check_c52(Evidence(samples=samples))
+    finding = CLAIMS["C52"].check(Evidence(samples=samples))
     assert finding.verdict is Verdict.NOT_TESTABLE
     assert ("in 6 of 6 cells" in finding.result) is (ratio == 2.0)
 
@@ -198,7 +197,7 @@ def test_training_claim_tells_worlds_apart(excess: float, arrived: float, expect
         there = bool(rng.random() < arrived)
         far = excess if share == TRAINING[-1] else 0.1
         records.append({"map": number, "share": share, "arrived": there, "excess": far if there else None})
-    finding = planner_claims.check_c53(Evidence(samples={"training": Samples(records)}))
+    finding = CLAIMS["C53"].check(Evidence(samples={"training": Samples(records)}))
     assert finding.verdict is expected
 
 
@@ -229,10 +228,10 @@ def introduction_records(change: Callable[[dict[str, Any]], None] | None = None)
 
 def introduction(change: Callable[[dict[str, Any]], None] | None = None) -> Finding:
     records = introduction_records(change)
-    ten = {"planner": planner_experiments.EVOLUTION, "threats": 10, "mode": "offline"}
+    ten = {"planner": EVOLUTION, "threats": 10, "mode": "offline"}
     alone = [record for record in records if ten.items() <= record.items()]
     samples = {"threat-count": Samples(records), "planners": Samples(alone)}
-    return planner_claims.check_c50(Evidence(samples=samples))
+    return CLAIMS["C50"].check(Evidence(samples=samples))
 
 
 def _effective(record: dict[str, Any]) -> None:
@@ -293,36 +292,34 @@ def test_each_remark_of_the_introduction_can_fail(change: Callable[[dict[str, An
 
 @pytest.mark.slow
 def test_planners_are_measured_in_every_cell() -> None:
-    records = planner_experiments.planners(7)
+    records = planner_claims.planners.sample(7)
     samples = Samples([{"map": 7, **record} for record in records])
-    assert {case["planner"] for case in samples.cases("planner")} == {"cgla", *PLANNERS, planner_experiments.EVOLUTION}
+    assert {case["planner"] for case in samples.cases("planner")} == {"cgla", *PLANNERS, EVOLUTION}
     for planner in PLANNERS:
-        assert [one.case for one in planner_experiments.versus_cgla(samples, planner, "cost")] == list(CELLS)
+        assert [one.case for one in planner_claims.versus_cgla(samples, planner, "cost")] == list(CELLS)
         assert samples.column("arrived", mode="offline", planner=planner).shape == (1,)
     offline = {record["planner"]: record for record in records if record["mode"] == "offline"}
     # nobody in eight directions undercuts the complete graph of the same lattice
     assert offline["q-learning"]["cost"] >= offline["cgla"]["cost"] * (1.0 - 1e-12)
     online = [record for record in records if record["mode"] == "online"]
     assert all((record["length"] is not None) == record["arrived"] for record in online)
-    findings = [
-        check(Evidence(samples={"planners": samples})) for check in (planner_claims.check_c33, planner_claims.check_c52)
-    ]
+    findings = [CLAIMS[name].check(Evidence(samples={"planners": samples})) for name in ("C33", "C52")]
     assert [one.verdict for one in findings] == [Verdict.NOT_SUPPORTED, Verdict.NOT_TESTABLE]
 
 
 def test_directions_and_training_obey_what_is_known() -> None:
     for seed in range(3):
-        found = {(one["directions"], one["k"], one["method"]): one for one in planner_experiments.directions(seed)}
+        found = {(one["directions"], one["k"], one["method"]): one for one in planner_claims.directions.sample(seed)}
         assert found["any", 10.0, "exact"]["cost"] <= found["eight", 10.0, "exact"]["cost"] * (1.0 + 1e-12)
         assert found["eight", 10.0, "exact"]["cost"] <= found["eight", 10.0, "learned"]["cost"] * (1.0 + 1e-12)
         assert found["any", 0.0, "exact"]["length"] == pytest.approx(0.8 * math.sqrt(2.0))
         assert found["any", 10.0, "exact"]["risk"] <= found["any", 0.0, "exact"]["risk"]
-        excess = [one["excess"] for one in planner_experiments.training(seed)]
+        excess = [one["excess"] for one in learning_claims.training.sample(seed)]
         assert all(one is None or one >= -1e-12 for one in excess)
 
 
 def test_three_uavs_fly_from_the_papers_starts_outside_of_threats() -> None:
-    records = planner_experiments.three_uavs(5)
+    records = planner_claims.three_uavs.sample(5)
     assert len(records) == 3 * (len(CELLS) + 2 * len(RADII))
     cgla = [record for record in records if record["planner"] == "cgla"]
     assert all(record["arrived"] for record in cgla)
@@ -333,20 +330,20 @@ def test_three_uavs_fly_from_the_papers_starts_outside_of_threats() -> None:
 
 def test_a_sudden_threat_appears_in_sight(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Any] = []
-    real = planner_experiments.fly_alone
+    real = introduction_claims.fly_alone
 
     def fly(*args: Any, **settings: Any) -> Any:  # noqa: ANN401 - as it comes
         flight = real(*args, **settings)
         seen.append((flight, settings["timed"][0]))
         return flight
 
-    monkeypatch.setattr(planner_experiments, "fly_alone", fly)
-    field = planner_experiments.RiskField()
-    found = planner_experiments._surprised(field, "cgla")
+    monkeypatch.setattr(introduction_claims, "fly_alone", fly)
+    field = RiskField()
+    found = introduction_claims._surprised(field, "cgla")
     ((flight, timed),) = seen
     position = flight.position_at(timed.appears)
     apart = math.dist(position, (timed.threat.x, timed.threat.y))
-    assert apart < planner_experiments.RADIUS
+    assert apart < RADIUS
     assert apart > 2.0 * timed.threat.spread
     assert found["arrived"]
     assert found["length"] > 0.8 * math.sqrt(2.0)

@@ -13,34 +13,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import few, seeds, usual
 
+from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.claim import Finding, Verdict
 from cgla_graph.comparisons.claims.contrasts import CELLS, Contrast, adjusted, all_hold, contrast, rate_contrasts
 from cgla_graph.comparisons.claims.counterexamples import mission, text
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
-from cgla_graph.comparisons.claims.paper import (
-    printed_tables,
-    printed_values,
-    single_claims,
-    single_experiments,
-    weight_claims,
-)
+from cgla_graph.comparisons.claims.paper import printed_claims, printed_values, sudden_claims, weight_claims
 from cgla_graph.comparisons.claims.paper.flights import fly_alone, measures, positions_at_steps, risk_sum
 from cgla_graph.comparisons.claims.paper.printed_values import TABLE_1, rows_with_length, value
-from cgla_graph.comparisons.claims.paper.single_experiments import OFFLINE_K, ONLINE_K, POPUP_K, farthest_pair
+from cgla_graph.comparisons.claims.paper.resolution_claims import farthest_pair
+from cgla_graph.comparisons.claims.paper.sudden_claims import POPUP_K
+from cgla_graph.comparisons.claims.paper.weight_claims import OFFLINE_K, ONLINE_K
 from cgla_graph.mission.records import UavFlight
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import get
 
-CLAIMS = {claim.id: claim for claim in single_claims.CLAIMS}
+CLAIMS = catalogue.claims()
 MAPS = 25
-
-
-def test_all_claims_are_there_and_name_experiments_that_exist() -> None:
-    assert list(CLAIMS) == ["C28", "C29", "C30", "C31", "C32", "C35", "C37", "C38", "C46"]
-    known = {one.name for one in single_experiments.EXPERIMENTS} | {"planners"}
-    assert all(set(claim.experiments) <= known for claim in CLAIMS.values())
 
 
 # --- worlds where the answer is known -------------------------------------------------------------------------------
@@ -138,7 +129,7 @@ def once(monkeypatch: pytest.MonkeyPatch) -> None:
         return flown[key]
 
     monkeypatch.setattr(weight_claims, "fly_alone", fly)
-    monkeypatch.setattr(weight_claims, "_stored_flight", cache(weight_claims._stored_flight))
+    monkeypatch.setattr(weight_claims, "_stored_flights", cache(weight_claims._stored_flights))
 
 
 _FLOWN: dict[tuple[float, str, float], UavFlight] = {}
@@ -202,7 +193,7 @@ def test_sudden_threats_are_evaded_or_not(worst: float, *, holds: bool) -> None:
         for cell in CELLS
         for k in POPUP_K
     ]
-    finding = single_claims.check_c38(Evidence(samples={"pop-up": Samples(records)}))
+    finding = CLAIMS["C38"].check(Evidence(samples={"pop-up": Samples(records)}))
     assert finding.verdict is Verdict.REFUTED
     assert (finding.parts[1].verdict is Verdict.SUPPORTED) is holds
 
@@ -214,7 +205,7 @@ def test_flights_that_do_not_arrive_have_not_evaded() -> None:
         for cell in CELLS
         for k in POPUP_K
     ]
-    finding = single_claims.check_c38(Evidence(samples={"pop-up": Samples(records)}))
+    finding = CLAIMS["C38"].check(Evidence(samples={"pop-up": Samples(records)}))
     assert finding.parts[1].verdict is Verdict.NOT_SUPPORTED
 
 
@@ -243,7 +234,7 @@ def bcv_world(seed: int, ratio: float) -> Evidence:
 
 
 def test_bcv_part_tells_worlds_apart_and_the_verdict_stays() -> None:
-    findings = {ratio: single_claims.check_c32(bcv_world(1, ratio)) for ratio in (2.0, 1.0, 0.5)}
+    findings = {ratio: CLAIMS["C32"].check(bcv_world(1, ratio)) for ratio in (2.0, 1.0, 0.5)}
     assert {one.verdict for one in findings.values()} == {Verdict.NOT_TESTABLE}
     assert [one.parts[1].verdict for one in findings.values()] == [
         Verdict.SUPPORTED,
@@ -309,7 +300,7 @@ def test_zero_risk_is_not_left_out() -> None:
 def test_exchange_argument_holds_for_whatever_paths_there_are(seed: int) -> None:
     rng = np.random.default_rng(seed)
     records = [{"map": i, **record} for i in range(3) for record in best_of(some_paths(rng), OFFLINE_K)]
-    assert "3 maps" in weight_claims._exchange_holds(Samples(records), OFFLINE_K)
+    assert "3 maps" in weight_claims.exchange_holds(Samples(records), OFFLINE_K)
 
 
 @pytest.mark.parametrize("name", ["risk", "length", "cost"])
@@ -318,16 +309,16 @@ def test_paths_that_are_not_optimal_are_found_out(name: str) -> None:
     worst = records[len(OFFLINE_K) + 3]
     worst[name] = worst[name] * (0.5 if name == "cost" else 3.0)
     with pytest.raises(AssertionError, match="an optimum is none"):
-        weight_claims._exchange_holds(Samples(records), OFFLINE_K)
+        weight_claims.exchange_holds(Samples(records), OFFLINE_K)
     worst[name] = None
     with pytest.raises(AssertionError):
-        weight_claims._exchange_holds(Samples(records), OFFLINE_K)
+        weight_claims.exchange_holds(Samples(records), OFFLINE_K)
 
 
 def test_a_least_cost_that_is_not_concave_is_found_out() -> None:
     records = [{"map": 0, "k": k, "risk": 0.1, "length": 1.1, "cost": 1.1 + 1e-6 * k * k} for k in OFFLINE_K]
     with pytest.raises(AssertionError, match="not concave"):
-        weight_claims._exchange_holds(Samples(records), OFFLINE_K)
+        weight_claims.exchange_holds(Samples(records), OFFLINE_K)
 
 
 def test_nested_lattices_that_cost_more_are_found_out() -> None:
@@ -346,7 +337,7 @@ def test_no_way_out_of_a_threat_beats_half_a_crossing(spread: float, distance: f
     end = distance * np.array([math.cos(angle), math.sin(angle)])
     path = np.vstack([[0.0, 0.0], rng.uniform(-0.5, 0.5, (bends, 2)), end])
     field = RiskField([Threat(0.0, 0.0, spread=spread)])
-    least = single_claims.half_crossing(spread, distance)
+    least = sudden_claims.half_crossing(spread, distance)
     assert field.line_integral(path[:-1], path[1:]).sum() >= least * (1.0 - 1e-9)
     straight = field.line_integral(path[:1], path[-1:]).sum()
     assert straight == pytest.approx(least, rel=1e-9)
@@ -368,18 +359,18 @@ def swapped(name: str, first: str, second: str) -> Callable[[str], Any]:
 
 
 def test_risk_that_rises_with_k_is_stored_and_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    low, high = (weight_claims._stored_flight(f"K = {k}") for k in (10, 200))
+    low, high = weight_claims._stored_flights()
     assert (high.risk > 1.02 * low.risk, high.length > 2.0 * low.length) == (True, True)
     monkeypatch.setattr(weight_claims, "mission", swapped("risk-rises-with-k.toml", "K = 10", "K = 200"))
     with pytest.raises(AssertionError, match="no longer"):
-        weight_claims._stored_flight("K = 10")
+        weight_claims._stored_flights()
 
 
 def test_longer_than_q_learning_is_stored_and_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert single_claims.check_c35(Evidence()).verdict is Verdict.REFUTED
-    monkeypatch.setattr(printed_tables, "mission", swapped("longer-than-q-learning.toml", "CGLA", "Q-Learning"))
+    assert CLAIMS["C35"].check(Evidence()).verdict is Verdict.REFUTED
+    monkeypatch.setattr(printed_claims, "mission", swapped("longer-than-q-learning.toml", "CGLA", "Q-Learning"))
     with pytest.raises(AssertionError, match="no longer"):
-        single_claims.check_c35(Evidence())
+        CLAIMS["C35"].check(Evidence())
 
 
 def test_a_threat_beside_the_uav_is_no_counterexample(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -387,9 +378,9 @@ def test_a_threat_beside_the_uav_is_no_counterexample(monkeypatch: pytest.Monkey
     (timed,) = found.world.timed
     moved = dataclasses.replace(timed, threat=dataclasses.replace(timed.threat, y=0.8))
     world = dataclasses.replace(found.world, timed=[moved])
-    monkeypatch.setattr(single_claims, "mission", lambda _: dataclasses.replace(found, world=world))
+    monkeypatch.setattr(sudden_claims, "mission", lambda _: dataclasses.replace(found, world=world))
     with pytest.raises(AssertionError, match="no longer"):
-        single_claims.check_c38(Evidence(samples={"pop-up": Samples([])}))
+        CLAIMS["C38"].check(Evidence(samples={"pop-up": Samples([])}))
 
 
 @pytest.mark.parametrize("name", ["risk-rises-with-k.toml", "threat-on-top.toml", "longer-than-q-learning.toml"])
@@ -405,7 +396,7 @@ def test_stored_missions_say_what_they_are(name: str) -> None:
 
 
 def test_arithmetic_of_printed_lengths() -> None:
-    finding = single_claims.check_c31(Evidence())
+    finding = CLAIMS["C31"].check(Evidence())
     assert finding.verdict is Verdict.NOT_TESTABLE
     assert [part.verdict for part in finding.parts] == [Verdict.REFUTED, Verdict.PROVED]
     scales = [row.greatest_scale for row in rows_with_length()]
@@ -424,7 +415,7 @@ def test_a_table_without_the_contradiction_is_found_out(monkeypatch: pytest.Monk
     )
     monkeypatch.setattr(printed_values, "TABLES", tame)
     with pytest.raises(AssertionError, match="not as they are printed"):
-        single_claims.check_c31(Evidence())
+        CLAIMS["C31"].check(Evidence())
 
 
 def test_only_cglas_risks_are_the_authors_own() -> None:
@@ -474,12 +465,11 @@ def test_paths_apart_are_as_far_as_they_are() -> None:
 
 @cache
 def measured(name: str) -> list[Record]:
-    (experiment,) = (one for one in single_experiments.EXPERIMENTS if one.name == name)
-    return list(experiment.sample(7))
+    return list(catalogue.experiments()[name].sample(7))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [one.name for one in single_experiments.EXPERIMENTS])
+@pytest.mark.parametrize("name", ["online-k", "offline-k", "pop-up", "resolution"])
 def test_samples_have_each_case_once(name: str) -> None:
     records = measured(name)
     cases = [tuple(record.get(entry) for entry in ("mode", "integral", "radius", "k", "sudden")) for record in records]
@@ -488,14 +478,14 @@ def test_samples_have_each_case_once(name: str) -> None:
 
 
 def test_samples_are_the_same_each_time() -> None:
-    assert single_experiments.offline_k(7) == measured("offline-k")
+    assert weight_claims.offline_k.sample(7) == measured("offline-k")
     flight = fly_alone(random_scenario(7).problem.field, k=ONLINE_K[0], **CELLS[0])
     assert measures(flight).items() <= measured("online-k")[0].items()
 
 
 def test_real_samples_obey_the_theorems() -> None:
-    known = Samples([{"map": seed, **record} for seed in range(3) for record in single_experiments.offline_k(seed)])
-    weight_claims._exchange_holds(known, OFFLINE_K)
+    known = Samples([{"map": seed, **record} for seed in range(3) for record in weight_claims.offline_k.sample(seed)])
+    weight_claims.exchange_holds(known, OFFLINE_K)
     risks = np.column_stack([known.column("risk", k=k) for k in OFFLINE_K])
     assert (risks[:, 0] > risks[:, -1]).all()
     sizes = Samples([{"map": 7, **record} for record in measured("resolution")])

@@ -11,27 +11,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import examples, seeds
 
-from cgla_graph.comparisons.claims import counterexamples
+from cgla_graph.comparisons.claims import catalogue, counterexamples
 from cgla_graph.comparisons.claims.claim import Finding, Verdict
-from cgla_graph.comparisons.claims.contrasts import CELLS
+from cgla_graph.comparisons.claims.contrasts import CELLS, all_hold
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
-from cgla_graph.comparisons.claims.paper import obstacle_checks, sharing_checks, team_experiments
-from cgla_graph.comparisons.claims.paper import team_claims as claims
-from cgla_graph.comparisons.claims.paper.team_experiments import (
-    FEW_THREATS,
-    NO_OBSTACLE,
-    SHARING_KS,
-    STEPNUMS,
-    fly_two,
-    sharings,
-    team_measures,
-)
+from cgla_graph.comparisons.claims.inference import at_least
+from cgla_graph.comparisons.claims.paper import convergence_claims, obstacle_claims, sharing_claims
+from cgla_graph.comparisons.claims.paper.flights import fly_two, team_measures
+from cgla_graph.comparisons.claims.paper.obstacle_claims import FEW_THREATS, NO_OBSTACLE, STEPNUMS
+from cgla_graph.comparisons.claims.paper.sharing_claims import SHARING_KS, sharings
 from cgla_graph.mission.records import Event, Flight
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.simulation import Simulation
 from cgla_graph.scenarios.random_map import random_scenario
 
-BY_ID = {claim.id: claim for claim in claims.CLAIMS}
+BY_ID = catalogue.claims()
 #: What is multiplied, or how often something happens, by the arm of an experiment.
 Effects: TypeAlias = Mapping[Any, float]
 
@@ -99,7 +93,7 @@ RISING = {stepnum: 0.05 + 0.1 * stepnum for stepnum in STEPNUMS}
 @pytest.fixture(autouse=True)
 def patterns(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fig. 7 is flown in one test only."""
-    monkeypatch.setattr(obstacle_checks, "_pattern_of_fig7", lambda *_: (True, False, True))
+    monkeypatch.setattr(obstacle_claims, "_pattern_of_fig7", lambda *_: (True, False, True))
 
 
 @pytest.mark.slow
@@ -164,7 +158,7 @@ def test_conflicts_are_counted_as_they_are() -> None:
         for number, pair in enumerate([(True, False), (True, True), (False, True), (False, False), (True, False)])
         for stepnum, collided in zip((NO_OBSTACLE, 3), pair, strict=True)
     ]
-    assert obstacle_checks._conflicts(Samples(world)) == [(5, 3, 2, 1, 0)] * 6
+    assert obstacle_claims._conflicts(Samples(world)) == [(5, 3, 2, 1, 0)] * 6
 
 
 def test_missions_that_succeed_are_told_from_those_that_sometimes_do_not() -> None:
@@ -187,12 +181,12 @@ def test_missions_that_succeed_are_told_from_those_that_sometimes_do_not() -> No
 def test_where_there_is_no_effect_none_is_found(claim: str, world: Callable[[int], Samples]) -> None:
     """Flights of stored files do not depend on the sample: the rule is looked at alone."""
     contrasts = {
-        "C42": lambda samples: sharing_checks.all_hold(sharing_checks.effects_of_sharing(samples, "risk_sum")),
+        "C42": lambda samples: all_hold(sharing_claims.effects_of_sharing(samples, "risk_sum")),
         "C45": lambda samples: check("C45", samples).verdict is Verdict.SUPPORTED,
-        "C39": lambda samples: any(one.holds for one in obstacle_checks.avoided(samples)),
-        "C40": lambda samples: all(one.holds for one in obstacle_checks.avoided(samples)),
+        "C39": lambda samples: any(one.holds for one in obstacle_claims.avoided(samples)),
+        "C40": lambda samples: all(one.holds for one in obstacle_claims.avoided(samples)),
         "C48": lambda samples: all(
-            claims.at_least(1.0 - samples.column("collided", threats=5, **cell), 0.95) < 0.05 for cell in CELLS
+            at_least(1.0 - samples.column("collided", threats=5, **cell), 0.95) < 0.05 for cell in CELLS
         ),
     }
     found = [contrasts[claim](world(seed)) for seed in range(20)]
@@ -200,7 +194,7 @@ def test_where_there_is_no_effect_none_is_found(claim: str, world: Callable[[int
 
 
 @pytest.mark.parametrize(
-    ("claim", "name"), [("C41", obstacle_checks.COUNTEREXAMPLE), ("C42", sharing_checks.COUNTEREXAMPLE)]
+    ("claim", "name"), [("C41", obstacle_claims.COUNTEREXAMPLE), ("C42", sharing_claims.COUNTEREXAMPLE)]
 )
 def test_a_counterexample_that_shows_nothing_is_noticed(claim: str, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     file = counterexamples.mission(name)
@@ -214,13 +208,13 @@ def test_a_counterexample_that_shows_nothing_is_noticed(claim: str, name: str, m
 @pytest.mark.slow
 def test_the_shipped_fig7_shows_what_the_paper_does(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
-    assert obstacle_checks._pattern_of_fig7("exact", 0.2) == (True, False, True)
+    assert obstacle_claims._pattern_of_fig7("exact", 0.2) == (True, False, True)
 
 
 @examples(20)
 @given(st.integers(3, 9))
 def test_the_quadratic_contrast_sees_no_line(n: int) -> None:
-    weights = obstacle_checks.quadratic_contrast(tuple(range(n)))
+    weights = obstacle_claims.quadratic_contrast(tuple(range(n)))
     x = np.arange(n, dtype=float)
     assert weights @ (3.0 + 2.0 * x) == pytest.approx(0.0, abs=1e-12)
     assert weights @ (x - x.mean()) ** 2 > 0.0
@@ -234,18 +228,18 @@ def test_the_logs_of_any_flight_keep_what_is_claimed(
 ) -> None:
     field = random_scenario(seed).problem.field
     flight = fly_two(field, radius=radius, sharing="global" if is_shared else "none", stepnum=stepnum)
-    claims.require_seen_within_radius(flight)
+    sharing_claims.require_seen_within_radius(flight)
     if is_shared:
-        sharing_checks.require_union(flight)
+        sharing_claims.require_union(flight)
 
 
 def test_flights_that_nobody_shares_are_no_union() -> None:
     flight = fly_two(random_scenario(1).problem.field, sharing="none")
     with pytest.raises(AssertionError, match="all have seen"):
-        sharing_checks.require_union(flight)
+        sharing_claims.require_union(flight)
     late = fly_two(random_scenario(1).problem.field, sharing=Sharing(delay=5))
     with pytest.raises(AssertionError, match="all have seen"):
-        sharing_checks.require_union(late)
+        sharing_claims.require_union(late)
 
 
 def test_a_uav_that_sees_too_far_or_too_little_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -262,9 +256,9 @@ def test_a_uav_that_sees_too_far_or_too_little_is_noticed(monkeypatch: pytest.Mo
         return fly_two(random_scenario(1).problem.field)
 
     with pytest.raises(AssertionError, match="with a radius of"):
-        claims.require_seen_within_radius(seeing(1.3))
+        sharing_claims.require_seen_within_radius(seeing(1.3))
     with pytest.raises(AssertionError, match="does not know of"):
-        claims.require_seen_within_radius(seeing(0.7))
+        sharing_claims.require_seen_within_radius(seeing(0.7))
 
 
 def test_knowing_what_nobody_saw_is_noticed() -> None:
@@ -272,7 +266,7 @@ def test_knowing_what_nobody_saw_is_noticed() -> None:
     blind = tuple(event for event in flight.events if not (event.kind == "detected" and event.uav == "a"))
     assert any(isinstance(event, Event) for event in blind)
     with pytest.raises(AssertionError, match="which nobody saw"):
-        claims.require_seen_within_radius(dataclasses.replace(flight, events=blind))
+        sharing_claims.require_seen_within_radius(dataclasses.replace(flight, events=blind))
 
 
 def test_properties_are_proved() -> None:
@@ -281,20 +275,22 @@ def test_properties_are_proved() -> None:
 
 @pytest.mark.slow
 def test_experiments_measure_the_same_again_in_every_case(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(team_experiments, "CELLS", CELLS[1:2])
-    monkeypatch.setattr(team_experiments, "RADII", (0.2,))
+    for module in (sharing_claims, obstacle_claims):
+        monkeypatch.setattr(module, "CELLS", CELLS[1:2])
+    monkeypatch.setattr(convergence_claims, "RADII", (0.2,))
     counts = {"sharing": len(sharings(5)) + 3, "stepnum": len(STEPNUMS) + 1, "exclusion": 4, "few-threats": 2}
-    for experiment in team_experiments.EXPERIMENTS:
+    for name, count in counts.items():
+        experiment = catalogue.experiments()[name]
         records = experiment.sample(5)
-        assert len(records) == counts[experiment.name]
-        if experiment.name == "sharing":
+        assert len(records) == count
+        if name == "sharing":
             assert records == experiment.sample(5)
             # nobody who sees nothing flies another way than straight on
             assert records[6 - 1]["length"] == pytest.approx(0.8 * 2**0.5 + (0.8**2 + 0.65**2) ** 0.5, abs=0.06)
 
 
 def test_a_mission_that_does_not_end_has_no_sums() -> None:
-    locked = counterexamples.mission("c19-livelock.toml").missions(obstacle_checks.get)["with virtual obstacles"].fly()
+    locked = counterexamples.mission("c19-livelock.toml").missions(obstacle_claims.get)["with virtual obstacles"].fly()
     found = team_measures(locked)
     assert (found["arrived"], found["livelock"], found["cost"]) == (False, True, None)
     assert found["separation"] > 0.0

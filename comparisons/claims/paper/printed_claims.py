@@ -1,44 +1,50 @@
-"""Claims about the paper's own Table 1: arithmetic on what it prints, and where it compares what it cannot."""
+"""What the paper's Table 1 prints (C31, C32, C35): arithmetic on it, and where it compares what it cannot."""
 
 import numpy as np
 
-from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict
+from cgla_graph.comparisons.claims.claim import Finding, Kind, Part, Table, Verdict, claim, require
 from cgla_graph.comparisons.claims.contrasts import (
     CELLS,
     LEAST,
-    Contrast,
-    adjusted,
-    all_hold,
+    adjusted_together,
     cell_name,
     contrast_table,
     finite,
+    supported_by,
     tally,
 )
 from cgla_graph.comparisons.claims.counterexamples import mission
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import bootstrapped
-from cgla_graph.comparisons.claims.paper import printed_values
-from cgla_graph.comparisons.claims.paper.planner_experiments import OWN, versus_cgla
-from cgla_graph.comparisons.claims.paper.printed_values import TABLE_1, PaperValue, value
-from cgla_graph.mission.records import MissionStatus
-from cgla_graph.solvers import get
+from cgla_graph.comparisons.claims.paper.flights import fly_alone_variants
+from cgla_graph.comparisons.claims.paper.planner_claims import flown_by, versus_cgla
+from cgla_graph.comparisons.claims.paper.printed_values import (
+    TABLE_1,
+    WORKING_SCALE,
+    rows_with_length,
+    value,
+)
 
 #: A map counts for "similar length" if the two lengths differ by at most this, relative to BCV-style's.
 SIMILAR = 0.1
-#: The unit that fits most lengths: 160 a side, 3.2 a step of 0.02.
-WORKING_SCALE = 160.0
 _LONGER = "longer-than-q-learning.toml"
 
 
-def check_c31(_: Evidence) -> Finding:
-    """Check what Table 1 puts side by side."""
+@claim(
+    31,
+    "Table 1",
+    "Risk and length of CGLA, BCV, A2D and Q-Learning, side by side.",
+    "the columns measure the same thing, in the same unit, on the same map",
+    Kind.PROSE,
+    figures=("Table 1",),
+)
+def _check_c31(_: Evidence) -> Finding:
     quoted = [row.method for row in TABLE_1 if not row.own_risk]
     k50, k200 = (value("Table 1", f"CGLA, K = {k}") for k in (50, 200))
-    dominates = _less(k200, k50)
-    if not dominates:
-        msg = "the rows of K = 50 and K = 200 of Table 1 are not as they are printed"
-        raise AssertionError(msg)
-    tightest = printed_values.rows_with_length()[0]
+    require(k200.is_less(k50), "the rows of K = 50 and K = 200 of Table 1 are not as they are printed")
+    printed = rows_with_length()
+    tightest = printed[0]
+    shorter = {side: sum(row.greatest_scale < side for row in printed) for side in (200.0, 256.0)}
     return Finding(
         Verdict.NOT_TESTABLE,
         f"The risks of {', '.join(quoted)} are quoted from their original papers: other maps, other measures. They "
@@ -53,9 +59,10 @@ def check_c31(_: Evidence) -> Finding:
             Part(
                 "One unit of length fits all tables",
                 Verdict.PROVED,
-                f"if a side of the map is at most {_scale(tightest):.1f} units ({tightest.place}, {tightest.method}); "
-                f"{_violations(200.0)} of {len(printed_values.rows_with_length())} rows are shorter than the straight "
-                f"line at 200 units a side, {_violations(256.0)} at 256.",
+                f"if a side of the map is at most {tightest.greatest_scale:.1f} units ({tightest.place}, "
+                f"{tightest.method}); "
+                f"{shorter[200.0]} of {len(printed)} rows are shorter than the straight line at 200 units a side, "
+                f"{shorter[256.0]} at 256.",
             ),
         ),
         tables=(length_units(),),
@@ -80,48 +87,27 @@ def length_units() -> Table:
     (('Table 5', 'CGLA, UAV 1'), 8)
     """
     rows = [
-        (
-            row.place,
-            row.method,
-            row.length,
-            row.straight,
-            _scale(row),
-            (row.length or 0.0) / WORKING_SCALE / row.straight,
-        )
-        for row in printed_values.rows_with_length()[:8]
+        (one.place, one.method, one.length, one.straight, one.greatest_scale, one.greatest_scale / WORKING_SCALE)
+        for one in rows_with_length()[:8]
     ]
     columns = ("table", "row", "printed length", "straight line", "most units a side", "detour at 160")
     return Table("Units of length that the tables allow (the eight tightest rows)", columns, rows)
 
 
-def _scale(row: PaperValue) -> float:
-    scale = row.greatest_scale
-    if scale is None:
-        msg = f"{row.place}, {row.method} prints no length"
-        raise ValueError(msg)
-    return scale
-
-
-def _violations(scale: float) -> int:
-    """Count the rows that would be shorter than the straight line."""
-    return sum(_scale(row) < scale for row in printed_values.rows_with_length())
-
-
-def _less(first: PaperValue, second: PaperValue) -> bool:
-    """Whether a row has less risk and less length than another."""
-    pairs = ((first.risk, second.risk), (first.length, second.length))
-    return all(a is not None and b is not None and a < b for a, b in pairs)
-
-
-def check_c32(evidence: Evidence) -> Finding:
-    """Check the comparison with BCV: the printed numbers, and our BCV-style planner."""
+@claim(
+    32,
+    "Section 5.1",
+    "CGLA with K = 10 beats BCV in both: similar length, a quarter of the risk.",
+    "as printed: 2.4318 < 10.1658 and 243 < 256; against bcv-style: greater length and risk sum for bcv-style",
+    Kind.STATISTIC,
+    experiments=("planners",),
+    figures=("Table 1",),
+)
+def _check_c32(evidence: Evidence) -> Finding:
     cgla, bcv = value("Table 1", "CGLA, K = 10"), value("Table 1", "BCV")
-    if not _less(cgla, bcv) or cgla.risk is None or bcv.risk is None or cgla.length is None or bcv.length is None:
-        msg = "the rows of CGLA and BCV of Table 1 are not as they are printed"
-        raise AssertionError(msg)
+    require(cgla.is_less(bcv), "the rows of CGLA and BCV of Table 1 are not as they are printed")
     samples = evidence.samples["planners"]
-    contrasts = bcv_contrasts(samples)
-    holds = all_hold(contrasts)
+    length, risk = adjusted_together(*(versus_cgla(samples, "bcv-style", name) for name in ("length", "risk_sum")))
     return Finding(
         Verdict.NOT_TESTABLE,
         f"As printed, CGLA (K = 10) has {cgla.risk / bcv.risk:.3g} of BCV's risk at {cgla.length / bcv.length:.3g} of "
@@ -130,31 +116,25 @@ def check_c32(evidence: Evidence) -> Finding:
             Part("The printed numbers of CGLA are less", Verdict.PROVED, "2.4318 < 10.1658 and 243 < 256."),
             Part(
                 "Against our BCV-style planner: BCV-style is longer and riskier",
-                Verdict.SUPPORTED if holds else Verdict.NOT_SUPPORTED,
-                f"length {tally(contrasts[: len(contrasts) // 2])}; risk {tally(contrasts[len(contrasts) // 2 :])}.",
+                supported_by([*length, *risk]),
+                f"length {tally(length)}; risk {tally(risk)}.",
             ),
         ),
         tables=(
-            contrast_table("BCV-style against CGLA, K = 10, limited sight", contrasts),
+            contrast_table("BCV-style against CGLA, K = 10, limited sight", [*length, *risk]),
             _similar_lengths(samples),
         ),
         notes=("bcv-style is in the style of BCV, not the original, whose text is not public.",),
     )
 
 
-def bcv_contrasts(samples: Samples) -> list[Contrast]:
-    """Compare length and risk of BCV-style's flights with CGLA's; the first half are lengths."""
-    return adjusted([*versus_cgla(samples, "bcv-style", "length"), *versus_cgla(samples, "bcv-style", "risk_sum")])
-
-
 def _similar_lengths(samples: Samples) -> Table:
     """Compare risks where the lengths are similar: the paper has a quarter."""
     rows = []
     for cell in CELLS:
-        case = {"mode": "online", "planner": "cgla", **cell}
-        other = {"mode": "online", "planner": "bcv-style", "integral": OWN, "radius": cell["radius"]}
-        length, bcv_length = (samples.column("length", **one) for one in (case, other))
-        risk, bcv_risk = (np.maximum(samples.column("risk_sum", **one), LEAST) for one in (case, other))
+        cases = [{"mode": "online", **flown_by(planner, cell)} for planner in ("cgla", "bcv-style")]
+        length, bcv_length = (samples.column("length", **case) for case in cases)
+        risk, bcv_risk = (np.maximum(samples.column("risk_sum", **case), LEAST) for case in cases)
         similar = np.abs(length / bcv_length - 1.0) <= SIMILAR
         ratio = bootstrapped((risk / bcv_risk)[similar], seed=0)
         rows.append((cell_name(cell), int(similar.sum()), *finite(*ratio)))
@@ -166,16 +146,22 @@ def _similar_lengths(samples: Samples) -> Table:
     )
 
 
-def check_c35(_: Evidence) -> Finding:
-    """Check whether CGLA's ways are shorter than Q-Learning's, too."""
+@claim(
+    35,
+    "Abstract, Section 5.1",
+    "CGLA is superior to Q-Learning, its ways included.",
+    "no CGLA flight is longer than Q-Learning's under the same K",
+    Kind.SCENARIO,
+    figures=("Table 1",),
+)
+def _check_c35(_: Evidence) -> Finding:
     cgla, learned = value("Table 1", "CGLA, K = 10").length, value("Table 1", "Q-Learning").length
-    flights = {name: one.fly().uavs["a"] for name, one in mission(_LONGER).missions(get).items()}
+    flights = fly_alone_variants(mission(_LONGER))
     ours, theirs = flights["CGLA"], flights["Q-Learning"]
-    arrived = all(flight.status is MissionStatus.ARRIVED for flight in flights.values())
-    if cgla is None or learned is None or not (cgla > learned and arrived and ours.length > theirs.length):
-        lengths = f"{ours.length:.3f} and {theirs.length:.3f}"
-        msg = f"{_LONGER} no longer shows that CGLA flies farther than Q-Learning: {lengths}"
-        raise AssertionError(msg)
+    require(
+        cgla > learned and ours.length > theirs.length,
+        f"{_LONGER} no longer shows that CGLA flies farther than Q-Learning: {ours.length:.3f} and {theirs.length:.3f}",
+    )
     return Finding(
         Verdict.REFUTED,
         f"Table 1 itself prints {cgla:g} for CGLA (K = 10) and {learned:g} for Q-Learning. On the stored map CGLA's "

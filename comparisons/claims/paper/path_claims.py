@@ -1,4 +1,4 @@
-"""The paths that are read off the cost matrix: optimal, without circles, not always alone (C14, C15, C16)."""
+"""The paths that are read off the cost matrix (C14, C15, C16): optimal, without circles, not always alone."""
 
 import itertools
 import math
@@ -7,7 +7,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Finding, Part, Table, Verdict, require
+from cgla_graph.comparisons.claims.claim import Finding, Kind, Part, Table, Verdict, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.paper.random_graphs import SAME, random_field, random_graph, zero_diagonal
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
@@ -16,14 +16,20 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.scenarios.random_map import random_scenario
+from cgla_graph.solvers import solve
 from cgla_graph.solvers.exact.cgla import Cgla
-from cgla_graph.solvers.solving import solve
 
 _UNIT = (0.0, 0.0, 1.0, 1.0)
 
 
-def check_c14(evidence: Evidence) -> Finding:
-    """C14: the path is optimal."""
+@claim(
+    14,
+    "Abstract, Section 4.2.1",
+    "The path found is optimal.",
+    "No path on the lattice has a lower J; nor in the plane; nor is any trade of length for risk missed.",
+    Kind.PROOF,
+)
+def _check_c14(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C14"), evidence.instances(150, 25)
     for _ in range(count):
         graph = random_graph(rng, most=8)
@@ -53,10 +59,8 @@ def check_c14(evidence: Evidence) -> Finding:
             Part(
                 "every trade of length for risk that is not dominated",
                 Verdict.REFUTED,
-                (
-                    "a sum of both reaches corners of the convex hull only: of three paths in the stored graph the "
-                    "middle one is best for no K"
-                ),
+                "a sum of both reaches corners of the convex hull only: of three paths in the stored graph the "
+                "middle one is best for no K",
             ),
         ),
         counterexample="unsupported-pair.json",
@@ -90,8 +94,14 @@ def _unsupported_is_missed() -> bool:
     return undominated and (0, 2, 4) not in found and {(0, 1, 4), (0, 3, 4)} <= found
 
 
-def check_c15(evidence: Evidence) -> Finding:
-    """C15: following the least A + G never runs in a circle."""
+@claim(
+    15,
+    "Section 4.2.1, Step 3",
+    "Reading the path off G leads to the target.",
+    "Going to the node of least A + G, from any node, never passes one twice, whether G has converged or not.",
+    Kind.PROPERTY,
+)
+def _check_c15(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C15"), evidence.instances(60, 8)
     circles = {"exact": 0, "raster": 0}
     walks = 0
@@ -141,8 +151,14 @@ def _runs_in_circle(weights: FloatArray, matrix: CostMatrix, node: int) -> bool:
     return node in seen
 
 
-def check_c16(_: Evidence) -> Finding:
-    """C16: the best path is not unique if and only if some Delta_k has several nodes (Remark 1)."""
+@claim(
+    16,
+    "Section 4.2.1, Remark 1",
+    "The best path is not unique if and only if some Delta_k has more than one point.",
+    "Several best paths <=> |Delta_k| > 1 for some k.",
+    Kind.PROOF,
+)
+def _check_c16(_: Evidence) -> Finding:
     star, diamond = (counterexamples.graph(f"remark-1-{name}.json") for name in ("star", "diamond"))
     sizes = {name: _delta_sizes(problem) for name, problem in (("star", star), ("diamond", diamond))}
     ways = {name: _best_paths(problem) for name, problem in (("star", star), ("diamond", diamond))}
@@ -150,10 +166,8 @@ def check_c16(_: Evidence) -> Finding:
     require(max(sizes["diamond"]) == 1 and ways["diamond"] == 2, "the diamond has a Delta set of two, or one best path")  # noqa: PLR2004
     return Finding(
         Verdict.REFUTED,
-        (
-            "Both ways, by graphs of four nodes: one has two nodes in a Delta set and a single best path, the other "
-            "has one node in each Delta set and two best paths."
-        ),
+        "Both ways, by graphs of four nodes: one has two nodes in a Delta set and a single best path, the other "
+        "has one node in each Delta set and two best paths.",
         tables=(
             Table(
                 "the two stored graphs",

@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.claims.claim import Entry, Finding, Kind, Part, Table, Verdict, claim, require
+from cgla_graph.comparisons.claims.claim import Entry, Finding, Kind, Part, Table, Verdict, claim, require, supported
 from cgla_graph.comparisons.claims.contrasts import ALPHA, RULE
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.inference import Shift, log_shift
@@ -20,7 +20,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario
-from cgla_graph.solvers.solving import solve
+from cgla_graph.solvers import solve
 
 #: The paper's sizes of C47.
 TIMED_SIZES = (15, 20, 25)
@@ -45,7 +45,14 @@ def _updates(answer: Solution) -> int:
     return int(found[1]) if found else 0
 
 
-@claim(36, "Section 5.2, Fig. 7", "CGLA takes 7.64 s where Q-Learning takes 26.5 s.", "The ratio of times of one plan on the map of Fig. 7.", Kind.SCENARIO, figures=("Fig. 7",),)
+@claim(
+    36,
+    "Section 5.2, Fig. 7",
+    "CGLA takes 7.64 s where Q-Learning takes 26.5 s.",
+    "The ratio of times of one plan on the map of Fig. 7.",
+    Kind.SCENARIO,
+    figures=("Fig. 7",),
+)
 def _check_c36(_: Evidence) -> Finding:
     problem = load_scenario("paper").problem
     solvers = ("cgla", "q-learning")
@@ -65,12 +72,10 @@ def _check_c36(_: Evidence) -> Finding:
     ]
     return Finding(
         Verdict.NOT_TESTABLE,
-        (
-            f"Not comparable: neither the language nor episodes, alpha and gamma are printed. Ours: CGLA {ours:.3g} s "
-            f"and Q-Learning {learnt:.3g} s for one plan (ratio {learnt / ours:.3g}, theirs {times.ratio:.3g}), of "
-            f"which CGLA's are {plan.evaluations} line integrals and Q-Learning's {updates} updates. The ratio says "
-            "how long one trains and how one integrates."
-        ),
+        f"Not comparable: neither the language nor episodes, alpha and gamma are printed. Ours: CGLA {ours:.3g} s "
+        f"and Q-Learning {learnt:.3g} s for one plan (ratio {learnt / ours:.3g}, theirs {times.ratio:.3g}), of "
+        f"which CGLA's are {plan.evaluations} line integrals and Q-Learning's {updates} updates. The ratio says "
+        "how long one trains and how one integrates.",
         tables=(
             Table(
                 "one plan on the reconstructed map, N = 20",
@@ -98,7 +103,14 @@ def _relaxations(problem: Problem) -> int:
     return relaxation_count(on.graph.n_nodes, cost_matrix(on.graph, on.target, source=on.source).rounds)
 
 
-@claim(47, "Section 5.3", "A greater N takes more time.", "Counted operations, and the time of a plan, grow from N = 15 over 20 to 25.", Kind.STATISTIC, figures=("Fig. 11",),)
+@claim(
+    47,
+    "Section 5.3",
+    "A greater N takes more time.",
+    "Counted operations, and the time of a plan, grow from N = 15 over 20 to 25.",
+    Kind.STATISTIC,
+    figures=("Fig. 11",),
+)
 def _check_c47(evidence: Evidence) -> Finding:
     most = 200
     counts = [(pair_count(n * n), integral_count(n), relaxation_count(n * n, n * n)) for n in range(2, most)]
@@ -138,18 +150,16 @@ def judge_c47(seconds: FloatArray) -> Finding:
     ratios = [f"{one.shift.median:.3g} ({one.shift.low:.3g} to {one.shift.high:.3g})" for one in shifts]
     medians = [f"{value:.3g}" for value in np.median(seconds, axis=0)]
     return Finding(
-        Verdict.SUPPORTED if slower else Verdict.NOT_SUPPORTED,
-        (
-            f"A plan takes {', '.join(medians)} s at N = {', '.join(map(str, TIMED_SIZES))} (medians of "
-            f"{len(seconds)} maps): {', '.join(ratios)} times as long with each step of N."
-        ),
+        supported(slower),
+        f"A plan takes {', '.join(medians)} s at N = {', '.join(map(str, TIMED_SIZES))} (medians of "
+        f"{len(seconds)} maps): {', '.join(ratios)} times as long with each step of N.",
         (
             Part(
                 "a greater N takes more integrals and uses of Eq. 9",
                 Verdict.PROVED,
                 "N^2 (N^2 - 1) / 2 of both at most, which grows with N",
             ),
-            Part("it takes longer", Verdict.SUPPORTED if slower else Verdict.NOT_SUPPORTED, "on the clock"),
+            Part("it takes longer", supported(slower), "on the clock"),
         ),
         (Table("time of a plan", ("N", "ratio of pairs", "ratio of times", "from", "to", "effect", "p (Holm)"), rows),),
         (RULE, f"Times are medians of {REPEATS} plans with all weights, on one machine; they differ from run to run."),
