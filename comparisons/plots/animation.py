@@ -14,16 +14,15 @@ from PIL import Image
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.plots.map import map_figure
-from cgla_graph.comparisons.plots.page import Part, add_legend, arrange
-from cgla_graph.comparisons.plots.risk import draw_risk
+from cgla_graph.comparisons.plots.map import BaseMap
+from cgla_graph.comparisons.plots.page import Key, Part, add_legend, arrange, plain
 from cgla_graph.comparisons.plots.scene import (
-    AREA_LOOK,
     NEAR_COLOUR,
     OBSTACLE_HATCH,
     OUTLINE_SPREADS,
     TIMED_LOOK,
     Look,
+    area_key,
     arrowhead,
     clip_to_bounds,
     colour_of,
@@ -31,12 +30,12 @@ from cgla_graph.comparisons.plots.scene import (
     draw_area,
     draw_ends,
     draw_ring,
+    draw_risk,
     line_key,
     outline,
     patch_key,
+    unit_scale,
 )
-from cgla_graph.comparisons.plots.text import plain
-from cgla_graph.comparisons.plots.units import unit_scale
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import MissionStatus, UavFlight
 from cgla_graph.mission.world import TimedArea
@@ -80,13 +79,17 @@ class Film:
     def __init__(self, view: MissionRun) -> None:
         self.view = view
         self.flight = view.flight
-        scene = view.scene(0)
-        self.scale = unit_scale(scene)
-        self.figure = map_figure(scene, [])
-        self.axes = self.figure.axes[0]
+        self.scale = unit_scale(view.scene(0))
+        base = BaseMap.of(view.scene(0))
+        self.figure, self.axes = base.figure, base.axes
         self.figure.set_dpi(DPI)
+        # the risk changes, and needs no bar; `_draw_truth` draws it
+        for image in self.axes.images:
+            image.remove()
+        if base.bar is not None:
+            self.figure.delaxes(base.bar)
         self._status: list[Text] = []
-        self._clock = self._lay_out()
+        self._clock = self._lay_out(base)
         self._truth: list[Artist] = []
         self._tick_of_truth: int | None = None
         self._canvas: Any = FigureCanvasAgg(self.figure)  # matplotlib does not say all of its types
@@ -115,18 +118,8 @@ class Film:
 
     # what stays
 
-    def _lay_out(self) -> Text:
-        """Make the page: the map, a legend, and room for words that change; return the clock."""
-        figure, axes = self.figure, self.axes
-        width, height = figure.get_size_inches().tolist()
-        place = axes.get_position()
-        size = place.width * width, place.height * height
-        for artist in (*figure.texts, *figure.legends, *axes.lines, *axes.images):
-            artist.remove()
-        for bar in figure.axes[1:]:
-            figure.delaxes(bar)
-        handles, labels = map(list, zip(*self._legend_rows(), strict=True))
-        legend = add_legend(figure, handles, labels, title="", columns=1)
+    def _lay_out(self, base: BaseMap) -> Text:
+        """Make the page: the map, and beside it a clock, how each UAV is, and a legend; return the clock."""
         names = list(self.flight.uavs)
         # the longest words that may stand there, so that the page keeps its size
         longest = max(
@@ -134,31 +127,19 @@ class Film:
         )
         # where there are too many, how many are how
         n_rows = len(names) if len(names) <= _MOST_ROWS else len(MissionStatus) + 2
-        column = figure.text(0.0, 1.0, "\n".join([longest] * (n_rows + 1)), va="top", linespacing=1.5)
-        clock = figure.text(0.0, 1.0, "tick 00000 of 00000", fontsize=11.0, va="top", fontweight="bold")
+        clock = self.figure.text(0.0, 1.0, "tick 00000 of 00000", fontsize=11.0, va="top", fontweight="bold")
+        self._status = [self.figure.text(0.0, 1.0, longest, va="top") for _ in range(n_rows)]
+        column, gap = Part.of(self.figure, add_legend(self.figure, self._legend_rows())), 0.2
+        for text in reversed(self._status):
+            column, gap = Part.of(self.figure, text).over(column, gap), 0.06
+        column = Part.of(self.figure, clock).over(column, 0.13)
         head = plain(self.view.label, 80), plain(self.view.title, 160)
-        words = Part.of(figure, column)
-        clock_part, legend_part = Part.of(figure, clock), Part.of(figure, legend)
-        right = max(words.size[0], legend_part.size[0], clock_part.size[0])
-        down = clock_part.size[1] + words.size[1] + 0.3
-        room = Part(column, (right, max(size[1], down + legend_part.size[1])))
-        map_part = Part.of(figure, axes, size)
-        arrange(figure, head, [map_part, room])
-        page = figure.get_size_inches().tolist()
-        corner = column.get_position()
-        left, top = corner[0] * page[0], (1.0 - corner[1]) * page[1]
-        clock_part.put(figure, left, top)
-        step = words.size[1] / (n_rows + 1)
-        column.remove()
-        for row in range(n_rows):
-            self._status.append(figure.text(0.0, 1.0, "", va="top"))
-            Part(self._status[-1], (right, step)).put(figure, left, top + clock_part.size[1] + 0.1 + row * step)
-        legend_part.put(figure, left, top + down)
+        arrange(self.figure, head, [[Part.of(self.figure, self.axes, base.size), column]])
         for text in (*self._status, clock):
             text.set_animated(True)
         return clock
 
-    def _legend_rows(self) -> Iterator[tuple[Artist, str]]:
+    def _legend_rows(self) -> Iterator[Key]:
         """Yield handles and labels of what the marks mean."""
         mission = self.view.mission
         yield line_key(color="0.3", linewidth=1.5), "flown"
@@ -171,7 +152,7 @@ class Film:
         if len(mission.uavs) > 1:
             yield line_key(color=NEAR_COLOUR, linewidth=2.0), "within the safe distance"
         if mission.world.no_fly is not None or any(isinstance(item, TimedArea) for item in mission.world.timed):
-            yield patch_key(**AREA_LOOK | {"edgecolor": "0.25", "linewidth": 0.7}), "no-fly area"
+            yield area_key(), "no-fly area"
         if mission.world.timed:
             yield patch_key(**TIMED_LOOK), "comes and goes"
 

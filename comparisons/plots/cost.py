@@ -1,7 +1,9 @@
 """The picture of how soon anytime solvers find good paths: median and band over time, beside what the others found."""
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+import statistics
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,21 +13,117 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from numpy.typing import ArrayLike
 
-from cgla_graph.comparisons.plots.cost_axis import Measure
-from cgla_graph.comparisons.plots.looks import GREY, Entry, entries_of
-from cgla_graph.comparisons.plots.page import Part, add_legend, arrange, style
-from cgla_graph.comparisons.plots.text import cost_label, cost_text, heading, others_label
+from cgla_graph._types import FloatArray
+from cgla_graph.comparisons.numbers import figure
+from cgla_graph.comparisons.plots.looks import GREY, Entry, cost_label, entries_of, others_label
+from cgla_graph.comparisons.plots.page import Key, Part, add_legend, arrange, heading, style
+from cgla_graph.comparisons.plots.scene import cost_unit, unit_scale
 from cgla_graph.comparisons.statistics.intervals import Curve, median_curve, path_cost
 from cgla_graph.comparisons.study.rows import by_solver, scenario_bound
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.scenarios.scenario import Scenario
 
+#: Gaps below this, in percent, are drawn on the lower edge: a logarithmic axis has no 0.
+LEAST_GAP = 0.01
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 _SAME_COST = 1e-6  # costs closer than this, relatively, are one
 _BAND, _BANDS = 0.2, 0.6  # opacity of a band, and of all of them where they lie over each other
 _WIDTH, _THIN = 1.4, 0.7  # points: lines in colour, and all others
 _SIZE, _SMALL = 7.0, 4.5  # points: markers in the same way
+
+
+@dataclass(frozen=True)
+class Measure:
+    """
+    How high a cost is drawn.
+
+    Attributes
+    ----------
+    bound
+        The lower bound that gaps are relative to, map units; anything but a positive number shows costs instead.
+    scale
+        What costs are multiplied with to be shown.
+    unit
+        That of costs, to follow a word.
+
+    Examples
+    --------
+    >>> Measure(2.0, 1.0, "").heights([2.1, 4.0])
+    array([  5., 100.])
+    >>> Measure(math.nan, 1e-3, " (km)").heights([2000.0])
+    array([2.])
+    """
+
+    bound: float
+    scale: float
+    unit: str
+
+    @classmethod
+    def of(cls, scenario: Scenario, bound: float) -> "Measure":
+        """Choose it for a scenario."""
+        return cls(bound, unit_scale(scenario), cost_unit(scenario))
+
+    @property
+    def is_gap(self) -> bool:
+        """Whether gaps are shown, in percent."""
+        return 0.0 < self.bound < math.inf
+
+    def heights(self, costs: ArrayLike) -> FloatArray:
+        """Return how high costs of any shape are drawn, in the unit of the axis; infinite ones stay infinite."""
+        values = np.asarray(costs, dtype=np.float64)
+        if not self.is_gap:
+            return values * self.scale
+        return np.maximum(100.0 * (values / self.bound - 1.0), LEAST_GAP)
+
+    def limits(self, curves: Iterable[FloatArray], others: Sequence[float]) -> tuple[float, float]:
+        """
+        Choose the least and the greatest height to show: from the best to where the anytime solvers begin.
+
+        A first cost far above the next one (or above other solvers') would press everything else flat.
+
+        Parameters
+        ----------
+        curves
+            Finite heights over time of each anytime solver, shape ``(m,)`` with ``m >= 1``.
+        others
+            Heights of the other results.
+
+        Examples
+        --------
+        >>> low, high = Measure(math.nan, 1.0, "").limits([np.array([1000.0, 2.0, 1.0])], [1.5, 50.0])
+        >>> round(low, 6), round(high, 6)
+        (0.94, 2.12)
+        """
+        curves = list(curves)
+        best = min([*others, *(float(curve.min()) for curve in curves)])
+        # a logarithmic axis has more room
+        wide = 30.0 if self.is_gap else 10.0
+        begins = []
+        for curve in curves:
+            first, second = curve[0] - best, curve[min(1, len(curve) - 1)] - best
+            begins.append(second if first > wide * second > 0.0 else first)
+        usual = statistics.median_low(begins)
+        reach = max(begin for begin in begins if begin <= (wide if self.is_gap else 4.0) * usual)
+        near = [height - best for height in others if height - best <= (4.0 if self.is_gap else 1.5) * reach]
+        reach = max([reach, *near])
+        if self.is_gap:
+            return float(best / 1.6), float(max(1.6 * (best + reach), 10.0 * best))
+        reach = reach or 0.01 * abs(best) or 1.0
+        return float(best - 0.06 * reach), float(best + 1.12 * reach)
+
+    def frame(self, axes: Axes) -> None:
+        """Label the upward axis; limits are set before."""
+        if not self.is_gap:
+            axes.set_ylabel(f"best cost so far{self.unit}")
+            return
+        axes.set_ylabel(f"best cost so far: gap over {figure(self.bound * self.scale, 5)}{self.unit}")
+        axes.set_yscale("log")
+        low, high = axes.get_ylim()
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 300.0 * low else (1.0,)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:g} %"))
+        axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def trace_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str] = ()) -> Figure | None:
@@ -73,8 +171,8 @@ def trace_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str]
     heights = [measure.heights(edge[np.isfinite(edge)]) for edge in edges if np.isfinite(edge).any()]
     low, high = measure.limits(heights, measure.heights(found).tolist())
     with style():
-        figure = Figure()
-        axes = figure.add_subplot()
+        page = Figure()
+        axes = page.add_subplot()
         axes.set_ylim(low, high)
         drawn = _draw_curves(axes, entries, curves, measure)
         drawn |= {entry.label: _draw_result(axes, entry, measure) for entry in results}
@@ -84,17 +182,16 @@ def trace_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str]
             *_draw_exact(axes, [entry for entry in results if entry.shown.exact], measure),
             *_draw_unknown(axes, runs, measure),
         ]
-        handles, labels = [handle for handle, _ in rows], [label for _, label in rows]
         _frame_time(axes)
         measure.frame(axes)
-        legend = add_legend(figure, handles, labels, title=f"cost{measure.unit}", columns=math.ceil(len(labels) / 17))
-        arrange(figure, heading(scenario), [Part.of(figure, axes, (4.6, 3.2)), Part.of(figure, legend)])
-    return figure
+        legend = add_legend(page, rows, title=f"cost{measure.unit}", columns=math.ceil(len(rows) / 17))
+        arrange(page, heading(scenario), [[Part.of(page, axes, (4.6, 3.2)), Part.of(page, legend)]])
+    return page
 
 
 def _explain_solvers(
     entries: Sequence[Entry], drawn: Mapping[str, Artist], measure: Measure, high: float
-) -> Iterator[tuple[Artist, str]]:
+) -> Iterator[Key]:
     """Yield handles and labels of those that stand out, and one for all others; say what is off the scale."""
     for entry in entries:
         if entry.stands_out:
@@ -133,7 +230,7 @@ def _draw_curves(
     return drawn
 
 
-def _explain_bands(curves: Sequence[Curve]) -> Iterator[tuple[Artist, str]]:
+def _explain_bands(curves: Sequence[Curve]) -> Iterator[Key]:
     """Yield handles and labels that say what bands are."""
     kinds = {curve.is_interval: curve for curve in curves if curve.n_runs > 1}
     texts = {True: "band: 95 % interval of the median", False: "band: least to greatest, as runs are few"}
@@ -160,7 +257,7 @@ def _draw_result(axes: Axes, entry: Entry, measure: Measure) -> Artist:
     return mark
 
 
-def _draw_exact(axes: Axes, entries: Sequence[Entry], measure: Measure) -> Iterator[tuple[Artist, str]]:
+def _draw_exact(axes: Axes, entries: Sequence[Entry], measure: Measure) -> Iterator[Key]:
     """Draw a line for each cost of exact solvers (they mostly agree); yield handles and labels of the legend."""
     costs: list[float] = []
     for entry in entries:
@@ -172,11 +269,11 @@ def _draw_exact(axes: Axes, entries: Sequence[Entry], measure: Measure) -> Itera
         if height <= axes.get_ylim()[1]:
             yield (
                 axes.axhline(height, color="0.35", linestyle=(0, (5, 3)), linewidth=0.8, zorder=2),
-                f"exact: {cost_text(cost * measure.scale)}",
+                f"exact: {figure(cost * measure.scale, 5)}",
             )
 
 
-def _draw_unknown(axes: Axes, runs: Sequence[Run], measure: Measure) -> Iterator[tuple[Artist, str]]:
+def _draw_unknown(axes: Axes, runs: Sequence[Run], measure: Measure) -> Iterator[Key]:
     """Shade the gaps between the lower bound and the best path known, where the optimum must be; yield its row."""
     if not measure.is_gap:
         return

@@ -1,21 +1,18 @@
 """The picture of a flight: the true risk, every trace, and the moment when two UAVs were closest."""
 
-import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from matplotlib import patheffects
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.numbers import figure as digits
-from cgla_graph.comparisons.plots.map import map_figure
-from cgla_graph.comparisons.plots.moment import mark_spacing, obstacles_at, shown_at, telling_tick
-from cgla_graph.comparisons.plots.page import Part, add_legend, arrange, style
-from cgla_graph.comparisons.plots.risk import draw_risk
+from cgla_graph.comparisons.plots.map import BaseMap
+from cgla_graph.comparisons.plots.page import Key, Part, arrange, plain, style
 from cgla_graph.comparisons.plots.scene import (
-    AREA_LOOK,
     NEAR_COLOUR,
     OBSTACLE_HATCH,
     OUTLINE_SPREADS,
@@ -24,6 +21,7 @@ from cgla_graph.comparisons.plots.scene import (
     TIMED_COLOUR,
     TIMED_LOOK,
     Look,
+    area_key,
     arrowhead,
     clip_to_bounds,
     colour_of,
@@ -31,12 +29,12 @@ from cgla_graph.comparisons.plots.scene import (
     draw_area,
     draw_ends,
     draw_ring,
+    draw_risk,
     line_key,
     patch_key,
     timed_places,
+    unit_scale,
 )
-from cgla_graph.comparisons.plots.text import cost_text, plain
-from cgla_graph.comparisons.plots.units import unit_scale
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import UavFlight
 from cgla_graph.mission.world import TimedArea
@@ -44,7 +42,8 @@ from cgla_graph.mission.world import TimedArea
 #: Panels side by side at most.
 MOST_PANELS = 4
 _LONG = 3.4  # inches: longer side of a map that is not alone
-_BAR, _ROW, _WIDE = 0.13, 0.2, 2.5  # as in the picture of a map
+#: Marks on the longest trace, about.
+_MOST_MARKS = 30
 _MOST_NAMES = 9  # so many UAVs have their names on the map
 _HALO = [patheffects.withStroke(linewidth=2.2, foreground="white", alpha=0.9)]
 
@@ -79,49 +78,37 @@ def flight_figure(views: Sequence[MissionRun]) -> Figure:
     moments = [telling_tick(view) for view in views]
     scenes = [view.scene(int(moment)) for view, moment in zip(views, moments, strict=True)]
     scale = unit_scale(scenes[0])
-    figure = map_figure(scenes[0], [])
     with style():
-        axes, *bars = figure.axes
-        size = _cleared(figure, axes)
-        wide = size[0] > _WIDE * size[1] and len(views) == 1
-        panels = [axes]
+        base = BaseMap.of(scenes[0])
+        panels = [base.axes]
         for scene in scenes[1:]:
-            panel = figure.add_axes((0.0, 0.0, 0.1, 0.1), sharex=axes, sharey=axes)
-            panel.set(aspect="equal", facecolor=axes.get_facecolor(), xlabel=axes.get_xlabel())
+            panel = base.figure.add_axes((0.0, 0.0, 0.1, 0.1), sharex=base.axes, sharey=base.axes)
+            panel.set(aspect="equal", facecolor=base.axes.get_facecolor(), xlabel=base.axes.get_xlabel())
             panel.tick_params(labelleft=False)
-            bar = draw_risk(figure, panel, scene, wide=False)
+            bar = draw_risk(base.figure, panel, scene, wide=False)
+            if bar is not None and base.bar is not None:
+                base.figure.delaxes(bar.ax)
+            elif bar is not None:
+                base = replace(base, bar=bar.ax)
             panels.append(panel)
-            bars += [] if bar is None else [bar.ax]
         _level([panel for panel in panels if panel.images])
         for panel, view, moment in zip(panels, views, moments, strict=True):
             _draw_flight(panel, view, moment, scale)
             if len(views) > 1:
                 panel.set_title(_panel_title(view, scale), fontsize=9.0, loc="left")
-        for bar_axes in bars[1:]:
-            figure.delaxes(bar_axes)
         if len(views) > 1:
-            size = (size[0] * _LONG / max(size), size[1] * _LONG / max(size))
-        handles, labels = map(list, zip(*_legend_rows(views, moments, scale), strict=True))
-        rows = max(8, int(size[1] / _ROW) - 1)
-        columns = max(1, int(size[0] / 2.4)) if wide else math.ceil(len(labels) / rows)
-        legend = add_legend(figure, handles, labels, title="", columns=columns)
-        parts = [Part.of(figure, panel, size) for panel in panels]
-        thin = (min(3.0, size[0]), _BAR) if wide else (_BAR, size[1])
-        parts += [Part.of(figure, bar_axes, thin) for bar_axes in bars[:1]]
+            size = np.array(base.size) * _LONG / max(base.size)
+            base = replace(base, size=(float(size[0]), float(size[1])))
+        legend = base.add_legend(list(_legend_rows(views, moments, scale)), width=2.4)
+        parts = [*(Part.of(base.figure, panel, base.size) for panel in panels), *base.parts[1:], legend]
         title = _closest_text(first, scale) if len(views) == 1 else ""
         about = (plain(first.label if len(views) == 1 else first.name, 80), plain(first.title, 160))
         heading = (about[0], f"{about[1]}. {title}" if about[1] and title else about[1] or title)
-        arrange(figure, heading, [*parts, Part.of(figure, legend)], wide=wide)
-    return figure
-
-
-def _cleared(figure: Figure, axes: Axes) -> tuple[float, float]:
-    """Take off what a map without UAVs shows besides the risk; return the size of the map, inches."""
-    width, height = figure.get_size_inches().tolist()
-    place = axes.get_position()
-    for artist in (*figure.texts, *figure.legends, *axes.lines):
-        artist.remove()
-    return place.width * width, place.height * height
+        if len(views) == 1:
+            base.arrange(heading, parts)
+        else:
+            arrange(base.figure, heading, [parts])
+    return base.figure
 
 
 def _level(panels: Sequence[Axes]) -> None:
@@ -292,13 +279,13 @@ def _closest_text(view: MissionRun, scale: float) -> str:
     return f"Closest: {names}, {digits(pair.distance * scale, 3)}{unit} at tick {pair.time:.4g}"
 
 
-def _legend_rows(views: Sequence[MissionRun], moments: Sequence[float], scale: float) -> Iterator[tuple[Artist, str]]:
+def _legend_rows(views: Sequence[MissionRun], moments: Sequence[float], scale: float) -> Iterator[Key]:
     """Yield handles and labels: UAVs first, then what the marks mean."""
     first, alone = views[0], len(views) == 1
     unit = "" if first.projection is None else " km"
     for number, uav in enumerate(first.flight.uavs.values()):
         line = line_key(color=colour_of(number), linestyle=dashes_of(number), linewidth=1.5)
-        end = f": {uav.status.label} at tick {uav.ended}, cost {cost_text(uav.cost * scale)}{unit}" if alone else ""
+        end = f": {uav.status.label} at tick {uav.ended}, cost {digits(uav.cost * scale, 5)}{unit}" if alone else ""
         yield line, f"{plain(uav.name, 24)}{end}"
     mark: Look = {"color": "0.2", "linestyle": "none", "markerfacecolor": "white", "markeredgewidth": 1.2}
     yield line_key(marker="o", markersize=6.5, **mark), "start"
@@ -319,6 +306,66 @@ def _legend_rows(views: Sequence[MissionRun], moments: Sequence[float], scale: f
     if any(obstacles_at(uav, moment) for uav, moment in shown):
         yield patch_key(hatch=OBSTACLE_HATCH, linewidth=0.7), "virtual obstacle"
     if first.mission.world.no_fly is not None:
-        yield patch_key(**AREA_LOOK | {"edgecolor": "0.25", "linewidth": 0.7}), "no-fly area"
+        yield area_key(), "no-fly area"
     if first.mission.world.timed:
         yield patch_key(**TIMED_LOOK), "comes and goes"
+
+
+def telling_tick(view: MissionRun) -> float:
+    """
+    Return the moment that a picture shows: of the closest approach.
+
+    Where no two UAVs meet, the last tick at which one made a new plan on the way.
+    """
+    pair = view.closest
+    if pair is not None:
+        return pair.time
+    replans = [tick for uav in view.flight.uavs.values() for tick in uav.replans if tick > uav.departed]
+    return float(max(replans, default=0))
+
+
+def place_at(uav: UavFlight, time: float) -> Point | None:
+    """
+    Return where a UAV was at a time between ticks, map units; None on the ground.
+
+    Parameters
+    ----------
+    uav
+        Its flight.
+    time
+        In ticks.
+    """
+    if not uav.took_off or not uav.departed <= time <= uav.ended:
+        return None
+    x, y = (float(np.interp(time, uav.times, uav.path[:, axis])) for axis in (0, 1))
+    return x, y
+
+
+def mark_spacing(view: MissionRun) -> int:
+    """
+    Return every how many ticks a trace is marked: 10, or where that were too many a rounder number.
+
+    Parameters
+    ----------
+    view
+        The flight.
+    """
+    longest = max(uav.ended - uav.departed for uav in view.flight.uavs.values())
+    return next((step for step in (10, 20, 50, 100, 200, 500, 1000) if longest <= _MOST_MARKS * step), 10_000)
+
+
+def shown_at(view: MissionRun, moment: float) -> list[tuple[int, UavFlight, Point]]:
+    """List the UAVs that have circles: the closest pair, or where there is none, the one that made a new plan."""
+    pair = view.closest
+    shown = []
+    for number, uav in enumerate(view.flight.uavs.values()):
+        place = place_at(uav, moment)
+        wanted = uav.name in {pair.first, pair.second} if pair else moment in uav.replans
+        if place is not None and wanted:
+            shown.append((number, uav, place))
+    return shown
+
+
+def obstacles_at(uav: UavFlight, moment: float) -> Sequence[FloatArray]:
+    """Return the virtual obstacles a UAV planned around, ``(x, y, spread)`` each."""
+    return [np.array([o.x, o.y, o.spread]) for o in uav.obstacles_at(int(moment))]

@@ -7,7 +7,9 @@ from typing import TypeAlias
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.study.median_run import median_run
+from cgla_graph.comparisons.numbers import counted, figure
+from cgla_graph.comparisons.plots.page import plain
+from cgla_graph.comparisons.study.median_run import median_run, seeds_note
 from cgla_graph.comparisons.study.rows import by_solver, summaries
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Status
@@ -145,3 +147,43 @@ def _looks(places: Iterable[int]) -> list[int]:
         free = (look for look in range(len(looks) + 1) if look not in looks)
         looks.append(wanted if wanted not in looks else next(free))
     return looks
+
+
+def cost_label(entry: Entry, scale: float) -> str:
+    """
+    Say what a solver found, in one line of the legend.
+
+    Parameters
+    ----------
+    entry
+        The solver.
+    scale
+        What costs are multiplied with.
+
+    Returns
+    -------
+    text
+        Its label, the cost of the run that is shown or why there is none, and which of its seeds that is.
+    """
+    solution = entry.shown.solution
+    found = figure(solution.cost * scale, 5) if solution.status.has_path else solution.status.label
+    return f"{plain(entry.label, 36)}: {found}{seeds_note(entry.n_runs, entry.n_found)}"
+
+
+def others_label(number: int, what: str = "") -> str:
+    """
+    Count solvers that share a line of the legend.
+
+    Parameters
+    ----------
+    number
+        How many they are.
+    what
+        What they have in common; may be empty.
+
+    Examples
+    --------
+    >>> others_label(24), others_label(1, "without a path")
+    ('24 others', '1 other, without a path')
+    """
+    return f"{counted(number, 'other')}{what and f', {what}'}"

@@ -1,27 +1,32 @@
-"""The picture of a map: its risk, its no-fly area, and the path of every solver."""
+"""The picture of a map: its risk, its no-fly area, and the path of every solver, alike ones as one."""
 
 import math
 from collections.abc import Collection, Iterator, Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, PathPatch, Rectangle
-from matplotlib.path import Path as Outline
 from matplotlib.ticker import MaxNLocator
-from shapely import MultiPolygon, Polygon
+from shapely import LineString
+from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._types import Bounds
-from cgla_graph.comparisons.plots.lines import lines_of, n_above
-from cgla_graph.comparisons.plots.looks import Entry, entries_of
-from cgla_graph.comparisons.plots.page import Part, add_legend, arrange, style
-from cgla_graph.comparisons.plots.risk import draw_risk
-from cgla_graph.comparisons.plots.text import cost_label, heading, others_label
-from cgla_graph.comparisons.plots.units import axis_labels, cost_unit, unit_scale
+from cgla_graph._types import Bounds, FloatArray
+from cgla_graph.comparisons.plots.looks import Entry, cost_label, entries_of, others_label
+from cgla_graph.comparisons.plots.page import Key, Part, add_legend, arrange, heading, style
+from cgla_graph.comparisons.plots.scene import (
+    area_key,
+    axis_labels,
+    clip_to_bounds,
+    cost_unit,
+    draw_area,
+    draw_risk,
+    unit_scale,
+)
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.scenarios.scenario import Scenario
 
@@ -31,6 +36,12 @@ _BAR = 0.13  # inches: thickness of the colour bar
 _ROW = 0.2  # inches that a row of the legend takes
 _PEN, _DASHED, _THIN = 1.6, 1.2, 0.8  # points: width of the lines in colour, of infeasible ones, and of all others
 _STEP = 0.9  # points: how much wider a line is for each better one that runs over it
+#: Between its corners, a segment is looked at every so many parts of its length.
+_PARTS = 0.25
+#: Corners that stand out less than this part of the pen's width are left out.
+_FINE = 0.125
+#: A line runs over another one where this part of the other one's length lies within its width.
+_SHARED = 0.3
 
 
 def map_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str] = ()) -> Figure:
@@ -60,24 +71,93 @@ def map_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str] =
     ['y', 'risk per unit length']
     """
     entries = entries_of(runs, named)
-    scale = unit_scale(scenario)
     with style():
+        base = BaseMap.of(scenario, entries)
+        keys = [*base.draw_paths(entries), *base.draw_marks()]
+        legend = base.add_legend(keys, f"cost{cost_unit(scenario)}" if entries else "")
+        base.arrange(heading(scenario), [*base.parts, legend])
+    return base.figure
+
+
+@dataclass(frozen=True, eq=False)
+class BaseMap:
+    """
+    A map with its risk and nothing else, for pictures to add to.
+
+    Attributes
+    ----------
+    scenario
+        The map.
+    figure, axes, bar
+        Where it is drawn, and the axes of its colour bar; None where there is no risk.
+    size, inches
+        Width and height of the map, and of one unit of its axes, inches.
+    """
+
+    scenario: Scenario
+    figure: Figure
+    axes: Axes
+    bar: Axes | None
+    size: tuple[float, float]
+    inches: float
+
+    @classmethod
+    def of(cls, scenario: Scenario, entries: Sequence[Entry] = ()) -> "BaseMap":
+        """Draw the risk over the bounds, and over where infeasible paths of solvers leave them."""
         figure = Figure()
         axes = figure.add_subplot()
         size, inches = _frame_map(axes, scenario, entries)
-        wide = size[0] > _WIDE * size[1]
-        bar = draw_risk(figure, axes, scenario, wide=wide)
-        drawn = [*_draw_paths(axes, entries, scale, _PEN / 72.0 / inches), *_draw_marks(axes, scenario)]
-        handles, labels = [handle for handle, _ in drawn], [label for _, label in drawn]
-        title = f"cost{cost_unit(scenario)}" if entries else ""
-        rows = max(8, int(size[1] / _ROW) - 1)
-        columns = max(1, int(size[0] / 2.1)) if wide else math.ceil(len(labels) / rows)
-        legend = add_legend(figure, handles, labels, title=title, columns=columns)
-        parts = [Part.of(figure, axes, size)]
-        if bar is not None:
-            parts.append(Part.of(figure, bar.ax, (min(3.0, size[0]), _BAR) if wide else (_BAR, size[1])))
-        arrange(figure, heading(scenario), [*parts, Part.of(figure, legend)], wide=wide)
-    return figure
+        bar = draw_risk(figure, axes, scenario, wide=size[0] > _WIDE * size[1])
+        return cls(scenario, figure, axes, None if bar is None else bar.ax, size, inches)
+
+    @property
+    def wide(self) -> bool:
+        """Whether everything else stands below the map."""
+        return self.size[0] > _WIDE * self.size[1]
+
+    @property
+    def parts(self) -> list[Part]:
+        """The map and its colour bar, measured."""
+        parts = [Part.of(self.figure, self.axes, self.size)]
+        if self.bar is not None:
+            thin = (min(3.0, self.size[0]), _BAR) if self.wide else (_BAR, self.size[1])
+            parts.append(Part.of(self.figure, self.bar, thin))
+        return parts
+
+    def add_legend(self, keys: Sequence[Key], title: str = "", width: float = 2.1) -> Part:
+        """Make a legend as high as the map, or below a wide one with rows of so many inches; return it measured."""
+        rows = max(8, int(self.size[1] / _ROW) - 1)
+        columns = max(1, int(self.size[0] / width)) if self.wide else math.ceil(len(keys) / rows)
+        return Part.of(self.figure, add_legend(self.figure, keys, title=title, columns=columns))
+
+    def arrange(self, heading: tuple[str, str], parts: Sequence[Part]) -> None:
+        """Put parts beside each other; below each other where the map is wide."""
+        arrange(self.figure, heading, [[part] for part in parts] if self.wide else [parts])
+
+    def draw_paths(self, entries: Sequence[Entry]) -> Iterator[Key]:
+        """Draw the paths of solvers, those within the width of a pen as one; yield the rows of the legend."""
+        yield from _draw_paths(self.axes, entries, unit_scale(self.scenario), _PEN / 72.0 / self.inches)
+
+    def draw_marks(self) -> Iterator[Key]:
+        """Draw start, goal and no-fly area; yield the legend's rows."""
+        problem, scale = self.scenario.problem, unit_scale(self.scenario)
+        around = 15.0 if problem.start == problem.goal else 8.0
+        for name, end, marker, size in (("start", problem.start, "o", around), ("goal", problem.goal, "*", 12.0)):
+            (mark,) = self.axes.plot(
+                end[0] * scale,
+                end[1] * scale,
+                linestyle="none",
+                marker=marker,
+                markersize=size,
+                markerfacecolor="white",
+                markeredgecolor="black",
+                clip_on=False,
+                zorder=5,
+            )
+            yield mark, name
+        if not problem.model.area.is_empty:
+            clip_to_bounds(self.axes, problem.bounds, draw_area(self.axes, problem.model.area.geometry, scale), scale)
+            yield area_key(), "no-fly area"
 
 
 def _frame_map(axes: Axes, scenario: Scenario, entries: Sequence[Entry]) -> tuple[tuple[float, float], float]:
@@ -116,7 +196,7 @@ def _view(scenario: Scenario, entries: Sequence[Entry]) -> tuple[Bounds, float]:
     return (float(low[0]), float(low[1]), float(high[0]), float(high[1])), float(inches)
 
 
-def _draw_paths(axes: Axes, entries: Sequence[Entry], scale: float, pen: float) -> Iterator[tuple[Artist, str]]:
+def _draw_paths(axes: Axes, entries: Sequence[Entry], scale: float, pen: float) -> Iterator[Key]:
     """Draw the paths, the best on top, those within the width of a pen as one; yield handles and labels."""
     with_path = [entry for entry in entries if len(entry.path)]
     lines = lines_of([entry for entry in with_path if entry.stands_out], pen / scale)
@@ -176,40 +256,91 @@ def _draw_path(axes: Axes, entry: Entry, scale: float, width: float, zorder: flo
     return line
 
 
-def _draw_marks(axes: Axes, scenario: Scenario) -> Iterator[tuple[Artist, str]]:
-    """Draw start, goal and no-fly area; yield handles and labels of the legend."""
-    problem, scale = scenario.problem, unit_scale(scenario)
-    around = 15.0 if problem.start == problem.goal else 8.0
-    for name, end, marker, size in (("start", problem.start, "o", around), ("goal", problem.goal, "*", 12.0)):
-        (mark,) = axes.plot(
-            end[0] * scale,
-            end[1] * scale,
-            linestyle="none",
-            marker=marker,
-            markersize=size,
-            markerfacecolor="white",
-            markeredgecolor="black",
-            clip_on=False,
-            zorder=5,
-        )
-        yield mark, name
-    if problem.model.area.is_empty:
-        return
-    outline = _outline(problem.model.area.geometry, scale)
-    x_min, y_min, x_max, y_max = np.multiply(problem.bounds, scale).tolist()
-    inside = Rectangle((x_min, y_min), x_max - x_min, y_max - y_min, transform=axes.transData)
-    # two patches, as the hatch of one has the colour of its edge
-    looks: tuple[dict[str, Any], ...] = (
-        {"facecolor": "0.85", "edgecolor": "0.6", "hatch": "////", "linewidth": 0.0},
-        {"facecolor": "none", "edgecolor": "0.25", "linewidth": 0.7},
-    )
-    for look in looks:
-        axes.add_patch(PathPatch(outline, **look, zorder=2)).set_clip_path(inside)
-    yield Patch(**looks[0] | {"edgecolor": "0.25", "linewidth": 0.7}), "no-fly area"
+def lines_of(entries: Sequence[Entry], pen: float) -> list[list[Entry]]:
+    """
+    Put solvers together whose paths are one line; a path that may be flown is in none with one that may not.
+
+    Parameters
+    ----------
+    entries
+        Solvers with a path, the best first.
+    pen
+        The width of a line, map units.
+
+    Returns
+    -------
+    lines
+        The solvers of each line, in order: the first is the one to draw.
+    """
+    kinds = ([entry for entry in entries if entry.infeasible is infeasible] for infeasible in (False, True))
+    return [
+        [kind[number] for number in together]
+        for kind in kinds
+        for together in one_line([one.path for one in kind], pen)
+    ]
 
 
-def _outline(area: Polygon | MultiPolygon, scale: float) -> Outline:
-    """Return the rings of polygons; holes run the other way round than shells, so that they stay empty."""
-    polygons = [area] if isinstance(area, Polygon) else area.geoms
-    rings = [ring for polygon in polygons for ring in (polygon.exterior, *polygon.interiors)]
-    return Outline.make_compound_path(*(Outline(np.asarray(ring.coords) * scale, closed=True) for ring in rings))
+def one_line(paths: Sequence[FloatArray], pen: float) -> list[list[int]]:
+    """
+    Group paths that no pen can draw apart.
+
+    Parameters
+    ----------
+    paths
+        Shape ``(n, 2)`` each, at least one point; the ones to be drawn before others come first.
+    pen
+        The width of a line, in units of the paths.
+
+    Returns
+    -------
+    groups
+        The numbers of the paths, in order. The first of each group leads it: all others have no point further than
+        `pen` from it, nor it from them.
+
+    Examples
+    --------
+    >>> straight = np.array([(0.0, 0.0), (1.0, 1.0)])
+    >>> one_line([straight, straight + 0.1, straight + 1e-4], pen=0.001)
+    [[0, 2], [1]]
+    """
+    lines = [_line(path, pen) for path in paths]
+    groups: list[list[int]] = []
+    for number, line in enumerate(lines):
+        for group in groups:
+            if shapely.hausdorff_distance(lines[group[0]], line, densify=_PARTS) <= pen:
+                group.append(number)
+                break
+        else:
+            groups.append([number])
+    return groups
+
+
+def n_above(paths: Sequence[FloatArray], pen: float) -> list[int]:
+    """
+    Count for each path the ones before it that run over it for a while, so that a wider line shows it beside them.
+
+    Parameters
+    ----------
+    paths
+        Shape ``(n, 2)`` each, at least one point; the first is drawn on top.
+    pen
+        The width of a line, in units of the paths.
+
+    Examples
+    --------
+    >>> straight = np.array([(0.0, 0.0), (1.0, 1.0)])
+    >>> bent, aside = np.array([(0.0, 0.0), (0.5, 0.5), (1.0, 0.5)]), straight + (0.0, 0.1)
+    >>> n_above([straight, bent, aside], pen=0.001)
+    [0, 1, 0]
+    """
+    lines = [_line(path, pen) for path in paths]
+    around = [line.buffer(pen) for line in lines]
+    return [
+        sum(line.intersection(other).length > _SHARED * line.length for other in around[:number])
+        for number, line in enumerate(lines)
+    ]
+
+
+def _line(path: FloatArray, pen: float) -> BaseGeometry:
+    """Return a path as a line, without what is too fine to be seen; one of a point too."""
+    return LineString(np.vstack([path, path[-1:]])).simplify(_FINE * pen)

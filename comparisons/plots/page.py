@@ -1,20 +1,28 @@
-"""The page of a picture: its style, its legend, and where its parts go."""
+"""The page of a picture: its style, its words, its legend, and where its parts go."""
 
 import textwrap
-from collections.abc import Iterator, Sequence
+import unicodedata
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeAlias
 
 import matplotlib as mpl
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import get_font
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
+from cgla_graph.scenarios.scenario import Scenario
+
+#: A row of a legend: what is drawn, and what it is.
+Key: TypeAlias = tuple[Artist, str]
 _PAD, _GAP = 0.1, 0.2  # inches: border, space between parts
 _STYLE: dict[str, Any] = {
     "axes.linewidth": 0.6,
@@ -44,7 +52,7 @@ def style() -> Iterator[None]:
         yield
 
 
-def add_legend(figure: Figure, handles: Sequence[Artist], labels: Sequence[str], *, title: str, columns: int) -> Legend:
+def add_legend(figure: Figure, rows: Iterable[Key], *, title: str = "", columns: int = 1) -> Legend:
     """
     Make a legend of the figure; `arrange` finds its place.
 
@@ -52,18 +60,14 @@ def add_legend(figure: Figure, handles: Sequence[Artist], labels: Sequence[str],
     ----------
     figure
         The figure.
-    handles, labels
-        One of each for a row: what is drawn, and what it is.
+    rows
+        What is drawn, and what it is: every label is shown as it is.
     title
         What stands above; may be empty.
     columns
         How many columns the rows are spread over.
-
-    Returns
-    -------
-    legend
-        Shows every label as it is.
     """
+    handles, labels = map(list, zip(*rows, strict=True))
     legend = figure.legend(
         handles,
         [" "] * len(labels),
@@ -98,7 +102,9 @@ class Part:
     size
         Width and height: of axes without their labels.
     left, right, top, bottom
-        How far labels stand out.
+        How far labels stand out, and what is below.
+    below
+        What goes along with it, and how far below its upper left corner that begins.
     """
 
     artist: Axes | Legend | Text
@@ -107,6 +113,7 @@ class Part:
     right: float = 0.0
     top: float = 0.0
     bottom: float = 0.0
+    below: tuple["Part", float] | None = None
 
     @classmethod
     def of(cls, figure: Figure, artist: Axes | Legend | Text, size: tuple[float, float] = (1.0, 1.0)) -> "Part":
@@ -133,6 +140,14 @@ class Part:
         sides = (inner.x0 - outer.x0, outer.x1 - inner.x1, outer.y1 - inner.y1, inner.y0 - outer.y0)
         return cls(artist, size, *(max(side / figure.dpi, 0.0) for side in sides))
 
+    def over(self, other: "Part", gap: float) -> "Part":
+        """Return it with a part without labels that stands so far below it, where its labels begin on the left."""
+        down = self.size[1] + self.bottom + gap
+        right = max(self.right, other.size[0] + other.right - self.left - self.size[0])
+        return replace(
+            self, right=right, bottom=down + other.size[1] + other.bottom - self.size[1], below=(other, down)
+        )
+
     def put(self, figure: Figure, x: float, y: float) -> None:
         """Put the upper left corner `x` inches from the left and `y` from the top of the page."""
         width, height = figure.get_size_inches().tolist()
@@ -144,13 +159,17 @@ class Part:
             self.artist.set_position(place)
         else:
             self.artist.set_bbox_to_anchor(place, transform=figure.transFigure)
+        if self.below is not None:
+            other, down = self.below
+            other.put(figure, x - self.left, y + down)
 
 
-def arrange(figure: Figure, heading: tuple[str, str], parts: Sequence[Part], *, wide: bool = False) -> None:
+def arrange(figure: Figure, heading: tuple[str, str], rows: Sequence[Sequence[Part]]) -> None:
     """
-    Put parts side by side (one below the other where `wide`) under the heading; the figure becomes as large as that.
+    Put rows of parts one below the other under the heading; the figure becomes as large as that.
 
-    No layout engine of matplotlib keeps the scale of a map, legends outside and thin maps all together.
+    No layout engine of matplotlib keeps the scale of a map, legends outside and thin maps all together: its constrained
+    layout fits axes into a page, and a legend beside them only where that is high enough.
 
     Parameters
     ----------
@@ -158,28 +177,31 @@ def arrange(figure: Figure, heading: tuple[str, str], parts: Sequence[Part], *, 
         The figure.
     heading
         Name and title; an empty title takes no room.
-    parts
-        Measured, the map or plot first.
-    wide
-        Whether parts lie one below the other.
+    rows
+        Parts that stand side by side, the first of each below each other.
     """
-    left = x = _PAD + parts[0].left
-    y, right, bottom = parts[0].top, 0.0, 0.0
+    left = right = _PAD + max(row[0].left for row in rows)
     places = []
-    for part in parts:
-        places.append((x, y))
-        right, bottom = max(right, x + part.size[0] + part.right), max(bottom, y + part.size[1] + part.bottom)
-        x, y = (x, bottom + _GAP) if wide else (right + _GAP, y)
+    bottom = -_GAP
+    for row in rows:
+        x, y = left - row[0].left, bottom + _GAP + max(part.top for part in row)
+        for part in row:
+            places.append((part, x + part.left, y))
+            right, x = (
+                max(right, x + part.left + part.size[0] + part.right),
+                x + part.left + part.size[0] + part.right + _GAP,
+            )
+        bottom = y + max(part.size[1] + part.bottom for part in row)
     head = [Part.of(figure, text) for text in _heading_texts(figure, heading, right - left)]
     down = _PAD
-    head_places = []
     for part in head:
-        head_places.append((left, down))
         right, down = max(right, left + part.size[0]), down + part.size[1] + 0.05
     figure.set_size_inches(right + _PAD, down + bottom + _PAD)
-    for part, place in zip(head, head_places, strict=True):
-        part.put(figure, *place)
-    for part, (x, y) in zip(parts, places, strict=True):
+    y = _PAD
+    for part in head:
+        part.put(figure, left, y)
+        y += part.size[1] + 0.05
+    for part, x, y in places:
         part.put(figure, x, down + y)
 
 
@@ -192,3 +214,66 @@ def _heading_texts(figure: Figure, heading: tuple[str, str], width: float) -> It
         share = width / Part.of(figure, text).size[0]
         text.set_text("\n".join(textwrap.wrap(title, max(24, int(share * len(title))))))
         yield text
+
+
+def heading(scenario: Scenario) -> tuple[str, str]:
+    """
+    Return name and risk weight, and the title.
+
+    Parameters
+    ----------
+    scenario
+        The map.
+
+    Returns
+    -------
+    name, title
+        One line each; the title may be empty.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> heading(load_scenario("one-threat"))[0]
+    'one-threat,  k = 10'
+    """
+    return f"{plain(scenario.name, 48)},  k = {scenario.problem.k:g}", plain(scenario.title, 160)
+
+
+def plain(text: str, most: int) -> str:
+    r"""
+    Make one short line of any text; what the font lacks becomes a replacement character, the middle gives way first.
+
+    Parameters
+    ----------
+    text
+        Anything: names come from files of others.
+    most
+        Characters that the line may have.
+
+    Returns
+    -------
+    line
+        At most that long, without line breaks or control characters.
+
+    Examples
+    --------
+    >>> plain("of\n$x$ \N{ROBOT FACE}", 40), plain("rrt-star:iterations=2000", 15)
+    ('of $x$ �', 'rrt-sta…ns=2000')
+    """
+    visible = []
+    for char in text[: 50 * most]:
+        kind = unicodedata.category(char)
+        if char.isspace() or kind == "Cc":
+            visible.append(" ")
+        elif kind not in {"Cf", "Me", "Mn"} or ord(char) in _glyphs():
+            visible.append(char if ord(char) in _glyphs() else "\N{REPLACEMENT CHARACTER}")
+    line = " ".join("".join(visible).split())
+    head = most // 2
+    return line if len(line) <= most else f"{line[:head]}…{line[len(line) - (most - head - 1) :]}"
+
+
+@cache
+def _glyphs() -> frozenset[int]:
+    """Return the characters that the font can draw."""
+    font = get_font(str(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")))
+    return frozenset(int(code) for code in font.get_charmap())

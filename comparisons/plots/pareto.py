@@ -12,10 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
 from cgla_graph.comparisons.numbers import figure as digits
-from cgla_graph.comparisons.plots.map import map_figure
-from cgla_graph.comparisons.plots.page import Part, arrange, style
-from cgla_graph.comparisons.plots.text import plain
-from cgla_graph.comparisons.plots.units import cost_unit, unit_scale
+from cgla_graph.comparisons.plots.map import BaseMap, map_figure
+from cgla_graph.comparisons.plots.page import Part, arrange, plain, style
+from cgla_graph.comparisons.plots.scene import cost_unit, unit_scale
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.trade_off.pareto import Front, FrontPoint
 
@@ -49,18 +48,15 @@ def pareto_figure(scenario: Scenario, front: Front) -> Figure:
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['y', 'risk per unit length', 'length', 'best from k = … on']
     """
-    figure = map_figure(scenario, [])
     if not front.points:
-        return figure
+        return map_figure(scenario, [])
     with style():
-        map_axes, *bars = figure.axes
-        legend = figure.legends[0]
-        width, height = figure.get_size_inches().tolist()
-        size = map_axes.get_position().width * width, map_axes.get_position().height * height
+        base = BaseMap.of(scenario)
+        legend = base.add_legend(list(base.draw_marks()))
         colours, norm = _colours(front)
         scale = unit_scale(scenario)
         for point in front:
-            map_axes.plot(
+            base.axes.plot(
                 *(point.path.T * scale),
                 color=_colour(point, colours, norm),
                 linewidth=1.1,
@@ -68,25 +64,18 @@ def pareto_figure(scenario: Scenario, front: Front) -> Figure:
                 zorder=3,
                 path_effects=[patheffects.withStroke(linewidth=2.0, foreground="white", alpha=0.7)],
             )
-        axes = figure.add_axes((0.0, 0.0, 0.5, 0.5))
+        axes = base.figure.add_axes((0.0, 0.0, 0.5, 0.5))
         handles = _draw_front(axes, front, colours, norm, scale)
         axes.set_xlabel("risk")
         axes.set_ylabel(f"length{cost_unit(scenario)}")
         # the upper right of a falling convex line is empty
         axes.legend(list(handles.values()), list(handles), loc="upper right", frameon=False, handlelength=1.6)
-        parts = [Part.of(figure, axes, _SIZE)]
+        parts = [Part.of(base.figure, axes, _SIZE)]
         if norm is not None:
-            bar = _weight_bar(figure, colours, norm)
-            parts.append(Part.of(figure, bar.ax, (_BAR, _SIZE[1])))
-        for text in list(figure.texts):
-            text.remove()
-        map_part = Part.of(figure, map_axes, size)
-        # only the first part has room on its left: a part without ink makes some for the labels of the map
-        parts += [Part(figure.text(0.0, 0.0, ""), (map_part.left, 0.0)), map_part]
-        parts += [Part.of(figure, bar_axes, (_BAR, size[1])) for bar_axes in bars]
+            parts.append(Part.of(base.figure, _weight_bar(base.figure, colours, norm).ax, (_BAR, _SIZE[1])))
         name = f"{plain(scenario.name, 48)},  {len(front)} paths"
-        arrange(figure, (name, plain(scenario.title, 160)), [*parts, Part.of(figure, legend)])
-    return figure
+        arrange(base.figure, (name, plain(scenario.title, 160)), [[*parts, *base.parts, legend]])
+    return base.figure
 
 
 def _colours(front: Front) -> tuple[Colormap, LogNorm | None]:

@@ -1,7 +1,6 @@
 """What the remade figures share: maps with ways on them, one page layout, and the files' bytes."""
 
 import tempfile
-import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,16 +9,14 @@ from matplotlib import patheffects
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.text import Text
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.claims.artefact import Picture
 from cgla_graph.comparisons.claims.paper.flights import BOUNDS, GOAL, START, paper_lattice
 from cgla_graph.comparisons.plots.flight import flight_figure
-from cgla_graph.comparisons.plots.page import Part, add_legend, style
+from cgla_graph.comparisons.plots.page import Part, add_legend, arrange, style
 from cgla_graph.comparisons.plots.pictures import save
-from cgla_graph.comparisons.plots.risk import draw_risk
-from cgla_graph.comparisons.plots.scene import Look, colour_of, dashes_of, line_key
+from cgla_graph.comparisons.plots.scene import Look, colour_of, dashes_of, draw_risk, line_key
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
@@ -35,7 +32,6 @@ WIDE, NARROW = 3.5, 2.75
 #: What stands in a legend: what is drawn, and what it is.
 Key = tuple[Artist, str]
 _BAR = 0.12  # inches: thickness of the colour bar
-_PAD, _GAP = 0.1, 0.22  # inches: border, space between parts
 _TICKS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _HALO = [patheffects.withStroke(linewidth=2.2, foreground="white", alpha=0.9)]
 
@@ -157,41 +153,11 @@ def finish(
     """
     taken = {id(axes) for row in rows for axes, _ in row}
     bars = [(axes, (_BAR, rows[0][-1][1][1])) for axes in figure.axes if id(axes) not in taken]
-    parts = [[Part.of(figure, *one) for one in row] for row in (([*rows[0], *bars]), *rows[1:])]
-    left = _PAD + max(row[0].left for row in parts)
-    places: list[tuple[Part, float, float]] = []
-    down, right = 0.0, left
-    for row in parts:
-        x, y = left, down + max(part.top for part in row)
-        for number, part in enumerate(row):
-            x += part.left + _GAP if number else 0.0
-            places.append((part, x, y))
-            x += part.size[0] + part.right
-        right, down = max(right, x), y + max(part.size[1] + part.bottom for part in row) + _GAP
+    parts = [[Part.of(figure, *one) for one in row] for row in ([*rows[0], *bars], *rows[1:])]
     if keys:
-        legend = add_legend(figure, [key for key, _ in keys], [words for _, words in keys], title="", columns=columns)
-        part = Part.of(figure, legend)
-        places.append((part, left, down))
-        right, down = max(right, left + part.size[0]), down + part.size[1]
-    head = [Part.of(figure, text) for text in _heading(figure, heading, right - left)]
-    height = sum(part.size[1] + 0.07 for part in head) + 0.05
-    figure.set_size_inches(right + _PAD, _PAD + height + down + _PAD)
-    y = _PAD
-    for part in head:
-        part.put(figure, left, y)
-        y += part.size[1] + 0.07
-    for part, x, below in places:
-        part.put(figure, x, _PAD + height + below)
+        parts.append([Part.of(figure, add_legend(figure, keys, columns=columns))])
+    arrange(figure, heading, parts)
     return figure
-
-
-def _heading(figure: Figure, heading: tuple[str, str], width: float) -> Iterator[Text]:
-    """Write what it is called, and what it shows, in lines of about `width` inches."""
-    yield figure.text(0.0, 1.0, heading[0], fontsize=11.0, verticalalignment="top")
-    text = figure.text(0.0, 1.0, heading[1], verticalalignment="top", linespacing=1.3)
-    share = min(1.0, width / Part.of(figure, text).size[0])
-    text.set_text("\n".join(textwrap.wrap(heading[1], int(share * len(heading[1])))))
-    yield text
 
 
 def picture(figure: Figure, caption: str) -> Picture:

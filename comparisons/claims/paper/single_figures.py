@@ -30,7 +30,6 @@ from cgla_graph.comparisons.claims.paper.flights import GOAL, RADIUS, START, pap
 from cgla_graph.comparisons.claims.paper.routes import Way, Ways, escape, flown, of_weights, paper_field, planned
 from cgla_graph.comparisons.claims.paper.resolution_claims import SIZES, farthest_pair
 from cgla_graph.comparisons.claims.paper.weight_claims import REGIONS
-from cgla_graph.comparisons.plots.risk import risk_colours
 from cgla_graph.comparisons.plots.scene import (
     NEAR_COLOUR,
     OUTLINE_SPREADS,
@@ -40,6 +39,7 @@ from cgla_graph.comparisons.plots.scene import (
     draw_ring,
     line_key,
     patch_key,
+    risk_colours,
 )
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.risk import Reading, RiskField, Threat

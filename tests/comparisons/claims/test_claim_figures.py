@@ -133,7 +133,7 @@ def test_parts_of_a_page_never_overlap(sides: list[list[float]], words: list[str
 
 
 def test_parts_of_a_page_overlap_without_gaps(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(figure_page, "_GAP", -1.0)
+    monkeypatch.setattr("cgla_graph.comparisons.plots.page._GAP", -1.0)
     with pytest.raises(AssertionError):
         assert_tidy(some_page([[WIDE, WIDE]], ["a"], 1))
 

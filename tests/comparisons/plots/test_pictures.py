@@ -25,10 +25,10 @@ from numpy.typing import ArrayLike
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.plots import pictures as plots
-from cgla_graph.comparisons.plots.lines import one_line
 from cgla_graph.comparisons.plots.looks import COLOURS, GREY, entries_of
-from cgla_graph.comparisons.plots.risk import risk_colours
-from cgla_graph.comparisons.plots.text import plain
+from cgla_graph.comparisons.plots.map import one_line
+from cgla_graph.comparisons.plots.page import plain
+from cgla_graph.comparisons.plots.scene import risk_colours
 from cgla_graph.comparisons.report.payload import scenarios_document
 from cgla_graph.comparisons.statistics.intervals import path_cost
 from cgla_graph.comparisons.study.median_run import median_run

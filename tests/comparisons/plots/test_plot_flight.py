@@ -25,11 +25,9 @@ from PIL import Image, ImageSequence
 from cgla_graph.comparisons.plots import animation_file, pictures
 from cgla_graph.comparisons.plots.animation import MOST_FRAMES, Film, frame_ticks, plan_ahead, state_at
 from cgla_graph.comparisons.plots.animation_file import LAST_SECONDS, SECONDS, animate, frame_milliseconds
-from cgla_graph.comparisons.plots.flight import flight_figure
-from cgla_graph.comparisons.plots.moment import mark_spacing, place_at, telling_tick
-from cgla_graph.comparisons.plots.page import style
+from cgla_graph.comparisons.plots.flight import flight_figure, mark_spacing, place_at, telling_tick
+from cgla_graph.comparisons.plots.page import plain, style
 from cgla_graph.comparisons.plots.scene import NEAR_COLOUR, arrowhead, colour_of, dashes_of, life, outline
-from cgla_graph.comparisons.plots.text import plain
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.errors import OutputError
 from cgla_graph.mission.records import MissionStatus
