@@ -40,7 +40,6 @@ from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
-from cgla_graph.model.risk_kernels import reach_class
 from cgla_graph.scenarios.scenario import load_scenario
 
 UNIT = (0.0, 0.0, 1.0, 1.0)
@@ -62,18 +61,13 @@ def graphs(draw: st.DrawFn, model: CostModel, max_side: int = 7) -> GeometricGra
     return GeometricGraph.complete(base, model.field, model.k, no_fly=model.no_fly, extra=extra)
 
 
-def under(graph: GeometricGraph, model: CostModel) -> GeometricGraph:
-    """Weigh the same nodes afresh."""
-    return graph.under(model)
-
-
 def bits(matrix: CostMatrix) -> tuple[bytes, ...]:
     return tuple(array.tobytes() for array in (matrix.values, matrix.successors, matrix.order))
 
 
 def check(matrix: CostMatrix, model: CostModel) -> None:
     """Compare values and paths with planning from scratch, twice over."""
-    fresh = under(matrix.graph, model)
+    fresh = matrix.graph.under(model)
     weights = fresh.weight_matrix()
     for reference in (
         cost_matrix(fresh, matrix.target).values,
@@ -225,9 +219,9 @@ def test_a_segment_may_be_free_where_its_parts_are_not(near: bool) -> None:
     for target in (i, r):
         open_map = lazy_cost_matrix(GeometricGraph.complete(lattice), target)
         check(repair(open_map, model), model)
-        check(lazy_cost_matrix(under(open_map.graph, model), target), model)
-    graph = under(open_map.graph, CostModel())
-    np.testing.assert_array_equal(reweigh(graph, model).weight_matrix(), under(graph, model).weight_matrix())
+        check(lazy_cost_matrix(open_map.graph.under(model), target), model)
+    graph = open_map.graph.under(CostModel())
+    np.testing.assert_array_equal(reweigh(graph, model).weight_matrix(), graph.under(model).weight_matrix())
 
 
 def test_maps_in_metres() -> None:
@@ -240,7 +234,7 @@ def test_maps_in_metres() -> None:
     for members in (known[:5], known[1:], known[:2]):
         model = CostModel(RiskField(members), 10.0)
         matrix = repair(matrix, model)
-        fresh = cost_matrix(under(graph, model), 99)
+        fresh = cost_matrix(graph.under(model), 99)
         np.testing.assert_allclose(matrix.values, fresh.values, rtol=0.0, atol=EXACT * size)
 
 
@@ -333,10 +327,6 @@ def test_bounds_of_the_risk_are_bounds(case: tuple[RiskField, tuple[FloatArray, 
     assert risk - float(rest.line_integral(start, end)) <= gone + 2.0 * error
 
 
-def test_reach_class() -> None:
-    assert [reach_class(n) for n in (0, 1, 16, 17, 32, 33)] == [16, 16, 16, 32, 32, 64]
-
-
 @usual
 @given(field=fields(1, 6), more=st.lists(threats(), min_size=1, max_size=6), seed=seeds)
 def test_risk_out_of_reach_of_a_change_keeps_its_bits(field: RiskField, more: list[Threat], seed: int) -> None:
@@ -363,9 +353,9 @@ def test_linked_is_a_graph_with_one_more_node(data: st.DataObject) -> None:
     assert bits(matrix) == was
     assert joined.graph.positions is not None
     assert tuple(joined.graph.positions[joined.graph.index_of(node)]) == spot
-    fresh = cost_matrix(under(joined.graph, model), target, source=node)
+    fresh = cost_matrix(joined.graph.under(model), target, source=node)
     assert joined.value(node) == pytest.approx(fresh.value(node), rel=0.0, abs=EXACT)
-    weights = under(joined.graph, model)
+    weights = joined.graph.under(model)
     path = joined.path_from(node)
     assert bool(path) == bool(np.isfinite(joined.value(node)))
     if path:
@@ -400,7 +390,7 @@ def test_linked_values_are_those_of_an_early_stop() -> None:
     joined, node = linked(matrix, (0.31, 0.44))
     assert not joined.converged
     final = joined.order
-    fresh = cost_matrix(under(joined.graph, CostModel(RiskField(PAPER[:4]), 10.0)), 35)
+    fresh = cost_matrix(joined.graph.under(CostModel(RiskField(PAPER[:4]), 10.0)), 35)
     np.testing.assert_allclose(joined.values[final], fresh.values[final], rtol=0.0, atol=EXACT)
     assert joined.values[final].max() < joined.value(node) <= np.delete(joined.values, final).min()
 
@@ -415,7 +405,7 @@ def test_reweigh_is_weighing_from_scratch(data: st.DataObject) -> None:
     was = weights.tobytes()
     after = data.draw(changed(before))
     result = reweigh(graph, after)
-    fresh = under(graph, after).weight_matrix()
+    fresh = graph.under(after).weight_matrix()
     np.testing.assert_allclose(result.weight_matrix(), fresh, rtol=0.0, atol=EXACT)
     assert not result.is_implicit
     assert not result.weight_matrix().flags.writeable
@@ -431,7 +421,7 @@ def test_reweigh_where_all_threats_reach_further() -> None:
     crowd = [Threat(*rng.random(2).tolist(), spread=s) for s in rng.uniform(0.03, 0.06, 16).tolist()]
     graph = GeometricGraph.complete(Lattice(9, bounds=UNIT), RiskField(crowd), 100.0)
     after = CostModel(RiskField([*crowd, Threat(9.0, 9.0, spread=0.05)]), 100.0)
-    fresh = under(graph, after).weight_matrix()
+    fresh = graph.under(after).weight_matrix()
     assert (graph.weight_matrix() != fresh).any()
     np.testing.assert_array_equal(reweigh(graph, after).weight_matrix(), fresh)
 
@@ -442,9 +432,9 @@ def test_reweigh_on_threads_gives_the_same_floats() -> None:
     wall = shapely.box(0.2, 0.3, 0.4, 0.6)
     graph = GeometricGraph.complete(lattice, RiskField(PAPER[:5]), 10.0, extra=[(0.91, 0.93)])
     after = CostModel(RiskField(PAPER[:7]), 10.0, wall)
-    fresh = under(graph, after).weight_matrix()
+    fresh = graph.under(after).weight_matrix()
     np.testing.assert_array_equal(reweigh(graph, after).weight_matrix(), fresh)
-    back = reweigh(under(graph, after), CostModel(RiskField(PAPER[:5]), 10.0))
+    back = reweigh(graph.under(after), CostModel(RiskField(PAPER[:5]), 10.0))
     np.testing.assert_array_equal(back.weight_matrix(), graph.weight_matrix())
 
 
@@ -464,7 +454,7 @@ def test_with_node_is_a_graph_with_one_more_node(data: st.DataObject) -> None:
     assert graph.n_nodes == n
     assert result.n_nodes == n + 1
     assert result.is_implicit != stored
-    fresh = under(result, model)
+    fresh = result.under(model)
     np.testing.assert_array_equal(result.weight_matrix(), fresh.weight_matrix())
     assert with_node(result, spot) == (result, node)
 
@@ -521,7 +511,7 @@ def test_improper_fields_are_planned_from_scratch() -> None:
     lattice = Lattice(5, bounds=UNIT)
     proper = lazy_cost_matrix(GeometricGraph.complete(lattice, k=2.0), 3)
     odd = GeometricGraph.complete(lattice, improper, 2.0)
-    fresh = cost_matrix(under(odd, CostModel(improper, 2.0)), 3)
+    fresh = cost_matrix(odd.under(CostModel(improper, 2.0)), 3)
     for matrix in (lazy_cost_matrix(odd, 3), repair(proper, CostModel(improper, 2.0))):
         assert bits(matrix) == bits(fresh)
     back = repair(fresh, CostModel(k=2.0))
@@ -530,5 +520,5 @@ def test_improper_fields_are_planned_from_scratch() -> None:
     offers = joined.graph.weights_from(25)[:25] + fresh.values
     assert joined.value(node) == offers.min()
     np.testing.assert_array_equal(
-        reweigh(under(odd, CostModel(k=2.0)), CostModel(improper, 2.0)).weight_matrix(), odd.weight_matrix()
+        reweigh(odd.under(CostModel(k=2.0)), CostModel(improper, 2.0)).weight_matrix(), odd.weight_matrix()
     )

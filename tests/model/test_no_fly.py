@@ -195,6 +195,13 @@ def check(case: Case) -> None:
     assert area.crosses(ends, starts).tolist() == expected
 
 
+def check_shapely(case: Case) -> None:
+    area, starts, ends = case
+    expected = shapely_crosses(starts, ends, area)
+    assert (area.crosses(starts, ends) == expected).all()
+    assert (area.crosses(ends, starts) == expected).all()
+
+
 # The predicate
 
 
@@ -214,20 +221,14 @@ def test_triangles_match_rational_arithmetic(case: Case) -> None:
 @examples(200)
 @given(lattice_polygon_cases())
 def test_lattice_polygons_match_shapely(case: Case) -> None:
-    area, starts, ends = case
-    expected = shapely_crosses(starts, ends, area)
-    assert (area.crosses(starts, ends) == expected).all()
-    assert (area.crosses(ends, starts) == expected).all()
+    check_shapely(case)
 
 
 @pytest.mark.slow
 @examples(200)
 @given(touching_ring_cases())
 def test_touching_rings_match_shapely(case: Case) -> None:
-    area, starts, ends = case
-    expected = shapely_crosses(starts, ends, area)
-    assert (area.crosses(starts, ends) == expected).all()
-    assert (area.crosses(ends, starts) == expected).all()
+    check_shapely(case)
 
 
 def test_several_holes_that_touch_one_edge() -> None:
@@ -242,10 +243,7 @@ def test_several_holes_that_touch_one_edge() -> None:
 @examples(200)
 @given(cell_cases())
 def test_unions_of_cells_match_shapely(case: Case) -> None:
-    area, starts, ends = case
-    expected = shapely_crosses(starts, ends, area)
-    assert (area.crosses(starts, ends) == expected).all()
-    assert (area.crosses(ends, starts) == expected).all()
+    check_shapely(case)
 
 
 @pytest.mark.slow

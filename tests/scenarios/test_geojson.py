@@ -110,15 +110,6 @@ def test_byte_order_mark_is_harmless(tmp_path: Path) -> None:
         ({}, "not GeoJSON, its type is None"),
         ({"type": "Topology"}, "not GeoJSON, its type is 'Topology'"),
         ({"type": ["Polygon"]}, "not GeoJSON, its type is ['Polygon']"),
-    ],
-)
-def test_malformed_documents(tmp_path: Path, document: object, words: str) -> None:
-    assert words in message_of(written(tmp_path, document))
-
-
-@pytest.mark.parametrize(
-    ("document", "words"),
-    [
         (collection(), "has features []; a list of at least one"),
         ({"type": "FeatureCollection"}, "has features None"),
         (collection(feature(polygon(SQUARE)), 5), "feature 1 is 5"),
@@ -133,15 +124,6 @@ def test_malformed_documents(tmp_path: Path, document: object, words: str) -> No
         ),
         ({"type": "GeometryCollection", "geometries": []}, "feature 0 is of type 'GeometryCollection'"),
         (feature({"type": {}, "coordinates": []}), "feature 0 is of type {}"),
-    ],
-)
-def test_malformed_features(tmp_path: Path, document: object, words: str) -> None:
-    assert words in message_of(written(tmp_path, document))
-
-
-@pytest.mark.parametrize(
-    ("document", "words"),
-    [
         (polygon(), "feature 0 has [] for its rings"),
         ({"type": "Polygon"}, "feature 0 has None for its rings"),
         ({"type": "MultiPolygon", "coordinates": []}, "feature 0 has [] for its polygons"),
@@ -163,7 +145,7 @@ def test_malformed_features(tmp_path: Path, document: object, words: str) -> Non
         (polygon([[24.0, -90.5]]), "latitude -90.5; a number in [-90, 90]"),
     ],
 )
-def test_malformed_rings(tmp_path: Path, document: object, words: str) -> None:
+def test_malformed_files(tmp_path: Path, document: object, words: str) -> None:
     assert words in message_of(written(tmp_path, document))
 
 

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,13 @@ def written(folder: Path, text: str, name: str = "tiny.map") -> Path:
     path = folder / name
     path.write_text(text, encoding="utf-8", newline="")
     return path
+
+
+def check_message(read: Callable[[Path], object], path: Path, words: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        read(path)
+    assert one_line(caught).startswith(repr(str(path)))
+    assert words in str(caught.value)
 
 
 def one_line(error: pytest.ExceptionInfo[ScenarioError]) -> str:
@@ -107,27 +115,20 @@ def test_malformed_cells(shape: tuple[int, ...]) -> None:
     ],
 )
 def test_malformed_maps(tmp_path: Path, text: str, words: str) -> None:
-    path = written(tmp_path, text)
-    with pytest.raises(ScenarioError) as caught:
-        read_map(path)
-    assert one_line(caught).startswith(repr(str(path)))
-    assert words in str(caught.value)
+    check_message(read_map, written(tmp_path, text), words)
 
 
 @pytest.mark.parametrize("read", [read_map, read_scenario_rows])
-def test_files_that_cannot_be_read(tmp_path: Path, read: object) -> None:
-    assert callable(read)
+def test_files_that_cannot_be_read(tmp_path: Path, read: Callable[[Path], object]) -> None:
     picture = tmp_path / "picture.map"
     picture.write_bytes(b"\x89PNG\r\n")
     for path, words in (
         (tmp_path / "none.map", "there is no such file"),
         (tmp_path, "cannot be read ("),
         (picture, "byte 0 is not UTF-8"),
-        ("no\0name", "no file has such a name"),
+        (Path("no\0name"), "no file has such a name"),
     ):
-        with pytest.raises(ScenarioError) as caught:
-            read(path)
-        assert words in one_line(caught)
+        check_message(read, path, words)
 
 
 @given(blocked=masks)
@@ -208,11 +209,7 @@ def test_map_name_with_a_blank(tmp_path: Path) -> None:
     ],
 )
 def test_malformed_rows(tmp_path: Path, text: str, words: str) -> None:
-    path = written(tmp_path, text, "tiny.map.scen")
-    with pytest.raises(ScenarioError) as caught:
-        read_scenario_rows(path)
-    assert one_line(caught).startswith(repr(str(path)))
-    assert words in str(caught.value)
+    check_message(read_scenario_rows, written(tmp_path, text, "tiny.map.scen"), words)
 
 
 @pytest.mark.parametrize(

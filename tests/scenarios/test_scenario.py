@@ -27,6 +27,8 @@ BASE = f"{ENDS}k = 1.0\n"
 LONLAT = (
     'coordinates = "lonlat"\nbounds = [24.0, 60.0, 25.0, 61.0]\nstart = [24.1, 60.1]\ngoal = [24.9, 60.9]\nk = 1.0\n'
 )
+AREA = "[no_fly]\npolygons = [[[24.4, 60.4], [24.6, 60.4], [24.6, 60.6], [24.4, 60.6]]]\n"
+NO_BOUNDS = LONLAT.replace("bounds = [24.0, 60.0, 25.0, 61.0]\n", "")
 SQUARE = "[[0.4, 0.4], [0.6, 0.4], [0.6, 0.6], [0.4, 0.6]]"
 
 unit = st.floats(0.0, 1.0)
@@ -111,19 +113,14 @@ def test_what_is_written_is_what_is_read(
     assert scenario_from_toml(text, "mine").problem == problem
 
 
-def test_whole_numbers_are_numbers() -> None:
-    problem = scenario_from_toml("start = [0, 0]\ngoal = [1, 1]\nk = 3", "mine").problem
-    assert (problem.start, problem.k) == ((0.0, 0.0), 3.0)
+def test_whole_numbers_are_numbers_and_start_may_be_the_goal() -> None:
+    problem = scenario_from_toml("start = [1, 0]\ngoal = [1, 0]\nk = 3", "mine").problem
+    assert (problem.start, problem.goal, problem.k) == ((1.0, 0.0), (1.0, 0.0), 3.0)
 
 
 def test_sigma_reads_eq1() -> None:
     field = scenario_from_toml(f"{BASE}threats = [{{ x = 0.5, y = 0.5, sigma = 0.2 }}]", "mine").problem.field
     assert field == RiskField([Threat.from_eq1(0.5, 0.5, 0.2)])
-
-
-def test_start_may_be_the_goal() -> None:
-    problem = scenario_from_toml("start = [0.5, 0.5]\ngoal = [0.5, 0.5]\nk = 1", "mine").problem
-    assert problem.start == problem.goal
 
 
 @pytest.mark.parametrize(
@@ -153,7 +150,7 @@ def test_start_may_be_the_goal() -> None:
         (f"{BASE}zzz = []", ["zzz", "unknown key", "known keys", "start"]),
         (f"{BASE}[lattice]\nresolution = 1", ["resolution", "1", "at least 2"]),
         (f"{BASE}[lattice]\nresolution = [5, 0]", ["resolution", "(5, 0)", "at least 2"]),
-        (f"{BASE}[lattice]\nresolution = 5.0", ["lattice.resolution", "5.0", "integer"]),
+        (f"{BASE}[lattice]\nresolution = 5.0", ["lattice.resolution:", "5.0", "integer"]),
         (f"{BASE}[lattice]\nresolution = [5, 5, 5]", ["lattice.resolution"]),
         (f'{BASE}[lattice]\nkind = "hexagonal"', ["lattice.kind", "hexagonal", "closed"]),
         (f"{BASE}[lattice]\nresolutions = 5", ["lattice.resolutions", "unknown key", "resolution"]),
@@ -171,53 +168,45 @@ def test_start_may_be_the_goal() -> None:
         (f"{BASE}[random_threats]\ncount = 2\nseed = -1\nspread = [0.1, 0.2]", ["random_threats.seed", "-1"]),
         (f"{BASE}[random_threats]\ncount = 2\nseed = 1\nspread = [0.1, 0.2]\nclear = 9", ["no room", "lower clear"]),
         (f"{BASE}[random_threats]\ncount = 2\nseed = 1\nspreads = [0.1, 0.2]", ["random_threats.spread"]),
+        (f"{BASE}[random_threats]\ncount = 2\nseed = 1\nspread = [0.2, 0.1]", ["random_threats.spread"]),
+        (f"{BASE}[random_threats]\ncount = 2\nseed = 1\nspread = [-0.2, -0.1]", ["random_threats.spread"]),
+        (f"{BASE}[random_threats]\ncount = 2\nseed = 1\nspread = [0.0, 0.0]", ["random_threats.spread"]),
         (f"{BASE}[solvers]\ncgla = 5", ["solvers.cgla", "5"]),
         ("start = [0.1, 0.1]\ngoal = [0.9, 0.9]", ["k", "needed", "add it"]),
         ("", ["start", "needed", "2 more"]),
         ("start = [0.1,", ["not TOML"]),
         ("k = 1\nk = 2", ["not TOML", "overwrite"]),
         ("\0", ["not TOML"]),
+        pytest.param(f"{BASE}title = {'[' * 5000}{']' * 5000}", ["not TOML"], id="deep"),
+        pytest.param(f"{ENDS}k = 1{'0' * 5000}", ["not TOML"], id="digits"),
+        (LONLAT.replace("[24.0, 60.0, 25.0, 61.0]", "[24.0, 61.0, 25.0, 60.0]"), ["bounds"]),
+        (LONLAT.replace("[24.0, 60.0, 25.0, 61.0]", "[24.0, 60.0, 24.0, 61.0]"), ["bounds"]),
+        (LONLAT.replace("[24.0, 60.0, 25.0, 61.0]", "[24.0, 60.0, 25.0, 60.0]"), ["bounds"]),
+        # a point outside is told in its own units
+        (LONLAT.replace("24.1", "26.5"), ["26.5"]),
         (LONLAT.replace("61.0]", "161.0]"), ["bounds", "161.0"]),
         (LONLAT.replace("60.9]", "160.9]"), ["goal", "160.9"]),
         (f'{LONLAT}[no_fly]\ngeojson = ["none.geojson"]', ["none.geojson", "no such file"]),
+        (NO_BOUNDS, ["nothing to lay bounds around", "add bounds"]),
+        (NO_BOUNDS.replace("24.1, 60.1", "60.5, 24.5") + AREA, ["start (60.5, 24.5)", "longitude first? (24.5, 60.5)"]),
+        (NO_BOUNDS.replace("24.9, 60.9", "14.9, 60.9") + AREA, ["goal (14.9, 60.9) is 518 km from the map", "bounds"]),
+        (
+            LONLAT.replace("24.1, 60.1", "60.1, 24.1"),
+            ["start (60.1, 24.1)", "outside", "longitude first? (24.1, 60.1)"],
+        ),
+        (
+            f"{LONLAT}threats = [{{ x = 60.5, y = 24.5, spread = 5000 }}]",
+            ["threats.0 (60.5, 24.5)", "longitude first? (24.5, 60.5) is on the map"],
+        ),
+        (
+            f"{NO_BOUNDS}threats = [{{ x = 60.5, y = 24.5, spread = 5000 }}]\n{AREA}",
+            ["threats.0 (60.5, 24.5)", "longitude first? (24.5, 60.5) is on the map"],
+        ),
     ],
 )
 def test_mistakes_are_named(text: str, words: list[str]) -> None:
     message = message_of(text)
     assert not [word for word in words if word not in message], message
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        pytest.param(f"{BASE}title = {'[' * 5000}{']' * 5000}", ["not TOML"], id="deep"),
-        pytest.param(f"{ENDS}k = 1{'0' * 5000}", ["not TOML"], id="digits"),
-    ],
-)
-def test_text_that_breaks_the_reader(text: str, words: list[str]) -> None:
-    message = message_of(text)
-    assert not [word for word in words if word not in message], message
-
-
-@pytest.mark.parametrize("spread", ["[0.2, 0.1]", "[-0.2, -0.1]", "[0.0, 0.0]"])
-def test_spreads_of_random_threats(spread: str) -> None:
-    assert "random_threats.spread" in message_of(f"{BASE}[random_threats]\ncount = 2\nseed = 1\nspread = {spread}")
-
-
-def test_the_path_of_a_key_is_as_written() -> None:
-    assert "lattice.resolution:" in message_of(f"{BASE}[lattice]\nresolution = 5.0")
-
-
-@pytest.mark.parametrize(
-    "bounds",
-    [
-        "[24.0, 61.0, 25.0, 60.0]",
-        "[24.0, 60.0, 24.0, 61.0]",
-        "[24.0, 60.0, 25.0, 60.0]",
-    ],
-)
-def test_bounds_in_degrees_are_checked_like_others(bounds: str) -> None:
-    assert "bounds" in message_of(LONLAT.replace("[24.0, 60.0, 25.0, 61.0]", bounds))
 
 
 def test_bounds_across_the_antimeridian() -> None:
@@ -226,10 +215,6 @@ def test_bounds_across_the_antimeridian() -> None:
     width, height = np.diff(np.reshape(problem.bounds, (2, 2)), axis=0)[0]
     assert width == pytest.approx(111.7e3, rel=0.02)
     assert height == pytest.approx(111.4e3, rel=0.02)
-
-
-def test_a_point_outside_is_told_in_its_own_units() -> None:
-    assert "26.5" in message_of(LONLAT.replace("24.1", "26.5"))
 
 
 def test_a_message_stays_readable() -> None:
@@ -300,10 +285,6 @@ def test_degrees_become_metres() -> None:
     assert height == pytest.approx(111.4e3, rel=0.01)
 
 
-AREA = "[no_fly]\npolygons = [[[24.4, 60.4], [24.6, 60.4], [24.6, 60.6], [24.4, 60.6]]]\n"
-NO_BOUNDS = LONLAT.replace("bounds = [24.0, 60.0, 25.0, 61.0]\n", "")
-
-
 def test_bounds_in_degrees_are_laid_around_areas(tmp_path: Path) -> None:
     area = shapely.box(24.0, 60.0, 25.0, 61.0)
     (tmp_path / "areas.geojson").write_text(shapely.to_geojson(area), encoding="utf-8")
@@ -329,31 +310,6 @@ def test_bounds_in_degrees_are_laid_around_threats() -> None:
     # from one end to the other along x, and beyond the threat's three spreads nowhere, as the ends are farther away
     assert x_max - x_min == pytest.approx(2 * 3 * 1.05 * 9000, rel=0.1)
     assert y_max - y_min == pytest.approx(89.1e3, rel=0.02)
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (NO_BOUNDS, ["nothing to lay bounds around", "add bounds"]),
-        (NO_BOUNDS.replace("24.1, 60.1", "60.5, 24.5") + AREA, ["start (60.5, 24.5)", "longitude first? (24.5, 60.5)"]),
-        (NO_BOUNDS.replace("24.9, 60.9", "14.9, 60.9") + AREA, ["goal (14.9, 60.9) is 518 km from the map", "bounds"]),
-        (
-            LONLAT.replace("24.1, 60.1", "60.1, 24.1"),
-            ["start (60.1, 24.1)", "outside", "longitude first? (24.1, 60.1)"],
-        ),
-        (
-            f"{LONLAT}threats = [{{ x = 60.5, y = 24.5, spread = 5000 }}]",
-            ["threats.0 (60.5, 24.5)", "longitude first? (24.5, 60.5) is on the map"],
-        ),
-        (
-            f"{NO_BOUNDS}threats = [{{ x = 60.5, y = 24.5, spread = 5000 }}]\n{AREA}",
-            ["threats.0 (60.5, 24.5)", "longitude first? (24.5, 60.5) is on the map"],
-        ),
-    ],
-)
-def test_places_that_are_not_on_the_map_are_told(text: str, words: list[str]) -> None:
-    message = message_of(text)
-    assert not [word for word in words if word not in message], message
 
 
 def test_a_mission_without_bounds_has_them_around_its_areas_too() -> None:
@@ -386,24 +342,24 @@ def test_geojson_is_found_beside_the_scenario(tmp_path: Path, monkeypatch: pytes
 
 
 def test_a_file_may_have_any_name(tmp_path: Path) -> None:
-    for name in ("ünïcode 漢字", "with blanks", "[bold]x[bold]", "quo\"te'", "line\nbreak", "-dash", ".dot"):
-        file = tmp_path / f"{name}.toml"
+    names = "ünïcode 漢字", "with blanks", "[bold]x[bold]", "quo\"te'", "line\nbreak", "-dash", ".dot", "MINE"
+    for name in names:
+        file = tmp_path / (f"{name}.TOML" if name.isupper() else f"{name}.toml")
         file.write_text(BASE, encoding="utf-8")
         assert load_scenario(file).name == name
         assert load_scenario(str(file)).name == name
-
-
-def make_folder(path: Path) -> None:
-    path.mkdir()
-
-
-def make_junk(path: Path) -> None:
-    path.write_bytes(bytes(range(256)))
+    with pytest.raises(ScenarioError, match="name"):
+        load_scenario("a\0b.toml")
 
 
 @pytest.mark.parametrize(
     ("make", "words"),
-    [(lambda _: None, "no such file"), (make_folder, "directory"), (make_junk, "utf-8"), (Path.touch, "needed")],
+    [
+        (lambda _: None, "no such file"),
+        (Path.mkdir, "directory"),
+        (lambda path: path.write_bytes(bytes(range(256))), "utf-8"),
+        (Path.touch, "needed"),
+    ],
     ids=["missing", "folder", "junk", "empty"],
 )
 def test_files_that_cannot_be_read(tmp_path: Path, make: Callable[[Path], Any], words: str) -> None:
@@ -413,17 +369,6 @@ def test_files_that_cannot_be_read(tmp_path: Path, make: Callable[[Path], Any], 
         load_scenario(file)
     assert str(caught.value).startswith(f"{file}: ")
     assert words in str(caught.value).lower()
-
-
-def test_a_name_that_no_file_can_have() -> None:
-    with pytest.raises(ScenarioError, match="name"):
-        load_scenario("a\0b.toml")
-
-
-def test_the_ending_may_be_in_capitals(tmp_path: Path) -> None:
-    file = tmp_path / "MINE.TOML"
-    file.write_text(BASE, encoding="utf-8")
-    assert load_scenario(file).name == "MINE"
 
 
 @pytest.mark.parametrize(("name", "near"), [("papr", "paper"), ("fifty-treats", "fifty-threats"), ("mazes", "maze")])
