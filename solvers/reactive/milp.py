@@ -1,6 +1,7 @@
 """Receding-horizon planning by mixed-integer linear programming."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -61,7 +62,7 @@ class Milp(Reactive[MilpMemory]):
     around, and two on the best way along the graph of all corners, weighed by Eq. 5, which also says what it costs to
     go on from there. HiGHS stops at a gap or a number of nodes, not at a time, so that a map gives the same path on
     every machine. Where it has no plan by then, or has more than 100 binaries, the best way on the graph of corners is
-    flown instead.
+    flown instead; the message of the solution says how often.
 
     **Known failure modes.** Risk is rated along straight legs by their deepest point, and adds up where threats
     overlap: the path keeps farther from threats than it should. It bends at most once a leg, and sees no farther than
@@ -144,6 +145,13 @@ class Milp(Reactive[MilpMemory]):
         part = around.step / left
         return MilpMemory((x + part * (east - x), y + part * (north - y)), ahead, known)
 
+    def remark(self, counts: Mapping[str, int]) -> str:
+        """Say how many plans are not the program's."""
+        if not counts["fallbacks"]:
+            return ""
+        plans = f"{counts['fallbacks']} of {counts['plans']} plans follow the graph of corners"
+        return f"{plans}: the program found none that can be flown, within {self.nodes} nodes and 100 binaries"
+
     def _plan(self, around: Surroundings, position: Point) -> tuple[Point, ...]:
         """Return the waypoints to fly before the next plan."""
         problem, here = around.problem, np.array([position])
@@ -157,9 +165,11 @@ class Milp(Reactive[MilpMemory]):
             raise Stuck(msg)
         route = np.vstack([here, graph.route(first)])
         gap = self.gap * around.side / (self.gap * around.side + float(onward[first]))
-        for points in (self._solved(around, graph, route, reach, gap), route):
+        around.counts["plans"] += 1
+        for number, points in enumerate((self._solved(around, graph, route, reach, gap), route)):
             flown = _beginning(points, self.execute * reach, SAME * reach)
             if len(flown) > 1 and not problem.model.area.crosses(flown[:-1], flown[1:]).any():
+                around.counts["fallbacks"] += number
                 return tuple((float(x), float(y)) for x, y in flown[1:])
         msg = "no plan goes anywhere"
         raise Stuck(msg)

@@ -2,7 +2,8 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Hashable
+from collections import Counter
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Generic, TypeVar
 
@@ -39,11 +40,14 @@ class Surroundings:
         How far a step goes, map units.
     evaluations
         How often risk was asked for, in points.
+    counts
+        What else a planner counts of its run, for `Reactive.remark`.
     """
 
     problem: Problem
     step: float
     evaluations: int = field(default=0)
+    counts: Counter[str] = field(default_factory=Counter)
 
     def __post_init__(self) -> None:
         """Shorten a step that leads off the map from anywhere, to what geometry can hold."""
@@ -190,6 +194,10 @@ class Reactive(ABC, Generic[M]):
             If there is none; the message says why.
         """
 
+    def remark(self, counts: Mapping[str, int]) -> str:  # noqa: ARG002 - for planners that count
+        """Say in one line what one should know of a run, by what was counted; empty if nothing."""
+        return ""
+
     def move(self, problem: Problem, memory: Hashable | None, step: float) -> Move:
         """Decide one step (see `cgla_graph.model.solver.StepByStep`)."""
         around = Surroundings(problem, step)
@@ -217,11 +225,13 @@ class Reactive(ABC, Generic[M]):
                 path.append(track.memory.position)
         except Stuck as stuck:
             x, y = path[-1]
-            message = f"at ({x:.6g}, {y:.6g}), step {len(path) - 1}: {stuck}"
+            words = (f"at ({x:.6g}, {y:.6g}), step {len(path) - 1}: {stuck}", self.remark(around.counts))
+            message = "; ".join(filter(None, words))
             return Solution(Status.STUCK, evaluations=around.evaluations, message=message)
         points = np.array(path)
         cost = problem.evaluate(points).cost
-        return Solution(Status.FOUND, path=points, cost=cost, evaluations=around.evaluations)
+        message = self.remark(around.counts)
+        return Solution(Status.FOUND, path=points, cost=cost, evaluations=around.evaluations, message=message)
 
     def _first(self, around: Surroundings) -> _Track[M]:
         return _Track(self.begin(around), around.to_goal(around.problem.start))

@@ -1,6 +1,7 @@
 """The MILP planner: its program against brute force, its obstacles against the model, its paths against the oracle."""
 
 import math
+import re
 from itertools import product
 from typing import Any
 
@@ -195,3 +196,12 @@ def test_in_a_mission_it_plans_again_when_a_threat_comes_up() -> None:
     assert flight.status.label == "arrived"
     straight = problem.evaluate([problem.start, problem.goal])
     assert flight.length + 10.0 * flight.risk <= straight.cost
+
+
+def test_a_run_says_how_many_plans_are_not_the_programs() -> None:
+    crowded = random_scenario(5, threats=25).problem
+    answer = Milp(legs=5, nodes=1).solve(crowded)
+    told = re.fullmatch(r"(\d+) of (\d+) plans follow the graph of corners: the program found none .*", answer.message)
+    assert told is not None
+    assert 0 < int(told[1]) <= int(told[2])
+    assert Milp().solve(cg.Problem((0.1, 0.1), (0.9, 0.9))).message == ""
