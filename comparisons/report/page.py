@@ -17,16 +17,16 @@ from cgla_graph.comparisons.files import write_text
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, leaderboard_of
 from cgla_graph.comparisons.leaderboard.profiles import instance_costs, performance_profile, success_curve
 from cgla_graph.comparisons.numbers import rounded_all
-from cgla_graph.comparisons.report.parts import failures, ranking_table
+from cgla_graph.comparisons.report.parts import failure_grid, failures, rank_picture, ranking_table
 from cgla_graph.comparisons.report.payload import (
+    MOST_POINTS_OVERALL,
     columns_document,
     rerun_command,
     rows_document,
     scenarios_document,
     statuses_document,
+    thinned,
 )
-from cgla_graph.comparisons.report.pictures import failure_grid, rank_picture
-from cgla_graph.comparisons.report.steps import MOST_POINTS_OVERALL, thinned
 from cgla_graph.comparisons.statistics.ranking import ranking
 from cgla_graph.comparisons.study.rows import by_scenario, by_solver
 from cgla_graph.comparisons.study.runner import Run

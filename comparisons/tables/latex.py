@@ -21,38 +21,14 @@ _SPECIAL = {
     "∞": r"$\infty$",
     "–": "--",
     "−": "$-$",
-    "ß": r"{\ss}",
-    "æ": r"{\ae}",
-    "Æ": r"{\AE}",
-    "œ": r"{\oe}",
-    "Œ": r"{\OE}",
-    "ø": r"{\o}",
-    "Ø": r"{\O}",
-    "ł": r"{\l}",
-    "Ł": r"{\L}",
-    "ı": r"{\i}",
 }
 #: Two of these in a row would become another character.
 _LIGATURES = "-'`,!?"
-_ACCENTS = {
-    "\N{COMBINING GRAVE ACCENT}": "`",
-    "\N{COMBINING ACUTE ACCENT}": "'",
-    "\N{COMBINING CIRCUMFLEX ACCENT}": "^",
-    "\N{COMBINING TILDE}": "~",
-    "\N{COMBINING MACRON}": "=",
-    "\N{COMBINING BREVE}": "u",
-    "\N{COMBINING DOT ABOVE}": ".",
-    "\N{COMBINING DIAERESIS}": '"',
-    "\N{COMBINING RING ABOVE}": "r",
-    "\N{COMBINING DOUBLE ACUTE ACCENT}": "H",
-    "\N{COMBINING CARON}": "v",
-    "\N{COMBINING CEDILLA}": "c",
-}
 
 
 def latex(text: str) -> str:
     r"""
-    Write a text as LaTeX, in ASCII; a character that not every LaTeX can set stands as its number.
+    Write a text as LaTeX, in ASCII; a character beyond that stands as its number.
 
     Parameters
     ----------
@@ -66,8 +42,8 @@ def latex(text: str) -> str:
 
     Examples
     --------
-    >>> print(latex("50 % of rrt_star, é"))
-    50 \% of rrt\_star, \'{e}
+    >>> print(latex("50 % of rrt_star, ∞"))
+    50 \% of rrt\_star, $\infty$
     >>> print(latex("a\nb 漢"))
     a b \texttt{U+6F22}
     """
@@ -88,12 +64,6 @@ def _character(character: str) -> str:
         return character
     if character.isspace() or unicodedata.category(character) == "Cc":
         return " "
-    parts = unicodedata.normalize("NFD", character)
-    letter, marks = parts[0], parts[1:]
-    if len(marks) == 1 and letter.isascii() and letter.isalpha() and marks[0] in _ACCENTS:
-        # an accent takes the place of the dot
-        base = {"i": r"{\i}", "j": r"{\j}"}.get(letter, letter) if marks[0] != "\N{COMBINING CEDILLA}" else letter
-        return f"\\{_ACCENTS[marks[0]]}{{{base}}}"
     return rf"\texttt{{U+{ord(character):04X}}}"
 
 

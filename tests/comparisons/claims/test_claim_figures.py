@@ -19,7 +19,7 @@ from scipy.integrate import quad
 from strategies import examples, few, points, seeds
 
 from cgla_graph.comparisons.claims.artefact import Artefact, Picture
-from cgla_graph.comparisons.claims.paper import figure_page, routes, single_figures, team_figures
+from cgla_graph.comparisons.claims.paper import routes, single_figures, team_figures
 from cgla_graph.comparisons.claims.paper.figure_page import NARROW, SELECTED, WIDE, add_map, draw_way, finish, page
 from cgla_graph.comparisons.claims.paper.flights import GOAL, START, STEP, paper_lattice
 from cgla_graph.comparisons.claims.paper.routes import (

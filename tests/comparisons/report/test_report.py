@@ -24,9 +24,8 @@ from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.profiles import instance_costs
 from cgla_graph.comparisons.report.maps import MOST_CORNERS, MOST_WAYPOINTS, SLACK, STEPS, map_document, path_steps
 from cgla_graph.comparisons.report.page import report_html, write_report
-from cgla_graph.comparisons.report.parts import failures, ranking_table
-from cgla_graph.comparisons.report.pictures import failure_grid, rank_picture
-from cgla_graph.comparisons.report.steps import thinned
+from cgla_graph.comparisons.report.parts import failure_grid, failures, rank_picture, ranking_table
+from cgla_graph.comparisons.report.payload import thinned
 from cgla_graph.comparisons.statistics.ranking import fewest_instances, ranking
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import Stored
