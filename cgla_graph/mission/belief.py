@@ -2,8 +2,12 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from cgla_graph.model.risk import RiskField, Threat
+
+#: ``("threat", number)`` or ``("area", number)``, numbered as in the `World`.
+Thing: TypeAlias = tuple[str, int]
 
 
 @dataclass(frozen=True)
@@ -14,7 +18,7 @@ class Report:
     Attributes
     ----------
     thing
-        What: ``("threat", number)`` or ``("area", number)``, numbered as in the `World`.
+        What was seen.
     content
         The threat as it was seen; None for an area, which has only one place.
     is_there
@@ -25,7 +29,7 @@ class Report:
         The number of the UAV that saw it.
     """
 
-    thing: tuple[str, int]
+    thing: Thing
     content: Threat | None
     is_there: bool
     tick: int
@@ -56,20 +60,24 @@ class Belief:
 
     journal: list[Report] = field(default_factory=list)
     _known: set[Report] = field(default_factory=set)
-    _newest: dict[tuple[str, int], Report] = field(default_factory=dict)
-    _refuted_at: dict[tuple[tuple[str, int], Threat | None], int] = field(default_factory=dict)
-    _threats: dict[int, Threat] = field(default_factory=dict)
-    _areas: set[int] = field(default_factory=set)
+    _newest: dict[Thing, Report] = field(default_factory=dict)
+    _refuted_at: dict[tuple[Thing, Threat | None], int] = field(default_factory=dict)
+    _things: dict[Thing, Threat | None] = field(default_factory=dict)
 
     @property
-    def threats(self) -> Mapping[int, Threat]:
+    def things(self) -> Mapping[Thing, Threat | None]:
+        """All that is believed in, threats before areas, in the order of the numbers."""
+        return self._things
+
+    @property
+    def threats(self) -> dict[int, Threat]:
         """The threats believed in, by their number, in the order of the numbers."""
-        return self._threats
+        return {number: threat for (_, number), threat in self._things.items() if threat is not None}
 
     @property
     def areas(self) -> frozenset[int]:
         """The numbers of the timed areas believed to be closed."""
-        return frozenset(self._areas)
+        return frozenset(number for kind, number in self._things if kind == "area")
 
     def hear(self, reports: Iterable[Report]) -> list[Report]:
         """
@@ -98,20 +106,15 @@ class Belief:
         elif thing not in self._newest or _order(report) > _order(self._newest[thing]):
             self._newest[thing] = report
 
-    def _settle(self, thing: tuple[str, int]) -> None:
+    def _settle(self, thing: Thing) -> None:
         """Work out what is believed of one thing."""
-        kind, number = thing
         newest = self._newest.get(thing)
-        is_there = newest is not None and self._refuted_at.get((thing, newest.content), -1) <= newest.tick
-        if kind == "area":
-            (self._areas.add if is_there else self._areas.discard)(number)
-        elif newest is None or newest.content is None or not is_there:
-            self._threats.pop(number, None)
-        elif number in self._threats:
-            self._threats[number] = newest.content
+        if newest is None or self._refuted_at.get((thing, newest.content), -1) > newest.tick:
+            self._things.pop(thing, None)
         else:
-            self._threats[number] = newest.content
-            self._threats = dict(sorted(self._threats.items()))
+            self._things[thing] = newest.content
+            in_order = sorted(self._things, key=lambda one: (one[0] == "area", one[1]))
+            self._things = {one: self._things[one] for one in in_order}
 
     def fields_by_origin(self) -> list[RiskField]:
         """
@@ -121,9 +124,9 @@ class Belief:
         """
         by_origin: dict[int, dict[int, Threat]] = {}
         for report in self.journal:
-            kind, number = report.thing
-            if kind == "threat" and report.is_there and self._threats.get(number) == report.content:
-                by_origin.setdefault(report.origin, {})[number] = self._threats[number]
+            content = report.content
+            if content is not None and report.is_there and self._things.get(report.thing) == content:
+                by_origin.setdefault(report.origin, {})[report.thing[1]] = content
         return [RiskField([threats[number] for number in sorted(threats)]) for _, threats in sorted(by_origin.items())]
 
 

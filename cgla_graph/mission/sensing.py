@@ -6,8 +6,9 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.mission.belief import Belief, Report
+from cgla_graph.mission.belief import Belief, Report, Thing
 from cgla_graph.mission.world import World
+from cgla_graph.model.risk import Threat
 
 
 def sightings(
@@ -33,7 +34,7 @@ def sightings(
     Returns
     -------
     reports
-        What is missing first, in the order of the numbers.
+        What is missing first; threats before areas, in the order of the numbers.
 
     Examples
     --------
@@ -43,28 +44,20 @@ def sightings(
     >>> [report.thing for report in sightings(world, 0, Belief(), np.array([[0.4, 0.4]]), 0.2, origin=0)]
     [('threat', 0)]
     """
-    threats, areas = world.threats_at(tick), world.areas_at(tick)
-    gone_threats = [
-        Report(("threat", number), believed, is_there=False, tick=tick, origin=origin)
-        for number, believed in belief.threats.items()
-        if threats.get(number) != believed and _from(seen_from, (believed.x, believed.y)) <= radius
+    there: dict[Thing, Threat | None] = {("threat", number): at for number, at in world.threats_at(tick).items()}
+    there |= {("area", number): None for number in world.areas_at(tick)}
+
+    def is_seen(thing: Thing, content: Threat | None) -> bool:
+        if content is None:
+            return _from_area(seen_from, world.timed_area(thing[1])) <= radius
+        return _from(seen_from, (content.x, content.y)) <= radius
+
+    return [
+        Report(thing, content, is_there=is_there, tick=tick, origin=origin)
+        for is_there, things, others in ((False, belief.things, there), (True, there, belief.things))
+        for thing, content in things.items()
+        if (thing, content) not in others.items() and is_seen(thing, content)
     ]
-    gone_areas = [
-        Report(("area", number), None, is_there=False, tick=tick, origin=origin)
-        for number in sorted(belief.areas - areas.keys())
-        if _from_area(seen_from, world.timed_area(number)) <= radius
-    ]
-    new_threats = [
-        Report(("threat", number), threat, is_there=True, tick=tick, origin=origin)
-        for number, threat in threats.items()
-        if belief.threats.get(number) != threat and _from(seen_from, (threat.x, threat.y)) <= radius
-    ]
-    new_areas = [
-        Report(("area", number), None, is_there=True, tick=tick, origin=origin)
-        for number, area in areas.items()
-        if number not in belief.areas and _from_area(seen_from, area) <= radius
-    ]
-    return [*gone_threats, *gone_areas, *new_threats, *new_areas]
 
 
 def _from(seen_from: FloatArray, place: Point) -> float:

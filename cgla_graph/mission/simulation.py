@@ -204,14 +204,14 @@ class Simulation:
                 )
         for agent in taking_part.values():
             closed = {number: self.mission.world.timed_area(number) for number in sorted(agent.belief.areas)}
-            self._recorders[agent.number].believes(self.tick, dict(agent.belief.threats), closed)
+            self._recorders[agent.number].believes(self.tick, agent.belief.threats, closed)
 
     def _plan(self, agent: Agent) -> None:
         """Plan again if there is a reason to."""
         obstacles = self._obstacles(agent)
         self._recorders[agent.number].avoids(self.tick, obstacles)
         excluded = self._excluded(agent)
-        planned_on = tuple(agent.belief.threats.items()), agent.belief.areas, obstacles, excluded
+        planned_on = tuple(agent.belief.things.items()), obstacles, excluded
         on_change = self.mission.replan == "change" and not agent.planner.by_steps
         if agent.plan is not None and on_change and planned_on == agent.planned_on:
             return
