@@ -15,6 +15,7 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
+from cgla_graph.eikonal.marching_kernels import Mesh
 from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, REACH2, X, Y
 
 #: Columns of the cost bounds: cost at the node, its slopes, and how far it may fall below its tangent on the cell.
@@ -87,15 +88,7 @@ def halve(rows: FloatArray, side: int) -> None:
 
 @kernel
 def steepness(
-    values: FloatArray,
-    controls: WholeArray,
-    columns: WholeArray,
-    rows: WholeArray,
-    last: tuple[int, int],
-    checked: BoolArray,
-    bounds: FloatArray,
-    spacing: tuple[float, float],
-    out: FloatArray,
+    values: FloatArray, mesh: Mesh, last: tuple[int, int], checked: BoolArray, bounds: FloatArray, out: FloatArray
 ) -> float:
     """
     Bound ``|grad phi| / c`` on each checked piece, and return the greatest; 0 where it does not matter.
@@ -104,10 +97,10 @@ def steepness(
     pieces. Of cells on the rim of the map, only the half inside counts: where paths follow the rim, it costs less
     outside.
     """
+    controls, columns, rows, _, (hx, hy) = mesh
     u = np.empty((3, 3))
     vx = np.empty((3, 3))
     vy = np.empty((3, 3))
-    hx, hy = spacing
     greatest = 0.0
     for p in range(controls.shape[0]):
         out[p] = 0.0
@@ -196,12 +189,8 @@ def cone(dx: float, dy: float, tip: FloatArray) -> tuple[float, float, float]:
 @kernel
 def rim_excess(
     values: FloatArray,
-    controls: WholeArray,
-    columns: WholeArray,
-    rows: WholeArray,
+    mesh: Mesh,
     checked: BoolArray,
-    origin: tuple[float, float],
-    spacing: tuple[float, float],
     source: tuple[float, float],
     centre: tuple[int, int],
     reach: int,
@@ -214,6 +203,7 @@ def rim_excess(
     tangent at the middle, less what its second derivative along the edge, at least ``-3 |g| / 2 - 3 beta r``, can
     take away; and ``phi`` less a linear function is below the greatest of its Bézier control values.
     """
+    controls, columns, rows, origin, spacing = mesh
     worst = -math.inf
     slope = math.hypot(tip[1], tip[2])
     for p in range(columns.shape[0]):

@@ -107,9 +107,7 @@ class Level:
             )
             if piece < 0 or np.isinf(times[mesh.controls[piece]]).all():
                 return None
-            steepest = certificate_kernels.steepness(
-                times, mesh.controls, mesh.columns, mesh.rows, mesh.last, checked, self.bounds, mesh.spacing, steep
-            )
+            steepest = certificate_kernels.steepness(times, mesh.kernel_mesh, mesh.last, checked, self.bounds, steep)
             found = self._shifted(times / max(steepest, 1.0), source, other, piece, block)
             gained = found.bound - best.bound if best is not None else math.inf
             if best is None or gained > 0.0:
@@ -123,17 +121,7 @@ class Level:
         """Shift a spline that is nowhere too steep so that it bounds the cost to the source itself."""
         mesh = self.mesh
         excess = certificate_kernels.rim_excess(
-            values,
-            mesh.controls,
-            mesh.columns,
-            mesh.rows,
-            mesh.matters,
-            mesh.origin,
-            mesh.spacing,
-            source,
-            block.centre,
-            self.reach,
-            block.tip.numbers,
+            values, mesh.kernel_mesh, mesh.matters, source, block.centre, self.reach, block.tip.numbers
         )
         shifted = values - excess if math.isfinite(excess) else np.full_like(values, -math.inf)
         if block.holds[piece]:

@@ -11,24 +11,19 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray, WholeArray
-from cgla_graph.eikonal.marching_kernels import FAR, SEED, TRIAL
-from cgla_graph.model.no_fly_kernels import AreaArrays, segment_crosses
-from cgla_graph.model.risk_kernels import Field, segment_cost
+from cgla_graph.eikonal.marching_kernels import FAR, SEED, TRIAL, Nodes
+from cgla_graph.model.graph_kernels import Model
+from cgla_graph.model.no_fly_kernels import segment_crosses
+from cgla_graph.model.risk_kernels import segment_cost
 
 
 @kernel
 def start_disc(
     middle: WholeArray,
-    node_columns: WholeArray,
-    node_rows: WholeArray,
-    neighbours: WholeArray,
-    origin: tuple[float, float],
-    spacing: tuple[float, float],
+    nodes: Nodes,
     source: tuple[float, float],
     radius: float,
-    k: float,
-    field: Field,
-    area: AreaArrays,
+    model: Model,
     times: FloatArray,
     state: WholeArray,
 ) -> None:
@@ -38,6 +33,8 @@ def start_disc(
     These are the nodes of the source's piece, `middle`, and all that are joined to them within the radius and in sight
     of the source. Nodes at the same places on the other side of a wall are not.
     """
+    node_columns, node_rows, neighbours, origin, spacing = nodes
+    k, field, area = model
     n = node_columns.shape[0]
     stack = np.empty(n + 9, dtype=np.int32)
     size = 0
@@ -66,15 +63,14 @@ def start_disc(
 
 
 @kernel
-def mirror(
-    node_columns: WholeArray, node_rows: WholeArray, last: tuple[int, int], neighbours: WholeArray, values: FloatArray
-) -> None:
+def mirror(nodes: Nodes, last: tuple[int, int], values: FloatArray) -> None:
     """
     Mirror values at the bounds, to the nodes just outside: first west and east, then the others.
 
     So the spline is level across the bounds, where a path that follows them needs it to be: there, costs-to-go rise
     like a root of the distance, which no straight or higher continuation follows.
     """
+    node_columns, node_rows, neighbours, _, _ = nodes
     for turn in range(2):
         for p in range(node_columns.shape[0]):
             column, row = node_columns[p], node_rows[p]

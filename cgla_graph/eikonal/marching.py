@@ -61,27 +61,14 @@ def costs_to_go(
     # what counts as done, at infinite cost, is left alone
     state[:n][mesh.outside] = marching_kernels.DONE
     padded = np.append(cost, 1.0)
-    area = problem.model.area
     front_kernels.start_disc(
-        mesh.controls[piece],
-        mesh.node_columns,
-        mesh.node_rows,
-        mesh.neighbours,
-        mesh.origin,
-        mesh.spacing,
-        source,
-        radius,
-        problem.k,
-        problem.field.kernel_field(),
-        area.kernel_arrays,
-        times,
-        state,
+        mesh.controls[piece], mesh.kernel_nodes, source, radius, problem.model.kernel_model(), times, state
     )
     times *= start_factor
     marching_kernels.march(times, state, padded, mesh.neighbours, mesh.spacing, second)
-    while not area.is_empty and front_kernels.bridge(mesh.controls, padded, mesh.spacing, times, state):
+    while not problem.model.area.is_empty and front_kernels.bridge(mesh.controls, padded, mesh.spacing, times, state):
         marching_kernels.march(times, state, padded, mesh.neighbours, mesh.spacing, second)
-    front_kernels.mirror(mesh.node_columns, mesh.node_rows, mesh.last, mesh.neighbours, times)
+    front_kernels.mirror(mesh.kernel_nodes, mesh.last, times)
     return times
 
 

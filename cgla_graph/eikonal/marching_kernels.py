@@ -14,6 +14,10 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray, WholeArray
 
+#: Controls, columns and rows of the pieces of a mesh; origin and spacing of its grid.
+Mesh: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, tuple[float, float], tuple[float, float]]
+#: Columns, rows and neighbours of the nodes of a mesh; origin and spacing of its grid.
+Nodes: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, tuple[float, float], tuple[float, float]]
 #: Controls, columns and rows of the pieces of a mesh, and the piece in whose middle each node is.
 Pieces: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, WholeArray]
 #: States of a node: see `march`.

@@ -9,6 +9,7 @@ import shapely
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
 from cgla_graph.eikonal import cell_runs, mesh_kernels
+from cgla_graph.eikonal.marching_kernels import Mesh, Nodes
 from cgla_graph.model.no_fly import NoFlyArea
 
 #: Sub-cells along the longer side of the bounds by which pieces of cells are told apart, where there is room for them.
@@ -143,6 +144,16 @@ class SplineMesh:
         return cls(
             origin, spacing, last, columns, rows, matters, controls, node_columns, node_rows, neighbours, ends_at
         )
+
+    @property
+    def kernel_mesh(self) -> Mesh:
+        """The pieces as kernels take them."""
+        return self.controls, self.columns, self.rows, self.origin, self.spacing
+
+    @property
+    def kernel_nodes(self) -> Nodes:
+        """The nodes as kernels take them."""
+        return self.node_columns, self.node_rows, self.neighbours, self.origin, self.spacing
 
     @property
     def n_nodes(self) -> int:

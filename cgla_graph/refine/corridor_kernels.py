@@ -59,23 +59,27 @@ def _in_triangle(
 
 
 @kernel
-def _hull_is_free(
-    ax: float,
-    ay: float,
-    bx: float,
-    by: float,
-    cx: float,
-    cy: float,
-    dx: float,
-    dy: float,
+def _pair_is_free(
+    i: int,
+    points: FloatArray,
+    directions: FloatArray,
+    room: FloatArray,
+    scales: tuple[float, float],
     area: AreaArrays,
     corners: FloatArray,
 ) -> bool:
     """
-    Tell whether the area keeps out of the hull of two stretches ``a``-``b`` and ``c``-``d``, which are free themselves.
+    Tell whether the hull of the stretches at waypoints ``i`` and ``i + 1`` is free, their arms back and ahead scaled.
 
-    The area meets the hull's inside if it crosses a line between the stretches' ends or has a corner inside.
+    The stretches are free themselves: the area meets the hull's inside if it crosses a line between their ends ``a``
+    and ``b``, ``c`` and ``d``, or has a corner inside.
     """
+    back, ahead = scales
+    px, py, nx, ny = points[i, 0], points[i, 1], directions[i, 0], directions[i, 1]
+    qx, qy, mx, my = points[i + 1, 0], points[i + 1, 1], directions[i + 1, 0], directions[i + 1, 1]
+    s, t, v, w = back * room[i, 0], ahead * room[i, 1], back * room[i + 1, 0], ahead * room[i + 1, 1]
+    ax, ay, bx, by = px - s * nx, py - s * ny, px + t * nx, py + t * ny
+    cx, cy, dx, dy = qx - v * mx, qy - v * my, qx + w * mx, qy + w * my
     if (
         segment_crosses(ax, ay, cx, cy, area)
         or segment_crosses(bx, by, dx, dy, area)
@@ -89,34 +93,6 @@ def _hull_is_free(
         or _in_triangle(bx, by, cx, cy, dx, dy, corners, slack)
         or _in_triangle(ax, ay, bx, by, dx, dy, corners, slack)
         or _in_triangle(ax, ay, cx, cy, dx, dy, corners, slack)
-    )
-
-
-@kernel
-def _pair_is_free(
-    i: int,
-    points: FloatArray,
-    directions: FloatArray,
-    room: FloatArray,
-    scales: tuple[float, float, float, float],
-    area: AreaArrays,
-    corners: FloatArray,
-) -> bool:
-    """Tell whether the hull of the stretches at waypoints ``i`` and ``i + 1`` is free, their four arms scaled."""
-    px, py, nx, ny = points[i, 0], points[i, 1], directions[i, 0], directions[i, 1]
-    qx, qy, mx, my = points[i + 1, 0], points[i + 1, 1], directions[i + 1, 0], directions[i + 1, 1]
-    s, t, v, w = scales[0] * room[i, 0], scales[1] * room[i, 1], scales[2] * room[i + 1, 0], scales[3] * room[i + 1, 1]
-    return _hull_is_free(
-        px - s * nx,
-        py - s * ny,
-        px + t * nx,
-        py + t * ny,
-        qx - v * mx,
-        qy - v * my,
-        qx + w * mx,
-        qy + w * my,
-        area,
-        corners,
     )
 
 
@@ -158,19 +134,18 @@ def free_hulls(
     """
     n = points.shape[0]
     for i in range(n - 1):
-        if _pair_is_free(i, points, directions, room, (1.0, 1.0, 1.0, 1.0), area, corners):
+        if _pair_is_free(i, points, directions, room, (1.0, 1.0), area, corners):
             continue
         # each side of the path for itself, so that an obstacle on one takes no room from the other; then both
         for side in range(3):
             back = 1.0 if side != 1 else 0.0
             ahead = 1.0 if side != 0 else 0.0
-            if _pair_is_free(i, points, directions, room, (back, ahead, back, ahead), area, corners):
+            if _pair_is_free(i, points, directions, room, (back, ahead), area, corners):
                 continue
             low, high = 0.0, 1.0
             for _ in range(HALVINGS // 2):
                 middle = 0.5 * (low + high)
-                b, a = middle * back, middle * ahead
-                if _pair_is_free(i, points, directions, room, (b, a, b, a), area, corners):
+                if _pair_is_free(i, points, directions, room, (middle * back, middle * ahead), area, corners):
                     low = middle
                 else:
                     high = middle

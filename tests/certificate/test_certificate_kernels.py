@@ -68,9 +68,7 @@ def plain_level(field: cg.RiskField, k: float, last: tuple[int, int], bounds: Bo
 def steepnesses(level: Level, values: FloatArray) -> FloatArray:
     mesh, found = level.mesh, np.empty(len(level.mesh.columns))
     every = np.ones(len(found), dtype=bool)
-    greatest = certificate_kernels.steepness(
-        values, mesh.controls, mesh.columns, mesh.rows, mesh.last, every, level.bounds, mesh.spacing, found
-    )
+    greatest = certificate_kernels.steepness(values, mesh.kernel_mesh, mesh.last, every, level.bounds, found)
     assert greatest == found.max()
     return found
 
@@ -187,9 +185,8 @@ def test_the_rim_of_a_block_is_bounded(field: cg.RiskField, k: float, seed: int)
     values = np.append(np.hypot(*(mesh.node_points - end).T) + 0.1 * rng.random(mesh.n_nodes), math.inf)
     every = np.ones(len(mesh.columns), dtype=bool)
     found = certificate_kernels.rim_excess(
-        values, mesh.controls, mesh.columns, mesh.rows, every, mesh.origin, mesh.spacing,
-        (end[0], end[1]), block.centre, level.reach, block.tip.numbers,
-    )  # fmt: skip
+        values, mesh.kernel_mesh, every, (end[0], end[1]), block.centre, level.reach, block.tip.numbers
+    )
     share = np.linspace(-1.0, 1.0, 400) * (level.reach + 0.5)
     side = np.full(400, level.reach + 0.5)
     rim = np.vstack([np.column_stack(pair) for pair in ((share, side), (share, -side), (side, share), (-side, share))])
