@@ -22,15 +22,16 @@ from cgla_graph.comparisons.claims.inference import Proportion, proportion
 from cgla_graph.comparisons.claims.paper.flights import (
     ARRIVAL_RADIUS,
     BOUNDS,
+    GOAL,
     MAX_TICKS,
     RADIUS,
+    START,
     STEP,
     STEPNUM,
     fly_two,
     measures,
     paper_lattice,
 )
-from cgla_graph.comparisons.claims.paper.printed_values import GOAL, START
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, Livelock, MissionStatus, UavFlight

@@ -1,4 +1,4 @@
-"""What the remade figures share: maps with ways on them, one page layout, and the files' bytes."""
+"""What the remade figures share: maps with routes on them, one page layout, and the files' bytes."""
 
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -79,7 +79,7 @@ def add_map(figure: Figure, field: RiskField, title: str, *, bar: bool = False) 
     return axes
 
 
-def draw_way(axes: Axes, path: FloatArray, number: int, count: int, *, dashed: bool = False) -> Artist:
+def draw_route(axes: Axes, path: FloatArray, number: int, count: int, *, dashed: bool = False) -> Artist:
     """
     Draw a path, the first of several widest, so that each shows beside those on top of it.
 

@@ -9,6 +9,7 @@ from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Finding, Kind, Part, Table, Verdict, claim, require
 from cgla_graph.comparisons.claims.evidence import Evidence
+from cgla_graph.comparisons.claims.paper.flights import BOUNDS
 from cgla_graph.comparisons.claims.paper.random_graphs import SAME, random_field, random_graph, zero_diagonal
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph.fusion.fusion import fused_graph
@@ -18,8 +19,6 @@ from cgla_graph.model.problem import GraphProblem
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import solve
 from cgla_graph.solvers.exact.cgla import Cgla
-
-_UNIT = (0.0, 0.0, 1.0, 1.0)
 
 
 @claim(
@@ -43,7 +42,7 @@ def _check_c14(evidence: Evidence) -> Finding:
     excess = []
     for seed in evidence.scale.map_seeds(evidence.instances(60, 6)):
         problem = random_scenario(seed).problem
-        lattice = solve(problem, Cgla(), resolution=Lattice(20, bounds=_UNIT, kind="upper")).cost
+        lattice = solve(problem, Cgla(), resolution=Lattice(20, bounds=BOUNDS, kind="upper")).cost
         excess.append(lattice / min(lattice, solve(problem, "hybrid").cost) - 1.0)
     require(_unsupported_is_missed(), "the stored graph's middle path is best for some K")
     return Finding(
@@ -107,7 +106,7 @@ def _check_c15(evidence: Evidence) -> Finding:
     walks = 0
     for _ in range(count):
         field, k = random_field(rng), float(rng.choice([10.0, 50.0, 200.0]))
-        lattice = Lattice(10, bounds=_UNIT, kind="upper")
+        lattice = Lattice(10, bounds=BOUNDS, kind="upper")
         pivots = [0, *rng.integers(100, size=int(rng.integers(20, 400))).tolist()]
         for integral in ("exact", "raster"):
             graph = fused_graph(lattice, [field], k, integral="exact" if integral == "exact" else "raster")

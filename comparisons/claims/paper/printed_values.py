@@ -10,14 +10,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from cgla_graph._types import Point
+from cgla_graph.comparisons.claims.paper.flights import GOAL, START
 
 #: The unit that fits most lengths: 160 a side, 3.2 a step of 0.02.
 WORKING_SCALE = 160.0
-#: The goal of all its flights.
-GOAL: Point = (0.9, 0.9)
-#: Where they begin: Sections 5.1 and 5.2. Of Table 2, where the sudden threat is, which is all that is said.
-START: Point = (0.1, 0.1)
+#: Where the way of Table 2 begins: where the sudden threat is, which is all that is said.
 SUDDEN: Point = (0.6, 0.5)
+#: Where three UAVs begin (Section 5.2).
 STARTS: tuple[Point, ...] = ((0.1, 0.1), (0.15, 0.45), (0.225, 0.7))
 
 
@@ -54,15 +53,14 @@ class PaperValue:
 
     @property
     def straight(self) -> float:
-        """
-        The straight line from start to goal, sides of the map.
-
-        Examples
-        --------
-        >>> round(TABLE_2[0].straight, 3)
-        0.5
-        """
+        """The straight line from start to goal, sides of the map."""
         return math.dist(self.start, GOAL)
+
+    @property
+    def printed(self) -> dict[str, float]:
+        """What is printed: ``risk sum``, ``length``, or both."""
+        numbers = {"risk sum": self.risk, "length": self.length}
+        return {name: number for name, number in numbers.items() if not math.isnan(number)}
 
     def is_less(self, other: "PaperValue") -> bool:
         """Whether it has less risk and less length than another row; both have to be printed."""

@@ -1,4 +1,4 @@
-"""Ways in the paper's situations: planned with the whole map known, and flown with limited sight."""
+"""Routes in the paper's situations: planned with the whole map known, and flown with limited sight."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -16,13 +16,13 @@ from cgla_graph.mission.world import TimedThreat
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.scenario import load_scenario
-from cgla_graph.solvers import get, solve
+from cgla_graph.solvers import solve
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class Route:
     """
-    A way from a start to the goal.
+    A route from a start to the goal.
 
     Attributes
     ----------
@@ -30,6 +30,11 @@ class Way:
         Waypoints, shape ``(m, 2)``, map units.
     risk_sum
         The paper's measure of risk: the sum of ``F`` over positions 0.02 apart (E5).
+
+    Examples
+    --------
+    >>> Route(np.array([[0.0, 0.0], [0.3, 0.4]]), 0.0).length
+    0.5
     """
 
     path: FloatArray
@@ -37,14 +42,7 @@ class Way:
 
     @property
     def length(self) -> float:
-        """
-        Its length, map units.
-
-        Examples
-        --------
-        >>> Way(np.array([[0.0, 0.0], [0.3, 0.4]]), 0.0).length
-        0.5
-        """
+        """Its length, map units."""
         return float(np.hypot(*np.diff(self.path, axis=0).T).sum())
 
     @property
@@ -54,7 +52,7 @@ class Way:
 
 
 @dataclass(frozen=True, eq=False)
-class Ways:
+class Routes:
     """
     What there is of one method in one situation.
 
@@ -69,8 +67,8 @@ class Ways:
     """
 
     label: str
-    offline: Way | None
-    online: Way
+    offline: Route | None
+    online: Route
 
     @property
     def words(self) -> str:
@@ -79,84 +77,54 @@ class Ways:
         return f"{self.label}: {known}flown {self.online.words}"
 
 
-def planned(field: RiskField, *, k: float, start: Point = START, n: int = N, solver: str = "cgla") -> Way:
+def planned(field: RiskField, *, k: float, start: Point = START, n: int = N, solver: str = "cgla") -> Route:
     """
-    Plan a way to the paper's goal with the whole map known.
-
-    Parameters
-    ----------
-    field
-        All threats.
-    k
-        Risk weight.
-    start
-        Map units; a node of its own on the lattice.
-    n
-        Points a side of the lattice.
-    solver
-        What plans.
+    Plan a route to the paper's goal with the whole map known; the start is a node of the lattice of n x n points.
 
     Raises
     ------
     AssertionError
-        If it finds no path.
+        If there is none.
 
     Examples
     --------
     >>> round(planned(RiskField(), k=10.0).length, 4)
     1.1314
     """
-    problem = Problem(start, GOAL, field, k=k, bounds=BOUNDS)
-    solution = solve(problem, get(solver), resolution=paper_lattice(n))
-    require(solution.status.has_path, f"{solver} finds no way: {solution.message or solution.status.value}")
-    return Way(solution.path, risk_sum(field, solution.path))
+    solution = solve(Problem(start, GOAL, field, k=k, bounds=BOUNDS), solver, resolution=paper_lattice(n))
+    require(solution.status.has_path, f"{solver} finds no path: {solution.message or solution.status.value}")
+    return Route(solution.path, risk_sum(field, solution.path))
 
 
-def flown(
-    field: RiskField,
-    *,
-    k: float,
-    start: Point = START,
-    n: int = N,
-    solver: str = "cgla",
-    timed: Sequence[TimedThreat] = (),
-) -> Way:
+def arrived(flight: UavFlight) -> Route:
     """
-    Fly to the paper's goal with limited sight; parameters as of `planned`, and threats that come up under way.
+    Return the route of a flight.
 
     Raises
     ------
     AssertionError
-        If the flight does not arrive.
-    """
-    return arrived(fly_alone(field, k=k, start=start, n=n, solver=get(solver), timed=timed))
-
-
-def arrived(flight: UavFlight) -> Way:
-    """
-    Return the way of a flight.
-
-    Raises
-    ------
-    AssertionError
-        If it did not arrive: what was flown of it is no way to the goal.
+        If it did not arrive: what was flown of it is no route to the goal.
     """
     require(flight.status is MissionStatus.ARRIVED, f"{flight.name} {flight.status.value}")
-    return Way(flight.path, flight.risk_sum)
+    return Route(flight.path, flight.risk_sum)
 
 
-def of_weights(weights: Sequence[float]) -> list[Ways]:
+def both(label: str, field: RiskField, *, k: float, n: int = N) -> Routes:
+    """Plan CGLA's route with the whole map known, and fly it with limited sight."""
+    return Routes(label, planned(field, k=k, n=n), arrived(fly_alone(field, k=k, n=n)))
+
+
+def for_weights(weights: Sequence[float]) -> list[Routes]:
     """
-    Return CGLA's ways on the reconstructed map of Fig. 5, one for each K.
+    Return CGLA's routes on the reconstructed map of Fig. 5, one for each K.
 
     Examples
     --------
-    >>> (way,) = of_weights([200.0])
-    >>> way.label, way.online.risk_sum < 0.3
+    >>> (one,) = for_weights([200.0])
+    >>> one.label, one.online.risk_sum < 0.3
     ('K = 200', True)
     """
-    field = paper_field()
-    return [Ways(f"K = {k:g}", planned(field, k=k), flown(field, k=k)) for k in weights]
+    return [both(f"K = {k:g}", paper_field(), k=k) for k in weights]
 
 
 def paper_field() -> RiskField:
@@ -164,27 +132,23 @@ def paper_field() -> RiskField:
     return load_scenario("paper").problem.field
 
 
+def of_flight(label: str, run: MissionRun, uav: str, *, solver: str = "cgla") -> Routes:
+    """Plan a route with the whole map known beside what one UAV of a mission has flown."""
+    flight = run.flight.uavs[uav]
+    # the map when all has come up that does
+    field = run.mission.world.field_at(max([0, *(one.appears for one in run.mission.world.timed)]))
+    best = planned(field, k=flight.uav.k, start=flight.uav.start, solver=solver)
+    return Routes(label, best, arrived(flight))
+
+
 @dataclass(frozen=True, eq=False)
 class Escape:
-    """
-    The situation of Fig. 6: a sudden threat.
-
-    Attributes
-    ----------
-    field
-        All threats, the sudden one too.
-    sudden
-        The sudden one.
-    start
-        Where the UAV is when it appears, map units.
-    ways
-        For K = 10 and 100.
-    """
+    """The situation of Fig. 6: all threats, the sudden one, where the UAV is then, routes for K = 10 and 100."""
 
     field: RiskField
     sudden: TimedThreat
     start: Point
-    ways: Sequence[Ways]
+    routes: Sequence[Routes]
 
 
 def escape() -> Escape:
@@ -193,34 +157,23 @@ def escape() -> Escape:
 
     Examples
     --------
-    >>> [way.label for way in escape().ways]
+    >>> [one.label for one in escape().routes]
     ['K = 10', 'K = 100']
     """
-    views = fly("fig6")
-    world, start = views[0].mission.world, views[0].mission.uavs[0].start
+    runs = fly("fig6")
+    world, (uav,) = runs[0].mission.world, runs[0].mission.uavs
     (sudden,) = (one for one in world.timed if isinstance(one, TimedThreat))
-    field = world.field_at(sudden.appears)
-    found = []
-    for view in views:
-        (flight,) = view.flight.uavs.values()
-        found.append(Ways(view.variant, planned(field, k=flight.uav.k, start=start), arrived(flight)))
-    return Escape(field, sudden, start, found)
+    routes = [of_flight(run.variant, run, uav.name) for run in runs]
+    return Escape(world.field_at(sudden.appears), sudden, uav.start, routes)
 
 
 def fly(mission: str, *, solver: str | None = None) -> list[MissionRun]:
     """
-    Fly all variants of a shipped mission.
-
-    Parameters
-    ----------
-    mission
-        Its name.
-    solver
-        What plans, instead of what the file says.
+    Fly all variants of a shipped mission, with another solver than its own if one is given.
 
     Examples
     --------
-    >>> [view.variant for view in fly("fig6")]
+    >>> [run.variant for run in fly("fig6")]
     ['K = 10', 'K = 100']
     """
     _, specs = open_mission(mission, solver=solver)

@@ -3,16 +3,15 @@
 from collections.abc import Sequence
 
 import numpy as np
-import shapely
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from cgla_graph._types import FloatArray, Point
+from cgla_graph._types import Point
 from cgla_graph.comparisons.claims.artefact import Artefact, Picture
 from cgla_graph.comparisons.claims.claim import require
-from cgla_graph.comparisons.claims.counterexamples import improper_field
+from cgla_graph.comparisons.claims.paper.field_claims import HIGH, LOW, SIGMAS, share_doubled, weights_from_origin
 from cgla_graph.comparisons.claims.paper.figure_page import (
     NARROW,
     SELECTED,
@@ -20,16 +19,16 @@ from cgla_graph.comparisons.claims.paper.figure_page import (
     Key,
     add_map,
     draw_end,
-    draw_way,
+    draw_route,
     finish,
     page,
     picture,
     write_beside,
 )
-from cgla_graph.comparisons.claims.paper.flights import GOAL, RADIUS, START, paper_lattice
-from cgla_graph.comparisons.claims.paper.routes import Way, Ways, escape, flown, of_weights, paper_field, planned
+from cgla_graph.comparisons.claims.paper.flights import GOAL, RADIUS, START, fly_alone, paper_lattice
 from cgla_graph.comparisons.claims.paper.resolution_claims import SIZES, farthest_pair
-from cgla_graph.comparisons.claims.paper.weight_claims import REGIONS
+from cgla_graph.comparisons.claims.paper.routes import Route, Routes, arrived, both, escape, for_weights, paper_field
+from cgla_graph.comparisons.claims.paper.weight_claims import REGIONS, distances_from_regions
 from cgla_graph.comparisons.plots.scene import (
     NEAR_COLOUR,
     OUTLINE_SPREADS,
@@ -41,20 +40,18 @@ from cgla_graph.comparisons.plots.scene import (
     patch_key,
     risk_colours,
 )
-from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.risk import Reading, RiskField, Threat
 
 #: What Fig. 1 shows: one threat, and several of which two overlap.
 ONE = (Threat(0.5, 0.5, 0.1),)
 SEVERAL = (Threat(0.25, 0.5, 0.08), Threat(0.45, 0.5, 0.1), Threat(0.75, 0.35, 0.06), Threat(0.7, 0.75, 0.08))
-#: The two K of Fig. 3, and the sigma that is drawn of those that are reckoned.
-LOW, HIGH = 10.0, 200.0
-SIGMAS, SHOWN_SIGMA = (0.05, 0.1, 0.2), 0.1
-READINGS: tuple[tuple[Reading, str], ...] = (
-    ("membership", "peak 1 (our default)"),
-    ("sigma2", "printed peak, usual exponent"),
-    ("literal", "Eq. 1 as printed"),
-)
+#: The sigma of Fig. 3 that is drawn of those that are reckoned, and how readings of Eq. 1 are called.
+SHOWN_SIGMA = 0.1
+READINGS: dict[Reading, str] = {
+    "membership": "peak 1 (our default)",
+    "sigma2": "printed peak, usual exponent",
+    "literal": "Eq. 1 as printed",
+}
 _CROSS: Look = {
     "linestyle": "none",
     "marker": "P",
@@ -110,14 +107,14 @@ def fig_2() -> Picture:
     """Draw the straight segment beside the shortest path in eight directions."""
     eight = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 1.0], [3.0, 1.0], [4.0, 2.0], [5.0, 2.0]])
     ends = eight[[0, -1]]
-    straight, octile = (Way(path, 0.0).length for path in (ends, eight))
+    straight, octile = (Route(path, 0.0).length for path in (ends, eight))
     with page() as figure:
         axes = figure.add_subplot()
         points = np.mgrid[0:6, 0:3].reshape(2, -1)
         axes.plot(*points, linestyle="none", marker="o", markersize=3.5, color="0.6")
         keys: list[Key] = [
-            (draw_way(axes, eight, 0, 2), f"eight directions: {octile:.4f} cells"),
-            (draw_way(axes, ends, 1, 2), f"straight: {straight:.4f} cells"),
+            (draw_route(axes, eight, 0, 2), f"eight directions: {octile:.4f} cells"),
+            (draw_route(axes, ends, 1, 2), f"straight: {straight:.4f} cells"),
         ]
         axes.plot(*eight[1:-1].T, linestyle="none", marker="o", markersize=5.0, color=colour_of(0), zorder=4.0)
         draw_end(axes, (0.0, 0.0))
@@ -140,13 +137,13 @@ def fig_3() -> Picture:
     """Draw the weights of the segments from (0, 0) to all lattice points, for two K and three readings of Eq. 1."""
     lattice = paper_lattice()
     half = 0.5 / lattice.shape[0]
-    tables = {reading: weights_from_origin(reading, SHOWN_SIGMA) for reading, _ in READINGS}
+    tables = {reading: weights_from_origin(reading, SHOWN_SIGMA) for reading in READINGS}
     with page() as figure:
         norm = LogNorm(0.05, max(float(high.max()) for _, high in tables.values()))
         rows: list[list[tuple[Axes, tuple[float, float]]]] = []
         for number, k in enumerate((LOW, HIGH)):
             rows.append([])
-            for reading, words in READINGS:
+            for reading, words in READINGS.items():
                 axes = figure.add_subplot()
                 weights = tables[reading][number].reshape(lattice.shape)
                 image = axes.imshow(
@@ -162,8 +159,8 @@ def fig_3() -> Picture:
         bar.set_label("weight A from (0, 0), logarithmic")
         heading = ("Fig. 3", f"Weights of the segments from (0, 0), one threat at (0.5, 0.5), sigma = {SHOWN_SIGMA}")
         finish(figure, heading, rows, [(line_key(**_CROSS), "the threat")])
-    shares = {reading: [doubled(reading, sigma) for sigma in SIGMAS] for reading, _ in READINGS}
-    told = "; ".join(f"{words}: {', '.join(f'{s:.0%}' for s in shares[reading])}" for reading, words in READINGS)
+    shares = {words: [share_doubled(reading, sigma) for sigma in SIGMAS] for reading, words in READINGS.items()}
+    told = "; ".join(f"{words}: {', '.join(f'{share:.0%}' for share in found)}" for words, found in shares.items())
     sigmas = ", ".join(f"{sigma:g}" for sigma in SIGMAS)
     return picture(
         figure,
@@ -174,49 +171,14 @@ def fig_3() -> Picture:
     )
 
 
-def weights_from_origin(reading: Reading, sigma: float) -> tuple[FloatArray, FloatArray]:
-    """
-    Return the weights of the segments from (0, 0) to the points of the lattice, for both K of Fig. 3.
-
-    Parameters
-    ----------
-    reading
-        Of Eq. 1.
-    sigma
-        Of its one threat.
-
-    Returns
-    -------
-    low, high
-        Shape ``(400,)`` each, map units.
-    """
-    points = paper_lattice().points
-    field = improper_field([Threat.from_eq1(0.5, 0.5, sigma, reading=reading)])
-    low, high = (CostModel(field, k).weights(np.zeros_like(points), points) for k in (LOW, HIGH))
-    return low, high
-
-
-def doubled(reading: Reading, sigma: float) -> float:
-    """
-    Return the share of lattice points that weigh at least twice as much with the greater K.
-
-    Examples
-    --------
-    >>> doubled("membership", 0.05) < doubled("membership", 0.2)
-    True
-    """
-    low, high = weights_from_origin(reading, sigma)
-    return float((high >= 2.0 * low).mean())
-
-
 def fig_5() -> Picture:
-    """Draw the ways of three K, planned with the whole map known and flown, and the flight of BCV-style."""
+    """Draw the routes of three K, planned with the whole map known and flown, and the flight of BCV-style."""
     field = paper_field()
-    found = of_weights([10.0, 50.0, 200.0])
-    bcv = Ways("bcv-style", None, flown(field, k=10.0, solver="bcv-style"))
+    found = for_weights([10.0, 50.0, 200.0])
+    bcv = Routes("bcv-style", None, arrived(fly_alone(field, k=10.0, solver="bcv-style")))
     heading = ("Fig. 5", "Ways on the reconstructed map, length / risk sum")
     figure = _known_and_flown(heading, field, [*found, bcv], regions=True)
-    passed = "; ".join(f"{way.label}: {_nearest(way.online)}" for way in found)
+    passed = "; ".join(f"{one.label}: {_nearest(one.online)}" for one in found)
     return picture(
         figure,
         "Risk sum is F summed over positions 0.02 apart; lengths are in sides of the map. In the paper K = 10 passes "
@@ -227,18 +189,17 @@ def fig_5() -> Picture:
     )
 
 
-def _nearest(way: Way) -> str:
-    """Say how near a way comes to the two regions."""
-    line = shapely.LineString(way.path)
-    return " and ".join(f"{line.distance(shapely.Point(region)):.3f}" for region in REGIONS)
+def _nearest(route: Route) -> str:
+    """Say how near a route comes to the two regions."""
+    return " and ".join(f"{away:.3f}" for away in distances_from_regions(route.path))
 
 
 def fig_6() -> Picture:
     """Draw the escape from a sudden threat."""
     found = escape()
     heading = ("Fig. 6", "The escape from a sudden threat at (0.6, 0.5), length / risk sum")
-    figure = _known_and_flown(heading, found.field, found.ways, start=found.start, sudden=found.sudden.threat)
-    low, high = (way.online for way in found.ways)
+    figure = _known_and_flown(heading, found.field, found.routes, start=found.start, sudden=found.sudden.threat)
+    low, high = (one.online for one in found.routes)
     require(high.length > low.length and high.risk_sum < low.risk_sum, "Fig. 6: K = 100 is not longer and safer")
     return picture(
         figure,
@@ -251,18 +212,16 @@ def fig_6() -> Picture:
 
 
 def fig_11() -> Picture:
-    """Draw the ways on three lattices."""
+    """Draw the routes on three lattices."""
     field = paper_field()
-    found = [Ways(f"N = {n}", planned(field, k=40.0, n=n), flown(field, k=40.0, n=n)) for n in SIZES]
+    found = [both(f"N = {n}", field, k=40.0, n=n) for n in SIZES]
     figure = _known_and_flown(("Fig. 11", "Ways on lattices of N x N points, K = 40, length / risk sum"), field, found)
-    apart = [
-        farthest_pair([way.path for way in paths if way is not None])
-        for paths in ([way.offline for way in found], [way.online for way in found])
-    ]
+    known = farthest_pair([one.offline.path for one in found if one.offline is not None])
+    seen = farthest_pair([one.online.path for one in found])
     return picture(
         figure,
         "The paper finds nearly the same way with N = 15, 20 and 25. Here no two are farther apart than "
-        f"{apart[0]:.3f} with the whole map known and {apart[1]:.3f} flown (Frechet distance); a cell is "
+        f"{known:.3f} with the whole map known and {seen:.3f} flown (Frechet distance); a cell is "
         f"{1.0 / SIZES[0]:.3f} to {1.0 / SIZES[-1]:.3f}. N and K are the paper's; start and goal are nodes of each "
         f"lattice, and a step is 0.02 with each N. {SELECTED}",
     )
@@ -271,23 +230,23 @@ def fig_11() -> Picture:
 def _known_and_flown(
     heading: tuple[str, str],
     field: RiskField,
-    found: Sequence[Ways],
+    found: Sequence[Routes],
     *,
     start: Point = START,
     sudden: Threat | None = None,
     regions: bool = False,
 ) -> Figure:
-    """Draw the ways with the whole map known beside those that are flown with limited sight."""
+    """Draw the routes with the whole map known beside those that are flown with limited sight."""
     with page() as figure:
         panels = [
             add_map(figure, field, "planned, the whole map known"),
             add_map(figure, field, f"flown, with sight as far as {RADIUS:g}", bar=True),
         ]
         keys: list[Key] = []
-        for number, way in enumerate(found):
-            if way.offline is not None:
-                draw_way(panels[0], way.offline.path, number, len(found))
-            keys.append((draw_way(panels[1], way.online.path, number, len(found)), way.words))
+        for number, one in enumerate(found):
+            if one.offline is not None:
+                draw_route(panels[0], one.offline.path, number, len(found))
+            keys.append((draw_route(panels[1], one.online.path, number, len(found)), one.words))
         ends: list[Key] = []
         for axes in panels:
             ends = [(draw_end(axes, start), "start"), (draw_end(axes, GOAL, goal=True), "goal")]

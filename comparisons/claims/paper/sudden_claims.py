@@ -21,8 +21,8 @@ from cgla_graph.comparisons.claims.contrasts import (
 from cgla_graph.comparisons.claims.counterexamples import mission
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record, experiment
-from cgla_graph.comparisons.claims.paper.flights import STEP, fly_alone, fly_alone_variants, measures
-from cgla_graph.comparisons.claims.paper.printed_values import GOAL, TABLE_2, WORKING_SCALE
+from cgla_graph.comparisons.claims.paper.flights import GOAL, STEP, fly_alone, fly_alone_variants, measures
+from cgla_graph.comparisons.claims.paper.printed_values import TABLE_2, WORKING_SCALE
 from cgla_graph.comparisons.claims.paper.weight_claims import EXCHANGE, TIE, both_ways, exchange_holds, optima
 from cgla_graph.mission.world import TimedThreat
 from cgla_graph.model.problem import Problem

@@ -14,14 +14,14 @@ from cgla_graph.comparisons.claims.paper.figure_page import (
     Key,
     add_map,
     draw_end,
-    draw_way,
+    draw_route,
     finish,
     flights_page,
     page,
     picture,
     write_beside,
 )
-from cgla_graph.comparisons.claims.paper.routes import Way, fly
+from cgla_graph.comparisons.claims.paper.routes import Route, fly
 from cgla_graph.comparisons.plots.scene import SIGHT_DASHES, colour_of, draw_ring, patch_key
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import UavFlight
@@ -44,7 +44,7 @@ def fig_4() -> Picture:
     shared, alone = (view.flight.uavs["left"] for view in views)
     knows = [0 in uav.knowledge_at(0).threats for uav in (shared, alone)]
     require(knows == [True, False], f"Fig. 4: whether the left UAV knows the threat at take-off is {knows}")
-    lengths = [Way(uav.plan_at(0), 0.0).length for uav in (shared, alone)]
+    lengths = [Route(uav.plan_at(0), 0.0).length for uav in (shared, alone)]
     return picture(
         figure,
         "The situation is the paper's, all coordinates are ours. Dashed: the plans of the first tick. The threat at "
@@ -61,7 +61,7 @@ def _draw_plans(axes: Axes, uavs: Sequence[UavFlight]) -> list[Key]:
     keys: list[Key] = []
     ends: list[Key] = []
     for number, uav in enumerate(uavs):
-        key = draw_way(axes, uav.plan_at(0), number, len(uavs), dashed=True)
+        key = draw_route(axes, uav.plan_at(0), number, len(uavs), dashed=True)
         keys.append((key, f"{uav.name}: first plan"))
         ring = {"edgecolor": colour_of(number), "linestyle": SIGHT_DASHES, "linewidth": 0.9}
         draw_ring(axes, uav.uav.start, uav.uav.detection_radius, zorder=2.8, clip_on=True, **ring)

@@ -163,7 +163,7 @@ def _check_c30(evidence: Evidence) -> Finding:
     rows, holds = [], []
     for cell in CELLS:
         flights = [fly_alone(field, k=k, **cell) for k in ONLINE_K]
-        near = np.array([_passes(flight) for flight in flights])
+        near = np.array([distances_from_regions(flight.path) for flight in flights])
         sums = [flight.risk_sum for flight in flights]
         as_said = bool((near[0] < NEAR).all() and (near[1:] >= near[0]).all() and sums == sorted(sums, reverse=True))
         holds.append(as_said)
@@ -258,6 +258,7 @@ def _share_that_rises(samples: Samples) -> str:
     return f"it rises from K = 10 to 200 on {least.count} to {most.count} of {most.n} maps, depending on the cell"
 
 
-def _passes(flight: UavFlight) -> list[float]:
-    line = shapely.LineString(flight.path)
+def distances_from_regions(path: FloatArray) -> list[float]:
+    """Return how near a path comes to each of `REGIONS`, map units."""
+    line = shapely.LineString(path)
     return [float(line.distance(shapely.Point(region))) for region in REGIONS]

@@ -20,20 +20,20 @@ from strategies import examples, few, points, seeds
 
 from cgla_graph.comparisons.claims.artefact import Artefact, Picture
 from cgla_graph.comparisons.claims.paper import routes, single_figures, team_figures
-from cgla_graph.comparisons.claims.paper.figure_page import NARROW, SELECTED, WIDE, add_map, draw_way, finish, page
+from cgla_graph.comparisons.claims.paper.field_claims import HIGH, LOW, SIGMAS, weights_from_origin
+from cgla_graph.comparisons.claims.paper.figure_page import NARROW, SELECTED, WIDE, add_map, draw_route, finish, page
 from cgla_graph.comparisons.claims.paper.flights import GOAL, START, STEP, paper_lattice
 from cgla_graph.comparisons.claims.paper.routes import (
-    Way,
-    Ways,
+    Route,
+    Routes,
     arrived,
+    both,
     escape,
-    flown,
     fly,
-    of_weights,
+    for_weights,
     paper_field,
     planned,
 )
-from cgla_graph.comparisons.claims.paper.single_figures import HIGH, LOW, READINGS, SIGMAS, weights_from_origin
 from cgla_graph.comparisons.plots.scene import line_key
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import MissionStatus
@@ -143,7 +143,7 @@ def test_parts_of_a_page_overlap_without_gaps(monkeypatch: pytest.MonkeyPatch) -
 def test_a_way_is_drawn_where_it_leads(path: list[tuple[float, float]], number: int, dashed: bool) -> None:
     with page() as figure:
         axes = add_map(figure, RiskField(), "")
-        draw_way(axes, np.array(path), number, 3, dashed=dashed)
+        draw_route(axes, np.array(path), number, 3, dashed=dashed)
     halo, line = axes.lines
     assert line.get_xydata().tolist() == halo.get_xydata().tolist() == np.array(path).tolist()
     assert line.get_zorder() > halo.get_zorder()
@@ -166,7 +166,7 @@ def test_the_lengths_of_fig_2_are_those_of_geometry() -> None:
 
 
 @pytest.mark.parametrize("sigma", SIGMAS)
-@pytest.mark.parametrize("reading", [reading for reading, _ in READINGS])
+@pytest.mark.parametrize("reading", single_figures.READINGS)
 def test_weights_from_the_origin_are_length_and_integral(reading: str, sigma: float) -> None:
     low, high = weights_from_origin(reading, sigma)
     threat, at = Threat.from_eq1(0.5, 0.5, sigma, reading=reading), paper_lattice().points
@@ -216,7 +216,7 @@ def test_no_way_and_a_flight_that_does_not_arrive_are_refused() -> None:
 
 
 def test_ways_of_fig_5_and_6_are_those_of_the_shipped_missions() -> None:
-    for mission, found in (("fig5", of_weights([10.0, 50.0, 200.0])), ("fig6", escape().ways)):
+    for mission, found in (("fig5", for_weights([10.0, 50.0, 200.0])), ("fig6", escape().routes)):
         missions = load_mission(mission).missions(get)
         assert [way.label for way in found] == list(missions)
         for way, one in zip(found, missions.values(), strict=True):
@@ -230,10 +230,10 @@ def test_ways_offline_follow_the_exchange_argument() -> None:
     assert lengths == sorted(lengths)
     assert lengths[0] == pytest.approx(math.dist(START, GOAL))
     assert costs[2] == min(costs)
-    assert cost(flown(paper_field(), k=50.0), 50.0) > costs[2]
+    assert cost(both("", paper_field(), k=50.0).online, 50.0) > costs[2]
 
 
-def cost(way: Way, k: float) -> float:
+def cost(way: Route, k: float) -> float:
     return way.length + k * float(paper_field().line_integral(way.path[:-1], way.path[1:]).sum())
 
 
@@ -279,8 +279,10 @@ def test_a_figure_of_a_flight_that_does_not_arrive_is_refused(monkeypatch: pytes
 
 def test_an_escape_that_is_not_safer_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     found = escape()
-    low, high = found.ways
-    turned = dataclasses.replace(found, ways=[Ways("K = 10", None, high.online), Ways("K = 100", None, low.online)])
+    low, high = found.routes
+    turned = dataclasses.replace(
+        found, routes=[Routes("K = 10", None, high.online), Routes("K = 100", None, low.online)]
+    )
     monkeypatch.setattr(single_figures, "escape", lambda: turned)
     with pytest.raises(AssertionError, match=r"Fig\. 6"):
         single_figures.fig_6()

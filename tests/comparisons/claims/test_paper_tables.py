@@ -12,9 +12,10 @@ from strategies import usual
 
 from cgla_graph.comparisons.claims.artefact import Comparison, TableRow
 from cgla_graph.comparisons.claims.paper import paper_tables
+from cgla_graph.comparisons.claims.paper.flights import START
 from cgla_graph.comparisons.claims.paper.paper_tables import ARTEFACTS, Reason, reason, rows
-from cgla_graph.comparisons.claims.paper.printed_values import START, TABLES, PaperValue
-from cgla_graph.comparisons.claims.paper.routes import Way, Ways, fly
+from cgla_graph.comparisons.claims.paper.printed_values import TABLES, PaperValue
+from cgla_graph.comparisons.claims.paper.routes import Route, Routes, fly
 from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.solvers import get
 
@@ -71,7 +72,7 @@ def test_no_number_of_ours_stands_beside_another_measure(tables: dict[str, Compa
 
 
 def test_the_rule_is_not_kept_by_a_program_that_takes_all_measures_for_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    ours = {row.method: Ways("", None, Way(np.array([START, (0.9, 0.9)]), 1.0)) for row in TABLES}
+    ours = {row.method: Routes("", None, Route(np.array([START, (0.9, 0.9)]), 1.0)) for row in TABLES}
     assert_honest(rows(TABLES, ours))
     monkeypatch.setattr(Reason, "same_measure", property(lambda _: True))
     made = rows(TABLES, ours)
@@ -103,8 +104,8 @@ def test_ours_are_left_out_of_quoted_rows_and_converted_in_all_others(
     row: PaperValue, ahead: float, risks: tuple[float, float], whole: bool
 ) -> None:
     paths = [np.array([START, (0.1 + ahead, 0.1 + ahead), end]) for end in ((0.9, 0.9), (0.9, 0.1))]
-    offline, online = (Way(path, risk) for path, risk in zip(paths, risks, strict=True))
-    found = {made.quantity: made for made in rows([row], {row.method: Ways("", offline if whole else None, online)})}
+    offline, online = (Route(path, risk) for path, risk in zip(paths, risks, strict=True))
+    found = {made.quantity: made for made in rows([row], {row.method: Routes("", offline if whole else None, online)})}
     assert found.keys() == {name for name, value in (("risk sum", row.risk), ("length", row.length)) if value > 0.0}
     for quantity, made in found.items():
         assert made.paper == (row.risk if quantity == "risk sum" else row.length)
@@ -173,9 +174,9 @@ def test_offline_is_the_same_with_and_without_sharing(tables: dict[str, Comparis
 def test_a_caption_that_is_no_longer_true_is_refused(
     make: Callable[[], Comparison], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    way = Way(np.array([START, (0.9, 0.9)]), 1.0)
-    same = [Ways(label, None, way) for label in ("K = 10", "K = 50", "K = 200")]
-    monkeypatch.setattr(paper_tables, "of_weights", lambda _: same)
-    monkeypatch.setattr(paper_tables, "escape", lambda: type("Same", (), {"ways": same[:2]}))
+    way = Route(np.array([START, (0.9, 0.9)]), 1.0)
+    same = [Routes(label, None, way) for label in ("K = 10", "K = 50", "K = 200")]
+    monkeypatch.setattr(paper_tables, "for_weights", lambda _: same)
+    monkeypatch.setattr(paper_tables, "escape", lambda: type("Same", (), {"routes": same[:2]}))
     with pytest.raises(AssertionError, match="Table"):
         make()
