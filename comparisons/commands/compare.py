@@ -11,7 +11,6 @@ from cgla_graph.comparisons.commands import output
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.performance import performances
 from cgla_graph.comparisons.missions import compare as mission_compare
-from cgla_graph.comparisons.missions.runs import print_flight_runs
 from cgla_graph.comparisons.results.lookup import print_leaderboard
 from cgla_graph.comparisons.study import execution, options
 from cgla_graph.comparisons.study.flight_run import ComparedMission, FlightRun
@@ -20,6 +19,7 @@ from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import FILE, PROOF, StudyStore, load, load_study
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.study.study_file import is_study_file, read_study
+from cgla_graph.comparisons.tables.flights import print_flights
 from cgla_graph.comparisons.workers.tasks import run_tasks
 from cgla_graph.errors import CglaError
 from cgla_graph.model.cost_model import n_cores
@@ -87,8 +87,8 @@ class Compared:
     ----------
     runs
         Runs on maps, in the order of the study; those of earlier sessions too.
-    flights
-        Flights of missions.
+    missions, flights
+        Missions, and their flights; those of earlier sessions too.
     written
         Files.
     interrupted
@@ -98,6 +98,7 @@ class Compared:
     """
 
     runs: list[Run] = field(default_factory=list)
+    missions: list[ComparedMission] = field(default_factory=list)
     flights: list[FlightRun] = field(default_factory=list)
     written: list[Path] = field(default_factory=list)
     interrupted: bool = False
@@ -260,12 +261,13 @@ def compare_all(request: Request, how: How) -> Compared:
             done.interrupted = True
     if how.folder is not None:
         stored = load(how.folder)
-        done.runs, done.flights = stored.runs, stored.flights
+        done.runs, done.missions, done.flights = stored.runs, stored.missions, stored.flights
         done.left = stored.n_cells + stored.n_flights - len(stored.runs) - len(stored.flights)
         done.written += [how.folder / FILE, *output.write_study(stored)]
         if not done.interrupted:
             done.written += output.write_all_pictures(how.folder, done.runs, request.pictures, request.highlighted)
     else:
+        done.missions = [ComparedMission.of(mission) for mission in study.missions]
         order = {cell: number for number, cell in enumerate([*cells, *flights])}
         done.runs.sort(key=lambda run: order[run.scenario.name, run.solver, run.seed])
         done.flights.sort(key=lambda one: order[one.mission, one.variant, one.solver, one.seed])
@@ -301,7 +303,7 @@ def print_compared(request: Request, done: Compared) -> None:
         output.print_comparison(done.runs, request.study.entrants)
     if done.runs and not single:
         print_leaderboard(done.runs, leaderboard_of(done.runs))
-    print_flight_runs([ComparedMission.of(mission) for mission in request.study.missions], done.flights)
+    print_flights(done.missions, done.flights)
 
 
 def kept_note(request: Request, how: How, done: Compared) -> str:

@@ -17,6 +17,7 @@ from cgla_graph.comparisons.files import write_text
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, leaderboard_of
 from cgla_graph.comparisons.leaderboard.profiles import instance_costs, performance_profile, success_curve
 from cgla_graph.comparisons.numbers import rounded_all
+from cgla_graph.comparisons.report.missions import missions_section
 from cgla_graph.comparisons.report.parts import failure_grid, failures, rank_picture, ranking_table
 from cgla_graph.comparisons.report.payload import (
     MOST_POINTS_OVERALL,
@@ -80,10 +81,11 @@ def report_html(stored: Stored, *, live: bool = False) -> str:
             live=live,
             facts=_facts(stored),
             complete=stored.is_complete,
-            n_runs=len(runs),
-            n_cells=stored.n_cells,
+            n_runs=len(runs) + len(stored.flights),
+            n_cells=stored.n_cells + stored.n_flights,
             progress=_progress(stored),
             overview=overview(found, len(stored.scenarios)),
+            missions=missions_section(stored),
             ranking=ranking_table(found, ranks),
             ranks=rank_picture(ranks),
             failures=failures(runs),
@@ -121,7 +123,7 @@ def _document(stored: Stored, found: Sequence[LeaderboardRow], *, live: bool) ->
     names = [group[0].scenario.name for group in groups]
     return {
         "live": live,
-        "runs": len(runs),
+        "runs": len(runs) + len(stored.flights),
         "complete": stored.is_complete,
         "solvers": solvers,
         "order": ranked,
@@ -169,7 +171,8 @@ def _facts(stored: Stored) -> list[str]:
 
 
 def _progress(stored: Stored) -> str:
-    done = f"{len(stored.runs):,} of {stored.n_cells:,} runs"
+    counts = [(len(stored.runs), stored.n_cells, "runs"), (len(stored.flights), stored.n_flights, "flights")]
+    done = ", ".join(f"{n:,} of {total:,} {what}" for n, total, what in counts if total or what == "runs")
     what = f"{len(stored.scenarios):,} scenarios, {len(stored.solvers):,} solvers"
     return f"{done}; {what}" if stored.is_complete else f"{done} so far; {what}"
 

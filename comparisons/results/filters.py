@@ -8,6 +8,7 @@ from fnmatch import fnmatchcase
 from typing import Self
 
 from cgla_graph.comparisons.numbers import listed
+from cgla_graph.comparisons.study.flight_run import FlightRun
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Status
@@ -119,6 +120,23 @@ class Filters:
                 raise CglaError(msg)
             kept = [run for run in kept if run.seed == self.seed]
         return kept
+
+    def of_flights(self, flights: Sequence[FlightRun]) -> list[FlightRun]:
+        """Keep some of the flights of a study; names are checked by `of`, and those of missions count as scenarios."""
+        labels = None if self.statuses is None else {status.label for status in self.statuses}
+        return [
+            one
+            for one in flights
+            if _passes(one.mission, self.scenarios)
+            and _passes(one.solver, self.solvers)
+            and (labels is None or one.status in labels)
+            and self.seed in {None, one.seed}
+        ]
+
+
+def _passes(name: str, words: Sequence[str] | None) -> bool:
+    """Tell whether names or patterns, if there are any, name this one."""
+    return words is None or any(word == name or fnmatchcase(name, word) for word in words)
 
 
 def _split(option: str, text: str | None) -> tuple[str, ...] | None:

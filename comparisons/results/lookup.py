@@ -24,8 +24,10 @@ from cgla_graph.comparisons.results.tables import (
     runs_table,
     solver_tables,
 )
+from cgla_graph.comparisons.study.flight_run import FlightRun
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import Stored, load
+from cgla_graph.comparisons.tables.flights import print_flights
 from cgla_graph.comparisons.tables.overview import overview
 from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Status
@@ -43,7 +45,7 @@ class Results:
     ----------
     stored
         The study.
-    runs
+    runs, flights
         Those that pass the filters.
     filters
         What was left out.
@@ -68,6 +70,7 @@ class Results:
     rerun: Rerun | None = None
     lists_runs: bool = False
     written: Sequence[Path] = ()
+    flights: Sequence[FlightRun] = ()
 
 
 def look_up(
@@ -115,7 +118,8 @@ def look_up(
     old = None if against is None else load(against)
     studies = [stored] if old is None else [stored, old]
     kept = filters.of(stored.runs, *_known(studies))
-    found = Results(stored, kept, filters, lists_runs=runs or filters.statuses is not None)
+    flights = filters.of_flights(stored.flights)
+    found = Results(stored, kept, filters, lists_runs=runs or filters.statuses is not None, flights=flights)
     if old is not None:
         # a name that only one of both has is no fault: what does not pair is named
         changes = regression(filters.of(old.runs, *_known(studies)), kept)
@@ -126,10 +130,14 @@ def look_up(
 
 
 def _known(studies: Sequence[Stored]) -> tuple[list[str], list[str], list[int | None]]:
-    """List the names of scenarios and solvers of studies, and their seeds."""
-    scenarios = dict.fromkeys(scenario.name for study in studies for scenario in study.scenarios)
+    """List the names of scenarios, missions and solvers of studies, and their seeds."""
+    scenarios = dict.fromkeys(one.name for study in studies for one in study.scenarios)
+    missions = dict.fromkeys(one.name for study in studies for one in study.missions)
     solvers = dict.fromkeys(solver for study in studies for solver in study.solvers)
-    return list(scenarios), list(solvers), [run.seed for study in studies for run in study.runs]
+    seeds = [one.seed for study in studies for one in study.runs] + [
+        one.seed for study in studies for one in study.flights
+    ]
+    return [*scenarios, *missions], list(solvers), seeds
 
 
 def _check(filters: Filters, *, runs: bool, against: Path | None, rerun: int | None, export: Sequence[Path]) -> None:
@@ -158,6 +166,9 @@ def print_results(found: Results) -> None:
         console.out(f"{line}\n")
     if found.regression is not None:
         _print_regression(found, found.regression)
+    elif not found.stored.n_cells and found.stored.missions:
+        # it only flies missions
+        pass
     elif found.leaderboard is None:
         console.out("no leaderboard: of runs picked by how they ended, nothing can be said of solvers\n")
     else:
@@ -166,6 +177,7 @@ def print_results(found: Results) -> None:
         console.out_table(runs_table("runs", found.runs))
     if found.regression is None:
         _print_lines("failures", failure_lines(found.runs))
+        print_flights(found.stored.missions, found.flights)
     for path in found.written:
         console.out(f"written: {path}\n")
 
@@ -173,7 +185,9 @@ def print_results(found: Results) -> None:
 def _heading(found: Results) -> list[str]:
     stored = found.stored
     state = "complete" if stored.is_complete else "not complete yet"
-    lines = [f"{stored.title or stored.folder}: {len(stored.runs):,} of {stored.n_cells:,} runs, {state}"]
+    counts = [(len(stored.runs), stored.n_cells, "runs"), (len(stored.flights), stored.n_flights, "flights")]
+    done = ", ".join(f"{n:,} of {total:,} {what}" for n, total, what in counts if total) or "nothing to run"
+    lines = [f"{stored.title or stored.folder}: {done}, {state}"]
     if stored.sessions:
         last = stored.sessions[-1]
         git = f", git {last.revision}" if last.git else ""
@@ -239,6 +253,7 @@ def document(found: Results) -> dict[str, Any]:
         "regression": None if found.regression is None else plain(found.regression),
         "failures": exports.run_rows(failed(found.runs), stored.runs),
         "rows": exports.run_rows(found.runs, stored.runs) if found.lists_runs else None,
+        "flights": [flight.row() for flight in found.flights],
         "files": [str(path) for path in found.written],
     }
 

@@ -4,19 +4,24 @@ import csv
 import dataclasses
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+from awkward_calls import until
 from command_line import Call, caller
 from missions_small import CROSSING, DEGREES
 
 from cgla_graph.comparisons.missions import compare
-from cgla_graph.comparisons.missions import runs as flight_runs
+from cgla_graph.comparisons.report.view import read_state, report_of
 from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.flight_run import COLUMNS, ComparedMission, FlightRun
+from cgla_graph.comparisons.study.store import load
 from cgla_graph.comparisons.study.study import flight_cells
+from cgla_graph.comparisons.tables import flights as flight_tables
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError
 from cgla_graph.mission.mission import Mission
@@ -47,6 +52,11 @@ def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureF
     for name, text in (("small", CROSSING), ("exclude", EXCLUDE), ("north", DEGREES)):
         (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
     return caller(tmp_path, monkeypatch, capfd)
+
+
+def flown(folder: str) -> list[dict[str, Any]]:
+    """Return what flights came to, but for how long planning took."""
+    return [{**flight.row(), "planning_seconds": None} for flight in load(Path(folder)).flights]
 
 
 def entrants(*names: str) -> list[Entrant]:
@@ -200,7 +210,9 @@ def test_the_cheapest_stands_first_and_who_did_not_fly_last(small: MissionFile) 
         like("slow", 2, 1.0, seconds=2.0),
         like("fast", 2, 1.0, seconds=1.0),
     ]
-    table = flight_runs.flights_table(ComparedMission.of(small), "told", runs)
+    told = dataclasses.replace(ComparedMission.of(small), variants={"told": 2})
+    ((_, _, ordered),) = flight_tables.by_variant([told], runs)
+    table = flight_tables.flights_table(told, "told", ordered)
     assert [row[0] for row in table.rows] == ["fast", "slow", "one", "none", "failed"]
 
 
@@ -242,6 +254,102 @@ def test_ctrl_c_keeps_the_flights_so_far(cgla: Call, monkeypatch: pytest.MonkeyP
     assert "2 of 4 runs are done and kept in out" in answer.err
     assert len(Path("out/flights.jsonl").read_text(encoding="utf-8").splitlines()) == 2
     assert not list(Path("out").glob("*.part"))
+
+
+def test_flights_go_on_where_they_were_stopped(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    words = ("compare", "small.toml", "--solvers", "cgla,dijkstra,prm-star:milestones=60", "--seeds", 2, "--out", "out")
+    assert cgla(*words).code == 0
+    whole = flown("out")
+    run, calls = compare._run, iter(range(99))
+
+    def third(*names: Any) -> Any:  # noqa: ANN401 - as `_run`
+        if next(calls) == 3:
+            raise KeyboardInterrupt
+        return run(*names)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(compare, "_run", third)
+        answer = cgla(*words, "--overwrite")
+    assert answer.code == 130
+    assert "3 of 8 runs are done and kept in out (cgla compare --resume --out out goes on)" in answer.err
+    cgla(*words).refused("--resume", "--overwrite")
+    made: list[Any] = []
+    monkeypatch.setattr(compare, "_run", lambda *names: made.append(names) or run(*names))
+    # the mission is found again where it was
+    monkeypatch.chdir(Path("out"))
+    assert cgla("compare", "--resume", "--out", ".").code == 0
+    monkeypatch.chdir(Path(".."))
+    assert len(made) == 5
+    assert flown("out") == whole
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
+def test_flights_of_a_killed_comparison_are_not_flown_again(cgla: Call) -> None:
+    words = [
+        "compare",
+        "small.toml",
+        "--solvers",
+        "cgla,dijkstra,prm-star:milestones=60",
+        "--seeds",
+        "40",
+        "--out",
+        "out",
+    ]
+    with subprocess.Popen([sys.executable, "-m", "cgla_graph.comparisons", *words, "--workers", "1"]) as running:
+        kept = Path("out/study.jsonl")
+        assert until(lambda: kept.exists() and kept.read_bytes().count(b'{"kind":"flight"') > 3, 60.0)
+        running.kill()
+    before = load(Path("out"))
+    assert 3 < len(before.flights) < before.n_flights == 84
+    assert cgla("compare", "--resume", "--out", "out", "--workers", 0).code == 0
+    after = load(Path("out"))
+    assert after.is_complete
+    rows = [flight.row() for flight in after.flights]
+    assert all(flight.row() in rows for flight in before.flights)
+    assert kept.read_bytes().count(b'{"kind":"flight"') == 84
+
+
+def test_another_mission_of_that_name_is_refused(cgla: Call) -> None:
+    cgla("compare", "small.toml", "--solvers", "cgla", "--out", "out")
+    path = Path("small.toml")
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("two cross", "another title"), encoding="utf-8")
+    assert cgla("compare", "small.toml", "--solvers", "cgla", "--out", "out", "--resume").code == 0
+    path.write_text(text.replace("safe_distance = 0.15", "safe_distance = 0.1"), encoding="utf-8")
+    for more in (["small.toml", "--solvers", "cgla"], []):
+        cgla("compare", *more, "--out", "out", "--resume").refused("mission 'small' is not the one in the study so far")
+
+
+def test_flights_are_looked_up(cgla: Call) -> None:
+    cgla("compare", "small.toml", "one-threat", "--solvers", "cgla,dijkstra", "--pictures", 0, "--out", "out")
+    answer = cgla("results", "out")
+    assert "2 of 2 runs, 4 of 4 flights, complete" in answer.out
+    assert answer.out.count("small, alone: two cross") == 1
+    found = cgla("results", "out", "--scenario", "small", "--solver", "dij*", "--json").document()["flights"]
+    assert [(row["variant"], row["solver"]) for row in found] == [("alone", "dijkstra"), ("told", "dijkstra")]
+    assert cgla("results", "out", "--scenario", "one-threat", "--json").document()["flights"] == []
+    cgla("results", "out", "--scenario", "big").refused("unknown scenario 'big'", "small")
+
+
+def test_the_report_shows_flights(cgla: Call) -> None:
+    Path("odd.toml").write_text(CROSSING.replace("two cross", "<script>alert(1)</script>"), encoding="utf-8")
+    answer = cgla("compare", "odd.toml", "--solvers", "cgla,straight-line", "--out", "out")
+    assert answer.code == 0
+    page = Path("out/report.html").read_text(encoding="utf-8")
+    assert "<script>alert" not in page
+    section = page[page.index('<section id="missions"') : page.index('<section id="ranking"')]
+    assert section.count("<svg") == 4
+    # a line a UAV
+    assert section.count("<polyline") == 8
+    assert "4 of 4 flights are done" in section
+    stored = load(Path("out"))
+    for flight in stored.flights:
+        assert {track.uav for track in flight.tracks} == {"a", "b"}
+        assert flight.tracks[0].path[0] == [0.1, 0.1]
+    state = read_state(Path("out"))
+    assert (state.runs, state.cells, state.complete) == (4, 4, True)
+    assert '"runs":4' in report_of(Path("out")).text
 
 
 @pytest.mark.parametrize(
