@@ -127,10 +127,6 @@ class Rules:
         x_min, y_min, x_max, y_max = self.world.bounds
         return 2.0 * (x_max - x_min + y_max - y_min)
 
-    # older names, until nobody reads them
-
-    shares = property(lambda self: self.sharing)
-
     def step_of(self, uav: Uav) -> float:
         """Return what a UAV flies in a tick, map units."""
         return UNITS_A_STEP * self.unit if uav.step is None else uav.step

@@ -212,26 +212,20 @@ def test_threats_that_nobody_comes_near_change_nothing(seed: int) -> None:
     assert logs[0] == logs[1]
 
 
+@pytest.mark.parametrize(
+    ("place", "scale"),
+    [
+        (lambda spot: (1000.0 * spot[0], 1000.0 * spot[1]), 1000.0),
+        (lambda spot: (spot[1], spot[0]), 1.0),
+        (lambda spot: (1.0 - spot[0], spot[1]), 1.0),
+    ],
+    ids=["in metres", "swapped", "flipped"],
+)
 @few
 @given(seeds, st.sampled_from([None, VirtualObstacle()]))
-def test_a_mission_in_metres_is_the_scaled_flight(seed: int, rule: VirtualObstacle | None) -> None:
+def test_moved_missions_are_moved_flights(place: Any, scale: float, seed: int, rule: VirtualObstacle | None) -> None:  # noqa: ANN401
     mission = scattered(seed, n_uavs=2, collisions="record", virtual_obstacle=rule, max_ticks=300)
-
-    def place(spot: Point) -> Point:
-        return 1000.0 * spot[0], 1000.0 * spot[1]
-
-    assert_same_but_moved(mission.fly(), moved(mission, place, 1000.0).fly(), place, 1000.0)
-
-
-@few
-@given(seeds, st.sampled_from([None, VirtualObstacle()]), st.sampled_from(["swapped", "flipped"]))
-def test_mirrored_missions_are_mirrored_flights(seed: int, rule: VirtualObstacle | None, mirror: str) -> None:
-    mission = scattered(seed, n_uavs=2, collisions="record", virtual_obstacle=rule, max_ticks=300)
-
-    def place(spot: Point) -> Point:
-        return (spot[1], spot[0]) if mirror == "swapped" else (1.0 - spot[0], spot[1])
-
-    assert_same_but_moved(mission.fly(), moved(mission, place).fly(), place)
+    assert_same_but_moved(mission.fly(), moved(mission, place, scale).fly(), place, scale)
 
 
 @few
