@@ -1,4 +1,4 @@
-"""Standings: who wins a comparison of many scenarios, by how much, how sure that is, and where each one fails."""
+"""The leaderboard: who wins a comparison, by how much, how confident that is, and where each solver fails."""
 
 import math
 from collections import Counter

@@ -86,11 +86,6 @@ def performances(runs: Sequence[Run]) -> list[Performance]:
     """
     Measure the solvers of one scenario, in the order of their first runs.
 
-    Parameters
-    ----------
-    runs
-        All runs of the scenario.
-
     Examples
     --------
     >>> from cgla_graph.comparisons.study.entrant import Entrant

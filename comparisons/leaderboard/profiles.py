@@ -218,11 +218,6 @@ def instance_costs(runs: Sequence[Run]) -> dict[str, list[float]]:
 
     Of two middle runs it is the cheaper one's; a run without a path is infinitely costly.
 
-    Parameters
-    ----------
-    runs
-        Of any scenarios and solvers.
-
     Returns
     -------
     costs
@@ -286,11 +281,6 @@ def finite_bound(group: Mapping[str, Sequence[Run]]) -> float:
     Return the lower bound of a scenario that gaps can be measured from; NaN if it has none.
 
     None can be measured from infinity, which is the bound of a scenario that has no path, nor from below 0.
-
-    Parameters
-    ----------
-    group
-        The runs of one scenario, by solver.
     """
     bound = scenario_bound([run for runs in group.values() for run in runs])
     return bound if 0.0 <= bound < math.inf else math.nan

@@ -69,11 +69,6 @@ class Film:
     The frames of a flight.
 
     What does not change is drawn once for as long as the world stays as it is; each frame adds what moves.
-
-    Parameters
-    ----------
-    view
-        The flight.
     """
 
     def __init__(self, view: MissionRun) -> None:
@@ -322,16 +317,7 @@ class Film:
 
 
 def state_at(uav: UavFlight, tick: int) -> str:
-    """
-    Say in a few words how a UAV is at a tick.
-
-    Parameters
-    ----------
-    uav
-        Its flight.
-    tick
-        When.
-    """
+    """Say in a few words how a UAV is at a tick."""
     if tick < uav.departed:
         return "on the ground"
     if tick < uav.ended:
@@ -340,16 +326,7 @@ def state_at(uav: UavFlight, tick: int) -> str:
 
 
 def plan_ahead(uav: UavFlight, tick: int) -> FloatArray:
-    """
-    Return what of its plan a UAV has not flown yet, waypoints of shape ``(m, 2)``, map units.
-
-    Parameters
-    ----------
-    uav
-        Its flight.
-    tick
-        When.
-    """
+    """Return what of its plan a UAV has not flown yet, waypoints of shape ``(m, 2)``, map units."""
     plan, place = uav.plan_at(tick), uav.position_at(tick)
     since = max((when for when, _ in uav.plans if when <= tick), default=None)
     if place is None or since is None or len(plan) < 2:  # noqa: PLR2004 - a line

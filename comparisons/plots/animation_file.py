@@ -43,19 +43,9 @@ def suffixes() -> list[str]:
 
 def animate(view: MissionRun, paths: Sequence[Path]) -> list[Path]:
     """
-    Write the animation of a flight: the same flight gives the same bytes.
+    Write the animation of a flight to files: the same flight gives the same bytes.
 
-    Parameters
-    ----------
-    view
-        The flight.
-    paths
-        Where to, each ``.gif``, or ``.mp4`` where ffmpeg is installed. Each file appears whole or not at all.
-
-    Returns
-    -------
-    paths
-        The paths.
+    Each is ``.gif``, or ``.mp4`` where ffmpeg is installed, and appears whole or not at all.
 
     Raises
     ------

@@ -325,16 +325,7 @@ def telling_tick(view: MissionRun) -> float:
 
 
 def place_at(uav: UavFlight, time: float) -> Point | None:
-    """
-    Return where a UAV was at a time between ticks, map units; None on the ground.
-
-    Parameters
-    ----------
-    uav
-        Its flight.
-    time
-        In ticks.
-    """
+    """Return where a UAV was at a time in ticks, map units; None on the ground."""
     if not uav.took_off or not uav.departed <= time <= uav.ended:
         return None
     x, y = (float(np.interp(time, uav.times, uav.path[:, axis])) for axis in (0, 1))
@@ -342,14 +333,7 @@ def place_at(uav: UavFlight, time: float) -> Point | None:
 
 
 def mark_spacing(view: MissionRun) -> int:
-    """
-    Return every how many ticks a trace is marked: 10, or where that were too many a rounder number.
-
-    Parameters
-    ----------
-    view
-        The flight.
-    """
+    """Return every how many ticks a trace is marked: 10, or where that were too many a rounder number."""
     longest = max(uav.ended - uav.departed for uav in view.flight.uavs.values())
     return next((step for step in (10, 20, 50, 100, 200, 500, 1000) if longest <= _MOST_MARKS * step), 10_000)
 

@@ -151,19 +151,10 @@ def _looks(places: Iterable[int]) -> list[int]:
 
 def cost_label(entry: Entry, scale: float) -> str:
     """
-    Say what a solver found, in one line of the legend.
+    Say in one line of the legend what a solver found.
 
-    Parameters
-    ----------
-    entry
-        The solver.
-    scale
-        What costs are multiplied with.
-
-    Returns
-    -------
-    text
-        Its label, the cost of the run that is shown or why there is none, and which of its seeds that is.
+    That is its label, the cost of the run that is shown (times `scale`) or why there is none, and which of its seeds
+    that is.
     """
     solution = entry.shown.solution
     found = figure(solution.cost * scale, 5) if solution.status.has_path else solution.status.label
@@ -172,14 +163,7 @@ def cost_label(entry: Entry, scale: float) -> str:
 
 def others_label(number: int, what: str = "") -> str:
     """
-    Count solvers that share a line of the legend.
-
-    Parameters
-    ----------
-    number
-        How many they are.
-    what
-        What they have in common; may be empty.
+    Count solvers that share a line of the legend, and say what they have in common.
 
     Examples
     --------

@@ -258,19 +258,9 @@ def _draw_path(axes: Axes, entry: Entry, scale: float, width: float, zorder: flo
 
 def lines_of(entries: Sequence[Entry], pen: float) -> list[list[Entry]]:
     """
-    Put solvers together whose paths are one line; a path that may be flown is in none with one that may not.
+    Put solvers together whose paths are one line, in order: the first of each is the one to draw.
 
-    Parameters
-    ----------
-    entries
-        Solvers with a path, the best first.
-    pen
-        The width of a line, map units.
-
-    Returns
-    -------
-    lines
-        The solvers of each line, in order: the first is the one to draw.
+    A path that may be flown is in none with one that may not.
     """
     kinds = ([entry for entry in entries if entry.infeasible is infeasible] for infeasible in (False, True))
     return [

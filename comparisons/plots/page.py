@@ -117,18 +117,7 @@ class Part:
 
     @classmethod
     def of(cls, figure: Figure, artist: Axes | Legend | Text, size: tuple[float, float] = (1.0, 1.0)) -> "Part":
-        """
-        Measure a legend or text, or axes that shall have a size.
-
-        Parameters
-        ----------
-        figure
-            What it is in; its size changes if it is axes.
-        artist
-            Axes, a legend or a text.
-        size
-            Width and height of axes without their labels, inches.
-        """
+        """Measure a legend or text, or axes that shall have a size without labels; then the figure changes its own."""
         canvas: Any = FigureCanvasAgg(figure)  # matplotlib does not say all of its types
         renderer = canvas.get_renderer()
         if not isinstance(artist, Axes):
@@ -218,17 +207,7 @@ def _heading_texts(figure: Figure, heading: tuple[str, str], width: float) -> It
 
 def heading(scenario: Scenario) -> tuple[str, str]:
     """
-    Return name and risk weight, and the title.
-
-    Parameters
-    ----------
-    scenario
-        The map.
-
-    Returns
-    -------
-    name, title
-        One line each; the title may be empty.
+    Return name and risk weight, and the title, which may be empty; one line each.
 
     Examples
     --------
@@ -241,19 +220,9 @@ def heading(scenario: Scenario) -> tuple[str, str]:
 
 def plain(text: str, most: int) -> str:
     r"""
-    Make one short line of any text; what the font lacks becomes a replacement character, the middle gives way first.
+    Make one line, at most so long, of any text, without line breaks or control characters.
 
-    Parameters
-    ----------
-    text
-        Anything: names come from files of others.
-    most
-        Characters that the line may have.
-
-    Returns
-    -------
-    line
-        At most that long, without line breaks or control characters.
+    What the font lacks becomes a replacement character, and the middle gives way first.
 
     Examples
     --------

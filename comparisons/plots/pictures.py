@@ -20,19 +20,7 @@ DPI = 150
 
 def save(figure: Figure, path: Path) -> Path:
     """
-    Write a figure as PNG or SVG: the same figure gives the same bytes.
-
-    Parameters
-    ----------
-    figure
-        The figure.
-    path
-        Where to; the suffix says which. The file appears whole or not at all.
-
-    Returns
-    -------
-    path
-        The path.
+    Write a figure as PNG or SVG, whole or not at all: the same figure gives the same bytes.
 
     Raises
     ------

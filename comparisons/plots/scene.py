@@ -43,17 +43,7 @@ _ARROW = Outline([(-0.5, -0.42), (0.5, 0.0), (-0.5, 0.42), (-0.25, 0.0), (-0.5, 
 
 def unit_scale(scenario: Scenario) -> float:
     """
-    Return how much of the unit of the axes one map unit is: metres become kilometres.
-
-    Parameters
-    ----------
-    scenario
-        The map.
-
-    Returns
-    -------
-    scale
-        What coordinates, lengths and costs are multiplied with: 0.001 where they are metres, else 1.
+    Return what coordinates, lengths and costs are multiplied with: 0.001, where metres become kilometres, else 1.
 
     Examples
     --------
@@ -66,17 +56,7 @@ def unit_scale(scenario: Scenario) -> float:
 
 def cost_unit(scenario: Scenario) -> str:
     """
-    Write the unit of costs, to follow a word.
-
-    Parameters
-    ----------
-    scenario
-        The map.
-
-    Returns
-    -------
-    text
-        Empty where the map's unit has no name.
+    Write the unit of costs, to follow a word; empty where the map's unit has no name.
 
     Examples
     --------
@@ -90,16 +70,6 @@ def cost_unit(scenario: Scenario) -> str:
 def axis_labels(scenario: Scenario) -> tuple[str, str]:
     """
     Say what x and y of a map are.
-
-    Parameters
-    ----------
-    scenario
-        The map; its y grows downwards where it is a grid of cells.
-
-    Returns
-    -------
-    x, y
-        The labels of the axes.
 
     Examples
     --------
@@ -126,23 +96,7 @@ def _degrees(value: float, letters: str) -> str:
 
 
 def draw_risk(figure: Figure, axes: Axes, scenario: Scenario, *, wide: bool) -> Colorbar | None:
-    """
-    Draw the risk field over the bounds, and its colour bar.
-
-    Parameters
-    ----------
-    figure, axes
-        Where to.
-    scenario
-        The map.
-    wide
-        Whether the bar lies below the map instead of standing beside it.
-
-    Returns
-    -------
-    bar
-        Not in its place yet; None where there is no risk.
-    """
+    """Draw the risk field over the bounds; return its colour bar, not in its place yet: None where there is no risk."""
     x_min, y_min, x_max, y_max = scenario.problem.bounds
     scale = unit_scale(scenario)
     corner, width, height = (x_min * scale, y_min * scale), (x_max - x_min) * scale, (y_max - y_min) * scale
@@ -195,11 +149,6 @@ def risk_colours() -> Colormap:
     So equal differences of risk look equal, also in grey and to the colour-blind, and the violet leaves the hues of
     the paths alone. Negative risk (of improper fields) is grey-blue.
 
-    Returns
-    -------
-    colours
-        256 of them, from no risk to the greatest; below 0 another.
-
     Examples
     --------
     >>> from matplotlib.colors import to_hex
@@ -234,14 +183,7 @@ def dashes_of(number: int) -> Dashes:
 
 
 def arrowhead(east: float, north: float) -> Outline:
-    """
-    Return a marker that points into a direction.
-
-    Parameters
-    ----------
-    east, north
-        The direction; if both are 0, it points east.
-    """
+    """Return a marker that points into a direction; east if both are 0."""
     # scaled first: the squares of the least numbers that there are vanish, and their quotients have no digits
     largest = max(abs(east), abs(north))
     cos, sin = (east / largest, north / largest) if largest > 0.0 else (1.0, 0.0)
@@ -253,14 +195,9 @@ def arrowhead(east: float, north: float) -> Outline:
 
 def outline(area: BaseGeometry, scale: float) -> Outline:
     """
-    Return the rings of all polygons in a geometry; holes run the other way round than shells, so that they stay empty.
+    Return the rings of all polygons in a geometry, times `scale`.
 
-    Parameters
-    ----------
-    area
-        Polygons, or a collection of them.
-    scale
-        What coordinates are multiplied with.
+    Holes run the other way round than shells, so that they stay empty.
 
     Examples
     --------

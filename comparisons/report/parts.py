@@ -22,16 +22,7 @@ MOST_GROUPS, MOST_NAMES = 100, 4
 
 
 def ranking_table(found: Sequence[LeaderboardRow], ranks: Ranking) -> dict[str, Any]:
-    """
-    Return the ranking table: its columns, a row a solver, and the note below.
-
-    Parameters
-    ----------
-    found
-        The leaderboard, best first.
-    ranks
-        The ranking that they come from.
-    """
+    """Return the ranking table: its columns, a row a solver, and the note below."""
     rows = [
         {
             "place": one.place,
@@ -175,13 +166,6 @@ def failure_grid(found: Sequence[LeaderboardRow], runs: Sequence[Run]) -> dict[s
     Place a grid of solvers by scenarios, each cell the share of runs without a path; None where no run failed.
 
     Only solvers and scenarios with a failure are in it, of the scenarios the `MOST_COLUMNS` with the most.
-
-    Parameters
-    ----------
-    found
-        The leaderboard, in whose order the rows are.
-    runs
-        All runs.
     """
     n_runs = Counter((run.solver, run.scenario.name) for run in runs)
     n_failed = {one.solver: one.failed_on for one in found if one.failed_on}

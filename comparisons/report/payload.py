@@ -73,7 +73,7 @@ def _scenario(scenario: Scenario, runs: Sequence[Run], places: dict[str, int], n
 
 
 def _cell(scenario: Scenario, place: int, runs: Sequence[Run]) -> dict[str, Any]:
-    """Say what one solver did on one scenario: its median run, how sure that is, and its cost over time."""
+    """Say what one solver did on one scenario: its median run, how confident that is, and its cost over time."""
     solutions = [run.solution for run in runs]
     costs = [path_cost(solution) for solution in solutions]
     median = estimate(costs)

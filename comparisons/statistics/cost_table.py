@@ -46,19 +46,7 @@ def cost_table(costs: Mapping[str, Sequence[float]]) -> dict[str, FloatArray]:
 
 def cost_row(solver: str, costs: Sequence[float]) -> FloatArray:
     """
-    Check the costs of one solver.
-
-    Parameters
-    ----------
-    solver
-        What messages call it.
-    costs
-        One an instance; infinite without a path.
-
-    Returns
-    -------
-    row
-        The same as an array, shape ``(n,)``.
+    Check the costs of one solver, one an instance, infinite without a path; `solver` is what messages call it.
 
     Raises
     ------

@@ -75,17 +75,9 @@ def hodges_lehmann(differences: Sequence[float]) -> Estimate:
 
 def walsh_rank(n: int) -> int:
     """
-    Choose which Walsh average, from the least and from the greatest, ends the interval of Hodges and Lehmann.
+    Choose which Walsh average of `n` differences, from the least and from the greatest, ends the interval.
 
-    Parameters
-    ----------
-    n
-        How many differences there are, at least 1.
-
-    Returns
-    -------
-    rank
-        From 1; 0 where even the least and the greatest average are too close together.
+    0 where even the least and the greatest average are too close together.
 
     Examples
     --------
@@ -102,17 +94,7 @@ def walsh_rank(n: int) -> int:
 @lru_cache(maxsize=EXACT)
 def signed_rank_distribution(n: int) -> FloatArray:
     """
-    Return the distribution of Wilcoxon's signed-rank sum of `n` differences that are symmetric about 0, without ties.
-
-    Parameters
-    ----------
-    n
-        At least 0.
-
-    Returns
-    -------
-    probabilities
-        Shape ``(n * (n + 1) / 2 + 1,)``: of the sums from 0.
+    Return the distribution of Wilcoxon's signed-rank sum, from 0, of `n` differences symmetric about 0, without ties.
 
     Examples
     --------
@@ -126,17 +108,7 @@ def signed_rank_distribution(n: int) -> FloatArray:
 
 def subset_sums(parts: IntArray) -> FloatArray:
     """
-    Return the distribution of the sum of those parts that a fair coin chooses, each its own.
-
-    Parameters
-    ----------
-    parts
-        Whole numbers, at least 0, shape ``(n,)``.
-
-    Returns
-    -------
-    probabilities
-        Shape ``(sum(parts) + 1,)``: of the sums from 0.
+    Return the distribution of the sum, from 0, of those whole parts that a fair coin chooses, each its own.
 
     Examples
     --------

@@ -88,15 +88,8 @@ def median_interval(values: Sequence[float]) -> Interval:
     """
     Return an interval that covers the median of the distribution with at least 95 % confidence.
 
-    Parameters
-    ----------
-    values
-        Independent values; infinite ones count. No NaN.
-
-    Returns
-    -------
-    interval
-        Two of the values; minus to plus infinity where they are too few.
+    It goes from one of the independent values to another, infinite ones among them; from minus to plus infinity where
+    they are too few.
 
     Examples
     --------
@@ -139,11 +132,6 @@ def success_interval(successes: int, n: int) -> Interval:
     Return the 95 % interval of a success rate by Clopper and Pearson (Biometrika 26(4), 1934).
 
     It covers the rate with at least this confidence, whatever the rate is.
-
-    Parameters
-    ----------
-    successes, n
-        How many of `n` independent runs succeeded.
 
     Raises
     ------

@@ -113,17 +113,7 @@ def ranking(costs: Mapping[str, Sequence[float]]) -> Ranking:
 
 def instance_ranks(costs: FloatArray) -> FloatArray:
     """
-    Rank the solvers on every instance.
-
-    Parameters
-    ----------
-    costs
-        Shape ``(k, n)``: of `k` solvers on `n` instances.
-
-    Returns
-    -------
-    ranks
-        Of the same shape, from 1; equal costs, up to rounding, share their mean rank.
+    Rank `k` solvers on each of `n` instances, shape ``(k, n)``, from 1; equal costs, up to rounding, share their mean.
 
     Examples
     --------
@@ -209,11 +199,6 @@ def least_p(n_instances: int, n_solvers: int) -> float:
     Each of the differences has the sign of the others by chance with probability 1/2, and Holm multiplies the least
     p-value by the number of pairs.
 
-    Parameters
-    ----------
-    n_instances, n_solvers
-        At least 1, and at least 2.
-
     Examples
     --------
     >>> least_p(6, 2), least_p(6, 5), least_p(9, 5)
@@ -225,11 +210,6 @@ def least_p(n_instances: int, n_solvers: int) -> float:
 def fewest_instances(n_solvers: int) -> int:
     """
     Return the number of instances below which no two of so many solvers can be told apart, whatever happens on them.
-
-    Parameters
-    ----------
-    n_solvers
-        At least 2.
 
     Examples
     --------
@@ -245,11 +225,6 @@ def fewest_instances(n_solvers: int) -> int:
 def too_few_note(n_scenarios: int, n_solvers: int) -> str:
     """
     Say how many scenarios it takes to tell solvers apart; empty where there are as many.
-
-    Parameters
-    ----------
-    n_scenarios, n_solvers
-        How many there are.
 
     Examples
     --------

@@ -28,17 +28,9 @@ _LIGATURES = "-'`,!?"
 
 def latex(text: str) -> str:
     r"""
-    Write a text as LaTeX, in ASCII; a character beyond that stands as its number.
+    Write any text as one line of LaTeX, in ASCII; a character beyond that stands as its number.
 
-    Parameters
-    ----------
-    text
-        Any text; line breaks and other controls become spaces.
-
-    Returns
-    -------
-    source
-        Nothing in it is a command but what stands for a character.
+    Nothing in it is a command but what stands for a character.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The overview of a comparison, in words: who wins, by how much, how sure that is, and where each solver fails."""
+"""The overview of a comparison, in words: who wins, by how much, how confident that is, and where each solver fails."""
 
 import math
 from collections.abc import Sequence
@@ -71,7 +71,7 @@ def overview(found: Sequence[LeaderboardRow], n_scenarios: int) -> Overview:
         return Overview(words, [where])
     if not any(one.n_paths for one in found):
         return Overview(f"None of {len(found)} solvers found a path on {counted(n_instances, 'scenario')}.", [where])
-    answers = [_who(found), *_how_much(found[1:]), _how_sure(found), where]
+    answers = [_who(found), *_how_much(found[1:]), _how_confident(found), where]
     return Overview(_headline(found), answers, _caution(n_instances, n_scenarios))
 
 
@@ -108,7 +108,7 @@ def _how_much(others: Sequence[LeaderboardRow]) -> list[Answer]:
     return [] if paired is None else [Answer("By how much?", _ratio_figure(paired), _ratio_words(paired))]
 
 
-def _how_sure(found: Sequence[LeaderboardRow]) -> Answer:
+def _how_confident(found: Sequence[LeaderboardRow]) -> Answer:
     """
     Say which of the others are shown to differ from the first, by the p-values that the table has of them.
 
@@ -116,7 +116,7 @@ def _how_sure(found: Sequence[LeaderboardRow]) -> Answer:
     """
     first, others = found[0], found[1:]
     if note := too_few_note(first.n_instances, len(found)):
-        return Answer("How sure?", "too few scenarios to say", note)
+        return Answer("How confident?", "too few scenarios to say", note)
     shown = [one for one in others if one.versus_best is not None and one.versus_best.p_holm < LEVEL]
     worse = [one for one in shown if one.versus_best is not None and one.versus_best.effect > 0.0]
     cheaper = [one.solver for one in shown if one not in worse]
@@ -126,7 +126,7 @@ def _how_sure(found: Sequence[LeaderboardRow]) -> Answer:
         words += f"; not told apart from the first: {listed(level, _MOST_NAMES)}"
     if cheaper:
         words += f"; shown to be cheaper than it, though behind in rank: {listed(cheaper, _MOST_NAMES)}"
-    return Answer("How sure?", f"{len(worse)} of {len(others)} are more expensive beyond chance", words)
+    return Answer("How confident?", f"{len(worse)} of {len(others)} are more expensive beyond chance", words)
 
 
 def _ratio_figure(paired: Paired) -> str:

@@ -29,18 +29,7 @@ _SPARE = ("evaluations", "clearance", "seed spread", "build", "excess", "risk", 
 
 
 def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[str] = ()) -> FittedTable:
-    """
-    Show one scenario: a line a solver, the least gap first.
-
-    Parameters
-    ----------
-    scenario
-        The scenario.
-    runs
-        Its runs.
-    notes
-        Lines that stand below, with those that explain the columns.
-    """
+    """Show one scenario: a line a solver, the least gap first; below, what the columns say, and `notes`."""
     unit = "m" if scenario.projection else "map units"
     title = f"{scenario.full_title} (k = {scenario.problem.k:g}, lengths in {unit})"
     heads = ("cost", "gap", "excess", "length", "risk", "clearance", "time", "build", "evaluations", "seed spread")
@@ -57,16 +46,7 @@ def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[st
 
 
 def bound_note(runs: Sequence[Run], unit: str = "") -> str:
-    """
-    Say in one line what gaps of a scenario are relative to; empty where no bound is known and none was asked for.
-
-    Parameters
-    ----------
-    runs
-        Runs of one scenario.
-    unit
-        Of costs, to follow a number.
-    """
+    """Say in one line what gaps of a scenario are relative to; empty where no bound is known and none was asked for."""
     bound = scenario_bound(runs)
     proof = next((run.certificate for run in runs if run.certificate is not None), None)
     if proof is None:

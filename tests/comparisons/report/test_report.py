@@ -378,7 +378,7 @@ def test_words_and_p_values_agree(k: int, n: int, spread: float, random: Any) ->
     costs = {f"s{i}": [1.0 + spread * i + round(random.random(), 1) for _ in range(n)] for i in range(k)}
     runs = study_of(costs).runs
     found, ranks = leaderboard_of(runs), ranking(instance_costs(runs))
-    sure = next(answer for answer in overview(found, n).answers if answer.question == "How sure?")
+    sure = next(answer for answer in overview(found, n).answers if answer.question == "How confident?")
     told = [one for one in found[1:] if one.versus_best is not None and one.versus_best.p_holm < 0.05]
     texts = [ranking_table(found, ranks)["note"], *leaderboard_notes(found), sure.words]
     fewest = fewest_instances(k)
