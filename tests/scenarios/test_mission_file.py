@@ -112,67 +112,49 @@ def test_figures_have_the_papers_lattice_and_step(name: str) -> None:
         assert {uav.safe_distance / uav.detection_radius > 0.1 for uav in mission.uavs} == {True}
 
 
-def test_fig5_is_the_papers() -> None:
-    file = load_mission("fig5")
-    assert ends(file) == {((0.1, 0.1), PAPER_GOAL)}
-    assert [variant.uavs[0].k for variant in file.variants.values()] == [10.0, 50.0, 200.0]
-    assert file.world.field == load_scenario("paper").problem.field
-
-
-def test_fig6_is_the_papers() -> None:
-    file = load_mission("fig6")
-    (popup,) = file.world.timed
-    assert isinstance(popup, TimedThreat)
-    assert (popup.threat.x, popup.threat.y) == (0.6, 0.5)
-    assert popup.appears > 0
-    assert {goal for _, goal in ends(file)} == {PAPER_GOAL}
-    assert [variant.uavs[0].k for variant in file.variants.values()] == [10.0, 100.0]
-
-
-def test_fig7_is_the_papers() -> None:
-    missions = load_mission("fig7").missions(get)
-    rules = [mission.virtual_obstacle for mission in missions.values()]
-    assert [rule.stepnum for rule in rules if rule] == [0, 3, 5]
-    assert {rule.zones for rule in rules if rule} == {"two"}
-
-
-def test_fig8_is_the_papers() -> None:
-    file = load_mission("fig8")
-    assert ends(file) == {((0.1, 0.1), PAPER_GOAL), ((0.1, 0.25), PAPER_GOAL)}
-    without, having = file.missions(get).values()
-    assert (without.virtual_obstacle, having.virtual_obstacle is not None) == (None, True)
-    assert without.uavs == having.uavs
-    assert without.collisions == having.collisions == "record"
-
-
-def test_fig9_is_the_papers() -> None:
-    file = load_mission("fig9")
-    centres = {(threat.x, threat.y) for threat in file.world.field.threats}
-    assert {(0.6, 0.7), (0.7, 0.8)} <= centres
-    assert [mission.sharing.is_on for mission in file.missions(get).values()] == [False, True]
-
-
-def test_fig10_is_the_papers() -> None:
-    file = load_mission("fig10")
-    assert ends(file) == {(start, PAPER_GOAL) for start in [(0.1, 0.1), (0.15, 0.45), (0.225, 0.7)]}
-    assert {uav.k for variant in file.variants.values() for uav in variant.uavs} == {10.0}
-
-
-@pytest.mark.parametrize(("name", "threats"), [("fig12-five", 5), ("fig12-seven", 7)])
-def test_fig12_is_the_papers(name: str, threats: int) -> None:
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("fig5", {"starts": [(0.1, 0.1)], "k": [10.0, 50.0, 200.0]}),
+        ("fig6", {"k": [10.0, 100.0]}),
+        ("fig7", {"stepnum": [0, 3, 5]}),
+        ("fig8", {"starts": [(0.1, 0.1), (0.1, 0.25)], "stepnum": [None, 3], "collisions": ["record", "record"]}),
+        ("fig9", {"sharing": [False, True]}),
+        ("fig10", {"starts": [(0.1, 0.1), (0.15, 0.45), (0.225, 0.7)], "k": [10.0]}),
+        ("fig12-five", {"threats": 5, "uavs": [2]}),
+        ("fig12-seven", {"threats": 7, "uavs": [2]}),
+        ("swarm", {"threats": 60, "uavs": [20], "lattice": (20, 20)}),
+    ],
+)
+def test_shipped_missions_are_the_papers(name: str, expected: dict[str, Any]) -> None:
     file = load_mission(name)
-    assert (len(file.world.field), [len(variant.uavs) for variant in file.variants.values()]) == (threats, [2])
+    missions = list(file.missions(get).values())
+    rules = [mission.virtual_obstacle for mission in missions]
+    facts = {
+        "starts": [uav.start for uav in missions[0].uavs],
+        "k": [weight for mission in missions for weight in {uav.k for uav in mission.uavs}],
+        "stepnum": [None if rule is None else rule.stepnum for rule in rules],
+        "collisions": [mission.collisions for mission in missions],
+        "sharing": [mission.sharing.is_on for mission in missions],
+        "threats": len(file.world.field),
+        "uavs": [len(mission.uavs) for mission in missions],
+        "lattice": file.lattice.shape,
+    }
+    assert {key: facts[key] for key in expected} == expected
+    assert {rule.zones for rule in rules if rule} <= {"two"}
+    if "starts" in expected or name == "fig6":
+        assert {goal for _, goal in ends(file)} == {PAPER_GOAL}
+        assert {start for start, _ in ends(file)} == {uav.start for uav in missions[0].uavs}
 
 
-def test_fig12_with_seven_threats_has_the_five() -> None:
+def test_threats_of_the_figures_are_the_papers() -> None:
+    assert load_mission("fig5").world.field == load_scenario("paper").problem.field
+    (popup,) = load_mission("fig6").world.timed
+    assert isinstance(popup, TimedThreat)
+    assert (popup.threat.x, popup.threat.y, popup.appears > 0) == (0.6, 0.5, True)
+    assert {(0.6, 0.7), (0.7, 0.8)} <= {(threat.x, threat.y) for threat in load_mission("fig9").world.field.threats}
     five, seven = (load_mission(f"fig12-{number}").world.field.threats for number in ("five", "seven"))
     assert seven[:5] == five
-
-
-def test_the_swarm_is_twenty_among_sixty() -> None:
-    file = load_mission("swarm")
-    assert (len(file.world.field), {len(variant.uavs) for variant in file.variants.values()}) == (60, {20})
-    assert file.lattice.shape == (20, 20)
 
 
 def test_the_area_of_finland_pops_up_in_metres() -> None:
@@ -422,22 +404,20 @@ def test_a_scenario_may_be_a_file_beside_the_mission(tmp_path: Path, monkeypatch
     assert (file.name, file.world.bounds, file.variants[""].uavs[0].k) == ("mine", (0, 0, 4, 4), 6.0)
 
 
-def test_no_fly_areas_and_timed_areas() -> None:
+def test_no_fly_areas_timed_areas_and_threats_that_move() -> None:
     ring = "[[0.4, 0.4], [0.6, 0.4], [0.6, 0.6], [0.4, 0.6]]"
-    text = f"{BASE}timed_areas = [{{ polygon = {ring}, appears = 3, vanishes = 9 }}]\n[no_fly]\npolygons = [{ring}]"
+    text = (
+        f"{BASE}timed_threats = [{{ x = 0.5, y = 0.5, spread = 0.1, moves = [[4, 0.6, 0.5], [8, 1, 1]] }}]\n"
+        f"timed_areas = [{{ polygon = {ring}, appears = 3, vanishes = 9 }}]\n[no_fly]\npolygons = [{ring}]"
+    )
     world = mission_from_toml(text, "mine").world
-    (timed,) = world.timed
+    threat, timed = world.timed
+    assert threat == TimedThreat(Threat(0.5, 0.5, spread=0.1), moves=[(4, 0.6, 0.5), (8, 1.0, 1.0)])
     assert isinstance(timed, TimedArea)
     assert (timed.appears, timed.vanishes) == (3, 9)
     assert timed.polygon.area == pytest.approx(0.04)
     assert world.no_fly is not None
     assert world.no_fly.area == pytest.approx(0.04)
-
-
-def test_threats_that_move() -> None:
-    text = f"{BASE}timed_threats = [{{ x = 0.5, y = 0.5, spread = 0.1, moves = [[4, 0.6, 0.5], [8, 1, 1]] }}]"
-    (timed,) = mission_from_toml(text, "mine").world.timed
-    assert timed == TimedThreat(Threat(0.5, 0.5, spread=0.1), moves=[(4, 0.6, 0.5), (8, 1.0, 1.0)])
 
 
 # degrees
@@ -686,15 +666,17 @@ def test_a_fault_of_the_scenario_names_its_file(tmp_path: Path) -> None:
         load_mission(tmp_path / "mine.toml")
 
 
-@pytest.mark.parametrize("name", ["fgi8", "zzz", "", "paper"])
-def test_a_mission_that_is_not_shipped(name: str) -> None:
-    with pytest.raises(MissionError, match=r"unknown mission .*\.toml"):
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        *((name, r"^unknown mission .*\.toml") for name in ("fgi8", "zzz", "", "paper")),
+        ("paper", "it is a scenario"),
+        ("none.toml", r"^none\.toml: there is no such file"),
+    ],
+)
+def test_a_mission_that_is_not_there(name: str, message: str) -> None:
+    with pytest.raises(MissionError, match=message):
         load_mission(name)
-
-
-def test_a_file_that_is_not_there() -> None:
-    with pytest.raises(MissionError, match=r"^none\.toml: there is no such file"):
-        load_mission("none.toml")
 
 
 # the schema, and what is a mission
@@ -749,8 +731,3 @@ def test_the_command_lists_missions(cgla: Call) -> None:
     assert cgla("missions", "--schema").document() == mission_schema()
     assert cgla("missions", "--show", "fig8").out == mission_text("fig8")
     cgla("missions", "--show", "fgi8").refused("fgi8", "fig8")
-
-
-def test_a_scenario_is_no_mission_and_the_error_says_so() -> None:
-    with pytest.raises(MissionError, match="it is a scenario"):
-        load_mission("paper")
