@@ -120,9 +120,10 @@ def compare(
     Without arguments: every installed solver on the paper's map. Takes a study file (STUDY.toml) as well. Prints
     tables: how far each path is from the best possible, and how soon solvers that draw random numbers or improve with
     time get there. Runs are made in processes apart: one that hangs, crashes or takes too much memory is a row that
-    says so. With --out, runs go into a database as they end (study.db), and a report (report.html), rows (JSON Lines,
-    CSV) and pictures are written. A mission is flown with each solver in turn; unless --solvers names some, with those
-    that need no other package and are fast enough to plan dozens of times. Ctrl-C keeps what is done.
+    says so. With --out, runs are kept as they end (study.jsonl), and a report (report.html), rows (JSON Lines, CSV),
+    OMPL's database (study.db) and pictures are written. A mission is flown with each solver in turn; unless --solvers
+    names some, with those that need no other package and are fast enough to plan dozens of times. Ctrl-C keeps what is
+    done.
     """
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.commands import compare as comparison

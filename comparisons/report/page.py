@@ -171,10 +171,15 @@ def _facts(stored: Stored) -> list[str]:
 
 
 def _progress(stored: Stored) -> str:
-    counts = [(len(stored.runs), stored.n_cells, "runs"), (len(stored.flights), stored.n_flights, "flights")]
-    done = ", ".join(f"{n:,} of {total:,} {what}" for n, total, what in counts if total or what == "runs")
-    what = f"{len(stored.scenarios):,} scenarios, {len(stored.solvers):,} solvers"
-    return f"{done}; {what}" if stored.is_complete else f"{done} so far; {what}"
+    done, what = [], []
+    if stored.scenarios or not stored.missions:
+        done.append(f"{len(stored.runs):,} of {stored.n_cells:,} runs")
+        what.append(f"{len(stored.scenarios):,} scenarios")
+    if stored.missions:
+        done.append(f"{len(stored.flights):,} of {stored.n_flights:,} flights")
+        what.append(f"{len(stored.missions):,} missions")
+    so_far = "" if stored.is_complete else " so far"
+    return f"{', '.join(done)}{so_far}; {', '.join(what)}, {len(stored.solvers):,} solvers"
 
 
 def _session(session: Session) -> list[tuple[str, str]]:

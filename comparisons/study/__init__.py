@@ -1,1 +1,1 @@
-"""Studies: comparisons that are files, whose runs are isolated, kept in a database and gone on with."""
+"""Studies: comparisons that are files, whose runs are isolated, kept as they end and gone on with."""
