@@ -21,8 +21,8 @@ from cgla_graph.comparisons.claims import summary
 from cgla_graph.comparisons.commands import certify, pareto
 from cgla_graph.comparisons.commands.app import app
 from cgla_graph.comparisons.leaderboard import performance
-from cgla_graph.comparisons.missions import files, runs
-from cgla_graph.comparisons.study import columns
+from cgla_graph.comparisons.missions import files
+from cgla_graph.comparisons.study import columns, flight_run
 from cgla_graph.comparisons.study.study_file import is_study_file, read_study, study_schema
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import MissionStatus
@@ -255,7 +255,7 @@ def keys_of(table: dict[str, Any]) -> set[str]:
             id="settings of missions",
         ),
         pytest.param([one.key for one in columns.COLUMNS], id="columns of runs"),
-        pytest.param([*runs.COLUMNS, *files.TRACE_COLUMNS], id="columns of flights"),
+        pytest.param([*flight_run.COLUMNS, *files.TRACE_COLUMNS], id="columns of flights"),
         pytest.param([*certify.COLUMNS, *pareto.COLUMNS], id="columns of proofs and fronts"),
         pytest.param(
             [re.sub("_(low|high)$", "", one) for one in performance.PERFORMANCE_COLUMNS], id="columns of summaries"
