@@ -12,7 +12,7 @@ from scipy import stats
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.statistics.cost_table import cost_table, same_cost
-from cgla_graph.comparisons.statistics.intervals import CONFIDENCE, Interval, path_cost, success_interval, to_target
+from cgla_graph.comparisons.statistics.intervals import CONFIDENCE, path_cost, to_target
 from cgla_graph.comparisons.study.rows import by_scenario, by_solver, scenario_bound
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution
@@ -60,22 +60,12 @@ class SuccessCurve:
     low, high
         A band that holds the whole curve of the solver's true rates with 95 % confidence, at all times at once, shape
         ``(m,)``; it is constant until the next moment.
-    before
-        Upper end of the band before the first moment, where the lower end is 0.
-    n_runs, n_paths
-        How many runs there were, and how many of them found a path that may be flown.
-    success
-        95 % interval of the rate at the end alone, by Clopper and Pearson; it is narrower than the band there.
     """
 
     seconds: FloatArray
     rate: FloatArray
     low: FloatArray
     high: FloatArray
-    before: float
-    n_runs: int
-    n_paths: int
-    success: Interval
 
 
 def success_curve(solutions: Sequence[Solution]) -> SuccessCurve:
@@ -105,26 +95,20 @@ def success_curve(solutions: Sequence[Solution]) -> SuccessCurve:
     >>> from cgla_graph.model.solution import Status
     >>> runs = [Solution(Status.FOUND, cost=1.0, seconds=float(s)) for s in (1, 2, 2)]
     >>> curve = success_curve([*runs, Solution(Status.NOT_FOUND, seconds=9.0)])
-    >>> curve.seconds, curve.rate, curve.n_paths
-    (array([1., 2.]), array([0.25, 0.75]), 3)
+    >>> curve.seconds, curve.rate
+    (array([1., 2.]), array([0.25, 0.75]))
     """
     if not solutions:
         msg = "there are no runs; a success rate needs at least one"
         raise ValueError(msg)
-    n_runs = len(solutions)
     first = [to_target(solution).seconds for solution in solutions]
-    curve = _shares(np.array(first), n_runs)
-    width = _band_width(n_runs)
-    n_paths = sum(solution.status.has_path for solution in solutions)
+    curve = _shares(np.array(first), len(solutions))
+    width = _band_width(len(solutions))
     return SuccessCurve(
         seconds=curve.at,
         rate=curve.share,
         low=np.maximum(curve.share - width, 0.0),
         high=np.minimum(curve.share + width, 1.0),
-        before=min(width, 1.0),
-        n_runs=n_runs,
-        n_paths=n_paths,
-        success=success_interval(n_paths, n_runs),
     )
 
 
@@ -239,7 +223,7 @@ def instance_costs(runs: Sequence[Run]) -> dict[str, list[float]]:
     }
 
 
-def instance_times(runs: Sequence[Run], percent: float = math.inf) -> dict[str, list[float]]:
+def instance_times(runs: Sequence[Run], percent: float) -> dict[str, list[float]]:
     """
     Reduce the runs of every solver on every scenario to one time until its cost is near the scenario's lower bound.
 
@@ -248,14 +232,14 @@ def instance_times(runs: Sequence[Run], percent: float = math.inf) -> dict[str, 
     runs
         Of any scenarios and solvers.
     percent
-        How far above the bound is near; infinite for the first path of all.
+        How far above the bound is near.
 
     Returns
     -------
     times
         By solver, one for each of `shared_scenarios`: the median over the seeds (of two middle ones the shorter), in
         seconds, building the graph included; infinite if never. Scenarios without a finite bound, 0 or above, are left
-        out, unless the first path is asked for.
+        out.
 
     Examples
     --------
@@ -264,7 +248,7 @@ def instance_times(runs: Sequence[Run], percent: float = math.inf) -> dict[str, 
     """
     targets = []
     for group in shared_scenarios(runs):
-        bound = finite_bound(group) if math.isfinite(percent) else math.inf
+        bound = finite_bound(group)
         if not math.isnan(bound):
             targets.append((group, (1.0 + percent / 100.0) * bound))
     return {

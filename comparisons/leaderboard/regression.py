@@ -1,10 +1,10 @@
 """Regression: the same runs of two versions, side by side."""
 
 import math
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from cgla_graph.comparisons.statistics.intervals import SAME_COST, path_cost
 from cgla_graph.comparisons.statistics.paired import Paired, compare_costs, holm
@@ -110,16 +110,9 @@ def same_task(scenario: Scenario) -> Hashable:
     return scenario.problem, scenario.lattice
 
 
-def regression(old: Iterable[Run], new: Iterable[Run], *, key: Callable[[Scenario], Any] = same_task) -> Regression:
+def regression(old: Iterable[Run], new: Iterable[Run]) -> Regression:
     """
     Compare two versions run by run: each with the one of the same scenario, solver and seed.
-
-    Parameters
-    ----------
-    old, new
-        The runs.
-    key
-        Scenarios of the same name are the same where this is equal.
 
     Returns
     -------
@@ -150,7 +143,7 @@ def regression(old: Iterable[Run], new: Iterable[Run], *, key: Callable[[Scenari
         was = before[name]
         scenarios = id(was.scenario), id(run.scenario)
         if scenarios not in same:
-            same[scenarios] = was.scenario is run.scenario or bool(key(was.scenario) == key(run.scenario))
+            same[scenarios] = was.scenario is run.scenario or same_task(was.scenario) == same_task(run.scenario)
         if same[scenarios]:
             pairs.setdefault(run.solver, []).append((was, run))
         else:

@@ -56,8 +56,8 @@ class Paired:
         Of the signed-rank test that neither is cheaper.
     p_holm
         The same, adjusted to all comparisons of the table (see `holm`).
-    both, only_solver, only_reference
-        On how many instances both have a path, and on how many one has and the other has not.
+    only_solver, only_reference
+        On how many instances one has a path and the other has not.
     p_success
         Of McNemar's test that neither has a path more often, by itself: not adjusted.
     """
@@ -72,7 +72,6 @@ class Paired:
     effect: float
     p: float
     p_holm: float
-    both: int
     only_solver: int
     only_reference: int
     p_success: float
@@ -284,7 +283,6 @@ def compare_costs(solver: str, costs: Sequence[float], reference: str, others: S
         effect=test.effect,
         p=test.p,
         p_holm=test.p,
-        both=int((paths & other_paths).sum()),
         only_solver=only_solver,
         only_reference=only_reference,
         p_success=mcnemar(only_solver, only_reference),

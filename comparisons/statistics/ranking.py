@@ -29,11 +29,9 @@ class Ranking:
         Labels, and the mean of each one's rank over the instances: 1 is best.
     n_instances
         How many instances there were.
-    statistic, p
-        Friedman's chi-square, corrected for ties, and the p-value that no solver tends to rank before another.
-        None with fewer than two solvers or instances.
-    fewest_instances
-        Below this many instances no two of so many solvers can ever be told apart; None with fewer than two solvers.
+    p
+        Of Friedman's test, corrected for ties, that no solver tends to rank before another. None with fewer than two
+        solvers or instances.
     groups
         The greatest sets of two or more solvers next to each other, best first, within which no two are told apart
         (see `told_apart`). None as above.
@@ -44,9 +42,7 @@ class Ranking:
     solvers: tuple[str, ...]
     average_ranks: tuple[float, ...]
     n_instances: int
-    statistic: float | None
     p: float | None
-    fewest_instances: int | None
     groups: tuple[tuple[str, ...], ...]
     apart_in_rank: tuple[tuple[str, str], ...]
 
@@ -82,8 +78,6 @@ def ranking(costs: Mapping[str, Sequence[float]]) -> Ranking:
     >>> found = ranking({"a": [1, 1, 1], "b": [2, 2, 2], "c": [3, 3, math.inf]})
     >>> found.solvers, found.average_ranks, round(found.p, 4), found.groups
     (('a', 'b', 'c'), (1.0, 2.0, 3.0), 0.0498, (('a', 'b', 'c'),))
-    >>> found.fewest_instances
-    7
     """
     table = cost_table(costs)
     k, n = len(table), len(next(iter(table.values()), ()))
@@ -92,10 +86,8 @@ def ranking(costs: Mapping[str, Sequence[float]]) -> Ranking:
     order = np.argsort(averages, kind="stable")
     solvers = tuple(np.array(list(table), dtype=object)[order].tolist())
     ordered = tuple(averages[order].tolist())
-    fewest = fewest_instances(k) if k > 1 else None
     if k < 2 or n < 2:  # noqa: PLR2004 - one has nothing to differ from
-        return Ranking(solvers, ordered, n, None, None, fewest, (), ())
-    statistic = _friedman(ranks)
+        return Ranking(solvers, ordered, n, None, (), ())
     apart = told_apart(costs)
     groups = _groups(solvers, apart)
     joined = {frozenset(pair) for group in groups for pair in combinations(group, 2)}
@@ -103,9 +95,7 @@ def ranking(costs: Mapping[str, Sequence[float]]) -> Ranking:
         solvers=solvers,
         average_ranks=ordered,
         n_instances=n,
-        statistic=statistic,
-        p=float(stats.chi2.sf(statistic, k - 1)),
-        fewest_instances=fewest,
+        p=float(stats.chi2.sf(_friedman(ranks), k - 1)),
         groups=groups,
         apart_in_rank=tuple(pair for pair in combinations(solvers, 2) if frozenset(pair) not in apart | joined),
     )

@@ -182,7 +182,7 @@ def test_a_comparison_by_hand() -> None:
     (one,) = against(table, "old")
     assert (one.solver, one.reference, one.n) == ("new", "old", 7)
     assert (one.wins, one.losses, one.ties) == (3, 2, 2)
-    assert (one.both, one.only_solver, one.only_reference, one.p_success) == (4, 1, 1, 1.0)
+    assert (one.only_solver, one.only_reference, one.p_success) == (1, 1, 1.0)
     logs = [-math.log(2.0), 0.0, math.log(2.0), 0.0, math.inf, -math.inf, -math.log(2.0)]
     expected = by_enumeration(np.round(logs, 9).tolist())
     assert (one.p, one.effect) == pytest.approx(expected)

@@ -50,7 +50,7 @@ def test_the_worked_example() -> None:
     assert ranks == pytest.approx(expected, abs=5e-4)
     assert found.solvers == ("C4.5+m+cf", "C4.5+m", "C4.5+cf", "C4.5")
     # the paper has 9.28 without the correction for ties; with it R, Matlab and scipy agree on this
-    assert (found.statistic, found.p) == pytest.approx((10.2283464566929, 0.0167215803284414))
+    assert found.p == pytest.approx(0.0167215803284414)
     n, k = 14, 4
     uncorrected = 12 * n / (k * (k + 1)) * (sum(rank**2 for rank in ranks.values()) - k * (k + 1) ** 2 / 4)
     assert uncorrected == pytest.approx(9.28, abs=5e-3)
@@ -67,9 +67,9 @@ def test_the_test_is_friedmans(table: dict[str, list[float]]) -> None:
     found = ranking(table)
     ranked = scipy.stats.rankdata(finite, axis=0)
     if (ranked == ranked[0]).all():
-        assert (found.statistic, found.p) == (0.0, 1.0)
+        assert found.p == 1.0
     else:
-        assert (found.statistic, found.p) == pytest.approx(tuple(scipy.stats.friedmanchisquare(*finite)), abs=1e-9)
+        assert found.p == pytest.approx(scipy.stats.friedmanchisquare(*finite).pvalue, abs=1e-9)
 
 
 @given(table=tables(min_solvers=2).filter(lambda table: len(table) == 2))
@@ -78,7 +78,7 @@ def test_of_two_solvers_it_counts_wins_and_losses(table: dict[str, list[float]])
     wins = sum(a < b for a, b in zip(first, second, strict=True))
     losses = sum(a > b for a, b in zip(first, second, strict=True))
     expected = (wins - losses) ** 2 / (wins + losses) if wins + losses else 0.0
-    assert ranking(table).statistic == pytest.approx(expected, abs=1e-9)
+    assert ranking(table).p == pytest.approx(scipy.stats.chi2.sf(expected, 1), abs=1e-9)
 
 
 @given(table=tables())
@@ -98,7 +98,7 @@ def test_only_the_order_on_each_instance_counts(table: dict[str, list[float]], d
     order = data.draw(st.permutations(range(n)))
     moved = {name: [7.0 * row[i] ** powers[i] for i in order] for name, row in table.items()}
     found, again = ranking(table), ranking(moved)
-    assert (again.solvers, again.statistic, again.p) == (found.solvers, found.statistic, found.p)
+    assert (again.solvers, again.p) == (found.solvers, found.p)
     assert again.average_ranks == found.average_ranks
 
 
@@ -110,7 +110,7 @@ def test_the_order_of_solvers_does_not_matter(table: dict[str, list[float]], dat
     assert dict(zip(moved.solvers, moved.average_ranks, strict=True)) == pytest.approx(
         dict(zip(found.solvers, found.average_ranks, strict=True))
     )
-    assert moved.statistic == pytest.approx(found.statistic)
+    assert moved.p == pytest.approx(found.p)
 
 
 def test_costs_that_differ_by_rounding_share_their_rank() -> None:
@@ -147,8 +147,7 @@ def test_groups_and_other_pairs_are_those_not_told_apart(seed: int, k: int, n: i
 
 @pytest.mark.parametrize("k", [2, 3, 5, 12, 20])
 def test_the_fewest_instances_that_can_tell(k: int) -> None:
-    fewest = ranking(separated(k, 1)).fewest_instances
-    assert fewest == fewest_instances(k)
+    fewest = fewest_instances(k)
     names = tuple(separated(k, 1))
     assert ranking(separated(k, fewest)).groups != (names,)
     assert ranking(separated(k, fewest - 1)).groups == (names,)
@@ -175,12 +174,12 @@ def test_failures_count_as_last() -> None:
 
 def test_nobody_finds_a_path() -> None:
     found = ranking({"a": [math.inf] * 9, "b": [math.inf] * 9})
-    assert (found.average_ranks, found.statistic, found.p, found.groups) == ((1.5, 1.5), 0.0, 1.0, (("a", "b"),))
+    assert (found.average_ranks, found.p, found.groups) == ((1.5, 1.5), 1.0, (("a", "b"),))
 
 
 @pytest.mark.parametrize("table", [{}, {"a": []}, {"a": [], "b": []}, {"a": [1.0, 2.0]}, {"a": [1.0], "b": [2.0]}])
 def test_too_little_to_say_anything(table: dict[str, Sequence[float]]) -> None:
     found = ranking(table)
-    assert (found.statistic, found.p, found.groups, found.apart_in_rank) == (None, None, (), ())
+    assert (found.p, found.groups, found.apart_in_rank) == (None, (), ())
     assert found.solvers == tuple(table)
     assert all(math.isnan(rank) for rank in found.average_ranks) == (found.n_instances == 0)
