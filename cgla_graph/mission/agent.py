@@ -4,11 +4,15 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from cgla_graph._types import Point
+import numpy as np
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import FloatArray, Point
 from cgla_graph.mission.belief import Belief
 from cgla_graph.mission.records import MissionStatus
 from cgla_graph.mission.replanner import Replanner
 from cgla_graph.mission.uav import Uav
+from cgla_graph.model.cost_model import indexed_area
 from cgla_graph.motion.trajectory import Trajectory
 
 
@@ -89,6 +93,29 @@ class Agent:
         length = math.dist((x, y), self.position)
         if length > 0.0:
             self.heading = (east - x) / length, (north - y) / length
+
+    def motion_along(self, path: FloatArray) -> Trajectory:
+        """Return how it flies along a path, on a clock that is 0 when it begins."""
+        mission = self.planner.mission
+        if mission.movement == "vertex":
+            return Trajectory(np.arange(len(path), dtype=np.float64), path)
+        return Trajectory.along(path, 0.0, mission.step_of(self.uav))
+
+    def can_go_on(self, tick: int, no_fly: BaseGeometry | None) -> bool:
+        """Return whether it has a plan, and the rest of it crosses no area that is known now."""
+        rest = self.motion(tick)
+        return rest is not None and not indexed_area(no_fly).crosses(rest.points[:-1], rest.points[1:]).any()
+
+    def excluded(self) -> frozenset[int]:
+        """Return the lattice points that the next plan may not use (E17)."""
+        mission = self.planner.mission
+        if mission.exclude == "none":
+            return frozenset()
+        here = mission.lattice.nearest(self.position)
+        if not self.visited or self.visited[-1] != here:
+            self.visited.append(here)
+        before = [node for node in self.visited if node != here]
+        return frozenset(before[-1:] if mission.exclude == "last" else before)
 
     def has_arrived(self, tick: int, radius: float) -> bool:
         """Return whether the plan is flown to its end, or the goal is within a radius."""

@@ -7,19 +7,10 @@ from typing import Any, Literal
 from cgla_graph._validate import non_negative_number
 from cgla_graph.errors import MissionError
 from cgla_graph.fusion.fusion import Fusion, Integral
+from cgla_graph.mission import rules
 from cgla_graph.mission.checks import check
 from cgla_graph.mission.records import Flight
-from cgla_graph.mission.rules import (
-    Avoidance,
-    Exclude,
-    KnowledgeRule,
-    Meeting,
-    Movement,
-    Replan,
-    Rules,
-    Start,
-    Update,
-)
+from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.simulation import Simulation, fly
 from cgla_graph.mission.uav import Uav
@@ -66,17 +57,17 @@ class Mission(Rules):
         sharing: Sharing | Literal["none", "global"] = "global",
         fusion: Fusion = "union",
         integral: Integral = "exact",
-        knowledge: KnowledgeRule = "sensed",
+        knowledge: rules.KnowledgeRule = "sensed",
         virtual_obstacle: VirtualObstacle | bool | None = None,
-        avoidance: Avoidance = "none",
-        replan: Replan = "change",
-        exclude: Exclude = "none",
-        movement: Movement = "step",
-        start: Start = "exact",
-        update: Update = "simultaneous",
+        avoidance: rules.Avoidance = "none",
+        replan: rules.Replan = "change",
+        exclude: rules.Exclude = "none",
+        movement: rules.Movement = "step",
+        start: rules.Start = "exact",
+        update: rules.Update = "simultaneous",
         arrival_radius: float = 0.0,
         collision_distance: float | None = None,
-        collisions: Meeting = "end",
+        collisions: rules.Meeting = "end",
         terminal_radius: float | None = None,
         max_ticks: int | None = None,
         incremental: bool = True,

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._types import FloatArray, Point
+from cgla_graph._types import Point
 from cgla_graph.mission.agent import Agent
 from cgla_graph.mission.avoidance import plan_around, stays_clear
 from cgla_graph.mission.encounters import Encounters
@@ -210,7 +210,7 @@ class Simulation:
         """Plan again if there is a reason to."""
         obstacles = self._obstacles(agent)
         self._recorders[agent.number].avoids(self.tick, obstacles)
-        excluded = self._excluded(agent)
+        excluded = agent.excluded()
         planned_on = tuple(agent.belief.things.items()), obstacles, excluded
         on_change = self.mission.replan == "change" and not agent.planner.by_steps
         if agent.plan is not None and on_change and planned_on == agent.planned_on:
@@ -222,7 +222,7 @@ class Simulation:
         if self.mission.avoidance == "prioritized":
             self._commit(agent, situation, solution)
         elif solution.status.has_path:
-            self._follow(agent, self._motion_along(agent, solution.path))
+            self._follow(agent, agent.motion_along(solution.path))
         else:
             self._give_up(agent, solution.message or solution.status.value, stuck=solution.status is Status.STUCK)
         self._recorders[agent.number].planning_seconds += time.perf_counter() - began
@@ -239,11 +239,6 @@ class Simulation:
     def _move(self, agent: Agent) -> None:
         agent.move(self.tick)
         self._recorders[agent.number].flew(agent)
-
-    def _motion_along(self, agent: Agent, path: FloatArray) -> Trajectory:
-        if self.mission.movement == "vertex":
-            return Trajectory(np.arange(len(path), dtype=np.float64), path)
-        return Trajectory.along(path, 0.0, self.mission.step_of(agent.uav))
 
     def _follow(self, agent: Agent, plan: Trajectory) -> None:
         # plans begin at time 0 of a clock of their own
@@ -270,7 +265,7 @@ class Simulation:
         ]
         plan, reason = None, solution.message or solution.status.value
         if solution.status.has_path:
-            plan = self._motion_along(agent, solution.path)
+            plan = agent.motion_along(solution.path)
             in_time = plan.shifted(self.tick)
             if not stays_clear(in_time, others):
                 problem, matrix = agent.planner.problem(situation), agent.planner.matrix(situation)
@@ -279,15 +274,10 @@ class Simulation:
                 plan, reason = found.trajectory, found.message
         if plan is not None:
             self._follow(agent, plan)
-        elif self._is_open(agent, situation):
+        elif agent.can_go_on(self.tick, situation.no_fly):
             self._say("kept", agent, reason=reason)
         else:
             self._give_up(agent, f"no plan keeps the safe distances: {reason}")
-
-    def _is_open(self, agent: Agent, situation: Situation) -> bool:
-        """Return whether there is a plan, and the rest of it crosses no area that is known now."""
-        rest = agent.motion(self.tick)
-        return rest is not None and not indexed_area(situation.no_fly).crosses(rest.points[:-1], rest.points[1:]).any()
 
     def _obstacles(self, agent: Agent) -> tuple[Threat, ...]:
         """Place the virtual obstacles, and log who is within the safe distance."""
@@ -307,16 +297,6 @@ class Simulation:
             safe_distance=agent.uav.safe_distance,
             unit=self.mission.unit,
         )
-
-    def _excluded(self, agent: Agent) -> frozenset[int]:
-        """Return the lattice points that the next plan may not use (E17)."""
-        if self.mission.exclude == "none":
-            return frozenset()
-        here = self.mission.lattice.nearest(agent.position)
-        if not agent.visited or agent.visited[-1] != here:
-            agent.visited.append(here)
-        before = [node for node in agent.visited if node != here]
-        return frozenset(before[-1:] if self.mission.exclude == "last" else before)
 
     def _known_areas(self, numbers: frozenset[int]) -> BaseGeometry | None:
         """Return the chart and the known timed areas: the same object for the same areas, which is indexed once."""
