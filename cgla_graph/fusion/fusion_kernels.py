@@ -6,26 +6,12 @@ Compiled kernels of fused risk: many segments at once, exact or over a raster.
 
 import math
 
+import numpy as np
+
 from cgla_graph._kernel import kernel
-from cgla_graph._types import FloatArray, IntArray
+from cgla_graph._types import FloatArray
 from cgla_graph.fusion.envelope_kernels import Fields, Work, described, envelope_risk, workspace
-from cgla_graph.model.risk_kernels import AT, LOG_AMPLITUDE, PRECISION_AT
-
-
-@kernel
-def _largest(
-    at: float, n: int, m: int, active: FloatArray, ids: IntArray, counts: IntArray, clear: FloatArray
-) -> float:
-    """Evaluate ``max_j F^j`` of `n` fields at the distance `at` from the start of the segment."""
-    clear[:n] = 1.0
-    for i in range(m):
-        d = at - active[i, AT]
-        left = 1.0 - math.exp(active[i, LOG_AMPLITUDE] - 0.5 * active[i, PRECISION_AT] * d * d)
-        for j in range(n):
-            for _ in range(counts[j, ids[i]]):
-                clear[j] *= left
-    largest: float = 1.0 - clear[:n].min()
-    return largest
+from cgla_graph.model.risk_kernels import AT, LOG_AMPLITUDE, PRECISION_AT, exp_256
 
 
 @kernel
@@ -38,22 +24,35 @@ def raster_risk(
     Threats out of reach of the segment (below 1e-12) are left out, as in the exact integral.
     """
     threats, counts, _, _ = fields
-    active, clear, _, _, ids, _, _ = work
+    active, ids = work[0], work[4]
     length = math.hypot(x2 - x1, y2 - y1)
     if length == 0.0:
         return 0.0, 0.0
     m = described(x1, y1, (x2 - x1) / length, (y2 - y1) / length, length, threats, active, ids)
     if m == 0:
         return 0.0, 0.0
-    n = counts.shape[0]
-    scratch = clear.reshape(-1)
+    part = length / samples
+    left = np.empty(samples + 1)
+    clear = np.ones((counts.shape[0], samples + 1))
+    for i in range(m):
+        centre = active[i, AT]
+        scale = -0.5 * active[i, PRECISION_AT] * 0.00390625
+        offset = active[i, LOG_AMPLITUDE] * 0.00390625
+        for sample in range(samples + 1):
+            d = sample * part - centre
+            left[sample] = 1.0 - exp_256(offset + scale * d * d)
+        for j in range(counts.shape[0]):
+            for _ in range(counts[j, ids[i]]):
+                for sample in range(samples + 1):
+                    clear[j, sample] *= left[sample]
+    least = clear[0]
+    for j in range(1, counts.shape[0]):
+        for sample in range(samples + 1):
+            least[sample] = min(least[sample], clear[j, sample])
     inside = 0.0
     for sample in range(1, samples):
-        inside += _largest(length * sample / samples, n, m, active, ids, counts, scratch)
-    part = length / samples
-    there = inside + _largest(length, n, m, active, ids, counts, scratch)
-    back = inside + _largest(0.0, n, m, active, ids, counts, scratch)
-    return part * there, part * back
+        inside += 1.0 - least[sample]
+    return part * (inside + (1.0 - least[samples])), part * (inside + (1.0 - least[0]))
 
 
 @kernel
