@@ -1,7 +1,5 @@
 """What the commands `pareto` and `plan --max-risk` compute, print and write."""
 
-import csv
-import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -138,15 +136,6 @@ def front_rows(front: Front) -> list[dict[str, Any]]:
     ]
 
 
-def front_csv(front: Front) -> str:
-    """Write the points of a front as CSV, in full precision."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(front_rows(front))
-    return text.getvalue()
-
-
 def write_front(folder: Path, scenario: Scenario, front: Front) -> list[Path]:
     """
     Write a front: `pareto.csv` and `pareto.png`.
@@ -159,7 +148,7 @@ def write_front(folder: Path, scenario: Scenario, front: Front) -> list[Path]:
     from cgla_graph.comparisons.plots import pictures  # noqa: PLC0415 - matplotlib only where something is drawn
     from cgla_graph.comparisons.plots.pareto import pareto_figure  # noqa: PLC0415 - the same
 
-    written = [files.write_text(folder / "pareto.csv", front_csv(front))]
+    written = [files.write_text(folder / "pareto.csv", files.csv_text(front_rows(front), COLUMNS))]
     return [*written, pictures.save(pareto_figure(scenario, front), folder / "pareto.png")]
 
 

@@ -1,4 +1,4 @@
-"""Words of tables: what is written can be read back, and says no more than is known."""
+"""Numbers and words of tables: what is written can be read back, and says no more than is known."""
 
 import math
 
@@ -7,7 +7,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgla_graph.comparisons.leaderboard.failures import failed, failure_groups
-from cgla_graph.comparisons.numbers import DASH, estimate_cell, listed, or_never, p_equals, p_value, ratio, span
+from cgla_graph.comparisons.numbers import (
+    DASH,
+    at_most,
+    duration,
+    estimate_cell,
+    figure,
+    listed,
+    or_never,
+    p_equals,
+    p_value,
+    percent,
+    ratio,
+    rounded_down,
+    span,
+)
 from cgla_graph.comparisons.statistics.intervals import Estimate
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.leaderboard_columns import SPARE, leaderboard_heads
@@ -54,6 +68,48 @@ def test_a_unit_stands_once_where_both_ends_have_it() -> None:
     assert span("9 ms", "10 ms") == "9 to 10 ms"
     assert span("0.9 ms", "2 s") == "0.9 ms to 2 s"
     assert span("1 s", "never") == "1 s to never"
+
+
+@pytest.mark.parametrize(
+    ("written", "text"),
+    [
+        (figure(0.0, 6), "0.00000"),
+        (figure(1234567.4, 6), "1234567"),
+        (figure(-1234567.4, 6), "-1234567"),
+        (figure(999999.7, 6), "1000000"),
+        (figure(-math.inf, 6), "-"),
+        (figure(math.nan, 6), "-"),
+        (percent(-0.0), "+0.00 %"),
+        (percent(-1e-9), "+0.00 %"),
+        (percent(-0.0001), "-0.01 %"),
+        (percent(12.0), "+1200.00 %"),
+        (percent(math.nan), "-"),
+        (duration(0.0), "0 ms"),
+        (duration(0.5), "500 ms"),
+        (duration(0.9996), "1.00 s"),
+        (duration(75.25), "75.25 s"),
+    ],
+)
+def test_numbers_at_the_edge(written: str, text: str) -> None:
+    assert written == text
+
+
+@given(value=st.floats(-1e6, 1e6), digits=st.integers(1, 12))
+def test_numbers_are_read_back_within_their_digits(value: float, digits: int) -> None:
+    assert float(figure(value, digits)) == pytest.approx(value, rel=0.51 * 10.0 ** (1 - digits))
+    assert float(percent(value).removesuffix(" %")) == pytest.approx(100.0 * value, abs=0.00501)
+    assert len(figure(value * 1e290, 6)) < 16
+
+
+@given(st.floats(1e-6, 1e12), st.integers(3, 9))
+def test_a_bound_is_rounded_down(value: float, digits: int) -> None:
+    assert value * (1.0 - 2.0 * 10.0 ** (1 - digits)) <= float(rounded_down(value, digits)) <= value
+
+
+@given(st.floats(0.0, 10.0))
+def test_a_gap_is_rounded_up(gap: float) -> None:
+    shown = float(at_most(gap).split()[0])
+    assert shown - 0.01 - 1e-9 <= 100.0 * gap <= shown + 1e-12
 
 
 def test_columns_that_may_be_left_out_are_columns() -> None:

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import shapely
 from command_line import Answer, Call, caller
+from figures import assert_tidy
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
-from matplotlib.transforms import Bbox
 
 import cgla_graph as cg
 from cgla_graph.certificate.certificate import Grid
@@ -278,25 +278,6 @@ def test_from_a_point_to_itself(cgla: Call) -> None:
     assert (found["cost"], found["gap"], found["certificate"]["lower_bound"]) == (0.0, 0.0, 0.0)
 
 
-# numbers that claim no more than is proven
-
-
-@given(st.floats(1e-6, 1e12), st.integers(3, 9))
-def test_a_bound_is_rounded_down(value: float, digits: int) -> None:
-    shown = float(words.rounded_down(value, digits))
-    assert shown <= value
-    assert shown >= value * (1.0 - 2.0 * 10.0 ** (1 - digits))
-    # rounding to the nearest would be caught
-    assert float(words.rounded_down(1.49996, 5)) < 1.49996 < float(f"{1.49996:.5g}")
-
-
-@given(st.floats(0.0, 10.0))
-def test_a_gap_is_rounded_up(ratio: float) -> None:
-    shown = float(words.at_most(ratio).split()[0])
-    assert 100.0 * ratio <= shown + 1e-12
-    assert shown <= 100.0 * ratio + 0.01 + 1e-9
-
-
 # the picture
 
 
@@ -312,6 +293,13 @@ def run() -> Run:
 def grids_of(run: Run) -> tuple[Grid, ...]:
     assert run.certificate is not None
     return run.certificate.grids
+
+
+@pytest.mark.parametrize("height", [0.7, 1.0, 4.0])
+def test_nothing_overlaps(run: Run, height: float) -> None:
+    problem = replace(run.scenario.problem, bounds=(0.0, 0.0, 2.0, height))
+    long = replace(run.scenario, problem=problem, title="a title of many words " * 8, name="a-name" * 8)
+    assert_tidy(certificate_figure(certify.certify(long, tolerance=0.02)))
 
 
 def tubes_of(figure: Figure) -> list[PathPatch]:
@@ -344,28 +332,6 @@ def test_the_bracket_is_the_certificates(run: Run) -> None:
         np.testing.assert_array_equal(line.get_ydata(), [getattr(grid, side) for grid in grids])
     assert axes.get_xscale() == "log"
     assert words.at_most(words.proof_of(run).gap) in axes.texts[-1].get_text()
-
-
-@pytest.mark.parametrize("height", [0.7, 1.0, 4.0])
-def test_nothing_overlaps(run: Run, height: float) -> None:
-    """On wide, square and tall maps: axes with their labels, legend and heading keep apart, on the page."""
-    problem = replace(run.scenario.problem, bounds=(0.0, 0.0, 2.0, height))
-    long = replace(run.scenario, problem=problem, title="a title of many words " * 8, name="a-name" * 8)
-    figure = certificate_figure(certify.certify(long, tolerance=0.02))
-    figure.canvas.draw()
-    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    parts = [axes.get_tightbbox(renderer) for axes in figure.axes]
-    parts += [artist.get_window_extent(renderer) for artist in (*figure.legends, *figure.texts)]
-    parts = [part for part in parts if part.width > 1.0]
-    page = figure.bbox
-    for i, part in enumerate(parts):
-        assert page.x0 <= part.x0
-        assert page.y0 <= part.y0
-        assert part.x1 <= page.x1
-        assert part.y1 <= page.y1
-        for other in parts[:i]:
-            both = Bbox.intersection(part, other)
-            assert both is None or min(both.width, both.height) < 1.5
 
 
 @pytest.mark.slow

@@ -1,7 +1,6 @@
 """Pictures: what is in them, that nothing overlaps, and that files are whole and the same every time."""
 
 import dataclasses
-import os
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -25,9 +24,8 @@ from numpy.typing import ArrayLike
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.plots import pictures as plots
-from cgla_graph.comparisons.plots.looks import COLOURS, GREY, entries_of
+from cgla_graph.comparisons.plots.looks import GREY, entries_of
 from cgla_graph.comparisons.plots.map import one_line
-from cgla_graph.comparisons.plots.page import plain
 from cgla_graph.comparisons.plots.scene import risk_colours
 from cgla_graph.comparisons.report.payload import scenarios_document
 from cgla_graph.comparisons.statistics.intervals import path_cost
@@ -126,12 +124,6 @@ def test_solvers_without_a_path_are_in_the_legend() -> None:
     figure = plots.map_figure(where, runs, [one.solver for one in runs])
     assert paths(figure) == []
     assert labels(figure) == [*(f"{status.label}: {status.label}" for status in statuses), "start", "goal"]
-    assert_tidy(figure)
-
-
-def test_no_runs() -> None:
-    figure = plots.map_figure(scenario(), [])
-    assert labels(figure) == ["start", "goal"]
     assert_tidy(figure)
 
 
@@ -275,13 +267,6 @@ def test_paths_within_a_pen_are_drawn_as_one() -> None:
     assert_tidy(figure)
 
 
-def test_a_path_that_may_not_be_flown_is_never_in_the_line_of_one_that_may() -> None:
-    where = scenario()
-    figure = plots.map_figure(where, [run(where, "a"), run(where, "b", status=Status.INFEASIBLE)])
-    assert len(paths(figure)) == 2
-    assert labels(figure)[:2] == ["a: 1.1314", "b: infeasible"]
-
-
 def test_a_line_below_another_is_wider_so_that_it_shows() -> None:
     where = scenario()
     runs = [run(where, "best"), run(where, "half", [START, (0.5, 0.5), (0.5, 0.7), GOAL])]
@@ -339,13 +324,6 @@ def test_table_pictures_and_report_show_the_same_run(seeds: list[float | None], 
     assert (line.length == shown.solution.length) or np.isnan(line.length) or not line.n_paths
     # no less than half of the runs are at least as good
     assert 2 * sum(path_cost(one.solution) <= path_cost(shown.solution) for one in runs) >= len(runs)
-
-
-def test_a_cheap_infeasible_seed_does_not_hide_a_path() -> None:
-    where = scenario()
-    feasible = run(where, "seeded", [START, (0.1, 0.9), GOAL])
-    figure = plots.map_figure(where, [run(where, "seeded", status=Status.INFEASIBLE), feasible])
-    assert labels(figure)[0] == "seeded: 1.6000 (median of 2, 1 found)"
 
 
 def test_risk_has_a_colour_bar_and_no_risk_has_none() -> None:
@@ -635,14 +613,6 @@ def test_costs_over_time_are_in_kilometres_where_the_map_is() -> None:
     assert labels(figure) == ["anytime: 1.0000"]
 
 
-def test_a_solver_has_the_same_colour_in_both_pictures() -> None:
-    where = scenario()
-    runs = [run(where, "first", [START, (0.1, 0.9), GOAL]), traced(where, [2.0, 1.0])]
-    trace = plots.trace_figure(where, runs)
-    assert trace is not None
-    assert trace.axes[0].lines[0].get_color() == paths(plots.map_figure(where, runs))[0].get_color() == COLOURS[1]
-
-
 # --- names and files ---
 
 
@@ -663,13 +633,6 @@ def test_hostile_names_are_shown_as_they_are(name: str, tmp_path: Path) -> None:
         if re.fullmatch(r"[!-~]+( [!-~]+)*", name) and len(name) < 30:
             assert [text.get_text() for text in figure.texts] == [f"{name},  k = 0", name]
             assert any(label.startswith(f"{name}: ") for label in labels(figure))
-
-
-def test_shortened_names_keep_both_ends() -> None:
-    text = plain("rrt-star:iterations=500000:rewire_factor=1.1:seed=7", 36)
-    assert len(text) == 36
-    assert text.startswith("rrt-star:iter")
-    assert text.endswith("=1.1:seed=7")
 
 
 def pictures() -> list[Figure]:
@@ -731,25 +694,6 @@ def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
     assert names(tmp_path) == []
 
 
-def test_a_folder_that_is_a_file(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("kept")
-    assert_refused(Figure(), tmp_path / "file" / "map.png", "Not a directory")
-    assert (tmp_path / "file").read_text() == "kept"
-
-
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="nothing is forbidden to root")
-def test_a_folder_that_is_read_only(tmp_path: Path) -> None:
-    tmp_path.chmod(0o500)
-    assert_refused(Figure(), tmp_path / "map.png", "Permission denied")
-    assert names(tmp_path) == []
-
-
-def test_a_folder_in_the_place_of_the_file(tmp_path: Path) -> None:
-    (tmp_path / "map.png").mkdir()
-    assert_refused(Figure(), tmp_path / "map.png", "cannot be written")
-    assert names(tmp_path) == ["map.png"]
-
-
 @pytest.mark.parametrize("name", ["map.pdf", "map"])
 def test_an_unknown_format(name: str, tmp_path: Path) -> None:
     assert_refused(Figure(), tmp_path / name, r"name the file \.png or \.svg")
@@ -762,19 +706,3 @@ def test_a_figure_that_cannot_be_drawn(tmp_path: Path) -> None:
     figure.add_artist(Text(0.5, 0.5, "$\\nonsense$", parse_math=True))
     assert_refused(figure, tmp_path / "map.png", "nonsense")
     assert names(tmp_path) == []
-
-
-@pytest.mark.parametrize("fault", [OSError(28, "No space left on device"), KeyboardInterrupt()])
-def test_a_fault_while_writing(fault: BaseException, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object) -> None:
-        raise fault
-
-    (tmp_path / "map.png").write_text("old")
-    monkeypatch.setattr(Path, "replace", fail)
-    if isinstance(fault, Exception):
-        assert_refused(Figure(), tmp_path / "map.png", "No space left")
-    else:
-        with pytest.raises(KeyboardInterrupt):
-            plots.save(Figure(), tmp_path / "map.png")
-    assert names(tmp_path) == ["map.png"]
-    assert (tmp_path / "map.png").read_text() == "old"
