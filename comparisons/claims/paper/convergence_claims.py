@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from cgla_graph._types import FloatArray, Point
+from cgla_graph._types import Point
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Finding, Kind, Part, Table, Verdict, claim, require
 from cgla_graph.comparisons.claims.contrasts import RADII, cell_name, span
@@ -20,23 +20,20 @@ from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import experiment
 from cgla_graph.comparisons.claims.inference import Proportion, proportion
 from cgla_graph.comparisons.claims.paper.flights import (
-    ARRIVAL_RADIUS,
     BOUNDS,
-    GOAL,
     MAX_TICKS,
     RADIUS,
-    START,
-    STEP,
     STEPNUM,
+    fly_alone,
+    fly_alone_variants,
     fly_two,
+    fly_variants,
     measures,
-    paper_lattice,
 )
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, Livelock, MissionStatus, UavFlight
-from cgla_graph.mission.rules import Exclude, Movement, Rules
-from cgla_graph.mission.simulation import fly
+from cgla_graph.mission.rules import Exclude, Movement
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
 from cgla_graph.model.graph import GeometricGraph
@@ -56,7 +53,7 @@ MOVEMENTS: tuple[Movement, ...] = ("step", "vertex")
 SAME_PLACE = 1e-6
 LIVELOCK = "c19-livelock.toml"
 EXCLUSION = "c18-exclusion.toml"
-#: How many moves, in multiples of what one plan may take, there are between two detections (see `check_c17`).
+#: How many moves, in multiples of what one plan may take, there are between two detections (see `PROOFS`).
 MOVES_BETWEEN = {"none": 1, "last": 2}
 #: What rounding may do to costs of size 1 to 100.
 ROUNDING = 1e-9
@@ -81,47 +78,28 @@ PROOFS = (
 
 
 def fly_excluding(
-    field: RiskField,
-    exclude: Exclude,
-    *,
-    movement: Movement = "step",
-    radius: float = RADIUS,
-    k: float = EXCLUSION_K,
+    field: RiskField, exclude: Exclude, *, movement: Movement = "step", radius: float = RADIUS, k: float = EXCLUSION_K
 ) -> UavFlight:
     """
     Fly one UAV that plans anew on every tick, as the paper's Step 5 does, without the points that it excludes.
 
     Parameters
     ----------
-    field
-        The true threats, unknown at first.
+    field, radius, k
+        As of `fly_from`.
     exclude
         ``none``, the ``last`` lattice point, or ``all`` so far (E17).
     movement
         By a ``step`` of 0.02 a tick, or from lattice point to lattice point, ``vertex`` (E16).
-    radius, k
-        As of `fly_two`.
 
     Examples
     --------
     >>> fly_excluding(RiskField([]), "last").status.label
     'arrived'
     """
-    uav = Uav("a", start=START, goal=GOAL, detection_radius=radius, step=STEP, k=k)
-    mission = Mission(
-        World(field, bounds=BOUNDS),
-        [uav],
-        get("cgla"),
-        resolution=paper_lattice(),
-        replan="tick",
-        exclude=exclude,
-        movement=movement,
-        # plans from scratch name the same ones of points in line, whether any are excluded; in steps it does not matter
-        incremental=movement == "step",
-        arrival_radius=ARRIVAL_RADIUS,
-        max_ticks=MAX_TICKS,
-    )
-    return mission.fly().uavs["a"]
+    # plans from scratch name the same ones of points in line, whether any are excluded; in steps it does not matter
+    how: dict[str, Any] = {"exclude": exclude, "movement": movement, "incremental": movement == "step"}
+    return fly_alone(field, k=k, radius=radius, replan="tick", max_ticks=MAX_TICKS, **how)
 
 
 def same_trace(one: UavFlight, other: UavFlight) -> bool:
@@ -151,7 +129,7 @@ def _field(rng: np.random.Generator, count: int) -> RiskField:
 
 def _mission(rng: np.random.Generator) -> Mission:
     """Draw one UAV from lattice point to lattice point, 4 to 7 of them a side, and 3 to 9 unknown threats."""
-    lattice = Lattice(int(rng.integers(4, 8)), bounds=(0.0, 0.0, 1.0, 1.0))
+    lattice = Lattice(int(rng.integers(4, 8)), bounds=BOUNDS)
     field = _field(rng, int(rng.integers(3, 10)))
     # of the first row to of the last
     places = lattice.points[[rng.integers(lattice.shape[0]), lattice.n_points - 1 - rng.integers(lattice.shape[0])]]
@@ -161,14 +139,10 @@ def _mission(rng: np.random.Generator) -> Mission:
     return Mission(world, [uav], get("cgla"), resolution=lattice, replan="tick", max_ticks=100_000)
 
 
-def _flown(mission: Mission) -> tuple[Flight, UavFlight]:
-    flight = mission.fly()
-    return flight, flight.uavs[mission.uavs[0].name]
-
-
 def _share_of_bound(mission: Mission) -> float:
     """Fly from vertex to vertex, assert that it arrives within the moves that the proof allows; return their share."""
-    flight, one = _flown(mission)
+    flight = mission.fly()
+    (one,) = flight.uavs.values()
     detections = sum(event.kind == "detected" for event in flight.events)
     moves = one.ended - one.departed
     most = mission.lattice.n_points - 1
@@ -180,7 +154,7 @@ def _share_of_bound(mission: Mission) -> float:
 
 def _require_falling_cost(mission: Mission) -> None:
     """Assert the step of the proof on a flight of the paper's steps: between detections G falls by a step a tick."""
-    _, one = _flown(mission)
+    (one,) = mission.fly().uavs.values()
     require(one.status is MissionStatus.ARRIVED, f"a UAV among static threats did not arrive: {one.status.value}")
     step, costs = mission.step_of(one.uav), []
     for tick, plan in one.plans:
@@ -195,10 +169,9 @@ def _require_falling_cost(mission: Mission) -> None:
 
 def _livelock() -> tuple[Flight, Livelock]:
     """Fly the stored livelock again, and assert that it is one."""
-    missions = counterexamples.mission(LIVELOCK).missions(get)
-    alone = missions["without virtual obstacles"].fly()
+    flights = fly_variants(counterexamples.mission(LIVELOCK))
+    alone, flight = flights["without virtual obstacles"], flights["with virtual obstacles"]
     require(alone.all_arrived, "without virtual obstacles, the UAVs of the counterexample no longer arrive")
-    flight = missions["with virtual obstacles"].fly()
     lock = flight.livelock
     require(lock is not None, f"{LIVELOCK} no longer ends in a livelock")
     for one in flight.uavs.values():
@@ -256,23 +229,20 @@ def _check_c17(evidence: Evidence) -> Finding:
     )
 
 
-def _without(matrix: FloatArray, node: int) -> GeometricGraph:
-    kept = [i for i in range(len(matrix)) if i != node]
-    return GeometricGraph.from_matrix(matrix[np.ix_(kept, kept)], labels=kept)
-
-
 def _require_same_without_previous(rng: np.random.Generator) -> int:
     """Assert on a map that is all known that no point of an optimal path needs the one before; return how many."""
     n = int(rng.integers(4, 8))
     field = _field(rng, 6)
-    graph = GeometricGraph.complete(Lattice(n, bounds=(0.0, 0.0, 1.0, 1.0)), field, k=float(rng.uniform(1.0, 100.0)))
+    graph = GeometricGraph.complete(Lattice(n, bounds=BOUNDS), field, k=float(rng.uniform(1.0, 100.0)))
     weights = np.array(graph.weight_matrix())
     source, target = 0, n * n - 1
     whole = cost_matrix(GeometricGraph.from_matrix(weights, labels=range(n * n)), target)
     # labels are numbers here
     path = [int(str(label)) for label in whole.path_from(source)]
     for previous, here in pairwise(path[:-1]):
-        least = cost_matrix(_without(weights, previous), target).value(here)
+        kept = [node for node in range(n * n) if node != previous]
+        rest = GeometricGraph.from_matrix(weights[np.ix_(kept, kept)], labels=kept)
+        least = cost_matrix(rest, target).value(here)
         require(
             math.isclose(least, whole.value(here), rel_tol=ROUNDING),
             f"G({here}) is {whole.value(here)}, and {least} without the point before",
@@ -311,10 +281,8 @@ def _turns_back(free: UavFlight, bound: UavFlight) -> tuple[int, Point]:
 def _check_c18(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C18"), evidence.instances(200, 25)
     points = sum(_require_same_without_previous(rng) for _ in range(count))
-    missions = counterexamples.mission(EXCLUSION).missions(get)
-    free, bound = (_flown(missions[name])[1] for name in ("without exclusion", "the previous point excluded"))
-    for one in (free, bound):
-        require(one.status is MissionStatus.ARRIVED, f"{EXCLUSION}: {one.status.value}")
+    flights = fly_alone_variants(counterexamples.mission(EXCLUSION))
+    free, bound = flights["without exclusion"], flights["the previous point excluded"]
     require(not same_trace(free, bound), f"the two flights of {EXCLUSION} are the same")
     tick, previous = _turns_back(free, bound)
     found = _how_often_different(evidence.samples["exclusion"])
@@ -389,28 +357,25 @@ def _check_c19(_: Evidence) -> Finding:
     )
 
 
-def digest(missions: Iterable[Rules]) -> str:
+def digest(flights: Iterable[Flight]) -> str:
     """
     Return a checksum of all positions of flights, to the last bit.
 
     Examples
     --------
-    >>> from cgla_graph.scenarios.mission_file import load_mission
-    >>> missions = load_mission("fig4").missions(get).values()
-    >>> digest(missions) == digest(missions)
+    >>> digest([fly_two(RiskField())]) == digest([fly_two(RiskField())])
     True
     """
     found = hashlib.sha256()
-    for mission in missions:
-        for one in fly(mission).uavs.values():
-            found.update(one.status.label.encode() + one.trace.tobytes() + one.path.tobytes())
+    for one in (one for flight in flights for one in flight.uavs.values()):
+        found.update(one.status.label.encode() + one.trace.tobytes() + one.path.tobytes())
     return found.hexdigest()
 
 
 def digest_of(seeds: Iterable[int]) -> str:
     """Return the checksum of the stored livelock and of two UAVs with sharing and virtual obstacles on random maps."""
-    drawn = [fly_two(random_scenario(seed).problem.field, sharing="global", stepnum=STEPNUM).mission for seed in seeds]
-    return digest([*counterexamples.mission(LIVELOCK).missions(get).values(), *drawn])
+    drawn = [fly_two(random_scenario(seed).problem.field, sharing="global", stepnum=STEPNUM) for seed in seeds]
+    return digest([*fly_variants(counterexamples.mission(LIVELOCK)).values(), *drawn])
 
 
 def _digest_elsewhere(seeds: range, hash_seed: int) -> str:

@@ -254,7 +254,7 @@ def share_doubled(reading: Reading, sigma: float) -> float:
 )
 def _check_c5(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C5"), evidence.instances(60, 8)
-    lattice = Lattice(10, bounds=BOUNDS, kind="upper")
+    lattice = paper_lattice(10)
     for _ in range(count):
         weights = CostModel(_proper(rng), float(rng.uniform(0.0, 200.0))).matrix(lattice.points, lattice.shape)
         others = ~np.eye(lattice.n_points, dtype=bool)
@@ -405,7 +405,7 @@ def _check_c26(evidence: Evidence) -> Finding:
     octile = np.maximum(dx, dy) + (math.sqrt(2.0) - 1.0) * np.minimum(dx, dy)
     ratio = octile / np.hypot(dx, dy)
     require(((ratio >= 1.0 - 1e-12) & (ratio <= OCTILE * (1.0 + 1e-12))).all(), "the octile distance is out of bounds")
-    lattice = Lattice(20, bounds=BOUNDS, kind="upper")
+    lattice = paper_lattice()
     excess = []
     for _ in range(count):
         problem = Problem(

@@ -114,17 +114,8 @@ def least_reward_by_formula(process: DecisionProcess, gamma: float) -> float:
     with the least discounted cost :math:`D_n` of a way of n moves to the target, and :math:`W` of a way that never ends
     and never comes there: a reward R makes a way of n moves worth :math:`\gamma^{n-1} R - D_n`.
 
-    Parameters
-    ----------
-    process
-        Without a reward at the target; each state has a move.
-    gamma
-        The discount, above 0 and below 1.
-
-    Returns
-    -------
-    reward
-        Map units; infinite if no way of at most `LONGEST` moves for each point a side leads to the target.
+    The process has no reward at the target, and a move in each state; the discount is above 0 and below 1. Infinite if
+    no way of at most `LONGEST` moves for each point a side leads to the target.
     """
     costs, first, heads = -process.rewards, process.first[:-1], process.heads
     endless = np.zeros(process.n_states)
@@ -206,37 +197,21 @@ def _check_c25(evidence: Evidence) -> Finding:
 
 def judge_c25(rewards: FloatArray, costs: FloatArray, falls: list[float]) -> Finding:
     """
-    Say how large the rewards are.
+    Say how large the least rewards at the target are.
 
-    Parameters
-    ----------
-    rewards
-        Least rewards at the target, shape ``(maps, discounts, weights)``, map units.
-    costs
-        Of the best ways, shape ``(maps, weights)``, map units.
-    falls
-        Least rewards on the stored map for `FALLS_OVER`.
+    `rewards` has the shape ``(maps, discounts, weights)``, and `costs`, of the best ways, ``(maps, weights)``, both map
+    units; `falls` are those of the stored map for `FALLS_OVER`.
     """
     relative = rewards / costs[:, None, :]
     rows: list[list[Entry]] = []
     for d, w in itertools.product(range(len(DISCOUNTS)), range(1, len(WEIGHTS))):
-        needed = proportion((rewards[:, d, w] > 0.0).astype(float))
-        median, most = np.median(rewards[:, d, w]), rewards[:, d, w].max()
-        rows.append(
-            [
-                DISCOUNTS[d],
-                WEIGHTS[w],
-                needed.rate,
-                *needed.interval,
-                float(median),
-                float(most),
-                float(relative[:, d, w].max()),
-            ]
-        )
+        needed, found = proportion(rewards[:, d, w] > 0.0), rewards[:, d, w]
+        sizes = [float(size) for size in (np.median(found), found.max(), relative[:, d, w].max())]
+        rows.append([DISCOUNTS[d], WEIGHTS[w], needed.rate, *needed.interval, *sizes])
     ratios = relative[:, :, 1:]
     large = bool((np.median(ratios, axis=0) > VERY_LARGE).all())
     rises = np.diff(rewards, axis=2) >= -SAME
-    some = proportion((rewards[:, :, 1:] > 0.0).astype(float).ravel())
+    some = proportion((rewards[:, :, 1:] > 0.0).ravel())
     heads = ("gamma", "K", "need one", "from", "to", "median reward", "greatest", "greatest / cost of the best way")
     return Finding(
         Verdict.REFUTED,

@@ -48,8 +48,7 @@ def _check_lemma_1(evidence: Evidence) -> Finding:
         graph = random_graph(rng)
         n, target = graph.n_nodes, int(rng.integers(graph.n_nodes))
         pivots = [target, *rng.integers(n, size=3 * n).tolist()]
-        weights = graph.weight_matrix().copy()
-        np.fill_diagonal(weights, 0.0)
+        weights = zero_diagonal(graph)
         least = least_costs(graph, target)
         steps = list(eq_9(weights, target, pivots))
         for before, after in itertools.pairwise(steps):
@@ -75,6 +74,21 @@ def _check_lemma_1(evidence: Evidence) -> Finding:
             ),
         ),
     )
+
+
+_c8 = claim(
+    8,
+    "Section 4.2.1, Lemma 1",
+    "The values of G never rise.",
+    "G^(k+1) <= G^k for any p_r and any weights.",
+    Kind.PROOF,
+)(_check_lemma_1)
+_c9 = claim(
+    9, "Section 4.2.1 (implied)", "G bounds the least cost from above.", "G^k >= G* >= 0 at all k.", Kind.PROOF
+)(_check_lemma_1)
+_c10 = claim(
+    10, "Section 4.2.1, Theorem 1", "The first round makes G the weights to the target.", "G^1 = A(., p_t).", Kind.PROOF
+)(_check_lemma_1)
 
 
 @claim(
@@ -150,11 +164,10 @@ def _check_c24(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C24"), evidence.instances(40, 6)
     scenario = counterexamples.scenario("dynamic-programming.toml")
     on = scenario.problem.on_lattice(scenario.lattice)
-    answers: dict[str, float] = {
+    together = cost_matrix(on.graph, on.target, schedule="synchronous")
+    answers = {
         "CGLA, label setting": on.judge(Cgla().solve(on)).cost,
-        "CGLA, synchronous (value iteration)": cost_matrix(on.graph, on.target, schedule="synchronous").value(
-            on.source
-        ),
+        "CGLA, synchronous (value iteration)": together.value(on.source),
         "scipy's Dijkstra": on.judge(Dijkstra().solve(on)).cost,
     }
     require(max(answers.values()) <= min(answers.values()) * (1.0 + SAME), f"they differ: {answers}")
@@ -261,32 +274,14 @@ def _without_delta(evidence: Evidence) -> tuple[Table, str]:
                 together.rounds == hops, f"{together.rounds} synchronous rounds, but best paths have up to {hops} edges"
             )
             rounds.append(together.rounds)
-        median = bootstrapped(draws, seed=evidence.scale.seed)
         shares += wrong
         needed += draws
-        rows.append(
-            [
-                side,
-                float(np.mean(wrong)),
-                median.median,
-                median.low,
-                median.high,
-                float(np.mean(sweeps)),
-                float(np.mean(rounds)),
-            ]
-        )
-    heads = (
-        "N",
-        "share of nodes wrong after N^2 random p_r",
-        "random p_r needed / N^2",
-        "from",
-        "to",
-        "sweeps",
-        "synchronous rounds",
-    )
+        middle = bootstrapped(draws, seed=evidence.scale.seed)
+        rows.append([side, *(float(value) for value in (np.mean(wrong), *middle, np.mean(sweeps), np.mean(rounds)))])
+    wrong_after = "share of nodes wrong after N^2 random p_r"
     table = Table(
         f"without the Delta choice: N^2 nodes, ten threats, {each} maps each",
-        heads,
+        ("N", wrong_after, "random p_r needed / N^2", "from", "to", "sweeps", "synchronous rounds"),
         rows,
         "medians with 95 % BCa intervals; sweeps and rounds: means",
     )
@@ -304,18 +299,3 @@ def _most_hops(graph: GeometricGraph, least: FloatArray) -> int:
     np.fill_diagonal(tight, val=False)
     hops = csgraph.shortest_path(csgraph.csgraph_from_dense(tight.T.astype(float)), unweighted=True, indices=0)
     return int(hops.max())
-
-
-_c8 = claim(
-    8,
-    "Section 4.2.1, Lemma 1",
-    "The values of G never rise.",
-    "G^(k+1) <= G^k for any p_r and any weights.",
-    Kind.PROOF,
-)(_check_lemma_1)
-_c9 = claim(
-    9, "Section 4.2.1 (implied)", "G bounds the least cost from above.", "G^k >= G* >= 0 at all k.", Kind.PROOF
-)(_check_lemma_1)
-_c10 = claim(
-    10, "Section 4.2.1, Theorem 1", "The first round makes G the weights to the target.", "G^1 = A(., p_t).", Kind.PROOF
-)(_check_lemma_1)

@@ -1,7 +1,6 @@
 """What virtual obstacles are good for (C39, C40, C41, C48)."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -14,25 +13,28 @@ from cgla_graph.comparisons.claims.contrasts import (
     ALPHA,
     CELLS,
     MOSTLY,
+    Case,
     RateContrast,
+    all_hold,
     cell_name,
     rate_contrasts,
     rate_table,
+    shares,
     span,
+    supported_by,
 )
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import experiment
-from cgla_graph.comparisons.claims.inference import at_least, cochran, paired_shift, proportion
+from cgla_graph.comparisons.claims.inference import cochran, paired_shift, proportion
 from cgla_graph.comparisons.claims.paper.flights import (
     COLLISION_DISTANCE,
     MEETING,
     RADIUS,
     STEPNUM,
     fly_two,
+    fly_variants,
     team_measures,
 )
-from cgla_graph.comparisons.statistics.paired import holm
-from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight
 from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.scenarios.random_map import random_scenario
@@ -59,8 +61,7 @@ def sample_stepnum(seed: int) -> list[dict[str, Any]]:
     for cell in CELLS:
         for stepnum in (NO_OBSTACLE, *(STEPNUMS if cell["radius"] == RADIUS else PAPER_STEPNUMS)):
             ahead = None if stepnum == NO_OBSTACLE else stepnum
-            flight = fly_two(field, integral=cell["integral"], radius=cell["radius"], stepnum=ahead)
-            records.append({**cell, "stepnum": stepnum, **team_measures(flight)})
+            records.append({**cell, "stepnum": stepnum, **team_measures(fly_two(field, stepnum=ahead, **cell))})
     return records
 
 
@@ -71,15 +72,9 @@ def sample_few_threats(seed: int) -> list[dict[str, Any]]:
     for threats in FEW_THREATS:
         field = random_scenario(seed, threats=threats).problem.field
         for cell in CELLS:
-            integral, radius = cell["integral"], cell["radius"]
-            flight = fly_two(field, integral=integral, radius=radius, sharing="global", stepnum=STEPNUM)
+            flight = fly_two(field, sharing="global", stepnum=STEPNUM, **cell)
             records.append({**cell, "threats": threats, **team_measures(flight)})
     return records
-
-
-def shipped(name: str) -> Mapping[str, Mission]:
-    """Build the missions of a shipped file."""
-    return load_mission(name).missions(get)
 
 
 def _collide(flight: Flight) -> bool:
@@ -96,23 +91,22 @@ def _held(contrasts: list[RateContrast]) -> str:
 
 def avoided(samples: Samples) -> list[RateContrast]:
     """Compare how often two UAVs collide without virtual obstacles and with the paper's, in every cell."""
-    return rate_contrasts(
-        [
-            (
-                f"none > stepnum {STEPNUM}",
-                cell,
-                samples.column("collided", stepnum=NO_OBSTACLE, **cell),
-                samples.column("collided", stepnum=STEPNUM, **cell),
-            )
-            for cell in CELLS
-        ]
-    )
+    return rate_contrasts(_pairs(samples, NO_OBSTACLE, f"none > stepnum {STEPNUM}"))
+
+
+def _pairs(samples: Samples, stepnum: int, what: str) -> list[tuple[str, Case, FloatArray, FloatArray]]:
+    """List, for every cell, on which maps two UAVs collide with some stepnum, and with the paper's."""
+    pairs = []
+    for cell in CELLS:
+        some, paper = (samples.column("collided", stepnum=one, **cell) for one in (stepnum, STEPNUM))
+        pairs.append((what, cell, some, paper))
+    return pairs
 
 
 def _pattern_of_fig7(integral: str, radius: float) -> tuple[bool, ...]:
     """Fly the shipped Fig. 7 with another integral and radius; return which stepnums collide."""
     collided = []
-    for mission in shipped("fig7").values():
+    for mission in load_mission("fig7").missions(get).values():
         uavs = [replace(uav, detection_radius=radius) for uav in mission.uavs]
         changed: Any = {"uavs": uavs, "integral": integral}
         collided.append(_collide(replace(mission, **changed).fly()))
@@ -189,28 +183,15 @@ def _check_c39(evidence: Evidence) -> Finding:
     paper = tuple(stepnum != STEPNUM for stepnum in PAPER_STEPNUMS)
     patterns = [_pattern_of_fig7(cell["integral"], cell["radius"]) for cell in CELLS]
     shown = sum(pattern == paper for pattern in patterns)
-    contrasts = rate_contrasts(
-        [
-            (
-                f"stepnum {stepnum} > {STEPNUM}",
-                cell,
-                samples.column("collided", stepnum=stepnum, **cell),
-                samples.column("collided", stepnum=STEPNUM, **cell),
-            )
-            for stepnum in PAPER_STEPNUMS
-            if stepnum != STEPNUM
-            for cell in CELLS
-        ]
-    )
-    words = {
-        stepnum: _held([one for one in contrasts if one.what.startswith(f"stepnum {stepnum} ")])
-        for stepnum in PAPER_STEPNUMS
-        if stepnum != STEPNUM
-    }
-    holds = all(one.holds for one in contrasts)
+    others = [stepnum for stepnum in PAPER_STEPNUMS if stepnum != STEPNUM]
+    contrasts = rate_contrasts([one for of in others for one in _pairs(samples, of, f"stepnum {of} > {STEPNUM}")])
+    words = [
+        f"stepnum {stepnum} against {STEPNUM}: {_held(contrasts[at * len(CELLS) : (at + 1) * len(CELLS)])}"
+        for at, stepnum in enumerate(others)
+    ]
     return Finding(
-        supported(holds),
-        "; ".join(f"stepnum {stepnum} against {STEPNUM}: {text}" for stepnum, text in words.items()) + ".",
+        supported_by(contrasts),
+        f"{'; '.join(words)}.",
         parts=(
             Part(
                 "On a map like that of Fig. 7, stepnum 0 and 5 collide and 3 does not.",
@@ -219,7 +200,7 @@ def _check_c39(evidence: Evidence) -> Finding:
             ),
             Part(
                 "On random maps, stepnum 3 collides less often than 0 and than 5.",
-                supported(holds),
+                supported_by(contrasts),
                 f"shown in {sum(one.holds for one in contrasts)} of {len(contrasts)} contrasts",
             ),
             *(_curve_part(samples, integral) for integral in ("exact", "raster")),
@@ -244,8 +225,8 @@ def _check_c39(evidence: Evidence) -> Finding:
     figures=("Fig. 8",),
 )
 def _check_c40(evidence: Evidence) -> Finding:
-    missions = shipped("fig8")
-    without, with_them = (missions[name].fly() for name in ("without virtual obstacles", "with virtual obstacles"))
+    flights = fly_variants(load_mission("fig8"))
+    without, with_them = flights["without virtual obstacles"], flights["with virtual obstacles"]
     (pair,) = without.separations
     away = math.dist(pair.where, MEETING)
     as_shown = _collide(without) and away <= NEAR_MEETING and not _collide(with_them)
@@ -254,10 +235,10 @@ def _check_c40(evidence: Evidence) -> Finding:
     case = {"integral": "exact", "radius": RADIUS, "stepnum": NO_OBSTACLE}
     collided = samples.column("collided", **case) > 0.0
     near = proportion(samples.column("from_meeting", **case)[collided] <= NEAR_MEETING)
-    (ax, ay), (bx, by) = (uav.start for uav in missions["without virtual obstacles"].uavs)
-    detour = math.dist((ax, ay), MEETING) - math.dist((bx, by), MEETING)
+    a, b = (math.dist(uav.start, MEETING) for uav in without.mission.uavs)
+    detour = a - b
     return Finding(
-        supported(as_shown and all(one.holds for one in contrasts)),
+        supported(as_shown and all_hold(contrasts)),
         f"On mission fig8 the two come within {without.least_separation:.3g} at ({pair.where[0]:.3g}, "
         f"{pair.where[1]:.3g}) without virtual obstacles, within {with_them.least_separation:.3g} with them; on random "
         f"maps {_held(contrasts)}.",
@@ -269,7 +250,7 @@ def _check_c40(evidence: Evidence) -> Finding:
             ),
             Part(
                 "On random maps, fewer collide with virtual obstacles.",
-                supported(all(one.holds for one in contrasts)),
+                supported_by(contrasts),
                 _held(contrasts),
             ),
         ),
@@ -313,8 +294,8 @@ def _conflicts(samples: Samples) -> list[tuple[int, int, int, int, int]]:
     figures=("Fig. 8",),
 )
 def _check_c41(evidence: Evidence) -> Finding:
-    missions = counterexamples.mission(COUNTEREXAMPLE).missions(get)
-    without, with_them = (missions[name].fly() for name in ("without virtual obstacles", "with virtual obstacles"))
+    flights = fly_variants(counterexamples.mission(COUNTEREXAMPLE))
+    without, with_them = flights["without virtual obstacles"], flights["with virtual obstacles"]
     require(not _collide(without), f"the UAVs of {COUNTEREXAMPLE} collide without virtual obstacles, too")
     require(_collide(with_them), f"the UAVs of {COUNTEREXAMPLE} no longer collide with virtual obstacles")
     samples = evidence.samples["stepnum"]
@@ -337,11 +318,7 @@ def _check_c41(evidence: Evidence) -> Finding:
                 Verdict.REFUTED,
                 f"over all cells they avoid {prevented} of {conflicts} conflicts and cause {caused} new ones",
             ),
-            Part(
-                "With virtual obstacles, UAVs collide less often.",
-                supported(all(one.holds for one in contrasts)),
-                _held(contrasts),
-            ),
+            Part("With virtual obstacles, UAVs collide less often.", supported_by(contrasts), _held(contrasts)),
         ),
         tables=(table, rate_table("Collisions without virtual obstacles, and with them", contrasts)),
         notes=("Planning in space and time around the others' plans does keep the distance: avoidance='prioritized'.",),
@@ -361,22 +338,20 @@ def _check_c41(evidence: Evidence) -> Finding:
 def _check_c48(evidence: Evidence) -> Finding:
     samples = evidence.samples["few-threats"]
     cases = [{**cell, "threats": threats} for threats in FEW_THREATS for cell in CELLS]
-    succeeded = [samples.column("arrived", **case) * (1.0 - samples.column("collided", **case)) for case in cases]
-    p_values = holm([at_least(column, MOSTLY) for column in succeeded])
-    rates = [proportion(column) for column in succeeded]
-    rows = [
-        (cell_name(case), found.n, found.count, found.rate, *found.interval, p)
-        for case, found, p in zip(cases, rates, p_values, strict=True)
-    ]
-    flights = {name: next(iter(shipped(name).values())).fly() for name in ("fig12-five", "fig12-seven")}
-    works = all(flight.all_arrived and flight.least_separation >= COLLISION_DISTANCE for flight in flights.values())
-    shown = sum(p < ALPHA for p in p_values)
-    apart = ", ".join(f"{flight.least_separation:.2g}" for flight in flights.values())
+    found = shares(
+        {
+            cell_name(case): samples.column("arrived", **case) * (1.0 - samples.column("collided", **case))
+            for case in cases
+        }
+    )
+    rates = [one.found.rate for one in found]
+    flights = [flight for name in ("five", "seven") for flight in fly_variants(load_mission(f"fig12-{name}")).values()]
+    works = all(flight.all_arrived and not _collide(flight) for flight in flights)
+    apart = ", ".join(f"{flight.least_separation:.2g}" for flight in flights)
     return Finding(
-        supported(works and shown == len(cases)),
-        f"Both arrive without a collision on {min(one.rate for one in rates):.3g} to "
-        f"{max(one.rate for one in rates):.3g} of random maps; that it is more than {MOSTLY:g} is shown in {shown} of "
-        f"{len(cases)} cells.",
+        supported(works and all(one.holds for one in found)),
+        f"Both arrive without a collision on {min(rates):.3g} to {max(rates):.3g} of random maps; that it is more than "
+        f"{MOSTLY:g} is shown in {sum(one.holds for one in found)} of {len(found)} cells.",
         parts=(
             Part(
                 "On maps like those of Fig. 12, both arrive and keep apart.",
@@ -388,7 +363,7 @@ def _check_c48(evidence: Evidence) -> Finding:
             Table(
                 "Two UAVs that share and keep apart by virtual obstacles: both arrive, and never collide",
                 ("cell", "maps", "succeed", "share", "95 % from", "to", f"p of at most {MOSTLY:g} (Holm)"),
-                rows,
+                [(one.case, one.found.n, one.found.count, *one.row[2:], one.p_holm) for one in found],
             ),
         ),
         notes=(

@@ -33,15 +33,7 @@ def displacements(n: int) -> tuple[IntArray, IntArray, IntArray]:
     """
     List by how many columns and rows the points of a pair can differ, and how many pairs do.
 
-    Parameters
-    ----------
-    n
-        Points a side.
-
-    Returns
-    -------
-    across, up, pairs
-        Shape ``(n^2 - 1,)`` each; a pair that goes up and one that goes down by as much count together.
+    Those that go up and down by as much count together.
 
     Examples
     --------
@@ -113,14 +105,7 @@ class Counted:
 
 def counted_label_setting(weights: FloatArray, target: int, source: int) -> Counted:
     """
-    Run Eqs 9 to 12 one comparison after the other.
-
-    Parameters
-    ----------
-    weights
-        ``A``, shape ``(n, n)``, all finite.
-    target, source
-        Nodes.
+    Run Eqs 9 to 12 one comparison after the other, on finite weights ``A``, shape ``(n, n)``.
 
     Examples
     --------
@@ -173,21 +158,9 @@ class FlightCounts:
 
 def count_flight(field: RiskField, *, k: float, n: int) -> FlightCounts | None:
     """
-    Fly the paper's flight on a lattice of N x N points, steps of 0.4 of its units, and count what its plans take.
+    Fly the paper's flight on a lattice of n x n points, steps of 0.4 of its units, and count what its plans take.
 
-    Parameters
-    ----------
-    field
-        The true threats, unknown at first.
-    k
-        Risk weight.
-    n
-        Points a side.
-
-    Returns
-    -------
-    counts
-        None if the flight did not arrive.
+    None if the flight did not arrive.
 
     Examples
     --------
@@ -205,8 +178,7 @@ def count_flight(field: RiskField, *, k: float, n: int) -> FlightCounts | None:
         if knowledge is not known:
             known = knowledge
             graph = GeometricGraph.complete(lattice, RiskField(list(knowledge.threats.values())), k, extra=(GOAL,))
-            goal = int(np.flatnonzero((np.asarray(graph.positions) == GOAL).all(axis=1))[0])
-            matrix = lazy_cost_matrix(graph, goal)
+            matrix = lazy_cost_matrix(graph, graph.node_at(GOAL))
         position = flown.position_at(tick)
         joined, node = linked(matrix, START if position is None else position)
         nodes = joined.graph.n_nodes

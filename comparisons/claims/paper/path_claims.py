@@ -5,16 +5,16 @@ import math
 
 import numpy as np
 
-from cgla_graph._types import FloatArray, IntArray
+from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Finding, Kind, Part, Table, Verdict, claim, require
+from cgla_graph.comparisons.claims.contrasts import INTEGRALS
 from cgla_graph.comparisons.claims.evidence import Evidence
-from cgla_graph.comparisons.claims.paper.flights import BOUNDS
+from cgla_graph.comparisons.claims.paper.flights import paper_lattice
 from cgla_graph.comparisons.claims.paper.random_graphs import SAME, random_field, random_graph, zero_diagonal
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph.fusion.fusion import fused_graph
 from cgla_graph.model.graph import GeometricGraph
-from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import solve
@@ -34,7 +34,7 @@ def _check_c14(evidence: Evidence) -> Finding:
         graph = random_graph(rng, most=8)
         source, target = (int(node) for node in rng.integers(graph.n_nodes, size=2))
         answer = solve(GraphProblem(graph, source, target), Cgla())
-        best = _brute_force(graph.weight_matrix(), source, target)
+        best = min(_all_costs(graph.weight_matrix(), source, target))
         require(
             math.isclose(answer.cost, best, rel_tol=SAME) or (math.isinf(best) and not answer.status.has_path),
             "a cheaper path exists",
@@ -42,7 +42,7 @@ def _check_c14(evidence: Evidence) -> Finding:
     excess = []
     for seed in evidence.scale.map_seeds(evidence.instances(60, 6)):
         problem = random_scenario(seed).problem
-        lattice = solve(problem, Cgla(), resolution=Lattice(20, bounds=BOUNDS, kind="upper")).cost
+        lattice = solve(problem, Cgla(), resolution=paper_lattice()).cost
         excess.append(lattice / min(lattice, solve(problem, "hybrid").cost) - 1.0)
     require(_unsupported_is_missed(), "the stored graph's middle path is best for some K")
     return Finding(
@@ -66,15 +66,16 @@ def _check_c14(evidence: Evidence) -> Finding:
     )
 
 
-def _brute_force(weights: FloatArray, source: int, target: int) -> float:
+def _all_costs(weights: FloatArray, source: int, target: int) -> list[float]:
+    """List the costs of all paths of a small graph that pass no node twice."""
     if source == target:
-        return 0.0
+        return [0.0]
     others = [node for node in range(len(weights)) if node not in {source, target}]
-    return min(
+    return [
         math.fsum(weights[a, b] for a, b in itertools.pairwise((source, *between, target)))
         for size in range(len(others) + 1)
         for between in itertools.permutations(others, size)
-    )
+    ]
 
 
 def _unsupported_is_missed() -> bool:
@@ -102,14 +103,14 @@ def _unsupported_is_missed() -> bool:
 )
 def _check_c15(evidence: Evidence) -> Finding:
     rng, count = evidence.rng("C15"), evidence.instances(60, 8)
-    circles = {"exact": 0, "raster": 0}
+    circles = dict.fromkeys(INTEGRALS, 0)
     walks = 0
     for _ in range(count):
         field, k = random_field(rng), float(rng.choice([10.0, 50.0, 200.0]))
-        lattice = Lattice(10, bounds=BOUNDS, kind="upper")
+        lattice = paper_lattice(10)
         pivots = [0, *rng.integers(100, size=int(rng.integers(20, 400))).tolist()]
-        for integral in ("exact", "raster"):
-            graph = fused_graph(lattice, [field], k, integral="exact" if integral == "exact" else "raster")
+        for integral in INTEGRALS:
+            graph = fused_graph(lattice, [field], k, integral=integral)
             weights = zero_diagonal(graph)
             matrix = cost_matrix(graph, 0, schedule="given", order=pivots)
             circles[integral] += sum(_runs_in_circle(weights, matrix, node) for node in range(1, 100))
@@ -159,8 +160,9 @@ def _runs_in_circle(weights: FloatArray, matrix: CostMatrix, node: int) -> bool:
 )
 def _check_c16(_: Evidence) -> Finding:
     star, diamond = (counterexamples.graph(f"remark-1-{name}.json") for name in ("star", "diamond"))
-    sizes = {name: _delta_sizes(problem) for name, problem in (("star", star), ("diamond", diamond))}
-    ways = {name: _best_paths(problem) for name, problem in (("star", star), ("diamond", diamond))}
+    stored = {"star": star, "diamond": diamond}
+    sizes = {name: [len(one) for one in cost_matrix(of.graph, of.target).delta_sets] for name, of in stored.items()}
+    ways = {name: _best_paths(problem) for name, problem in stored.items()}
     require(max(sizes["star"]) > 1 and ways["star"] == 1, "the star has no Delta set of two, or two best paths")
     require(max(sizes["diamond"]) == 1 and ways["diamond"] == 2, "the diamond has a Delta set of two, or one best path")  # noqa: PLR2004
     return Finding(
@@ -184,20 +186,8 @@ def _check_c16(_: Evidence) -> Finding:
     )
 
 
-def _delta_sizes(problem: GraphProblem) -> list[int]:
-    deltas: list[IntArray] = cost_matrix(problem.graph, problem.target).delta_sets
-    return [len(delta) for delta in deltas]
-
-
 def _best_paths(problem: GraphProblem) -> int:
-    """Count the best paths of a small graph by trying all."""
+    """Count the best paths of a small graph."""
     graph = problem.graph
-    source, target = graph.index_of(problem.source), graph.index_of(problem.target)
-    others = [node for node in range(graph.n_nodes) if node not in {source, target}]
-    weights = graph.weight_matrix()
-    costs = [
-        float(sum(weights[a, b] for a, b in itertools.pairwise((source, *between, target))))
-        for size in range(len(others) + 1)
-        for between in itertools.permutations(others, size)
-    ]
+    costs = _all_costs(graph.weight_matrix(), graph.index_of(problem.source), graph.index_of(problem.target))
     return sum(math.isclose(cost, min(costs)) for cost in costs)

@@ -32,10 +32,8 @@ def random_field(rng: np.random.Generator) -> RiskField:
 
 def least_costs(graph: GeometricGraph, target: int) -> FloatArray:
     """Return G by scipy's Dijkstra."""
-    weights = graph.weight_matrix().copy()
-    np.fill_diagonal(weights, 0.0)
     # rows of ours lead to the target, scipy's lead away from it
-    edges = csgraph.csgraph_from_dense(weights.T, null_value=np.inf)
+    edges = csgraph.csgraph_from_dense(zero_diagonal(graph).T, null_value=np.inf)
     # the stubs of scipy know no sparse arrays here
     search: Any = csgraph.dijkstra
     found: FloatArray = search(edges, indices=target)

@@ -14,23 +14,31 @@ from cgla_graph.comparisons.claims.contrasts import (
     Contrast,
     adjusted,
     all_hold,
-    contrast,
     contrast_table,
+    in_cells,
     span,
+    supported_by,
     tally,
 )
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import experiment
 from cgla_graph.comparisons.claims.inference import log_shift, proportion
-from cgla_graph.comparisons.claims.paper.flights import RADIUS, STEP, STEPNUM, TEAM_K, fly_two, team_measures
-from cgla_graph.comparisons.claims.paper.obstacle_claims import shipped
+from cgla_graph.comparisons.claims.paper.flights import (
+    RADIUS,
+    STEP,
+    STEPNUM,
+    TEAM_K,
+    fly_two,
+    fly_variants,
+    team_measures,
+)
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.records import Flight
 from cgla_graph.mission.rules import LEAST_GAMMA
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.virtual_obstacle import VirtualObstacle
+from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.scenarios.random_map import random_scenario
-from cgla_graph.solvers import get
 
 #: Risk weights of the comparison with and without sharing.
 SHARING_KS = (20, 70)
@@ -39,8 +47,6 @@ BLIND = 1e-6
 COUNTEREXAMPLE = "c42-sharing-hurts.toml"
 #: What sharing takes off the sum of risk and the length in the paper's Table 3, percent.
 PAPER_SAVES = {"risk_sum": 100.0 * (1.0 - 0.5383 / 0.9825), "length": 100.0 * (1.0 - 240.0 / 281.6)}
-#: The share of missions that has to succeed for "it works".
-MOSTLY = 0.95
 #: What rounding may do to distances on a map of size 1.
 ROUNDING = 1e-12
 
@@ -69,36 +75,23 @@ def sample_sharing(seed: int) -> list[dict[str, Any]]:
     field = random_scenario(seed).problem.field
     records = []
     for cell, k in product(CELLS, SHARING_KS):
-        integral, radius = cell["integral"], cell["radius"]
-        ways = sharings(seed)
-        if k != TEAM_K:
-            ways = {name: ways[name] for name in ("none", "global")}
-        for name, sharing in ways.items():
-            flight = fly_two(field, k=k, integral=integral, radius=radius, sharing=sharing)
-            records.append({**cell, "k": k, "sharing": name, **team_measures(flight)})
+        flights = {
+            name: fly_two(field, k=k, sharing=sharing, **cell)
+            for name, sharing in sharings(seed).items()
+            if k == TEAM_K or name in {"none", "global"}
+        }
         if k == TEAM_K:
             # a matrix kept elsewhere, out of reach from take-off on: no sighting gets into it
-            flight = fly_two(field, k=k, integral=integral, radius=BLIND)
-            records.append({**cell, "k": k, "sharing": "unreachable", **team_measures(flight)})
+            flights["unreachable"] = fly_two(field, k=k, **{**cell, "radius": BLIND})
+        records += [{**cell, "k": k, "sharing": name, **team_measures(one)} for name, one in flights.items()]
     return records
 
 
 def effects_of_sharing(samples: Samples, measure: str) -> list[Contrast]:
     """Compare a sum over both UAVs without and with sharing, in every cell and for every K."""
-    return adjusted(
-        [
-            contrast(
-                samples,
-                f"{measure}: without > with",
-                measure,
-                {"sharing": "none"},
-                {"sharing": "global"},
-                {**cell, "k": k},
-            )
-            for k in SHARING_KS
-            for cell in CELLS
-        ]
-    )
+    cells = [{**cell, "k": k} for k in SHARING_KS for cell in CELLS]
+    without, shared = {"sharing": "none"}, {"sharing": "global"}
+    return adjusted(in_cells(samples, f"{measure}: without > with", measure, without, shared, cells))
 
 
 def _saves(contrasts: Sequence[Contrast]) -> str:
@@ -108,8 +101,8 @@ def _saves(contrasts: Sequence[Contrast]) -> str:
 
 def _sharing_hurts() -> dict[str, float]:
     """Fly the stored counterexample again, assert that sharing hurts in every measure, and return by what factor."""
-    missions = counterexamples.mission(COUNTEREXAMPLE).missions(get)
-    without, shared = (team_measures(missions[name].fly()) for name in ("without sharing", "with sharing"))
+    flights = fly_variants(counterexamples.mission(COUNTEREXAMPLE))
+    without, shared = (team_measures(flights[name]) for name in ("without sharing", "with sharing"))
     require(without["arrived"] and shared["arrived"], f"{COUNTEREXAMPLE}: not all arrive")
     factors = {name: shared[name] / without[name] for name in ("length", "risk_sum", "risk", "cost")}
     for name, factor in factors.items():
@@ -141,14 +134,13 @@ def _check_c42(evidence: Evidence) -> Finding:
     samples = evidence.samples["sharing"]
     risk, length = (effects_of_sharing(samples, measure) for measure in ("risk_sum", "length"))
     factors = _sharing_hurts()
-    holds = all_hold(risk) and all_hold(length)
     return Finding(
-        supported(holds),
+        supported_by([*risk, *length]),
         f"Over both UAVs, sharing takes {_saves(risk)} off the sum of risk (shown {tally(risk)}) and {_saves(length)} "
         f"off the length (shown {tally(length)}).",
         parts=(
-            Part("Sharing lowers the risk.", supported(all_hold(risk)), f"by {_saves(risk)}, {tally(risk)}"),
-            Part("Sharing shortens the flight.", supported(all_hold(length)), f"by {_saves(length)}, {tally(length)}"),
+            Part("Sharing lowers the risk.", supported_by(risk), f"by {_saves(risk)}, {tally(risk)}"),
+            Part("Sharing shortens the flight.", supported_by(length), f"by {_saves(length)}, {tally(length)}"),
             Part(
                 "Sharing never hurts.",
                 Verdict.REFUTED,
@@ -200,8 +192,8 @@ def _check_c43(evidence: Evidence) -> Finding:
     seeds = evidence.scale.map_seeds(evidence.instances(100, 10))
     told = sum(require_union(fly_two(random_scenario(seed).problem.field, sharing="global")) for seed in seeds)
     require(told > 0, "on no map was anybody told anything")
-    missions = shipped("fig4")
-    shared, alone = (missions[name].fly().uavs["left"] for name in ("with sharing", "without sharing"))
+    flights = fly_variants(load_mission("fig4"))
+    shared, alone = (flights[name].uavs["left"] for name in ("with sharing", "without sharing"))
     at_start = set(shared.knowledge_at(0).threats) - set(alone.knowledge_at(0).threats)
     require(at_start, "in mission fig4, the left UAV knows no more at its start with sharing")
     return Finding(
@@ -259,32 +251,20 @@ def _communication_table(samples: Samples) -> Table:
 )
 def _check_c45(evidence: Evidence) -> Finding:
     samples = evidence.samples["sharing"]
-    ways = list(sharings(0))
     cells = [{**cell, "k": TEAM_K} for cell in CELLS]
+    unreachable, own = {"sharing": "unreachable"}, {"sharing": "none"}
     cost, risk = (
-        adjusted(
-            [
-                contrast(
-                    samples,
-                    f"{measure}: out of reach > own",
-                    measure,
-                    {"sharing": "unreachable"},
-                    {"sharing": "none"},
-                    cell,
-                )
-                for cell in cells
-            ]
-        )
+        adjusted(in_cells(samples, f"{measure}: out of reach > own", measure, unreachable, own, cells))
         for measure in ("cost", "risk_sum")
     )
     return Finding(
-        supported(all_hold(cost) and all_hold(risk)),
+        supported_by([*cost, *risk]),
         "Without communication, one matrix that nobody can reach costs more than a matrix each: cost shown "
         f"{tally(cost)}, sum of risk shown {tally(risk)}.",
         parts=(
             Part(
                 "Without communication, a matrix each is better than one for all.",
-                supported(all_hold(cost) and all_hold(risk)),
+                supported_by([*cost, *risk]),
                 f"cost {tally(cost)}; sum of risk {tally(risk)}",
             ),
             Part(
@@ -303,7 +283,7 @@ def _check_c45(evidence: Evidence) -> Finding:
                 "The paper does not say what UAVs do that cannot reach the shared matrix. Here they fly on what it "
                 "said at take-off, when nothing was detected: the straight line."
             ),
-            f"The other {len(ways) - 1} ways of telling are no part of the verdict.",
+            f"The other {len(sharings(0)) - 1} ways of telling are no part of the verdict.",
         ),
     )
 
@@ -320,9 +300,9 @@ def _check_c45(evidence: Evidence) -> Finding:
 def _check_c51(evidence: Evidence) -> Finding:
     samples = evidence.samples["sharing"]
     risk, length = (effects_of_sharing(samples, measure) for measure in ("risk_sum", "length"))
-    shown = all_hold(risk) and all_hold(length)
-    missions = shipped("fig9")
-    without, shared = (team_measures(missions[name].fly()) for name in ("without sharing", "with sharing"))
+    shown = all_hold([*risk, *length])
+    flights = fly_variants(load_mission("fig9"))
+    without, shared = (team_measures(flights[name]) for name in ("without sharing", "with sharing"))
     can = shared["length"] < without["length"] and shared["risk_sum"] < without["risk_sum"]
     rates = _both_better(samples)
     return Finding(

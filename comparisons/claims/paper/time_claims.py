@@ -124,27 +124,12 @@ def _check_c47(evidence: Evidence) -> Finding:
 
 
 def judge_c47(seconds: FloatArray) -> Finding:
-    """
-    Decide by times of plans.
-
-    Parameters
-    ----------
-    seconds
-        Shape ``(maps, 3)``, for N = 15, 20 and 25.
-    """
+    """Decide by seconds of plans, shape ``(maps, 3)``, for N = 15, 20 and 25."""
     shifts: list[Shift] = [log_shift(seconds[:, i + 1], seconds[:, i]) for i in range(len(TIMED_SIZES) - 1)]
     adjusted = holm([shift.p for shift in shifts])
     slower = all(p < ALPHA and shift.effect > 0.0 for p, shift in zip(adjusted, shifts, strict=True))
     rows: list[list[Entry]] = [
-        [
-            f"{more} against {less}",
-            pair_count(more**2) / pair_count(less**2),
-            shift.shift.median,
-            shift.shift.low,
-            shift.shift.high,
-            shift.effect,
-            p,
-        ]
+        [f"{more} against {less}", pair_count(more**2) / pair_count(less**2), *shift.shift, shift.effect, p]
         for (less, more), shift, p in zip(itertools.pairwise(TIMED_SIZES), shifts, adjusted, strict=True)
     ]
     ratios = [f"{one.shift.median:.3g} ({one.shift.low:.3g} to {one.shift.high:.3g})" for one in shifts]

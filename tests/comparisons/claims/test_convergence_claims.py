@@ -14,11 +14,9 @@ from cgla_graph.comparisons.claims.claim import Finding, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.paper import convergence_claims as claims
 from cgla_graph.comparisons.claims.paper.convergence_claims import EXCLUSIONS, same_trace
-from cgla_graph.mission.mission import Mission
-from cgla_graph.mission.records import Flight
+from cgla_graph.comparisons.claims.paper.flights import fly_two
 from cgla_graph.mission.simulation import Simulation
-from cgla_graph.mission.uav import Uav
-from cgla_graph.mission.world import World
+from cgla_graph.model.risk import RiskField
 from cgla_graph.solvers import get
 
 BY_ID = catalogue.claims()
@@ -151,20 +149,10 @@ def test_flights_that_differ_between_processes_are_noticed(monkeypatch: pytest.M
         check("C54")
 
 
-def test_a_checksum_tells_flights_apart(monkeypatch: pytest.MonkeyPatch) -> None:
-    uav = Uav("a", (0.1, 0.1), (0.9, 0.9), 0.2)
-    mission = Mission(World(), [uav], get("cgla"), resolution=4)
-    whole = claims.digest([mission])
-    fly = claims.fly
-
-    def nearly(mission: Mission) -> Flight:
-        flight = fly(mission)
-        (one,) = flight.uavs.values()
-        moved = dataclasses.replace(one, trace=np.nextafter(one.trace, 2.0))
-        return dataclasses.replace(flight, uavs={one.name: moved})
-
-    monkeypatch.setattr(claims, "fly", nearly)
-    assert claims.digest([mission]) != whole
+def test_a_checksum_tells_flights_apart() -> None:
+    flight = fly_two(RiskField())
+    moved = {name: dataclasses.replace(one, trace=np.nextafter(one.trace, 2.0)) for name, one in flight.uavs.items()}
+    assert claims.digest([dataclasses.replace(flight, uavs=moved)]) != claims.digest([flight])
 
 
 def test_more_maps_are_more_seeds(monkeypatch: pytest.MonkeyPatch) -> None:
