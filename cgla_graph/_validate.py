@@ -104,6 +104,20 @@ def point_array(name: str, value: ArrayLike) -> FloatArray:
     return array
 
 
+def together(starts: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Broadcast the ends of segments to one shape ``(..., 2)``, in new arrays, or raise `ProblemError`."""
+    try:
+        first, second = np.broadcast_arrays(starts, ends)
+    except ValueError:
+        msg = (
+            f"starts {starts.shape} and ends {ends.shape} do not broadcast; give one end for each start, or shapes "
+            "such as (n, 1, 2) and (m, 2) for all pairs"
+        )
+        raise ProblemError(msg) from None
+    # kernels are compiled once for arrays that may be written to, and once more for others
+    return np.array(first, order="C"), np.array(second, order="C")
+
+
 def four_numbers(name: str, value: object) -> Bounds:
     """Return `value` as four floats, or raise `ProblemError` unless it is as many finite numbers."""
     numbers = _numbers(name, value, "(x_min, y_min, x_max, y_max)")

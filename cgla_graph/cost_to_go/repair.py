@@ -284,9 +284,8 @@ def with_node(graph: GeometricGraph, point: Point) -> tuple[GeometricGraph, Node
     >>> node, graph.weights_from(node).tolist()
     (2, [5.0, 4.0, 0.0])
     """
-    _, model = _complete(graph)
+    (positions, *_), model = _complete(graph)
     spot = pair("the point", point)
-    positions = _positions(graph)
     if (node := graph.node_at(spot)) is not None:
         return graph, node
     n = graph.n_nodes
@@ -353,10 +352,6 @@ def _check_model(model: CostModel) -> None:
 
 def _is_proper(*models: CostModel) -> bool:
     return all(model.field.is_probability for model in models)
-
-
-def _positions(graph: GeometricGraph) -> FloatArray:
-    return np.empty((0, 2)) if graph.positions is None else graph.positions
 
 
 @lru_cache(maxsize=8)

@@ -11,7 +11,7 @@ from shapely.geometry import GeometryCollection, LineString, MultiPolygon, Point
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray
-from cgla_graph._validate import point_array
+from cgla_graph._validate import point_array, together
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.no_fly_kernels import AreaArrays, in_line, pair_sectors, segments_cross
 
@@ -152,17 +152,9 @@ class NoFlyArea:
         >>> cells.crosses([0, 2], [[2, 0], [2, 0.5]])
         array([False,  True])
         """
-        first, second = _points(starts, "starts"), _points(ends, "ends")
-        try:
-            shape = np.broadcast_shapes(first.shape, second.shape)
-        except ValueError:
-            message = (
-                f"starts {first.shape} and ends {second.shape} do not broadcast; give one end for each "
-                "start, or shapes such as (n, 1, 2) and (m, 2) for all pairs"
-            )
-            raise ProblemError(message) from None
-        flat = [np.array(np.broadcast_to(points, shape), order="C").reshape(-1, 2) for points in (first, second)]
-        return segments_cross(flat[0], flat[1], self._kernel_arrays).reshape(shape[:-1])
+        first, second = together(_points(starts, "starts"), _points(ends, "ends"))
+        crossing = segments_cross(first.reshape(-1, 2), second.reshape(-1, 2), self._kernel_arrays)
+        return crossing.reshape(first.shape[:-1])
 
     def contains(self, points: ArrayLike) -> BoolArray:
         """

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cgla_graph._types import FloatArray
-from cgla_graph._validate import finite_number, point_array, positive_number
+from cgla_graph._validate import finite_number, point_array, positive_number, together
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_kernels
 
@@ -376,15 +376,10 @@ class RiskField:
         >>> field.line_integral([[-9, 0], [0, 3]], [[9, 0], [0, 3]]).round(6)
         array([2.506628, 0.      ])
         """
-        first, second = point_array("starts", starts), point_array("ends", ends)
-        try:
-            first, second = np.broadcast_arrays(first, second)
-        except ValueError as error:
-            msg = f"starts {first.shape} and ends {second.shape} do not broadcast; give one end for each start"
-            raise ProblemError(msg) from error
+        first, second = together(point_array("starts", starts), point_array("ends", ends))
         out = np.empty(first.shape[:-1])
-        starts_flat, ends_flat = (np.ascontiguousarray(a).reshape(-1, 2) for a in (first, second))
-        risk_kernels.segment_risks(starts_flat, ends_flat, self.kernel_field(), out.reshape(-1))
+        ends_flat = first.reshape(-1, 2), second.reshape(-1, 2)
+        risk_kernels.segment_risks(*ends_flat, self.kernel_field(), out.reshape(-1))
         return out
 
 

@@ -10,7 +10,7 @@ import shapely
 from numpy.typing import ArrayLike
 from shapely.geometry import Point
 
-from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph._validate import point_array
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.no_fly import NoFlyArea
@@ -182,11 +182,7 @@ class _Refiner:
 
     def _without_detours(self, points: FloatArray, corners: FloatArray) -> FloatArray:
         """Take every shortcut that pays between the path's own waypoints, and corners that are near it."""
-        segment, fraction = np.zeros(len(corners), dtype=np.int64), np.zeros(len(corners))
-        corridor_kernels.nearest_on_path(points, corners, segment, fraction)
-        foot = points[segment] + fraction[:, None] * (
-            points[np.minimum(segment + 1, len(points) - 1)] - points[segment]
-        )
+        segment, fraction, foot = _nearest_on_path(points, corners)
         nearest = np.argsort(np.hypot(*(corners - foot).T), kind="stable")[:MOST_CORNERS]
         order = nearest[np.lexsort((fraction[nearest], segment[nearest]))]
         given = np.insert(np.ones(len(points), dtype=np.bool_), segment[order] + 1, values=False)
@@ -312,10 +308,8 @@ class _Refiner:
         """
         if not len(corners):
             return points
-        segment, fraction = np.zeros(len(corners), dtype=np.int64), np.zeros(len(corners))
-        corridor_kernels.nearest_on_path(points, corners, segment, fraction)
-        start, step = points[segment], points[segment + 1] - points[segment]
-        offset = corners - (start + fraction[:, None] * step)
+        segment, fraction, feet = _nearest_on_path(points, corners)
+        step, offset = points[segment + 1] - points[segment], corners - feet
         distance = np.hypot(*offset.T)
         length = np.hypot(*step.T)
         ends_away = np.minimum(fraction, 1.0 - fraction) * length
@@ -328,7 +322,7 @@ class _Refiner:
         for c in sorted(chosen.values(), key=lambda c: (-segment[c], -fraction[c])):
             # from the far end, so that the numbers of the segments before stay
             i = int(segment[c])
-            foot = corners[c] if distance[c] < 1e-9 * spacing else start[c] + fraction[c] * step[c]
+            foot = corners[c] if distance[c] < 1e-9 * spacing else feet[c]
             candidate = np.insert(result, i + 1, self._inside(foot), axis=0)
             if self._is_free(candidate[i : i + 3]).all():
                 result = candidate
@@ -354,6 +348,14 @@ def _convex_corners(area: NoFlyArea) -> tuple[FloatArray, shapely.STRtree]:
     convex = back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0] > 0.0
     corners = np.unique(starts[convex], axis=0)
     return corners, shapely.STRtree([Point(corner) for corner in corners])
+
+
+def _nearest_on_path(points: FloatArray, corners: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Find the point of a path nearest to each corner: number and fraction of its segment, shapes ``(c,)``, and place."""
+    segment, fraction = np.zeros(len(corners), dtype=np.int64), np.zeros(len(corners))
+    corridor_kernels.nearest_on_path(points, corners, segment, fraction)
+    start, end = points[segment], points[np.minimum(segment + 1, len(points) - 1)]
+    return segment, fraction, start + fraction[:, None] * (end - start)
 
 
 def _lengths(points: FloatArray) -> FloatArray:
