@@ -351,7 +351,7 @@ def _convex_corners(area: NoFlyArea) -> tuple[FloatArray, shapely.STRtree]:
 
 
 def _nearest_on_path(points: FloatArray, corners: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Find the point of a path nearest to each corner: number and fraction of its segment, shapes ``(c,)``, and place."""
+    """Find the point of a path nearest to each corner: number and fraction of its segment, ``(c,)``, and place."""
     segment, fraction = np.zeros(len(corners), dtype=np.int64), np.zeros(len(corners))
     corridor_kernels.nearest_on_path(points, corners, segment, fraction)
     start, end = points[segment], points[np.minimum(segment + 1, len(points) - 1)]
