@@ -120,26 +120,6 @@ def test_a_profile_is_that_of_the_definition(table: dict[str, list[float]], fact
         assert profile([0.999])[0] == 0.0
 
 
-@given(table=tables(), units=st.lists(st.sampled_from([0.5, 1.0, 64.0]), min_size=8, max_size=8))
-def test_units_of_instances_do_not_matter(table: dict[str, list[float]], units: list[float]) -> None:
-    scaled = {name: [unit * cost for unit, cost in zip(units, row, strict=False)] for name, row in table.items()}
-    for one, other in zip(performance_profile(table).values(), performance_profile(scaled).values(), strict=True):
-        np.testing.assert_array_equal(one.at, other.at)
-        np.testing.assert_array_equal(one.share, other.share)
-
-
-@given(table=tables(), place=st.integers(0, 7))
-def test_a_failure_lowers_the_profile(table: dict[str, list[float]], place: int) -> None:
-    row = table["s0"]
-    failed = {**table, "s0": [math.inf if i == place % len(row) else cost for i, cost in enumerate(row)]}
-    # among others only: whoever is alone is always the best
-    rival = {"rival": [0.5 if math.isinf(cost) else cost for cost in row]}
-    before, after = performance_profile({**table, **rival})["s0"], performance_profile({**failed, **rival})["s0"]
-    grid = np.geomspace(1.0, 1e7, 50)
-    assert (after(grid) <= before(grid)).all()
-    assert after([math.inf])[0] == sum(cost < math.inf for cost in failed["s0"]) / len(row)
-
-
 def test_profiles_at_the_edge() -> None:
     profiles = performance_profile({"a": [0.0, math.inf, 1.0, -2.0], "b": [0.0, math.inf, 1.0 + 5e-10, -1.0]})
     assert (profiles["a"]([1.0, 1e300]).tolist(), profiles["b"]([1.0, 1e300]).tolist()) == ([0.75, 0.75], [0.5, 0.5])

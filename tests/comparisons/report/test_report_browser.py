@@ -94,6 +94,7 @@ ORDER = """
     const before = (a, b) => Boolean(a.compareDocumentPosition(b) & Node.DOCUMENT_POSITION_FOLLOWING);
     return wall.getBoundingClientRect().width > 50 && before(risk, wall) && before(wall, path);
 """
+PICTURES = ("map", "curves", "success", "profile")
 PATHS = "#map .scatterlayer .trace path.js-line"
 
 
@@ -186,6 +187,13 @@ def with_map(driver: WebDriver) -> None:
     until(driver, lambda: n_paths(driver) > 0)
 
 
+def draw_all(driver: WebDriver) -> None:
+    """Go past every picture, so that all are drawn."""
+    for name in PICTURES:
+        show(driver, f"#{name}")
+        until(driver, lambda name=name: driver.find_elements(By.CSS_SELECTOR, f"#{name} .scatterlayer .trace"))
+
+
 def choose(driver: WebDriver, selector: str, value: str) -> None:
     script = (
         "const s = document.querySelector(arguments[0]); s.value = arguments[1]; s.dispatchEvent(new Event('change'))"
@@ -214,9 +222,8 @@ def numbers(words: Sequence[str]) -> list[float]:
 
 
 def test_every_picture_is_drawn_without_errors_or_requests(page: WebDriver) -> None:
-    for name in ("map", "curves", "success", "profile"):
-        show(page, f"#{name}")
-        until(page, lambda name=name: page.find_elements(By.CSS_SELECTOR, f"#{name} .scatterlayer .trace"))
+    draw_all(page)
+    for name in PICTURES:
         label = one(page, f"#{name} .picture").get_attribute("aria-label")
         assert label is not None
         assert "solvers" in label
@@ -288,7 +295,7 @@ def test_pointing_at_a_path_tells_its_numbers(page: WebDriver, stored: Stored) -
 
 
 def test_the_numbers_of_a_picture_are_there_as_a_table(page: WebDriver, stored: Stored) -> None:
-    for name in ("map", "curves", "success", "profile"):
+    for name in PICTURES:
         show(page, f"#{name} details")
         one(page, f"#{name} summary").click()
         until(page, lambda name=name: page.find_elements(By.CSS_SELECTOR, f"#{name} details tbody tr"))
@@ -447,12 +454,8 @@ def test_light_and_dark(chromium: WebDriver, address: str, colours: str) -> None
 @pytest.mark.parametrize("width", [360, 768, 1280])
 def test_no_width_makes_the_page_scroll_sideways(chromium: WebDriver, address: str, width: int) -> None:
     page = opened(chromium, address, width=width)
-    for name in ("map", "curves", "success", "profile", "runs"):
-        show(page, f"#{name}")
-        until(
-            page,
-            lambda name=name: name == "runs" or page.find_elements(By.CSS_SELECTOR, f"#{name} .scatterlayer .trace"),
-        )
+    draw_all(page)
+    show(page, "#runs")
     for details in page.find_elements(By.CSS_SELECTOR, "details"):
         page.execute_script("arguments[0].open = true", details)
     assert page.execute_script("return document.documentElement.scrollWidth") <= width
@@ -462,7 +465,7 @@ def test_no_width_makes_the_page_scroll_sideways(chromium: WebDriver, address: s
 def test_paper_shows_all_pictures_in_dark_ink(chromium: WebDriver, address: str) -> None:
     page = opened(chromium, address, colours="dark")
     page.execute_script("dispatchEvent(new Event('beforeprint'))")
-    for name in ("map", "curves", "success", "profile"):
+    for name in PICTURES:
         assert page.find_elements(By.CSS_SELECTOR, f"#{name} .scatterlayer .trace")
         drawn = page.execute_script(
             f"return document.querySelector('#{name} svg.main-svg').getBoundingClientRect().width"
@@ -483,9 +486,7 @@ def test_paper_shows_all_pictures_in_dark_ink(chromium: WebDriver, address: str)
 def test_odd_names_appear_as_text_and_run_nothing(chromium: WebDriver, tmp_path: Path) -> None:
     stored = stored_of(odd_runs(), title=f"title {ODD}")
     page = opened(chromium, write_report(stored, tmp_path / "odd.html").as_uri())
-    for name in ("map", "curves", "success", "profile"):
-        show(page, f"#{name}")
-        until(page, lambda name=name: page.find_elements(By.CSS_SELECTOR, f"#{name} .scatterlayer .trace"))
+    draw_all(page)
     show(page, "#map summary")
     one(page, "#map summary").click()
     show(page, "#map")

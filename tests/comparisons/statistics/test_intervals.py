@@ -137,13 +137,6 @@ def test_a_median_is_the_lower_middle_value(sample: list[float]) -> None:
     assert sum(value >= found.median for value in sample) * 2 >= len(sample)
 
 
-@given(sample=st.lists(st.floats(0.0, 10.0), min_size=1, max_size=20), failures=st.integers(0, 20))
-def test_failures_only_make_it_worse(sample: list[float], failures: int) -> None:
-    before, after = estimate(sample), estimate([*sample, *[math.inf] * failures])
-    assert after.median >= before.median
-    assert math.isinf(after.median) == (failures > len(sample))
-
-
 def test_what_is_unknown_stays_unknown() -> None:
     assert all(math.isnan(part) for part in estimate([1.0, math.nan, 2.0]))
 
@@ -189,19 +182,6 @@ def slow_hit(solution: Solution, target: float) -> tuple[float, float]:
 @given(solution=solutions(), target=st.integers(0, 10).map(float) | st.just(math.inf))
 def test_hits_are_those_of_the_definition(solution: Solution, target: float) -> None:
     assert to_target(solution, target) == slow_hit(solution, target)
-
-
-@given(solution=solutions(), targets=st.tuples(st.floats(0.0, 10.0), st.floats(0.0, 10.0)))
-def test_a_harder_target_is_never_hit_sooner(solution: Solution, targets: tuple[float, float]) -> None:
-    hard, easy = (to_target(solution, target) for target in sorted(targets))
-    assert hard >= easy
-    assert to_target(solution) <= easy
-
-
-def test_building_counts() -> None:
-    run = solution_of(1.0, [(0.25, 10, 2.0)], build_seconds=3.0)
-    assert to_target(run) == (3.25, 10)
-    assert to_target(run, 1.0) == (4.0, 100)
 
 
 @pytest.mark.parametrize("status", [status for status in Status if not status.has_path])
@@ -251,15 +231,6 @@ def test_a_curve_is_the_median_at_every_moment(runs: list[Solution]) -> None:
         so_far.sort()
         assert curve.median[i] == statistics.median_low(so_far)
         assert (curve.low[i], curve.high[i]) == (so_far[low - 1], so_far[high - 1])
-
-
-@given(runs=st.lists(solutions(found=True), min_size=6, max_size=9), failures=st.integers(1, 9))
-def test_runs_that_fail_lift_the_curve(runs: list[Solution], failures: int) -> None:
-    without = median_curve(runs)
-    with_them = median_curve([*runs, *[solution_of(math.inf, status=Status.NOT_FOUND)] * failures])
-    np.testing.assert_array_equal(without.seconds, with_them.seconds)
-    assert (with_them.median >= without.median).all()
-    assert math.isinf(with_them.median[-1]) == (failures > len(runs))
 
 
 # What one solver does
