@@ -5,9 +5,9 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy import stats
 
 from cgla_graph._types import FloatArray
@@ -18,8 +18,7 @@ from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution
 
 
-@dataclass(frozen=True, eq=False)
-class StepFunction:
+class StepFunction(NamedTuple):
     """
     A share that rises in steps; it is 0 before the first.
 
@@ -33,17 +32,6 @@ class StepFunction:
 
     at: FloatArray
     share: FloatArray
-
-    def __call__(self, where: ArrayLike) -> FloatArray:
-        """
-        Evaluate it, at any shape of places.
-
-        Examples
-        --------
-        >>> StepFunction(np.array([1.0, 2.0]), np.array([0.5, 1.0]))([0.0, 1.0, 1.5, 9.0])
-        array([0. , 0.5, 0.5, 1. ])
-        """
-        return np.concatenate([[0.0], self.share])[np.searchsorted(self.at, where, side="right")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,8 +133,8 @@ def performance_profile(costs: Mapping[str, Sequence[float]]) -> dict[str, StepF
     Examples
     --------
     >>> profiles = performance_profile({"a": [1.0, 2.0], "b": [2.0, math.inf]})
-    >>> profiles["a"]([1.0]), profiles["b"]([1.0, 2.0, 100.0])
-    (array([1.]), array([0. , 0.5, 0.5]))
+    >>> profiles["b"]
+    StepFunction(at=array([2.]), share=array([0.5]))
     """
     table = cost_table(costs)
     if not table:
