@@ -11,6 +11,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
+import shapely
 from figures import assert_tidy
 from hypothesis import given
 from hypothesis import strategies as st
@@ -19,7 +20,7 @@ from scipy.integrate import quad
 from strategies import examples, few, points, seeds
 
 from cgla_graph.comparisons.claims.artefact import Artefact, Picture
-from cgla_graph.comparisons.claims.paper import routes, single_figures, team_figures
+from cgla_graph.comparisons.claims.paper import single_figures, team_figures
 from cgla_graph.comparisons.claims.paper.field_claims import HIGH, LOW, SIGMAS, weights_from_origin
 from cgla_graph.comparisons.claims.paper.figure_page import NARROW, SELECTED, WIDE, add_map, draw_route, finish, page
 from cgla_graph.comparisons.claims.paper.flights import GOAL, START, STEP, paper_lattice
@@ -195,16 +196,11 @@ def test_a_planned_way_is_no_shorter_than_the_straight_line_and_its_risk_that_of
     way = planned(field, k=k, n=8)
     assert (way.path[0].tolist(), way.path[-1].tolist()) == (list(START), list(GOAL))
     assert way.length >= math.dist(START, GOAL) - 1e-12
-    # walk along the path, a step at a time
-    total, at, waypoints = 0.0, 0.0, way.path
-    corners = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(waypoints, axis=0).T))])
-    while at < corners[-1] - 1e-9 * STEP:
-        leg = max(int(np.searchsorted(corners, at, side="right")) - 1, 0)
-        share = (at - corners[leg]) / (corners[leg + 1] - corners[leg])
-        total += float(field.density(waypoints[leg] + share * (waypoints[leg + 1] - waypoints[leg])))
-        at += STEP
-    total += float(field.density(waypoints[-1]))
-    assert way.risk_sum == pytest.approx(total, rel=1e-6, abs=1e-9)
+    # shapely walks along the path, a step at a time
+    line = shapely.LineString(way.path)
+    places = [line.interpolate(number * STEP) for number in range(math.ceil(line.length / STEP - 1e-9))]
+    met = field.density([(place.x, place.y) for place in places] + [GOAL])
+    assert way.risk_sum == pytest.approx(met.sum(), rel=1e-6, abs=1e-9)
 
 
 def test_no_way_and_a_flight_that_does_not_arrive_are_refused() -> None:
@@ -286,7 +282,3 @@ def test_an_escape_that_is_not_safer_is_refused(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(single_figures, "escape", lambda: turned)
     with pytest.raises(AssertionError, match=r"Fig\. 6"):
         single_figures.fig_6()
-
-
-def test_flying_builds_the_missions_of_the_file() -> None:
-    assert [view.solver for view in routes.fly("fig10", solver="fbcri-style")] == ["fbcri-style"]

@@ -30,24 +30,6 @@ def check(claim: str, maps: int = 8) -> Finding:
     return BY_ID[claim].check(Evidence(Scale(maps=maps)))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("claim", "verdict"),
-    [
-        ("C20", Verdict.PROVED),
-        ("C21", Verdict.REFUTED),
-        ("C22", Verdict.SUPPORTED),
-        ("C23", Verdict.PROVED),
-        ("C36", Verdict.NOT_TESTABLE),
-    ],
-)
-def test_verdicts(claim: str, verdict: Verdict) -> None:
-    finding = check(claim)
-    assert finding.verdict is verdict
-    if verdict is Verdict.REFUTED:
-        assert finding.counterexample in counterexamples.names()
-
-
 @pytest.mark.parametrize("n", range(2, 7))
 def test_formulas_count_what_is_there(n: int) -> None:
     pairs = list(itertools.combinations(itertools.product(range(n), repeat=2), 2))

@@ -6,33 +6,12 @@ import numpy as np
 import pytest
 
 from cgla_graph.comparisons.claims import catalogue, counterexamples
-from cgla_graph.comparisons.claims.claim import Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.risk import RiskField, Threat
 
 QUICK = Evidence(Scale(quick=True))
 CHECKS = {claim.id: claim.check for claim in catalogue.claims().values()}
-
-
-@pytest.mark.parametrize(
-    ("claim", "verdict", "counterexample"),
-    [
-        ("C1", Verdict.REFUTED, "printed-peaks.toml"),
-        ("C2", Verdict.REFUTED, "printed-peaks.toml"),
-        ("C3", Verdict.REFUTED, "very-large-value.toml"),
-        ("C4", Verdict.NOT_TESTABLE, ""),
-        ("C5", Verdict.REFUTED, "printed-peaks.toml"),
-        ("C6", Verdict.PROVED, ""),
-        ("C7", Verdict.PROVED, ""),
-        ("C26", Verdict.PROVED, ""),
-        ("C27", Verdict.NOT_TESTABLE, ""),
-    ],
-)
-def test_verdicts(claim: str, verdict: Verdict, counterexample: str) -> None:
-    found = CHECKS[claim](QUICK)
-    assert (found.verdict, found.counterexample) == (verdict, counterexample)
-    assert CHECKS[claim](QUICK) == found
 
 
 def test_the_membership_reading_alone_is_a_probability() -> None:

@@ -18,26 +18,6 @@ QUICK = Evidence(Scale(quick=True))
 CHECKS = {claim.id: claim.check for claim in catalogue.claims().values()}
 
 
-@pytest.mark.parametrize(
-    ("claim", "verdict", "counterexample"),
-    [
-        ("C8", Verdict.PROVED, ""),
-        ("C9", Verdict.PROVED, ""),
-        ("C10", Verdict.PROVED, ""),
-        ("C11", Verdict.PROVED, "pivot-left-out.json"),
-        ("C12", Verdict.PROVED, ""),
-        ("C13", Verdict.PROVED, "printed-peaks.toml"),
-        ("C15", Verdict.PROVED, ""),
-        ("C16", Verdict.REFUTED, "remark-1-diamond.json"),
-        ("C24", Verdict.REFUTED, "dynamic-programming.toml"),
-    ],
-)
-def test_verdicts(claim: str, verdict: Verdict, counterexample: str) -> None:
-    found = CHECKS[claim](QUICK)
-    assert (found.verdict, found.counterexample) == (verdict, counterexample)
-    assert CHECKS[claim](QUICK) == found
-
-
 def test_the_optimum_is_that_of_the_lattice_only(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Evidence, "instances", lambda *_: 2)
     found = CHECKS["C14"](QUICK)

@@ -46,11 +46,6 @@ def assert_honest(found: Sequence[TableRow]) -> None:
             assert row.online is None
 
 
-@pytest.mark.slow
-def test_all_tables_are_there(tables: dict[str, Comparison]) -> None:
-    assert list(tables) == [f"Table {number}" for number in range(1, 6)]
-
-
 def test_every_printed_number_is_there_once(tables: dict[str, Comparison]) -> None:
     printed = Counter(
         (row.place, row.method, quantity, value)
