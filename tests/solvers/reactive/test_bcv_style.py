@@ -9,22 +9,14 @@ import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import few, plane_problems, scaled, usual
+from strategies import plane_problems, usual
 
 import cgla_graph as cg
 from cgla_graph._types import Point
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.mission.mission import Mission
-from cgla_graph.mission.uav import Uav
-from cgla_graph.mission.world import World
-from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.scenarios.random_map import random_scenario
-from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers.reactive.bcv_style import BcvMemory, BcvStyle, _votes, _with_target
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
-
-CELL = shapely.box(0.29, 0.49, 0.31, 0.51).difference(shapely.box(0.295, 0.495, 0.305, 0.505))
-RING = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
 
 
 def seen_by(problem: cg.Problem) -> tuple[Surroundings, BcvMemory]:
@@ -163,40 +155,12 @@ def test_aversion_to_risk_lowers_the_risk() -> None:
     assert np.median(np.divide(*np.transpose(pairs))) < 0.9
 
 
-@few
-@given(plane_problems(max_threats=3), st.integers(-10, 20))
-def test_the_path_scales_with_the_map(problem: cg.Problem, power: int) -> None:
-    """Powers of two scale without rounding, so that nothing may differ at all."""
-    scale = 2.0**power
-    one, other = (BcvStyle(max_steps=300).solve(it) for it in (problem, scaled(problem, scale)))
-    assert one.status is other.status
-    assert np.array_equal(scale * one.path, other.path)
-
-
-@pytest.mark.parametrize("name", shipped())
-def test_shipped_scenarios_end_in_a_path_or_a_reason(name: str) -> None:
-    answer = cg.solve(load_scenario(name).problem, "bcv-style")
-    assert answer.status.has_path or (answer.status is cg.Status.STUCK and "no headway in 200 steps" in answer.message)
-
-
-def test_before_a_goal_that_is_walled_in_it_gets_stuck_for_want_of_headway() -> None:
-    answer = BcvStyle(patience=60).solve(cg.Problem((0.1, 0.1), (0.8, 0.8), no_fly=RING))
-    assert answer.status is cg.Status.STUCK
-    assert "no headway in 60 steps: never nearer to the goal than" in answer.message
-
-
 def test_a_local_minimum_of_the_behaviours_is_a_status() -> None:
     """C33: a pocket deeper than the virtual goals reach."""
     pocket = shapely.box(0.2, 0.2, 0.8, 0.8).difference(shapely.box(0.0, 0.25, 0.75, 0.75))
     answer = cg.solve(cg.Problem((0.25, 0.5), (0.95, 0.5), no_fly=pocket), "bcv-style")
     assert answer.status is cg.Status.STUCK
     assert "no headway" in answer.message
-
-
-def test_walled_in_it_says_that_every_heading_is_closed() -> None:
-    answer = BcvStyle().solve(cg.Problem((0.3, 0.5), (0.9, 0.5), no_fly=CELL))
-    assert answer.status is cg.Status.STUCK
-    assert answer.message == "at (0.3, 0.5), step 0: every heading is closed by a no-fly area or the bounds"
 
 
 def test_in_a_dead_end_it_turns_around_on_the_spot() -> None:
@@ -208,36 +172,13 @@ def test_in_a_dead_end_it_turns_around_on_the_spot() -> None:
     assert after.position == pytest.approx((0.27, 0.5))
 
 
-def test_peaks_above_1_are_flown_as_they_are() -> None:
-    with pytest.warns(ImproperFieldWarning):
-        field = cg.RiskField([cg.Threat(0.45, 0.4, 0.05, peak=8.0), cg.Threat(0.5, 0.6, 0.05, peak=8.0)], improper=True)
-    answer = BcvStyle().solve(cg.Problem((0.1, 0.5), (0.9, 0.5), field, k=10.0))
-    assert answer.status in {cg.Status.FOUND, cg.Status.STUCK}
-
-
 @pytest.mark.parametrize(
     ("settings", "fault"),
     [
         ({"risk_aversion": -0.1}, "risk_aversion is -0.1; it must be at least 0"),
         ({"risk_aversion": "5"}, "risk_aversion is '5'; give a finite number"),
-        ({"step": math.inf}, "step is inf"),
-        ({"max_steps": 0}, "max_steps is 0"),
-        ({"patience": 0}, "patience is 0"),
     ],
 )
 def test_settings_out_of_range_are_refused(settings: dict[str, Any], fault: str) -> None:
     with pytest.raises(SolverSettingError, match=f"bcv-style: {fault}"):
         BcvStyle(**settings)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_mission_with_full_knowledge_flies_the_planned_path(seed: int) -> None:
-    problem = random_scenario(seed, areas=seed % 2).problem
-    answer = cg.solve(problem, "bcv-style")
-    world = World(problem.field, problem.bounds, no_fly=problem.no_fly)
-    uav = Uav("a", problem.start, problem.goal, 0.2, k=10, step=0.02)
-    flight = Mission(world, [uav], solver=BcvStyle(), knowledge="all").fly().uavs["a"]
-    assert flight.status.label == ("arrived" if answer.status.has_path else "stuck")
-    if answer.status.has_path:
-        assert flight.length == pytest.approx(answer.length, abs=0.03)
-        assert flight.risk == pytest.approx(answer.risk, abs=1e-3)

@@ -8,21 +8,12 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import few, plane_problems, points, scaled, usual
+from strategies import plane_problems, points, usual
 
 import cgla_graph as cg
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.mission.mission import Mission
-from cgla_graph.mission.uav import Uav
-from cgla_graph.mission.world import World
-from cgla_graph.model.risk import ImproperFieldWarning
-from cgla_graph.scenarios.random_map import random_scenario
-from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers.reactive.bendy_ruler import BendyMemory, BendyRuler, _Obstacles
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
-
-CELL = shapely.box(0.29, 0.49, 0.31, 0.51).difference(shapely.box(0.295, 0.495, 0.305, 0.505))
-RING = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
 
 
 def radius(threat: cg.Threat, threshold: float) -> float:
@@ -48,18 +39,6 @@ def test_margins_are_distances_to_discs_and_areas(
         ]
         area = [] if problem.model.area.is_empty else [line.distance(problem.model.area.geometry)]
         assert margin == pytest.approx(min([most, *discs, *area]), abs=1e-9)
-
-
-@pytest.mark.slow
-@usual
-@given(plane_problems())
-def test_its_steps_may_be_flown(problem: cg.Problem) -> None:
-    answer = cg.solve(problem, "bendy-ruler", max_steps=300)
-    assert answer.status in {cg.Status.OPTIMAL, cg.Status.FOUND, cg.Status.STUCK}, answer.message
-    if answer.status is cg.Status.FOUND:
-        assert tuple(answer.path[0]) == problem.start
-        assert tuple(answer.path[-1]) == problem.goal
-        assert np.hypot(*np.diff(answer.path, axis=0)[:-1].T) == pytest.approx(0.02, rel=1e-9)
 
 
 def test_where_nothing_is_in_the_way_it_flies_straight() -> None:
@@ -161,46 +140,11 @@ def test_it_keeps_to_the_side_of_its_last_bearing() -> None:
         assert bearing * last > 0.0
 
 
-@few
-@given(plane_problems(max_threats=3), st.integers(-10, 20))
-def test_the_path_scales_with_the_map(problem: cg.Problem, power: int) -> None:
-    """Powers of two scale without rounding, so that nothing may differ at all."""
-    scale = 2.0**power
-    one, other = (BendyRuler(max_steps=200).solve(it) for it in (problem, scaled(problem, scale)))
-    assert one.status is other.status
-    assert np.array_equal(scale * one.path, other.path)
-
-
-@pytest.mark.parametrize("name", shipped())
-def test_shipped_scenarios_end_in_a_path_or_a_reason(name: str) -> None:
-    answer = cg.solve(load_scenario(name).problem, "bendy-ruler", patience=50)
-    assert answer.status.has_path or (answer.status is cg.Status.STUCK and "no headway in 50 steps" in answer.message)
-
-
-def test_before_a_goal_that_is_walled_in_it_gets_stuck_for_want_of_headway() -> None:
-    answer = BendyRuler(patience=60).solve(cg.Problem((0.1, 0.1), (0.8, 0.8), no_fly=RING))
-    assert answer.status is cg.Status.STUCK
-    assert "no headway in 60 steps: never nearer to the goal than" in answer.message
-
-
 def test_in_a_dead_end_deeper_than_its_lookahead_it_swings_to_and_fro() -> None:
     pocket = shapely.box(0.2, 0.2, 0.8, 0.8).difference(shapely.box(0.0, 0.25, 0.75, 0.75))
     answer = BendyRuler(patience=100).solve(cg.Problem((0.25, 0.5), (0.95, 0.5), no_fly=pocket))
     assert answer.status is cg.Status.STUCK
     assert "no headway" in answer.message
-
-
-def test_walled_in_it_says_that_every_bearing_is_closed() -> None:
-    answer = BendyRuler().solve(cg.Problem((0.3, 0.5), (0.9, 0.5), no_fly=CELL))
-    assert answer.status is cg.Status.STUCK
-    assert answer.message == "at (0.3, 0.5), step 0: every bearing is closed by a no-fly area or the bounds"
-
-
-def test_peaks_above_1_are_flown_as_they_are() -> None:
-    with pytest.warns(ImproperFieldWarning):
-        field = cg.RiskField([cg.Threat(0.45, 0.4, 0.05, peak=8.0), cg.Threat(0.5, 0.6, 0.05, peak=8.0)], improper=True)
-    answer = BendyRuler().solve(cg.Problem((0.1, 0.5), (0.9, 0.5), field, k=10.0))
-    assert answer.status in {cg.Status.FOUND, cg.Status.STUCK}
 
 
 @pytest.mark.parametrize(
@@ -211,23 +155,8 @@ def test_peaks_above_1_are_flown_as_they_are() -> None:
         ({"continue_ratio": 0.9}, "continue_ratio is 0.9; give at least 1"),
         ({"continue_angle": 0}, "continue_angle is 0; it must be above 0"),
         ({"threshold": math.nan}, "threshold is nan; give a finite number"),
-        ({"step": -1}, "step is -1"),
-        ({"patience": 0}, "patience is 0"),
     ],
 )
 def test_settings_out_of_range_are_refused(settings: dict[str, Any], fault: str) -> None:
     with pytest.raises(SolverSettingError, match=f"bendy-ruler: {fault}"):
         BendyRuler(**settings)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_mission_with_full_knowledge_flies_the_planned_path(seed: int) -> None:
-    problem = random_scenario(seed, areas=seed % 2).problem
-    answer = cg.solve(problem, "bendy-ruler")
-    world = World(problem.field, problem.bounds, no_fly=problem.no_fly)
-    uav = Uav("a", problem.start, problem.goal, 0.2, k=10, step=0.02)
-    flight = Mission(world, [uav], solver=BendyRuler(), knowledge="all").fly().uavs["a"]
-    assert flight.status.label == ("arrived" if answer.status.has_path else "stuck")
-    if answer.status.has_path:
-        assert flight.length == pytest.approx(answer.length, abs=0.03)
-        assert flight.risk == pytest.approx(answer.risk, abs=1e-3)

@@ -157,13 +157,6 @@ def test_it_leaves_a_threat_that_it_begins_in() -> None:
     assert answer.status is Status.FOUND
 
 
-def test_a_goal_behind_walls_is_out_of_reach() -> None:
-    ring = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
-    answer = Milp().solve(cg.Problem((0.1, 0.1), (0.8, 0.8), no_fly=ring))
-    assert answer.status is Status.STUCK
-    assert answer.message == "at (0.1, 0.1), step 0: no way to the goal that is wider than 2e-5 of the map is known"
-
-
 def test_where_the_program_has_no_plan_the_graph_of_corners_leads_on(monkeypatch: pytest.MonkeyPatch) -> None:
     wall = shapely.box(0.4, 0.0, 0.6, 0.8)
     problem = cg.Problem((0.1, 0.1), (0.9, 0.1), no_fly=wall)
@@ -180,7 +173,6 @@ def test_where_the_program_has_no_plan_the_graph_of_corners_leads_on(monkeypatch
         ({"nodes": 0}, "milp: nodes is 0"),
         ({"gap": 0.0}, "milp: gap is 0; it must be above 0"),
         ({"reach": -1.0}, "milp: reach is -1; it must be above 0"),
-        ({"step": 0.0}, "milp: step is 0"),
     ],
 )
 def test_settings_are_checked(given_settings: dict[str, Any], message: str) -> None:

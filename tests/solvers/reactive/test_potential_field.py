@@ -7,23 +7,14 @@ import numpy as np
 import pytest
 import shapely
 from hypothesis import given
-from hypothesis import strategies as st
 from scipy.optimize import brentq
-from strategies import few, plane_problems, points, scaled, usual
+from strategies import plane_problems, points, usual
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.mission.mission import Mission
-from cgla_graph.mission.uav import Uav
-from cgla_graph.mission.world import World
-from cgla_graph.model.risk import ImproperFieldWarning
-from cgla_graph.scenarios.random_map import random_scenario
-from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers.reactive.potential_field import PotentialField
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
-
-CELL = shapely.box(0.29, 0.49, 0.31, 0.51).difference(shapely.box(0.295, 0.495, 0.305, 0.505))
 
 
 def potential(problem: cg.Problem, path: FloatArray, solver: PotentialField) -> FloatArray:
@@ -126,59 +117,14 @@ def test_it_slides_along_the_bounds() -> None:
     assert answer.path[:, 1].min() == 0.0
 
 
-@few
-@given(plane_problems(max_threats=3), st.integers(-10, 20))
-def test_the_path_scales_with_the_map(problem: cg.Problem, power: int) -> None:
-    """Powers of two scale without rounding, so that nothing may differ at all."""
-    scale = 2.0**power
-    one, other = (PotentialField().solve(it) for it in (problem, scaled(problem, scale)))
-    assert one.status is other.status
-    assert np.array_equal(scale * one.path, other.path)
-
-
-@pytest.mark.parametrize("name", shipped())
-def test_shipped_scenarios_end_in_a_path_or_a_reason(name: str) -> None:
-    answer = cg.solve(load_scenario(name).problem, "potential-field")
-    assert answer.status.has_path or (answer.status is cg.Status.STUCK and "forces cancel" in answer.message)
-
-
-def test_walled_in_it_says_that_the_forces_cancel() -> None:
-    answer = PotentialField().solve(cg.Problem((0.3, 0.5), (0.9, 0.5), no_fly=CELL))
-    assert answer.status is cg.Status.STUCK
-    assert answer.message.startswith("at (0.3, 0.5), step 0: the forces cancel")
-
-
-def test_peaks_above_1_are_flown_as_they_are() -> None:
-    with pytest.warns(ImproperFieldWarning):
-        field = cg.RiskField([cg.Threat(0.45, 0.4, 0.05, peak=8.0), cg.Threat(0.5, 0.6, 0.05, peak=8.0)], improper=True)
-    answer = PotentialField().solve(cg.Problem((0.1, 0.5), (0.9, 0.5), field, k=10.0))
-    assert answer.status in {cg.Status.FOUND, cg.Status.STUCK}
-
-
 @pytest.mark.parametrize(
     ("settings", "fault"),
     [
         ({"risk_gain": -1}, "risk_gain is -1; it must be at least 0"),
         ({"area_gain": math.nan}, "area_gain is nan; give a finite number"),
         ({"area_reach": 0}, "area_reach is 0; it must be above 0"),
-        ({"step": 0}, "step is 0"),
-        ({"max_steps": 0}, "max_steps is 0"),
-        ({"patience": 2.5}, "patience is 2.5"),
     ],
 )
 def test_settings_out_of_range_are_refused(settings: dict[str, Any], fault: str) -> None:
     with pytest.raises(SolverSettingError, match=f"potential-field: {fault}"):
         PotentialField(**settings)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_mission_with_full_knowledge_flies_the_planned_path(seed: int) -> None:
-    problem = random_scenario(seed, areas=seed % 2).problem
-    answer = cg.solve(problem, "potential-field")
-    world = World(problem.field, problem.bounds, no_fly=problem.no_fly)
-    uav = Uav("a", problem.start, problem.goal, 0.2, k=10, step=0.02)
-    flight = Mission(world, [uav], solver=PotentialField(), knowledge="all").fly().uavs["a"]
-    assert flight.status.label == ("arrived" if answer.status.has_path else "stuck")
-    if answer.status.has_path:
-        assert flight.length == pytest.approx(answer.length, abs=0.03)
-        assert flight.risk == pytest.approx(answer.risk, abs=1e-3)
