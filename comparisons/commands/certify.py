@@ -189,19 +189,18 @@ def print_certificate(run: Run) -> None:
     numbers = f"cost {figure(solution.cost, 9)}{unit}, length {figure(solution.length, 9)}{unit}, "
     numbers += f"risk {figure(solution.risk, 6)}, {len(solution.path)} waypoints"
     none = f"{solution.status.label}: {solution.message or solution.status.value}"
-    _print_line("scenario", f"{scenario.full_title} (k = {scenario.problem.k:g})")
-    _print_line("path", f"{run.solver}: {numbers if solution.status.has_path else none}")
+    output.print_lines({
+        "scenario": f"{scenario.full_title} (k = {scenario.problem.k:g})",
+        "path": f"{run.solver}: {numbers if solution.status.has_path else none}",
+    })  # fmt: skip
     if proof.grids:
         console.out_table(certificate_table(run))
     remedy = "; --max-cells N allows more" if "allowed" in proof.message else ""
-    _print_line("proven", verdict(run, unit=unit))
-    if note := earth.distortion_note(scenario, [solution.path]):
-        _print_line("flat map", note)
-    _print_line("ended", f"{proof.message}{remedy} ({duration(proof.seconds)})")
-
-
-def _print_line(key: str, text: str) -> None:
-    console.out(f"{key:10} {text}\n")
+    output.print_lines({
+        "proven": verdict(run, unit=unit),
+        "flat map": earth.distortion_note(scenario, [solution.path]),
+        "ended": f"{proof.message}{remedy} ({duration(proof.seconds)})",
+    })  # fmt: skip
 
 
 def certificate_document(run: Run) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """What the commands `compare` and `plan` print, and the files that they write."""
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -129,6 +129,11 @@ def print_plan(run: Run) -> None:
         "time": f"{duration(solution.seconds)}, and {duration(solution.build_seconds)} to weigh the graph",
         "remark": solution.message,
     }
+    print_lines(lines)
+
+
+def print_lines(lines: Mapping[str, str]) -> None:
+    """Print what there is to say under each key, a line each."""
     for key, text in lines.items():
         if text:
             console.out(f"{key:10} {text}\n")

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph.comparisons import console, files
+from cgla_graph.comparisons.commands import output
 from cgla_graph.comparisons.numbers import figure, json_number, percent, rounded_down
 from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.entrant import Entrant
@@ -63,13 +64,10 @@ def run_of(scenario: Scenario, entrant: Entrant, solution: Solution) -> Run:
 def print_front(scenario: Scenario, entrant: Entrant, front: Front) -> None:
     """Print a front as a table, or why there is none."""
     if not front.points:
-        for key, text in (
-            ("scenario", scenario.full_title),
-            ("solver", entrant.label),
-            ("status", f"{front.status.label}: {front.status.value}"),
-            ("remark", front.message),
-        ):
-            console.out(f"{key:10} {text}\n" if text else "")
+        status = f"{front.status.label}: {front.status.value}"
+        output.print_lines(
+            {"scenario": scenario.full_title, "solver": entrant.label, "status": status, "remark": front.message}
+        )
         return
     console.out_table(front_table(scenario, entrant, front))
 
@@ -179,6 +177,5 @@ def print_within(scenario: Scenario, plan: PlanWithin) -> None:
         "dual bound": f"none: no path {whom} keeps the budget" if math.isinf(plan.dual_bound) else bound,
         "gap": f"{percent(plan.gap)}: duality gap" if plan.status.has_path else "",
     }
-    for key, text in lines.items():
-        if text and not math.isnan(plan.dual_bound):
-            console.out(f"{key:10} {text}\n")
+    if not math.isnan(plan.dual_bound):
+        output.print_lines(lines)
