@@ -25,9 +25,9 @@ from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 from cgla_graph.errors import MissionError, OutputError
 from cgla_graph.mission.simulation import Simulation
+from cgla_graph.model.solver import Solver
 from cgla_graph.scenarios.mission_file import MissionFile, load_mission
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.base import Solver
 
 #: The log reaches the disk after so many seconds, or when that takes less than a tenth of the time since.
 LOG_SECONDS, LOG_SHARE = 1.0, 0.1
