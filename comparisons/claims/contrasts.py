@@ -6,7 +6,6 @@ line integral or detection radius. So each contrast is measured for both reading
 detection radii within 10 % of the paper's, and Holm's adjustment is made over all contrasts of a table.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, product
@@ -26,6 +25,7 @@ from cgla_graph.comparisons.claims.inference import (
     paired_shift,
     proportion,
 )
+from cgla_graph.comparisons.numbers import json_number
 from cgla_graph.comparisons.statistics.paired import holm
 
 #: Below this an adjusted p-value counts.
@@ -209,7 +209,7 @@ def finite(*values: float) -> tuple[float | None, ...]:
     >>> finite(1.0, float("inf"), float("nan"))
     (1.0, None, None)
     """
-    return tuple(value if math.isfinite(value) else None for value in values)
+    return tuple(json_number(value) for value in values)
 
 
 def cell_name(case: Case) -> str:

@@ -2,13 +2,13 @@
 Statistics of claims: each takes plain numbers, and answers with an effect, its interval and a p-value.
 
 A claim that speaks of a direction is tested in that direction, but its p-value is two-sided: what goes the other way as
-clearly is said as clearly. Missing pairs (NaN) are left out and counted.
+clearly is said as clearly. Pairs of which a value is missing (NaN) are left out.
 """
 
 import math
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,8 +27,8 @@ class Shift:
 
     Attributes
     ----------
-    n, missing
-        Pairs that count, and those without one of the two values.
+    n
+        Pairs of which no value is missing.
     shift
         Hodges-Lehmann estimate of first minus second, with its interval; of `log_shift`, of first over second.
     effect
@@ -38,7 +38,6 @@ class Shift:
     """
 
     n: int
-    missing: int
     shift: Estimate
     effect: float
     p: float
@@ -46,12 +45,7 @@ class Shift:
 
 def paired_shift(first: ArrayLike, second: ArrayLike) -> Shift:
     """
-    Compare paired values by their differences.
-
-    Parameters
-    ----------
-    first, second
-        Shape ``(n,)``; NaN where there is none.
+    Compare paired values, NaN where there is none, by their differences.
 
     Examples
     --------
@@ -59,13 +53,11 @@ def paired_shift(first: ArrayLike, second: ArrayLike) -> Shift:
     >>> shift.shift.median, shift.effect, shift.p
     (1.0, 1.0, 0.015625)
     """
-    a, b = _pairs(first, second)
-    missing = len(np.asarray(first)) - len(a)
-    if not len(a):
-        return Shift(0, missing, Estimate(math.nan, -math.inf, math.inf), 0.0, 1.0)
-    differences = (a - b).tolist()
+    differences = np.subtract(*_pairs(first, second)).tolist()
+    if not differences:
+        return Shift(0, Estimate(math.nan, -math.inf, math.inf), 0.0, 1.0)
     test = signed_rank(differences)
-    return Shift(len(a), missing, hodges_lehmann(differences), test.effect, test.p)
+    return Shift(len(differences), hodges_lehmann(differences), test.effect, test.p)
 
 
 def log_shift(first: ArrayLike, second: ArrayLike) -> Shift:
@@ -81,7 +73,7 @@ def log_shift(first: ArrayLike, second: ArrayLike) -> Shift:
         found = paired_shift(np.log(np.asarray(first, dtype=float)), np.log(np.asarray(second, dtype=float)))
     with np.errstate(over="ignore"):
         ratio = Estimate(*(float(np.exp(end)) for end in found.shift))
-    return Shift(found.n, found.missing, ratio, found.effect, found.p)
+    return replace(found, shift=ratio)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ import json
 from collections.abc import Iterator, Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Any
 
 import jinja2
 
@@ -110,7 +109,7 @@ def report_html(results: Sequence[Result], shown: Sequence[Shown], scale: Scale)
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters["written"] = written
+    environment.filters |= {"written": written, "base64": lambda data: base64.b64encode(data).decode()}
     environment.tests["number"] = is_number
     template = environment.from_string((folder / "report.html").read_text(encoding="utf-8"))
     return template.render(
@@ -123,7 +122,7 @@ def report_html(results: Sequence[Result], shown: Sequence[Shown], scale: Scale)
         about=ABOUT,
         verdicts=list(Verdict),
         kinds=list(Kind),
-        figures=[_figure(one) for one in shown if not isinstance(one.content, Comparison)],
+        figures=[one for one in shown if not isinstance(one.content, Comparison)],
         tables=[one for one in shown if isinstance(one.content, Comparison)],
         heads=HEADS,
         table_row=_table_row,
@@ -132,18 +131,6 @@ def report_html(results: Sequence[Result], shown: Sequence[Shown], scale: Scale)
         everything=rerun("", scale),
         drawn={one.artefact.label: one.artefact.name for one in shown},
     )
-
-
-def _figure(one: Shown) -> dict[str, Any]:
-    picture = one.content if isinstance(one.content, Picture) else None
-    return {
-        "name": one.artefact.name,
-        "label": one.artefact.label,
-        "title": one.artefact.title,
-        "failed": one.failed,
-        "caption": picture.caption if picture else "",
-        "data": base64.b64encode(picture.png).decode() if picture else "",
-    }
 
 
 def _table_row(row: TableRow) -> list[Entry]:

@@ -25,6 +25,8 @@ READINGS: tuple[Reading, ...] = ("membership", "literal", "sigma2", "gauss2d")
 EXACT = 1e-9
 #: What rounding may do to sums and products of a dozen numbers of size 1.
 ROUNDING = 1e-14
+#: Readings of Eq. 5 with several UAVs: all that is known together, and the worst for any of them.
+FUSIONS: tuple[Fusion, ...] = ("union", "max_integral")
 #: What counts as much larger, for want of a number in the paper.
 DOUBLED = 2.0
 #: The two K of Fig. 3, and the sigmas that are tried for it.
@@ -341,14 +343,15 @@ def _check_c7(evidence: Evidence) -> Finding:
         mine, other = RiskField(_draw(rng, 2)), RiskField(_draw(rng, 2))
         starts, ends, at = rng.random((100, 2)), rng.random((100, 2)), rng.random((100, 1))
         middles = starts + at * (ends - starts)
-        for fusion in ("union", "max_integral"):
-            whole, first, second = _pieces(starts, middles, ends, [mine, other], fusion)
-            excess = first + second - whole
-            if fusion == "union":
-                worst = max(worst, float(np.abs(excess).max()))
-            else:
-                least = min(least, float(excess.min()))
-                strict += int((excess > EXACT).sum())
+        parts = ((starts, middles), (middles, ends))
+        union, maximum = (
+            sum(fused_weights(a, b, [mine, other], 10.0, fusion=fusion) for a, b in parts)
+            - fused_weights(starts, ends, [mine, other], 10.0, fusion=fusion)
+            for fusion in FUSIONS
+        )
+        worst = max(worst, float(np.abs(union).max()))
+        least = min(least, float(maximum.min()))
+        strict += int((maximum > EXACT).sum())
     require(worst < EXACT, f"the parts of a segment miss its weight by {worst}")
     require(least > -EXACT, "two parts are cheaper than the whole, which the maximum of integrals does not allow")
     require(strict > 0, "no segment shows that the maximum of integrals does not add up")
@@ -377,17 +380,6 @@ def _check_c7(evidence: Evidence) -> Finding:
             ),
         ),
     )
-
-
-def _pieces(
-    starts: FloatArray, middles: FloatArray, ends: FloatArray, fields: list[RiskField], fusion: Fusion
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Weigh segments, and their two parts."""
-    whole, first, second = (
-        fused_weights(a, b, fields, 10.0, fusion=fusion)
-        for a, b in ((starts, ends), (starts, middles), (middles, ends))
-    )
-    return whole, first, second
 
 
 @claim(
