@@ -38,9 +38,9 @@ from cgla_graph.model.risk_kernels import (
 #: each of them, shape ``(n, u)``; the fields' own tables one below the other, and the ``n + 1`` rows where they begin.
 Fields: TypeAlias = tuple[FloatArray, IntArray, FloatArray, IntArray]
 #: Scratch memory of one thread: threats in reach; Legendre coefficients of ``1 - F`` on a panel for each rival; borders
-#: of the pieces of a panel; scratch of `segment_risk` and `_sample`; indices of the threats in reach; of the rivals,
-#: which are the fields that may be the largest somewhere; and of the rivals that may be the largest on a panel.
-Work: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray, IntArray]
+#: of the pieces of a panel; scratch of `segment_risk` and `_sample`; indices of the rivals, which are the fields that
+#: may be the largest somewhere; and of the rivals that may be the largest on a panel.
+Work: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray]
 
 #: Fields that differ by less count as equal: over a whole segment a fifth of the error that is promised.
 NO_DIFFERENCE = 2e-10
@@ -72,25 +72,13 @@ def workspace(fields: Fields) -> Work:
         np.empty((n_fields, N_NODES)),
         np.empty(n_fields * (n_fields - 1) // 2 + 2),
         np.empty((2 * fields[2].shape[0] + 3 + n_fields, N_NODES)),
-        np.empty(n_threats, dtype=np.int64),
         np.empty(n_fields, dtype=np.int64),
         np.empty(n_fields, dtype=np.int64),
     )
 
 
 @kernel
-def described(
-    x1: float, y1: float, ux: float, uy: float, length: float, threats: FloatArray, active: FloatArray, ids: IntArray
-) -> int:
-    """Count the threats that reach a segment; say what they are along it (`threats_in_reach`), and which."""
-    m = threats_in_reach(x1, y1, ux, uy, length, threats, active)
-    for i in range(m):
-        ids[i] = int(active[i, ROW])
-    return m
-
-
-@kernel
-def _rivals(m: int, ids: IntArray, counts: IntArray, rivals: IntArray) -> int:
+def _rivals(m: int, active: FloatArray, counts: IntArray, rivals: IntArray) -> int:
     """
     List the fields that may be the largest somewhere, and count them.
 
@@ -100,7 +88,7 @@ def _rivals(m: int, ids: IntArray, counts: IntArray, rivals: IntArray) -> int:
     for j in range(counts.shape[0]):
         reached = False
         for i in range(m):
-            reached |= counts[j, ids[i]] > 0
+            reached |= counts[j, int(active[i, ROW])] > 0
         beaten = not reached
         for other in range(counts.shape[0]):
             if beaten:
@@ -109,8 +97,8 @@ def _rivals(m: int, ids: IntArray, counts: IntArray, rivals: IntArray) -> int:
                 below = True
                 equal = True
                 for i in range(m):
-                    below &= counts[j, ids[i]] <= counts[other, ids[i]]
-                    equal &= counts[j, ids[i]] == counts[other, ids[i]]
+                    below &= counts[j, int(active[i, ROW])] <= counts[other, int(active[i, ROW])]
+                    equal &= counts[j, int(active[i, ROW])] == counts[other, int(active[i, ROW])]
                 beaten = below and (not equal or other < j)
         if not beaten:
             rivals[n_rivals] = j
@@ -119,22 +107,20 @@ def _rivals(m: int, ids: IntArray, counts: IntArray, rivals: IntArray) -> int:
 
 
 @kernel
-def _clear(at: float, j: int, m: int, active: FloatArray, ids: IntArray, counts: IntArray) -> float:
+def _clear(at: float, j: int, m: int, active: FloatArray, counts: IntArray) -> float:
     """Evaluate ``1 - F`` of field `j` at the distance `at` from the start of the segment."""
     clear = 1.0
     for i in range(m):
-        for _ in range(counts[j, ids[i]]):
+        for _ in range(counts[j, int(active[i, ROW])]):
             d = at - active[i, AT]
             clear *= 1.0 - math.exp(active[i, LOG_AMPLITUDE] - 0.5 * active[i, PRECISION_AT] * d * d)
     return clear
 
 
 @kernel
-def _sample(
-    start: float, end: float, m: int, active: FloatArray, ids: IntArray, counts: IntArray, n: int, work: Work
-) -> None:
+def _sample(start: float, end: float, m: int, active: FloatArray, counts: IntArray, n: int, work: Work) -> None:
     """Write the Legendre coefficients of ``1 - F`` on a panel, for each of the `n` rivals."""
-    series, scratch, rivals = work[1], work[3], work[5]
+    series, scratch, rivals = work[1], work[3], work[4]
     half = 0.5 * (end - start)
     middle = 0.5 * (end + start)
     left, clear = scratch[0], scratch[1 : n + 1]
@@ -148,7 +134,7 @@ def _sample(
                 d = middle + half * _NODES[node] - centre
                 left[node] = 1.0 - exp_256(offset + scale * d * d)
             for r in range(n):
-                for _ in range(counts[rivals[r], ids[i]]):
+                for _ in range(counts[rivals[r], int(active[i, ROW])]):
                     for node in range(N_NODES):
                         clear[r, node] *= left[node]
     for r in range(n):
@@ -234,7 +220,7 @@ def _crossings(start: float, end: float, length: float, n: int, work: Work) -> t
     The borders of the pieces are written to the cuts, the rivals to the last indices of `work`. No piece (0, 0) means
     that the panel is too wide to say.
     """
-    series, cuts, winners = work[1], work[2], work[6]
+    series, cuts, winners = work[1], work[2], work[5]
     difference, slope = work[3][0], work[3][1]
     top = 0
     for r in range(1, n):
@@ -274,14 +260,14 @@ def _crossings(start: float, end: float, length: float, n: int, work: Work) -> t
 @kernel
 def _winner(at: float, n_winners: int, m: int, counts: IntArray, work: Work) -> int:
     """Return the field that is the largest at the distance `at` from the start of the segment."""
-    active, ids, rivals, winners = work[0], work[4], work[5], work[6]
+    active, rivals, winners = work[0], work[4], work[5]
     best = rivals[winners[0]]
     if n_winners == 1:
         return int(best)
     least = math.inf
     for w in range(n_winners):
         j = rivals[winners[w]]
-        clear = _clear(at, j, m, active, ids, counts)
+        clear = _clear(at, j, m, active, counts)
         if clear < least:
             least = clear
             best = j
@@ -303,14 +289,14 @@ def envelope_risk(x1: float, y1: float, x2: float, y2: float, fields: Fields, wo
     directions, the ends have to be in one order.
     """
     threats, counts, tables, rows = fields
-    active, _, cuts, scratch, ids, rivals, _ = work
+    active, _, cuts, scratch, rivals, _ = work
     length = math.hypot(x2 - x1, y2 - y1)
     if length == 0.0:
         return 0.0
     ux = (x2 - x1) / length
     uy = (y2 - y1) / length
-    m = described(x1, y1, ux, uy, length, threats, active, ids)
-    n = _rivals(m, ids, counts, rivals)
+    m = threats_in_reach(x1, y1, ux, uy, length, threats, active)
+    n = _rivals(m, active, counts, rivals)
     if n == 0:
         return 0.0
     total = 0.0
@@ -329,7 +315,7 @@ def envelope_risk(x1: float, y1: float, x2: float, y2: float, fields: Fields, wo
             n_pieces = 0
             while n_pieces == 0:
                 last = end - start
-                _sample(start, end, m, active, ids, counts, n, work)
+                _sample(start, end, m, active, counts, n, work)
                 n_pieces, n_winners = _crossings(start, end, length, n, work)
                 if n_pieces == 0:
                     end = 0.5 * (start + end)

@@ -10,8 +10,8 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray
-from cgla_graph.fusion.envelope_kernels import Fields, Work, described, envelope_risk, workspace
-from cgla_graph.model.risk_kernels import AT, LOG_AMPLITUDE, PRECISION_AT, exp_256
+from cgla_graph.fusion.envelope_kernels import Fields, Work, envelope_risk, workspace
+from cgla_graph.model.risk_kernels import AT, LOG_AMPLITUDE, PRECISION_AT, ROW, exp_256, threats_in_reach
 
 
 @kernel
@@ -24,11 +24,11 @@ def raster_risk(
     Threats out of reach of the segment (below 1e-12) are left out, as in the exact integral.
     """
     threats, counts, _, _ = fields
-    active, ids = work[0], work[4]
+    active = work[0]
     length = math.hypot(x2 - x1, y2 - y1)
     if length == 0.0:
         return 0.0, 0.0
-    m = described(x1, y1, (x2 - x1) / length, (y2 - y1) / length, length, threats, active, ids)
+    m = threats_in_reach(x1, y1, (x2 - x1) / length, (y2 - y1) / length, length, threats, active)
     if m == 0:
         return 0.0, 0.0
     part = length / samples
@@ -42,7 +42,7 @@ def raster_risk(
             d = sample * part - centre
             left[sample] = 1.0 - exp_256(offset + scale * d * d)
         for j in range(counts.shape[0]):
-            for _ in range(counts[j, ids[i]]):
+            for _ in range(counts[j, int(active[i, ROW])]):
                 for sample in range(samples + 1):
                     clear[j, sample] *= left[sample]
     least = clear[0]
