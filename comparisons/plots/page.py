@@ -175,34 +175,29 @@ def arrange(figure: Figure, heading: tuple[str, str], rows: Sequence[Sequence[Pa
     for row in rows:
         x, y = left - row[0].left, bottom + _GAP + max(part.top for part in row)
         for part in row:
-            places.append((part, x + part.left, y))
-            right, x = (
-                max(right, x + part.left + part.size[0] + part.right),
-                x + part.left + part.size[0] + part.right + _GAP,
-            )
+            x += part.left
+            places.append((part, x, y))
+            x += part.size[0] + part.right
+            right, x = max(right, x), x + _GAP
         bottom = y + max(part.size[1] + part.bottom for part in row)
-    head = [Part.of(figure, text) for text in _heading_texts(figure, heading, right - left)]
-    down = _PAD
-    for part in head:
-        right, down = max(right, left + part.size[0]), down + part.size[1] + 0.05
+    head = _head(figure, heading, right - left)
+    right, down = max(right, left + head.size[0] + head.right), _PAD + head.size[1] + head.bottom + 0.05
     figure.set_size_inches(right + _PAD, down + bottom + _PAD)
-    y = _PAD
-    for part in head:
-        part.put(figure, left, y)
-        y += part.size[1] + 0.05
+    head.put(figure, left, _PAD)
     for part, x, y in places:
         part.put(figure, x, down + y)
 
 
-def _heading_texts(figure: Figure, heading: tuple[str, str], width: float) -> Iterator[Text]:
+def _head(figure: Figure, heading: tuple[str, str], width: float) -> Part:
     """Write name and title, the title in lines of about `width` inches."""
     name, title = heading
-    yield figure.text(0.0, 1.0, name, fontsize=11.0, verticalalignment="top")
-    if title:
-        text = figure.text(0.0, 1.0, title, verticalalignment="top", linespacing=1.3)
-        share = width / Part.of(figure, text).size[0]
-        text.set_text("\n".join(textwrap.wrap(title, max(24, int(share * len(title))))))
-        yield text
+    head = Part.of(figure, figure.text(0.0, 1.0, name, fontsize=11.0, verticalalignment="top"))
+    if not title:
+        return head
+    text = figure.text(0.0, 1.0, title, verticalalignment="top", linespacing=1.3)
+    share = width / Part.of(figure, text).size[0]
+    text.set_text("\n".join(textwrap.wrap(title, max(24, int(share * len(title))))))
+    return head.over(Part.of(figure, text), 0.05)
 
 
 def heading(scenario: Scenario) -> tuple[str, str]:
