@@ -231,6 +231,6 @@ def _requirements() -> list[str]:
         listed = importlib.metadata.requires("cgla-graph") or []
     except importlib.metadata.PackageNotFoundError:
         # run from a tree that is not installed
-        return ["networkx", "numba", "numpy", "ompl", "pebble", "scipy", "shapely"]
+        return ["networkx", "numba", "numpy", "ompl", "scipy", "shapely"]
     # what only tests and extras need has no say in results
     return [requirement for requirement in listed if "extra ==" not in requirement]

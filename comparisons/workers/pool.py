@@ -3,7 +3,7 @@ Calls in processes of their own: one that hangs, crashes or eats memory is an ou
 
 Nothing here knows what is called. Two fences stand around a call. The inner one, `limited`, is set by the function
 itself around the part that counts: limits that the kernel keeps, whatever the code does and however its parent died.
-The outer one is pebble's, which notices that a worker died or is late, and replaces it (see `process`).
+The outer one notices that a worker died or is late, and replaces it (see `process`).
 """
 
 import os

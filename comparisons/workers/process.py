@@ -9,14 +9,11 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator
-from concurrent.futures import CancelledError, Future
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from multiprocessing import connection
 from typing import Any, NamedTuple
-
-from pebble import ProcessExpired, ProcessPool
 
 from cgla_graph.comparisons.workers.limits import Failure, Outcome, set_expendable
 from cgla_graph.errors import WorkerError
@@ -24,23 +21,20 @@ from cgla_graph.model import isolated
 
 #: How long a worker may take to start, in seconds, before it is given up.
 START_SECONDS = 120.0
-#: How many workers in a row may be lost before they took up their call.
+#: How many workers in a row may be lost before they take up their call.
 STARTS = 3
 #: How long a call may outlive its own limit before it is killed from here, and how often that is looked at, in seconds.
 GRACE, GLANCE = 1.0, 0.5
 
 # A fork of a process that has loaded everything is there in no time, and has none of this process's threads and locks.
 _METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
-_CONTEXT = multiprocessing.get_context(_METHOD)
+_CONTEXT: Any = multiprocessing.get_context(_METHOD)
 _POSIX = os.name == "posix"
-#: What stands for the exit code 0, which pebble takes for a worker that has done its work.
-_LEFT_QUIETLY = 1 << 16
 _HINTS = {
     "SIGABRT": ", as compiled code does that finds no memory",
     "SIGKILL": ", which may mean that memory ran out",
 }
-#: A call that anybody survives.
-_NOTHING = pickle.dumps((bool, ()))
+#: Held while a process starts, or its exit code is read: two readers would take it from each other.
 _starting = threading.Lock()
 #: Whether this process, a worker, is to be replaced after the call that is under way.
 _used_up = False
@@ -71,6 +65,8 @@ class WorkerProcess:
     """
     One worker process, which is started when first used, and replaced when it is lost.
 
+    It answers each call twice: when it has taken it up, and with what came of it.
+
     Parameters
     ----------
     preload
@@ -82,12 +78,12 @@ class WorkerProcess:
     def __init__(self, preload: Iterable[str] = (), cores: Collection[int] | None = None) -> None:
         self._preload = tuple(preload)
         self._cores = None if cores is None else frozenset(cores)
-        self._lock = threading.Lock()
+        #: held while the process is another one
+        self._changing = threading.Lock()
         self._stopped = False
-        self._discarded = False
-        self._future: Future[Reply] | None = None
+        self._process: Any = None
+        self._line: Any = None
         self._deadline = _CONTEXT.Value("d", 0.0, lock=False)
-        self._context, self._pool = self._open()
 
     def run(self, call: bytes, seconds: float) -> Reply:
         """
@@ -108,153 +104,130 @@ class WorkerProcess:
             If it is stopped meanwhile.
         """
         for _ in range(STARTS):
-            try:
-                future = self._submit(call, seconds)
-                reply = self._watched(future, seconds + START_SECONDS)
-            except ProcessExpired as error:
-                reply = _exit_reason(error.exitcode)
-                if reply.failure is Failure.CRASHED:
-                    # it may have died in the middle of what it was sending
-                    self._discard()
+            # that of a call which the process before died of
+            self._deadline.value = 0.0
+            if self._is_ready() and self._takes_up(call):
+                reply = self._answer(seconds)
+                if self._stopped:
+                    raise CancelledError
+                if reply.dirty:
+                    self._end()
                 return reply
-            except TimeoutError:
-                if not future.done():
-                    # not even pebble knows of it: whatever is stuck, a new pool is not
-                    taken_up = future.running()
-                    self._discard()
-                    if not taken_up:
-                        continue
-                return Reply(failure=Failure.TIMED_OUT, message=f"stopped after {seconds:g} s")
-            except BrokenProcessPool:
-                # the worker died before it took the call up
-                self._discard()
-                continue
-            if reply.dirty:
-                self._discard()
-            return reply
-        if call != _NOTHING and self.run(_NOTHING, START_SECONDS).failure is None:
-            # workers do start: it is this call that they do not survive
-            return Reply(failure=Failure.CRASHED, message="its process died, and its connection with it")
+            self._end()
         msg = (
             f"{STARTS} worker processes in a row died while they started; what they wrote to standard error says why "
             "(a script that starts workers has to keep its own work under `if __name__ == '__main__':`)"
         )
         raise WorkerError(msg)
 
-    def _watched(self, future: Future[Reply], seconds: float) -> Reply:
-        """Wait for a call, but no longer than its own limit allows: the alarm of that may have been disarmed."""
+    def _is_ready(self) -> bool:
+        """Start the process unless it runs; tell whether it waits for a call."""
+        with self._changing:
+            if self._stopped:
+                raise CancelledError
+            if self._process is not None and not connection.wait([self._process.sentinel], 0.0):
+                return True
+            self._sweep()
+            _ensure_server(self._preload, self._cores)
+            self._line, theirs = _CONTEXT.Pipe()
+            how = (self._preload, self._cores, self._deadline)
+            self._process = _CONTEXT.Process(target=_work, args=(theirs, _begin, how), daemon=True)
+            with _starting:
+                self._process.start()
+            theirs.close()
+        with suppress(TimeoutError):
+            return self._word(START_SECONDS) is not None
+        return False
+
+    def _takes_up(self, call: bytes) -> bool:
+        """Hand a call over; a process that died before it has nothing to do with it."""
+        with suppress(OSError, TimeoutError):
+            self._line.send_bytes(call)
+            return self._word(START_SECONDS) is not None
+        return False
+
+    def _answer(self, seconds: float) -> Reply:
+        """Wait for what comes of the call that is under way."""
+        try:
+            word = self._word(seconds)
+        except _DisarmedError:
+            self._end()
+            return Reply(failure=Failure.TIMED_OUT, message="killed after its time limit, which it had disarmed")
+        except TimeoutError:
+            self._end()
+            return Reply(failure=Failure.TIMED_OUT, message=f"stopped after {seconds:g} s")
+        if word is None:
+            # one that is about to end by itself tells why
+            connection.wait([self._process.sentinel], GRACE)
+            return _exit_reason(self._end())
+        reply: Reply = pickle.loads(word)  # noqa: S301 - bytes and words, from a process that this one started
+        return reply
+
+    def _word(self, seconds: float) -> bytes | None:
+        """Wait for what the process says next; None if it dies, or its end of the line is closed."""
         latest = time.monotonic() + seconds
         while True:
-            try:
-                return future.result(GLANCE)
-            except TimeoutError:
-                now, deadline = time.monotonic(), self._deadline.value
-                if future.done():
-                    return future.result()
-                if now > latest:
-                    raise
-                if deadline and now > deadline + GRACE:
-                    self._discard()
-                    return Reply(
-                        failure=Failure.TIMED_OUT, message="killed after its time limit, which it had disarmed"
-                    )
+            ready = connection.wait([self._line, self._process.sentinel], GLANCE)
+            if self._process.sentinel in ready:
+                # what it has started may keep the line open
+                self._kill()
+            if ready:
+                try:
+                    return self._line.recv_bytes() if self._line.poll() else None
+                except (EOFError, OSError):
+                    return None
+            now, deadline = time.monotonic(), self._deadline.value
+            if deadline and now > deadline + GRACE:
+                # the alarm that should have ended it was taken away
+                raise _DisarmedError
+            if now > latest:
+                raise TimeoutError
 
     def stop(self) -> None:
         """End the worker and whatever it started, and give up the call that is under way; start nothing from now on."""
-        with self._lock:
+        with self._changing:
             self._stopped = True
-            if self._future is not None:
-                self._future.cancel()
-            self._pool.stop()  # type: ignore[no-untyped-call]
-            self._context.sweep()
+            self._kill()
 
     def join(self) -> None:
         """Wait until a stopped worker is gone."""
-        self._pool.join()
+        process = self._process
+        if process is not None:
+            connection.wait([process.sentinel], START_SECONDS)
 
-    def _open(self) -> tuple["_Context", ProcessPool]:
-        context = _Context()
-        pool = ProcessPool(
-            1, initializer=_begin, initargs=(self._preload, self._cores, self._deadline), context=context
-        )
-        return context, pool
+    def _end(self) -> int:
+        """End the worker, and return its exit code; the next call gets a new one."""
+        with self._changing:
+            return self._sweep()
 
-    def _submit(self, call: bytes, seconds: float) -> Future[Reply]:
-        with self._lock:
-            if self._stopped:
-                raise CancelledError
-            _ensure_server(self._preload, self._cores)
-            # a pool whose worker dies between two calls is of no use any more
-            if self._discarded or not self._pool.active:
-                self._pool.stop()  # type: ignore[no-untyped-call]
-                self._pool.join()
-                self._context, self._pool = self._open()
-                self._discarded = False
-            # that of a worker which died of it
-            self._deadline.value = 0.0
-            try:
-                self._future = self._pool.schedule(_reply, (call,), timeout=seconds)
-            except RuntimeError as error:
-                # it died this very moment
-                raise BrokenProcessPool from error
-            return self._future
+    def _sweep(self) -> int:
+        """Clear up after the worker, if there is one, and return its exit code."""
+        process = self._process
+        if process is None:
+            return 0
+        self._kill()
+        connection.wait([process.sentinel], START_SECONDS)
+        with _starting:
+            code: int = process.exitcode
+        self._line.close()
+        self._process = None
+        return code
 
-    def _discard(self) -> None:
-        """Kill the worker with all that it started; the next call gets a new one."""
-        with self._lock:
-            self._discarded = True
-            self._context.sweep()
-
-
-class _Worker(_CONTEXT.Process):  # type: ignore[name-defined, misc]
-    """A worker process, seen from its parent."""
-
-    def start(self) -> None:
-        """Start it, and let its end be read by one thread only: a second reader finds nothing, and makes it 255."""
-        super().start()
-        popen: Any = self._popen
-        if _METHOD != "forkserver":
-            return
-        read, reading = popen.poll, threading.Lock()
-
-        def poll(flag: int = os.WNOHANG) -> int | None:
-            if flag != os.WNOHANG:
-                connection.wait([popen.sentinel])
-            with reading:
-                code: int | None = read(os.WNOHANG)
-            return code
-
-        popen.poll = poll
-
-    @property
-    def exitcode(self) -> int | None:
-        """Tell pebble of every end: it waits for ever for the answer of a worker that left with the code 0."""
-        code: int | None = super().exitcode
-        return _LEFT_QUIETLY if code == 0 else code
-
-
-class _Context:
-    """Where pebble gets its processes from: multiprocessing's own context, which clears up after each worker."""
-
-    def __init__(self) -> None:
-        self._worker: _Worker | None = None
-
-    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - whatever multiprocessing has
-        return getattr(_CONTEXT, name)
-
-    def Process(self, **how: Any) -> _Worker:  # noqa: ANN401, N802 - as multiprocessing's
-        """Make a worker; the one before is gone, but maybe not what it started."""
-        self.sweep()
-        self._worker = _Worker(**how)
-        return self._worker
-
-    def sweep(self) -> None:
+    def _kill(self) -> None:
         """Kill the worker, and all that it started."""
-        if self._worker is None or self._worker.pid is None:
+        if self._process is None or self._process.pid is None:
             return
         if hasattr(os, "killpg"):
             with suppress(ProcessLookupError, PermissionError):
-                os.killpg(self._worker.pid, signal.SIGKILL)
+                os.killpg(self._process.pid, signal.SIGKILL)
+        if not connection.wait([self._process.sentinel], 0.0):
+            # it may not have a session of its own yet
+            with suppress(ProcessLookupError, PermissionError):
+                self._process.kill()
+
+
+class _DisarmedError(Exception):
+    """A call has outlived its own limit."""
 
 
 def _ensure_server(preload: Collection[str], cores: Collection[int] | None) -> None:
@@ -271,7 +244,7 @@ def _ensure_server(preload: Collection[str], cores: Collection[int] | None) -> N
     with _starting:
         # the server's own first step, which would let interrupts through again
         resource_tracker.ensure_running()
-        multiprocessing.set_forkserver_preload(["__main__", *preload])
+        multiprocessing.set_forkserver_preload(["__main__", __name__, *preload])
         with _on_cores(cores), _interrupts_held():
             forkserver.ensure_running()
 
@@ -302,8 +275,6 @@ def _interrupts_held() -> Iterator[None]:
 
 def _exit_reason(code: int) -> Reply:
     """Say what a process died of, given its exit code."""
-    if code == _LEFT_QUIETLY:
-        return Reply(failure=Failure.CRASHED, message="its process left with the exit code 0")
     if code >= 0:
         return Reply(failure=Failure.CRASHED, message=f"its process left with the exit code {code}")
     try:
@@ -318,15 +289,28 @@ def _exit_reason(code: int) -> Reply:
 # ---- in the worker ----
 
 
+def _work(line: Any, begin: Callable[..., None], how: tuple[Any, ...]) -> None:  # noqa: ANN401 - one end of a pipe
+    """Make calls, one after the other, as long as there are any."""
+    begin(*how)
+    line.send_bytes(b"ready")
+    while True:
+        try:
+            call = line.recv_bytes()
+        except (EOFError, OSError):
+            return
+        line.send_bytes(b"taken up")
+        line.send_bytes(pickle.dumps(_reply(call)))
+
+
 def _begin(preload: Iterable[str], cores: Collection[int] | None, deadline: Any) -> None:  # noqa: ANN401 - shared memory
     """Make a process a worker."""
+    # calls may have processes of their own: those end with this one's session
+    multiprocessing.current_process().daemon = False
     if _POSIX:
         # A session of its own, so that Ctrl-C passes it by, and whatever it starts can be found and killed with it.
         os.setsid()
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-        # pebble's own handler needs the interpreter, which a call may hold for ever
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
     if cores is not None and hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, cores)
     # standard output is the parent's, for results

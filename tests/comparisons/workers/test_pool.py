@@ -9,7 +9,6 @@ import signal
 import subprocess
 import sys
 import textwrap
-import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import closing
@@ -419,33 +418,3 @@ def test_workers_that_do_not_start(awkward: ModuleType, monkeypatch: pytest.Monk
     monkeypatch.setattr(process, "_begin", awkward.leave)
     with pytest.raises(WorkerError, match="3 worker processes in a row died while they started"):
         ends((awkward.where,))
-
-
-@pytest.mark.slow
-def test_the_fences_are_what_holds(awkward: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without what tells pebble of it, a worker that leaves with the code 0 is waited for until its time is up."""
-    assert ends((awkward.leave, 0), seconds=1.0)[0].failure is Failure.CRASHED
-    monkeypatch.setattr(process, "_LEFT_QUIETLY", 0)
-    assert ends((awkward.leave, 0), seconds=1.0)[0].failure is Failure.TIMED_OUT
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(process._METHOD != "forkserver", reason="other ways of starting processes have no such reader")
-def test_how_a_worker_ended_is_read_once_whoever_asks() -> None:
-    """Asked by several threads at the same time, each of which would take the only answer away from the others."""
-    codes: list[int] = []
-
-    def ask(worker: process._Worker) -> None:
-        while (code := worker.exitcode) is None:
-            time.sleep(0)
-        codes.append(code)
-
-    for _ in range(20):
-        worker = process._Worker(target=os._exit, args=(7,))
-        worker.start()
-        askers = [threading.Thread(target=ask, args=(worker,)) for _ in range(6)]
-        for asker in askers:
-            asker.start()
-        for asker in askers:
-            asker.join()
-    assert codes == [7] * 120
