@@ -92,7 +92,7 @@ def fused_weights(
     >>> [float(fused_weights([(0, 0)], [(1, 0)], known, 10, fusion=f)[0].round(3)) for f in ("max_integral", "union")]
     [1.251, 1.501]
     """
-    known, k, parts = _proper(fields), non_negative_number("k", k), _samples(integral, samples)
+    known, k, parts = proper(fields), non_negative_number("k", k), _samples(integral, samples)
     lengths = CostModel(no_fly=no_fly).weights(starts, ends)
     first, second = point_array("starts", starts), point_array("ends", ends)
 
@@ -151,7 +151,7 @@ def fused_graph(
     >>> fused_graph(lattice, known, 10, integral="raster").directed
     True
     """
-    known, k, parts = _proper(fields), non_negative_number("k", k), _samples(integral, samples)
+    known, k, parts = proper(fields), non_negative_number("k", k), _samples(integral, samples)
     groups = _groups(known, fusion)
     complete = GeometricGraph.complete(points, united(known), k, no_fly=no_fly, extra=extra)
     if (fusion == "union" and not parts) or complete.positions is None:
@@ -177,8 +177,15 @@ def fused_graph(
     return dataclasses.replace(GeometricGraph.from_matrix(weights, positions=positions), lattice=complete.lattice)
 
 
-def _proper(fields: Sequence[RiskField]) -> Group:
-    """Return the fields, or raise `ProblemError` unless each is a proper one."""
+def proper(fields: Sequence[RiskField]) -> Group:
+    """
+    Return the fields, or raise `ProblemError` unless each is a proper one; none at all is one without threats.
+
+    Examples
+    --------
+    >>> proper([])
+    (RiskField(threats=(), improper=False),)
+    """
     if not isinstance(fields, Iterable):
         msg = f"fields are {fields!r}; give a list with the RiskField of each UAV"
         raise ProblemError(msg)

@@ -20,7 +20,7 @@ from cgla_graph.cost_to_go.model_change import ModelChange
 from cgla_graph.cost_to_go.repair import lazy_cost_matrix, linked, repair
 from cgla_graph.errors import ProblemError
 from cgla_graph.fusion import raster_kernels
-from cgla_graph.fusion.fusion import MOST_SAMPLES, kernel_fields
+from cgla_graph.fusion.fusion import MOST_SAMPLES, kernel_fields, proper
 from cgla_graph.model.adjacency import Node
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.graph import GeometricGraph
@@ -70,9 +70,7 @@ def understated(risk: RiskField, part: float) -> RiskField:
     >>> round(less.spread, 4), round(less.peak, 4)
     (0.0951, 0.9488)
     """
-    if not risk.is_probability:
-        msg = "this field has a peak above 1, where more threats may be less risk; lower it to (0, 1]"
-        raise ProblemError(msg)
+    proper([risk])
     part = non_negative_number("part", part)
     less = []
     for threat in risk.threats:
@@ -203,10 +201,7 @@ class RasterGuide:
         number of segments. What is learned adds 1e-14 of the cost a plan, so small that nothing is searched twice.
         """
         known = self.model.field
-        everything = known.with_threats(obstacles)
-        if not everything.is_probability:
-            msg = "an obstacle has a peak above 1, where more threats may be less risk; lower it to (0, 1]"
-            raise ProblemError(msg)
+        (everything,) = proper([known.with_threats(obstacles)])
         bound, node = linked(self.matrix, start)
         at = bound.graph.index_of(node)
         farthest = float(np.hypot(*(_positions(bound.graph) - start).T).max())
