@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from strategies import few, seeds
 
 from cgla_graph.comparisons.claims import catalogue, counterexamples
 from cgla_graph.comparisons.claims.claim import Finding
@@ -42,22 +40,6 @@ def evidence(*, instances: int = 4, samples: Samples | None = None) -> Evidence:
 
 def check(claim: str, **settings: Any) -> Finding:  # noqa: ANN401 - passed on
     return BY_ID[claim].check(evidence(**settings))
-
-
-@few
-@given(seeds)
-def test_static_threats_the_bound_holds_on_any_mission(seed: int) -> None:
-    mission = claims._mission(np.random.default_rng(seed))
-    claims._require_falling_cost(mission)
-    for exclude in ("none", "last", "all"):
-        share = claims._share_of_bound(dataclasses.replace(mission, movement="vertex", exclude=exclude))  # type: ignore[arg-type]
-        assert 0.0 < share <= 1.0
-
-
-@few
-@given(seeds)
-def test_with_all_known_no_point_needs_the_one_before(seed: int) -> None:
-    assert claims._require_same_without_previous(np.random.default_rng(seed)) >= 0
 
 
 def test_a_bound_that_is_too_small_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
