@@ -1,5 +1,6 @@
 """How near UAVs come to each other: the least separation of each pair, and collisions."""
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from itertools import combinations
@@ -30,7 +31,7 @@ class Encounters:
 
     def __init__(self, names: list[str], goals: list[Disc], collision_distance: float) -> None:
         self.separations: dict[tuple[int, int], Separation] = {
-            (i, j): Separation(names[i], names[j], math.inf, math.nan, (math.nan, math.nan))
+            (i, j): Separation(math.inf, math.nan, (math.nan, math.nan), first=names[i], second=names[j])
             for i, j in combinations(range(len(names)), 2)
         }
         self._goals = goals
@@ -59,8 +60,7 @@ class Encounters:
             if math.dist(one.start, other.start) - one.length - other.length <= matters:
                 approach = closest_approach(one, other, outside=(self._goals[pair[0]], self._goals[pair[1]]))
             if approach is not None and approach.distance < self.separations[pair].distance:
-                names = self.separations[pair].first, self.separations[pair].second
-                self.separations[pair] = Separation(*names, approach.distance, approach.time, approach.where)
+                self.separations[pair] = dataclasses.replace(self.separations[pair], **vars(approach))
             if approach is None or approach.distance >= self._collision_distance:
                 self._touching.discard(pair)
             else:

@@ -18,6 +18,7 @@ from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
 from cgla_graph.model.risk import Threat
+from cgla_graph.motion.trajectory import Approach
 
 Entry = TypeVar("Entry", bound=tuple[Any, ...])
 EventKind: TypeAlias = Literal[
@@ -120,28 +121,19 @@ class Knowledge(NamedTuple):
     areas: Mapping[int, BaseGeometry]
 
 
-@dataclass(frozen=True)
-class Separation:
+@dataclass(frozen=True, kw_only=True)
+class Separation(Approach):
     """
     How near two UAVs came to each other while both were in the air, outside their terminal discs.
 
     Attributes
     ----------
     first, second
-        Their names.
-    distance
-        The least distance, map units, over all times and not only at ticks; infinite if there was no such time.
-    time
-        When, in ticks.
-    where
-        The point half way between the two then, map units.
+        Their names. (The distance is infinite if there was no such time.)
     """
 
     first: str
     second: str
-    distance: float
-    time: float
-    where: Point
 
 
 @dataclass(frozen=True)

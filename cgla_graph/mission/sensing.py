@@ -49,7 +49,7 @@ def sightings(
 
     def is_seen(thing: Thing, content: Threat | None) -> bool:
         if content is None:
-            return _from_area(seen_from, world.timed_area(thing[1])) <= radius
+            return _from_area(seen_from, world.polygons[thing[1]]) <= radius
         return _from(seen_from, (content.x, content.y)) <= radius
 
     return [

@@ -203,7 +203,7 @@ class Simulation:
                     is_there=report.is_there,
                 )
         for agent in taking_part.values():
-            closed = {number: self.mission.world.timed_area(number) for number in sorted(agent.belief.areas)}
+            closed = {number: self.mission.world.polygons[number] for number in sorted(agent.belief.areas)}
             self._recorders[agent.number].believes(self.tick, agent.belief.threats, closed)
 
     def _plan(self, agent: Agent) -> None:
@@ -301,8 +301,8 @@ class Simulation:
     def _known_areas(self, numbers: frozenset[int]) -> BaseGeometry | None:
         """Return the chart and the known timed areas: the same object for the same areas, which is indexed once."""
         if numbers not in self._areas:
-            parts = [self.mission.world.timed_area(number) for number in sorted(numbers)]
-            self._areas[numbers] = union_of(self.mission.world.no_fly, parts)
+            world = self.mission.world
+            self._areas[numbers] = union_of(world.no_fly, [world.polygons[number] for number in sorted(numbers)])
         return self._areas[numbers]
 
     def _outside(self, position: Point, no_fly: BaseGeometry | None) -> Point:

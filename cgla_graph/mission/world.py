@@ -230,13 +230,10 @@ class World:
         """Return the timed areas that are closed at a tick, by their number in `timed`."""
         return self._state_at(tick).areas
 
-    def timed_area(self, number: int) -> BaseGeometry:
-        """Return the polygon of a timed area, by its number in `timed`, whether it is closed or not."""
-        item = self.timed[number]
-        if isinstance(item, TimedArea):
-            return item.polygon
-        msg = f"timed {number} is {item!r}, not a TimedArea"
-        raise MissionError(msg)
+    @cached_property
+    def polygons(self) -> Mapping[int, BaseGeometry]:
+        """The polygons of all timed areas, closed or not, by their number in `timed`."""
+        return {number: item.polygon for number, item in enumerate(self.timed) if isinstance(item, TimedArea)}
 
     def field_at(self, tick: int) -> RiskField:
         """Return the true risk field at a tick."""

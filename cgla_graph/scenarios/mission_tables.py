@@ -12,7 +12,7 @@ from cgla_graph._types import Point
 from cgla_graph.fusion.fusion import Fusion, Integral
 from cgla_graph.mission.rules import Avoidance, Exclude, KnowledgeRule, Meeting, Movement, Replan, Start, Update
 from cgla_graph.mission.virtual_obstacle import Placement, Zones
-from cgla_graph.mission.world import TimedArea, TimedThreat, World, union_of
+from cgla_graph.mission.world import TimedThreat, World, union_of
 from cgla_graph.scenarios.drawing import MOST_MISSES, Stream
 from cgla_graph.scenarios.map_tables import MapTable, Pair, Ring, Table, ThreatTable
 
@@ -83,7 +83,7 @@ class RandomUavsTable(Table):
         apart = safe_distance if self.apart is None else self.apart
         timed = [item.threat for item in world.timed if isinstance(item, TimedThreat)]
         centres = [(threat.x, threat.y) for threat in (*world.field.threats, *timed)]
-        closed = union_of(world.no_fly, [item.polygon for item in world.timed if isinstance(item, TimedArea)])
+        closed = union_of(world.no_fly, world.polygons.values())
         x_min, y_min, x_max, y_max = world.bounds
 
         def is_free(spot: Point, others: Iterable[Point]) -> bool:

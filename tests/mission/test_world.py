@@ -62,7 +62,6 @@ def test_the_field_that_is_always_there_is_the_same_object_at_every_tick() -> No
         (lambda: World(timed=[SPOT]), "give a TimedThreat or a TimedArea"),  # type: ignore[list-item]
         (lambda: World(timed=5), "give a list"),  # type: ignore[arg-type]
         (lambda: World(timed=[TimedThreat(Threat(0, 0, 1, peak=2.0))]), "peak 2"),
-        (lambda: World(timed=[TimedThreat(SPOT)]).timed_area(0), "not a TimedArea"),
     ],
 )
 def test_malformed_parts_are_refused_by_name(build: object, words: str) -> None:
