@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -28,12 +27,14 @@ from cgla_graph.comparisons.plots.scene import (
     dashes_of,
     draw_area,
     draw_ends,
+    draw_mark,
     draw_ring,
     draw_risk,
     line_key,
     patch_key,
     timed_places,
     unit_scale,
+    write_beside,
 )
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import UavFlight
@@ -45,7 +46,6 @@ _LONG = 3.4  # inches: longer side of a map that is not alone
 #: Marks on the longest trace, about.
 _MOST_MARKS = 30
 _MOST_NAMES = 9  # so many UAVs have their names on the map
-_HALO = [patheffects.withStroke(linewidth=2.2, foreground="white", alpha=0.9)]
 
 
 def flight_figure(views: Sequence[MissionRun]) -> Figure:
@@ -151,19 +151,8 @@ def _draw_timed(axes: Axes, view: MissionRun, scale: float) -> None:
             if item.moves:
                 way = np.array(places) * scale
                 axes.plot(*way.T, color=TIMED_COLOUR, linewidth=0.9, linestyle=":", zorder=2.2)
-        axes.annotate(
-            words,
-            (x * scale, top * scale),
-            xytext=(0.0, 1.5),
-            textcoords="offset points",
-            color=TIMED_COLOUR,
-            fontsize=6.5,
-            ha="center",
-            va="bottom",
-            zorder=6.0,
-            path_effects=_HALO,
-            annotation_clip=True,
-        )
+        look: Look = {"color": TIMED_COLOUR, "fontsize": 6.5, "ha": "center", "va": "bottom", "annotation_clip": True}
+        write_beside(axes, words, (x * scale, top * scale), (0.0, 1.5), **look)
 
 
 def _draw_trace(axes: Axes, uav: UavFlight, number: int, spacing: int, width: float, scale: float) -> None:
@@ -184,16 +173,9 @@ def _draw_trace(axes: Axes, uav: UavFlight, number: int, spacing: int, width: fl
         east, north = uav.trace[at] - uav.trace[at - 1]
         if not (east or north):
             continue
-        axes.plot(
-            *(uav.trace[at][:, None] * scale),
-            marker=arrowhead(east, north),
-            markersize=9.0 + width,
-            markerfacecolor=colour,
-            markeredgecolor="white",
-            markeredgewidth=0.6,
-            clip_on=False,
-            zorder=3.5 + 0.01 * number,
-        )
+        edge: Look = {"markeredgecolor": "white", "markeredgewidth": 0.6, "clip_on": False}
+        depth = 3.5 + 0.01 * number
+        draw_mark(axes, uav.trace[at] * scale, arrowhead(east, north), 9.0 + width, colour, zorder=depth, **edge)
 
 
 def _draw_names(axes: Axes, view: MissionRun, scale: float) -> None:
@@ -202,17 +184,15 @@ def _draw_names(axes: Axes, view: MissionRun, scale: float) -> None:
     for number, uav in enumerate(view.flight.uavs.values()):
         ahead = uav.path[min(len(uav.path) - 1, 3)] - uav.path[0]
         to_right, below = 2.0 * uav.uav.start[0] < x_min + x_max, ahead[1] > 0.0
-        axes.annotate(
+        write_beside(
+            axes,
             plain(uav.name, 16),
             (uav.uav.start[0] * scale, uav.uav.start[1] * scale),
-            xytext=(5.0 if to_right else -5.0, -5.0 if below else 5.0),
-            textcoords="offset points",
+            (5.0 if to_right else -5.0, -5.0 if below else 5.0),
             color=colour_of(number),
             fontweight="bold",
             ha="left" if to_right else "right",
             va="top" if below else "bottom",
-            zorder=6.0,
-            path_effects=_HALO,
         )
 
 
@@ -236,29 +216,19 @@ def _draw_moment(axes: Axes, view: MissionRun, moment: float, scale: float) -> N
         # the number stands on the side where there is more room
         left, low = 2.0 * pair.where[0] * scale > x_min + x_max, 2.0 * pair.where[1] * scale < y_min + y_max
         axes.plot(*ends.T, color=NEAR_COLOUR, linewidth=2.2, solid_capstyle="round", zorder=4.5)
-        axes.annotate(
+        write_beside(
+            axes,
             digits(pair.distance * scale, 3),
             (pair.where[0] * scale, pair.where[1] * scale),
-            xytext=(-9.0 if left else 9.0, 9.0 if low else -9.0),
-            textcoords="offset points",
+            (-9.0 if left else 9.0, 9.0 if low else -9.0),
             color=NEAR_COLOUR,
             fontweight="bold",
             ha="right" if left else "left",
             va="bottom" if low else "top",
-            zorder=6.0,
-            path_effects=_HALO,
         )
     for number, _, place in shown:
-        axes.plot(
-            place[0] * scale,
-            place[1] * scale,
-            marker="o",
-            markersize=5.5,
-            markerfacecolor=colour_of(number),
-            markeredgecolor="white",
-            markeredgewidth=0.8,
-            zorder=4.6,
-        )
+        edge: Look = {"markeredgecolor": "white", "markeredgewidth": 0.8, "zorder": 4.6}
+        draw_mark(axes, np.multiply(place, scale), "o", 5.5, colour_of(number), **edge)
 
 
 def _panel_title(view: MissionRun, scale: float) -> str:

@@ -24,6 +24,7 @@ from cgla_graph.comparisons.plots.scene import (
     clip_to_bounds,
     cost_unit,
     draw_area,
+    draw_mark,
     draw_risk,
     unit_scale,
 )
@@ -143,18 +144,8 @@ class BaseMap:
         problem, scale = self.scenario.problem, unit_scale(self.scenario)
         around = 15.0 if problem.start == problem.goal else 8.0
         for name, end, marker, size in (("start", problem.start, "o", around), ("goal", problem.goal, "*", 12.0)):
-            (mark,) = self.axes.plot(
-                end[0] * scale,
-                end[1] * scale,
-                linestyle="none",
-                marker=marker,
-                markersize=size,
-                markerfacecolor="white",
-                markeredgecolor="black",
-                clip_on=False,
-                zorder=5,
-            )
-            yield mark, name
+            place = np.multiply(end, scale)
+            yield draw_mark(self.axes, place, marker, size, markeredgecolor="black", clip_on=False, zorder=5), name
         if not problem.model.area.is_empty:
             clip_to_bounds(self.axes, problem.bounds, draw_area(self.axes, problem.model.area.geometry, scale), scale)
             yield area_key(), "no-fly area"

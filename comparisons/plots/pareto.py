@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 from cgla_graph.comparisons.numbers import figure as digits
 from cgla_graph.comparisons.plots.map import BaseMap, map_figure
 from cgla_graph.comparisons.plots.page import Part, arrange, plain, style
-from cgla_graph.comparisons.plots.scene import cost_unit, unit_scale
+from cgla_graph.comparisons.plots.scene import cost_unit, draw_mark, unit_scale
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.trade_off.pareto import Front, FrontPoint
 
@@ -98,22 +98,12 @@ def _draw_front(axes: Axes, front: Front, colours: Colormap, norm: LogNorm | Non
     (hull,) = axes.plot(risks, lengths, color="0.45", linewidth=0.9, zorder=2)
     handles: dict[str, Artist] = {"lower left hull": hull}
     for point, risk, length in zip(front, risks, lengths, strict=True):
-        (dot,) = axes.plot(
-            risk, length, linestyle="none", marker="o", markersize=4.2, color=_colour(point, colours, norm), zorder=3
-        )
+        colour = _colour(point, colours, norm)
+        dot = draw_mark(axes, (risk, length), "o", 4.2, colour, color=colour, zorder=3)
         handles.setdefault("a path", dot)
     knee = front.knee
     if knee is not None:
-        (ring,) = axes.plot(
-            knee.risk,
-            knee.length * scale,
-            linestyle="none",
-            marker="o",
-            markersize=10.0,
-            markerfacecolor="none",
-            markeredgecolor="black",
-            zorder=4,
-        )
+        ring = draw_mark(axes, (knee.risk, knee.length * scale), "o", 10.0, "none", markeredgecolor="black", zorder=4)
         handles[f"knee: k from {digits(knee.k_low, 3)} to {digits(knee.k_high, 3)}"] = ring
     axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))

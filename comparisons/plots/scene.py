@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import shapely
+from matplotlib import patheffects
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
@@ -15,6 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, PathPatch, Rectangle
 from matplotlib.path import Path as Outline
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, FloatArray, Point
@@ -23,6 +25,7 @@ from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import TimedArea, TimedThreat, World
 from cgla_graph.scenarios.scenario import Scenario
 
+_HALO = [patheffects.withStroke(linewidth=2.2, foreground="white", alpha=0.9)]
 _GRID = 300  # samples of the risk field along the longer side
 #: Settings of something that is drawn, as matplotlib names them.
 Look: TypeAlias = dict[str, Any]
@@ -224,23 +227,27 @@ def draw_ring(axes: Axes, place: Point, radius: float, **look: Any) -> Artist:  
     return axes.add_patch(Circle(place, radius, **({"facecolor": "none"} | look)))
 
 
+def draw_mark(axes: Axes, place: ArrayLike, marker: object, size: float, face: object = "white", **look: Any) -> Artist:  # noqa: ANN401 - the same
+    """Draw a marker, in units of the axes."""
+    (mark,) = axes.plot(
+        *np.asarray(place), linestyle="none", marker=marker, markersize=size, markerfacecolor=face, **look
+    )
+    return mark
+
+
+def write_beside(axes: Axes, words: str, place: Point, shift: Point, **look: Any) -> None:  # noqa: ANN401 - the same
+    """Write a few words near a place, in units of the axes, so many points right of and above it."""
+    axes.annotate(words, place, xytext=shift, textcoords="offset points", zorder=6.0, path_effects=_HALO, **look)
+
+
 def draw_ends(axes: Axes, uavs: Sequence[Uav], scale: float, *, size: float, zorder: float) -> list[Artist]:
     """Draw starts (circles) and goals (stars) of UAVs; where several share one, that of the first is on top."""
     marks: list[Artist] = []
     for number, uav in enumerate(uavs):
         for end, marker, width in ((uav.start, "o", size), (uav.goal, "*", 1.8 * size)):
-            marks += axes.plot(
-                end[0] * scale,
-                end[1] * scale,
-                linestyle="none",
-                marker=marker,
-                markersize=width,
-                markerfacecolor="white",
-                markeredgecolor=colour_of(number),
-                markeredgewidth=1.3,
-                clip_on=False,
-                zorder=zorder - 0.01 * number,
-            )
+            look: Look = {"markeredgecolor": colour_of(number), "markeredgewidth": 1.3, "clip_on": False}
+            depth = zorder - 0.01 * number
+            marks.append(draw_mark(axes, np.multiply(end, scale), marker, width, zorder=depth, **look))
     return marks
 
 
