@@ -10,8 +10,7 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 from filelock import FileLock, Timeout
 
@@ -89,7 +88,7 @@ def locked(path: Path) -> FileLock:
 
 
 def cannot_write(path: Path, error: OSError, *, is_kept: bool = False) -> OutputError:
-    """Say in one line why a file cannot be written, and what to do; `is_kept`: what was in it before still is."""
+    """Say in one line why a file cannot be written, and what to do; `is_kept`: who goes on (--resume) finds what was in it."""
     remedy = "choose another folder (--out)"
     if error.errno == errno.ENOSPC:
         kept = "what was done is kept: make room, and go on (--resume)"
@@ -97,78 +96,28 @@ def cannot_write(path: Path, error: OSError, *, is_kept: bool = False) -> Output
     return OutputError(f"{path}: cannot be written: {error.strerror or error}; {remedy}")
 
 
-class RowLog:
+def append_text(path: Path, text: str, *, is_kept: bool = False) -> None:
     """
-    Rows that reach the disk one by one, so that an interrupted comparison keeps what is done.
+    Append text to a file, which is made if it is not there: all of it, or nothing.
 
-    Until it is closed the file has the ending ``.part``.
-    """
-
-    def __init__(self, folder: Path, name: str = "rows.jsonl") -> None:
-        """Start the log."""
-        self.path = folder / name
-        self._part = folder / f"{name}.part"
-        try:
-            # unbuffered: what is added is on the disk, and closing has nothing left to write
-            self._file = self._part.open("wb", buffering=0)
-        except OSError as error:
-            raise cannot_write(self._part, error) from error
-
-    def __enter__(self) -> Self:
-        """Return the log itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close the file, whatever happened; its name stays until `finish`."""
-        self._file.close()
-
-    def add(self, row: Mapping[str, Any]) -> None:
-        """
-        Append a row.
-
-        Raises
-        ------
-        OutputError
-            If the disk is full or gone; the rows before it stay, none is cut in two.
-        """
-        try:
-            _add(self._file, json_lines([row]))
-        except OSError as error:
-            raise cannot_write(self._part, error) from error
-
-    def finish(self, rows: Iterable[Mapping[str, Any]]) -> Path:
-        """Write the rows with what is only known at the end, under their final name."""
-        self._file.close()
-        path = write_text(self.path, json_lines(rows))
-        self._part.unlink(missing_ok=True)
-        return path
-
-
-def append_lines(path: Path, lines: Sequence[str]) -> None:
-    """
-    Append lines to a file, which is made if it is not there.
+    It is there once this returns, even if the process is killed then. What is no UTF-8 becomes an escape.
 
     Raises
     ------
     OutputError
-        If the disk is full or gone; the lines before them stay, and none is cut in two.
+        If the disk is full or gone (`is_kept` as of `cannot_write`); what was in the file stays.
     """
+    data = text.encode("utf-8", errors="backslashreplace")
     try:
         with path.open("ab", buffering=0) as file:
-            _add(file, "".join(f"{line}\n" for line in lines))
+            before = file.tell()
+            is_whole = file.write(data) == len(data)
+            if not is_whole:
+                file.truncate(before)
     except OSError as error:
-        raise cannot_write(path, error, is_kept=True) from error
-
-
-def _add(file: io.FileIO, text: str) -> None:
-    """Append text to an unbuffered file: all of it, or nothing."""
-    data = text.encode("utf-8", errors="backslashreplace")
-    before = file.tell()
-    if file.write(data) < len(data):
-        file.truncate(before)
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        raise cannot_write(path, error, is_kept=is_kept) from error
+    if not is_whole:
+        raise cannot_write(path, OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), is_kept=is_kept)
 
 
 def json_lines(rows: Iterable[Mapping[str, Any]]) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeAlias
 
-from cgla_graph.comparisons.files import append_lines, cannot_write, locked, make_folder, write_text
+from cgla_graph.comparisons.files import append_text, cannot_write, locked, make_folder, write_text
 from cgla_graph.errors import CglaError, OutputError, StudyError
 
 #: What one line says; ``kind`` and ``key`` say of what.
@@ -76,7 +76,7 @@ class Log:
                     raise OutputError(msg)
                 _check_ours(path)
             header = {"kind": _MARK, "key": what, "format": FORMAT}
-            write_text(path, "".join(f"{_text(line)}\n" for line in (header, *lines)))
+            write_text(path, "".join(map(_text, (header, *lines))))
             return cls(path, release)
 
     @classmethod
@@ -120,7 +120,7 @@ class Log:
         OutputError
             If the disk is full or gone; what was written before stays, and it may be tried again.
         """
-        append_lines(self.path, [_text(line) for line in lines])
+        append_text(self.path, "".join(map(_text, lines)), is_kept=True)
 
     def __enter__(self) -> Self:
         """Return the log itself."""
@@ -229,7 +229,7 @@ def understood(path: Path) -> Iterator[None]:
 
 def _text(line: Mapping[str, Any]) -> str:
     """Write a line in ASCII, which every reader takes; JSON has no word for NaN and infinity."""
-    return json.dumps(line, allow_nan=False, separators=(",", ":"))
+    return json.dumps(line, allow_nan=False, separators=(",", ":")) + "\n"
 
 
 @contextmanager

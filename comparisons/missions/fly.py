@@ -5,7 +5,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
@@ -192,18 +192,17 @@ def fly_all(
     with StopRequest().listen() as stop:
         try:
             for spec, stem in zip(specs, stems, strict=True):
-                with nullcontext() if folder is None else files.RowLog(folder, f"{stem}.jsonl") as log:
-                    flown = fly_one(spec, log, stop, step)
-                    done.flown.append(flown)
-                    if value and not stop.is_made:
-                        step(f"{spec.label}: what knowing and sharing are worth")
-                        try:
-                            done.flown[-1] = flown = weighed(flown)
-                        except KeyboardInterrupt:
-                            # the flight itself is whole
-                            stop.is_made = True
-                    if folder is not None and log is not None:
-                        done.written += _write_data(folder / stem, flown, log)
+                flown = fly_one(spec, None if folder is None else folder / f"{stem}.jsonl", stop, step)
+                done.flown.append(flown)
+                if value and not stop.is_made:
+                    step(f"{spec.label}: what knowing and sharing are worth")
+                    try:
+                        done.flown[-1] = flown = weighed(flown)
+                    except KeyboardInterrupt:
+                        # the flight itself is whole
+                        stop.is_made = True
+                if folder is not None:
+                    done.written += _write_data(folder / stem, flown)
                 if stop.is_made:
                     done.interrupted = True
                     return done
@@ -224,7 +223,7 @@ def _tell_nobody(_: str) -> None:
 
 
 def fly_one(
-    spec: MissionSpec, log: files.RowLog | None, stop: StopRequest, step: Callable[[str], None] | None = None
+    spec: MissionSpec, log: Path | None, stop: StopRequest, step: Callable[[str], None] | None = None
 ) -> MissionRun:
     """
     Fly one mission to its end, or to where Ctrl-C ends it.
@@ -234,7 +233,8 @@ def fly_one(
     spec
         The mission.
     log
-        Gets the lines of the ticks that are done, every second or so; None: no log.
+        Beside it, with the ending ``.part``, the lines of the ticks that are done are kept, every second or so; None:
+        nowhere.
     stop
         Says when to stop.
     step
@@ -263,20 +263,20 @@ def fly_one(
 class _LogWriter:
     """Writes the ticks that are done, now and then: a flight so far takes time to be put together."""
 
-    def __init__(self, spec: MissionSpec, log: files.RowLog) -> None:
-        self.spec, self.log = spec, log
+    def __init__(self, spec: MissionSpec, log: Path) -> None:
+        self.spec, self.part = spec, _part(log)
         self.next_tick = 0
         self.cost = 0.0
         self.before = time.perf_counter()
-        log.add(header_document(spec))
+        files.write_text(self.part, files.json_lines([header_document(spec)]))
 
     def write(self, simulation: Simulation) -> None:
         began = time.perf_counter()
         if began - self.before < max(LOG_SECONDS, self.cost / LOG_SHARE):
             return
         # more may happen on the tick that begins now
-        for line in log_lines(self.spec, simulation.flight(), self.next_tick, simulation.tick):
-            self.log.add(line)
+        lines = log_lines(self.spec, simulation.flight(), self.next_tick, simulation.tick)
+        files.append_text(self.part, files.json_lines(lines))
         self.next_tick, self.before = simulation.tick, time.perf_counter()
         self.cost = self.before - began
 
@@ -301,10 +301,16 @@ def weighed(flown: MissionRun) -> MissionRun:
     return dataclasses.replace(flown, ignorance=flight.costs_over(flight.fly_informed()), sharing=sharing)
 
 
-def _write_data(stem: Path, flown: MissionRun, log: files.RowLog) -> list[Path]:
+def _part(log: Path) -> Path:
+    return log.with_name(f"{log.name}.part")
+
+
+def _write_data(stem: Path, flown: MissionRun) -> list[Path]:
     """Write log, traces and paths of one flight."""
+    log = files.write_text(stem.with_name(f"{stem.name}.jsonl"), files.json_lines(whole_log(flown)))
+    _part(log).unlink(missing_ok=True)
     written = [
-        log.finish(whole_log(flown)),
+        log,
         files.write_text(stem.with_name(f"{stem.name}.csv"), trace_csv(flown)),
     ]
     if flown.projection is not None:

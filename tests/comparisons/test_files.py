@@ -5,7 +5,6 @@ import io
 import json
 import os
 import re
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -102,74 +101,33 @@ def test_a_name_that_is_no_utf8(tmp_path: Path) -> None:
     name = os.fsdecode(b"\xff")
     file = files.write_text(tmp_path / "file.csv", name)
     assert file.read_text(encoding="utf-8") == "\\udcff"
-    with files.RowLog(tmp_path) as log:
-        log.add({"scenario": name})
-    assert json.loads((tmp_path / "rows.jsonl.part").read_text(encoding="utf-8")) == {"scenario": name}
+    files.append_text(file, name)
+    assert file.read_text(encoding="utf-8") == "\\udcff" * 2
 
 
-# The log of rows
-
-
-def test_rows_reach_the_disk_one_by_one(tmp_path: Path, one: Run) -> None:
-    part, final = tmp_path / "rows.jsonl.part", tmp_path / "rows.jsonl"
-    with files.RowLog(tmp_path) as log:
-        for count in range(1, 4):
-            log.add(row(one))
-            lines = part.read_text(encoding="utf-8").splitlines()
-            assert [json.loads(line) for line in lines] == [row(one)] * count
-            assert not final.exists()
-        assert log.finish([row(one, 1.0)] * 3) == final
-    assert [path.name for path in tmp_path.iterdir()] == ["rows.jsonl"]
-    lines = final.read_text(encoding="utf-8").splitlines()
-    assert [json.loads(line) for line in lines] == [row(one, 1.0)] * 3
-
-
-def test_a_log_that_is_not_finished_keeps_its_rows(tmp_path: Path, one: Run) -> None:
-    with suppress(RuntimeError), files.RowLog(tmp_path) as log:
-        log.add(row(one))
-        raise RuntimeError
-    assert [path.name for path in tmp_path.iterdir()] == ["rows.jsonl.part"]
-    assert json.loads((tmp_path / "rows.jsonl.part").read_text(encoding="utf-8")) == row(one)
-
-
-def test_a_new_log_starts_anew(tmp_path: Path, one: Run) -> None:
-    (tmp_path / "rows.jsonl.part").write_text("of a run that was killed\n" * 100)
-    with files.RowLog(tmp_path) as log:
-        log.add(row(one))
-        log.finish([row(one)])
-    assert [path.name for path in tmp_path.iterdir()] == ["rows.jsonl"]
-
-
-def test_no_log_where_a_folder_has_its_name(tmp_path: Path) -> None:
-    (tmp_path / "rows.jsonl.part").mkdir()
-    with pytest.raises(OutputError) as caught:
-        files.RowLog(tmp_path)
-    message_of(caught, tmp_path / "rows.jsonl.part")
+# What grows
 
 
 @needs_full_device
-def test_a_full_disk_is_told(tmp_path: Path, one: Run) -> None:
-    (tmp_path / "rows.jsonl.part").symlink_to(DEVICE)
-    with pytest.raises(OutputError, match="No space left") as caught, files.RowLog(tmp_path) as log:
-        log.add(row(one))
-    message_of(caught, tmp_path / "rows.jsonl.part")
+def test_a_full_disk_is_told(tmp_path: Path) -> None:
+    (tmp_path / "rows.jsonl").symlink_to(DEVICE)
+    with pytest.raises(OutputError, match=r"No space left.*make room, or") as caught:
+        files.append_text(tmp_path / "rows.jsonl", "a row")
+    message_of(caught, tmp_path / "rows.jsonl")
 
 
-def fill(log: files.RowLog, one: Run) -> None:
-    while True:
-        log.add(row(one))
+def test_a_small_disk_that_fills_up(tiny_disk: Path) -> None:
+    file, text = tiny_disk / "rows.jsonl", "x" * 999 + "\n"
 
+    def fill() -> None:
+        while True:
+            files.append_text(file, text)
 
-def test_a_small_disk_that_fills_up(tiny_disk: Path, one: Run) -> None:
-    with pytest.raises(OutputError, match="No space left") as caught, files.RowLog(tiny_disk) as log:
-        fill(log, one)
-    message_of(caught, tiny_disk / "rows.jsonl.part")
-    text = (tiny_disk / "rows.jsonl.part").read_text(encoding="utf-8")
-    assert text.endswith("\n"), "a row was cut in two"
-    lines = text.splitlines()
-    assert len(lines) >= 100
-    assert all(json.loads(line) == row(one) for line in lines)
-    assert not (tiny_disk / "rows.jsonl").exists()
+    with pytest.raises(OutputError, match="No space left"):
+        fill()
+    found = file.read_text(encoding="utf-8")
+    assert len(found) > 10_000
+    assert found == text * (len(found) // 1000), "a row was cut in two"
 
 
 def test_whole_files_on_a_small_disk(tiny_disk: Path) -> None:
