@@ -2,7 +2,7 @@
 Counterexamples, stored as files that anyone can run again: graphs (JSON), maps and missions (TOML).
 
 A map or mission is a file for ``cgla plan`` or ``cgla fly`` like any other; a graph is a matrix of weights with a
-source and a target.
+source and a target. What asks for one that is not stored raises `ClaimError`.
 """
 
 import json
@@ -57,27 +57,13 @@ def text(name: str) -> str:
 
 
 def document(name: str) -> dict[str, Any]:
-    """
-    Read a JSON file as it is.
-
-    Raises
-    ------
-    ClaimError
-        If there is none of that name.
-    """
+    """Read a JSON file as it is."""
     found: dict[str, Any] = json.loads(text(name))
     return found
 
 
 def graph(name: str) -> GraphProblem:
-    """
-    Read a graph: ``{"title": …, "weights": [[…]], "source": …, "target": …}``, null for no edge.
-
-    Raises
-    ------
-    ClaimError
-        If there is none of that name.
-    """
+    """Read a graph: ``{"title": …, "weights": [[…]], "source": …, "target": …}``, null for no edge."""
     read = document(name)
     built = GeometricGraph.from_matrix(weights(read["weights"]), labels=read.get("labels"))
     return GraphProblem(built, read["source"], read["target"])
@@ -96,27 +82,13 @@ def weights(rows: Sequence[Sequence[float | None]]) -> FloatArray:
 
 
 def scenario(name: str) -> Scenario:
-    """
-    Read a map; its peaks may be above 1.
-
-    Raises
-    ------
-    ClaimError
-        If there is none of that name.
-    """
+    """Read a map; its peaks may be above 1."""
     with _improper_allowed():
         return scenario_from_toml(text(name), Path(name).stem)
 
 
 def mission(name: str) -> MissionFile:
-    """
-    Read a mission.
-
-    Raises
-    ------
-    ClaimError
-        If there is none of that name.
-    """
+    """Read a mission."""
     return mission_from_toml(text(name), Path(name).stem)
 
 

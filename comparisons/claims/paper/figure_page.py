@@ -175,7 +175,7 @@ def picture(figure: Figure, caption: str) -> Picture:
     return Picture(caption, png, svg)
 
 
-def flights_page(heading: tuple[str, str], views: Sequence[MissionRun]) -> Figure:
+def flights_page(heading: tuple[str, str], runs: Sequence[MissionRun]) -> Figure:
     """
     Draw flights as ``cgla fly`` does, but with the legend below, so that several are not too wide for a page.
 
@@ -183,10 +183,10 @@ def flights_page(heading: tuple[str, str], views: Sequence[MissionRun]) -> Figur
     ----------
     heading
         As the paper calls it, and what it shows.
-    views
+    runs
         As `flight_figure` takes them.
     """
-    figure = flight_figure(views)
+    figure = flight_figure(runs)
     with style():
         # the bar has no label below
         panels = [axes for axes in figure.axes if axes.get_xlabel()]

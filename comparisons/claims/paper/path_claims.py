@@ -7,7 +7,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
-from cgla_graph.comparisons.claims.claim import Finding, Kind, Part, Table, Verdict, claim, require
+from cgla_graph.comparisons.claims.claim import Finding, Kind, Part, Table, Verdict, claim, require, supported
 from cgla_graph.comparisons.claims.contrasts import INTEGRALS
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.paper.flights import paper_lattice
@@ -126,7 +126,7 @@ def _check_c15(evidence: Evidence) -> Finding:
             Part("symmetric A, any G that Eq. 9 made", Verdict.PROVED, f"0 of {walks} walks"),
             Part(
                 "one-sided raster sums",
-                Verdict.NOT_SUPPORTED if circles["raster"] else Verdict.SUPPORTED,
+                supported(circles["raster"] == 0),
                 f"{circles['raster']} of {walks} walks ran in a circle",
             ),
         ),

@@ -124,14 +124,7 @@ class Times(NamedTuple):
 
     @property
     def ratio(self) -> float:
-        """
-        How many times as long Q-Learning takes.
-
-        Examples
-        --------
-        >>> round(TIMES.ratio, 2)
-        3.47
-        """
+        """How many times as long Q-Learning takes."""
         return self.q_learning / self.cgla
 
 
@@ -140,12 +133,7 @@ TIMES = Times(cgla=7.636752, q_learning=26.4662)
 
 def value(place: str, method: str) -> PaperValue:
     """
-    Return a row.
-
-    Raises
-    ------
-    KeyError
-        If there is none.
+    Return a row; `KeyError` if there is none.
 
     Examples
     --------
