@@ -184,6 +184,32 @@ class NoFlyArea:
         flat = np.array(given, order="C").reshape(-1, 2)
         return segments_cross(flat, flat, self._kernel_arrays).reshape(given.shape[:-1])
 
+    def convex_corners(self, *, straight: float = 0.0) -> FloatArray:
+        """
+        Return the corners that a shortest path around the area may bend in (Lozano-Perez and Wesley 1979).
+
+        Parameters
+        ----------
+        straight
+            Corners that turn in by less than this, radians, count as turning out.
+
+        Returns
+        -------
+        corners
+            Shape ``(c, 2)``, map units, each once, by x and then y; of a hole, the corners that reach into it.
+
+        Examples
+        --------
+        >>> ell = shapely.Polygon([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)])
+        >>> NoFlyArea(ell).convex_corners().tolist()
+        [[0.0, 0.0], [0.0, 2.0], [1.0, 2.0], [2.0, 0.0], [2.0, 1.0]]
+        """
+        starts, ends, others = np.hsplit(self._edges, 3)
+        ahead, back = ends - starts, starts - others
+        # the area is on the left
+        turn = back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0]
+        return np.unique(starts[turn > -straight * np.hypot(*back.T) * np.hypot(*ahead.T)], axis=0)
+
     def path_clearance(self, path: ArrayLike) -> float:
         """
         Return the least distance between a polyline and the area.

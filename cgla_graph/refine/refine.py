@@ -343,10 +343,7 @@ class _Refiner:
 @lru_cache(maxsize=4)
 def _convex_corners(area: NoFlyArea) -> tuple[FloatArray, shapely.STRtree]:
     """Return the corners of an area that a path can go around, sorted by x, shape ``(c, 2)``, and an index of them."""
-    starts, ends, others = np.hsplit(area.edges, 3)
-    ahead, back = ends - starts, starts - others
-    convex = back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0] > 0.0
-    corners = np.unique(starts[convex], axis=0)
+    corners = area.convex_corners()
     return corners, shapely.STRtree([Point(corner) for corner in corners])
 
 

@@ -14,7 +14,7 @@ from cgla_graph.model.risk import Threat
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
 from cgla_graph.solvers.base import positive_setting, whole_setting
-from cgla_graph.solvers.geometry import around_circle, convex_corners
+from cgla_graph.solvers.geometry import around_circle
 
 #: The shares of `spreads` that are tried one after the other; 0 leaves the no-fly areas alone.
 SHARES = (1.0, 0.8, 0.6, 0.4, 0.2, 0.0)
@@ -122,7 +122,7 @@ class _Search:
 
     def __init__(self, problem: Problem, threats: NoFlyArea) -> None:
         self.areas = [area for area in (problem.model.area, threats) if not area.is_empty]
-        of_areas = [convex_corners(area.geometry, straight=STRAIGHT) for area in self.areas]
+        of_areas = [area.convex_corners(straight=STRAIGHT) for area in self.areas]
         corners = np.vstack([np.empty((0, 2)), *of_areas])
         usable = problem.in_bounds(corners)
         for area in self.areas:

@@ -12,8 +12,9 @@ from scipy.sparse import csgraph
 
 from cgla_graph._types import Bounds, FloatArray, IntArray, Point
 from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.risk import Threat
-from cgla_graph.solvers.geometry import around_circle, convex_corners
+from cgla_graph.solvers.geometry import around_circle
 from cgla_graph.solvers.reactive.milp_model import MARGIN, KeepOut
 
 #: Sides of the polygon that stands for a threat.
@@ -232,4 +233,4 @@ def _outer_corners(model: CostModel, margin: float) -> FloatArray:
     if model.area.is_empty:
         return np.empty((0, 2))
     wider = shapely.buffer(model.area.geometry, margin, join_style="mitre")
-    return convex_corners(wider)
+    return NoFlyArea(wider).convex_corners()

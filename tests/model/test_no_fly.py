@@ -512,6 +512,17 @@ def test_path_clearance(path: list[list[float]], clearance: float) -> None:
     assert NoFlyArea(CELL).path_clearance(path) == pytest.approx(clearance, abs=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("geometry", "touching"),
+    [(CELL, []), (RING, []), (NOTCHED, [[0, 2]]), (TWO_HOLES, [[2, 1.5]]), (shapely.Polygon(), [])],
+)
+def test_convex_corners_are_those_of_the_hull_and_those_between_rings_that_touch(
+    geometry: BaseGeometry, touching: list[list[float]]
+) -> None:
+    outer = np.unique(shapely.get_coordinates(geometry.convex_hull), axis=0).tolist()
+    assert NoFlyArea(geometry).convex_corners().tolist() == sorted([*outer, *touching])
+
+
 # Refusals
 
 BOW_TIE = shapely.Polygon([(0, 0), (1, 1), (1, 0), (0, 1)])
