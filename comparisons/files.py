@@ -88,7 +88,7 @@ def locked(path: Path) -> FileLock:
 
 
 def cannot_write(path: Path, error: OSError, *, is_kept: bool = False) -> OutputError:
-    """Say in one line why a file cannot be written, and what to do; `is_kept`: who goes on (--resume) finds all of it."""
+    """Say in one line why a file cannot be written, and what to do; `is_kept`: who goes on (--resume) finds it."""
     remedy = "choose another folder (--out)"
     if error.errno == errno.ENOSPC:
         kept = "what was done is kept: make room, and go on (--resume)"

@@ -9,7 +9,7 @@ import hashlib
 import math
 import pickle
 import socket
-from collections.abc import Generator, Iterable
+from collections.abc import Callable, Generator, Iterable
 from contextlib import closing, suppress
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -90,7 +90,7 @@ def study_tasks(study: Study, store: ResultStore | None = None) -> list[Task]:
     entrants = {entrant.label: entrant for entrant in study.entrants}
     tasks: dict[tuple[Any, ...], Task] = {}
     # packed where it is used, and not held for all scenarios
-    packed = lru_cache(maxsize=4)(lambda name: pack(scenarios[name]))
+    packed: Callable[[str], Packed] = lru_cache(maxsize=4)(lambda name: pack(scenarios[name]))
     for cell in study.cells():
         if store is not None and (RUN, *cell) in store:
             continue
@@ -101,7 +101,7 @@ def study_tasks(study: Study, store: ResultStore | None = None) -> list[Task]:
     return list(tasks.values())
 
 
-def _proof_task(name: str, packed: Any, tolerance: float) -> Task:  # noqa: ANN401 - a function that is cached
+def _proof_task(name: str, packed: Callable[[str], "Packed"], tolerance: float) -> Task:
     def certificate(outcome: Outcome, limits: Limits, _: Results) -> Certificate:
         """Take a scenario's proof, or the reason why there is none."""
         if outcome.failure is None:
@@ -116,7 +116,7 @@ def _run_task(
     cell: Cell,
     scenario: Scenario,
     entrant: Entrant,
-    packed: Any,  # noqa: ANN401 - a function that is cached
+    packed: Callable[[str], "Packed"],
     proof: list[tuple[str, str]],
 ) -> Task:
     def run_of(outcome: Outcome, limits: Limits, done: Results) -> Run:

@@ -6,9 +6,9 @@ interruption, and each result is in the store before anybody sees it.
 """
 
 import heapq
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias, cast
 
 from cgla_graph.comparisons.workers.cluster import spread
@@ -126,7 +126,7 @@ def run_tasks(
     >>> [result for _, result in run_tasks([second, first], limits=Limits(), workers=0)]
     [42, 84]
     """
-    agenda = _Agenda.of(tasks, store)
+    agenda = _Agenda(tasks, store)
     if not agenda.left:
         return
     held = limits if workers or scheduler is not None else NO_LIMITS
@@ -141,7 +141,7 @@ def run_tasks(
     # whatever ends the iteration ends the workers
     with closing(_made(next_call, held, min(workers, len(agenda.left)), scheduler, preload)) as outcomes:
         for call, outcome in outcomes:
-            task = agenda.left.pop(cast("Key", call.key))
+            task = agenda.left[cast("Key", call.key)]
             result = task.result(outcome, held, agenda.needed(task))
             if store is not None:
                 result = store.add(task.key, result)
@@ -164,57 +164,40 @@ def _made(
     return isolated(next_call, workers=workers, seconds=seconds, preload=preload)
 
 
-@dataclass(eq=False)
 class _Agenda:
-    """What is left to do, and what of it is ready."""
+    """What is left to do, in order, and what of it is ready."""
 
-    left: dict[Key, Task]
-    store: ResultStore | None
-    #: how many of its needs are not done, by the key of a task
-    n_missing: dict[Key, int] = field(default_factory=dict)
-    #: places of tasks that are ready, the first one first; and all tasks in order
-    ready: list[int] = field(default_factory=list)
-    order: list[Task] = field(default_factory=list)
-    #: places of tasks that wait, by what they wait for
-    waiting: dict[Key, list[int]] = field(default_factory=dict)
-    #: results that others need
-    results: dict[Key, Any] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, tasks: Sequence[Task], store: ResultStore | None) -> "_Agenda":
-        order = [task for task in tasks if store is None or task.key not in store]
-        agenda = cls({task.key: task for task in order}, store, order=order)
-        for place, task in enumerate(order):
-            missing = [key for key in task.needs if key in agenda.left]
-            unknown = [key for key in task.needs if key not in agenda.left and (store is None or key not in store)]
-            if unknown:
-                msg = f"{task.key} needs {unknown[0]}, which is no task and not in the store; add it"
-                raise ValueError(msg)
-            agenda.n_missing[task.key] = len(missing)
-            for key in missing:
-                agenda.waiting.setdefault(key, []).append(place)
-            if not missing:
-                agenda.ready.append(place)
-        return agenda
+    def __init__(self, tasks: Sequence[Task], store: ResultStore | None) -> None:
+        self.left = {task.key: task for task in tasks if store is None or task.key not in store}
+        self._store = store
+        self._places = {key: place for place, key in enumerate(self.left)}
+        self._waits_for = {key: {need for need in task.needs if need in self.left} for key, task in self.left.items()}
+        self._needed_by: dict[Key, list[Key]] = {}
+        self._results: dict[Key, Any] = {}
+        for key, task in self.left.items():
+            for need in task.needs:
+                if need in self.left:
+                    self._needed_by.setdefault(need, []).append(key)
+                elif store is None or need not in store:
+                    msg = f"{key} needs {need}, which is no task and not in the store; add it"
+                    raise ValueError(msg)
+        #: places and keys: a heap, the first place first
+        self._ready = [(place, key) for key, place in self._places.items() if not self._waits_for[key]]
 
     def next_task(self) -> Task | None:
-        return self.order[heapq.heappop(self.ready)] if self.ready else None
+        return self.left[heapq.heappop(self._ready)[1]] if self._ready else None
 
     def needed(self, task: Task) -> Results:
-        return {key: self._result(key) for key in task.needs}
+        return {key: self._results[key] if key in self._results else self._kept(key) for key in task.needs}
 
-    def _result(self, key: Key) -> Any:  # noqa: ANN401 - any result
-        return self.results[key] if key in self.results or self.store is None else self.store[key]
+    def _kept(self, key: Key) -> Any:  # noqa: ANN401 - any result
+        return None if self._store is None else self._store[key]
 
     def end(self, task: Task, result: Any) -> None:  # noqa: ANN401 - any result
         """Let begin what has waited for this one alone."""
-        for place in self._release(task, result):
-            heapq.heappush(self.ready, place)
-
-    def _release(self, task: Task, result: Any) -> Iterator[int]:  # noqa: ANN401 - any result
-        for place in self.waiting.pop(task.key, ()):
-            self.results[task.key] = result
-            key = self.order[place].key
-            self.n_missing[key] -= 1
-            if not self.n_missing[key]:
-                yield place
+        del self.left[task.key]
+        for key in self._needed_by.get(task.key, ()):
+            self._results[task.key] = result
+            self._waits_for[key].remove(task.key)
+            if not self._waits_for[key]:
+                heapq.heappush(self._ready, (self._places[key], key))

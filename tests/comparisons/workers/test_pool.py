@@ -4,7 +4,6 @@ import importlib
 import itertools
 import math
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -21,7 +20,6 @@ import pytest
 from awkward_calls import alive, until
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import examples
 
 from cgla_graph.comparisons.workers import process
 from cgla_graph.comparisons.workers.limits import Failure, Outcome, limited
@@ -99,34 +97,6 @@ def test_whatever_a_call_does_is_an_outcome(awkward: ModuleType) -> None:
         assert words in outcome.message, (call, outcome)
         assert len(outcome.message.splitlines()) == 1
         assert outcomes[2 * number + 1] == Outcome(number * number)
-
-
-@pytest.mark.slow
-@given(seed=st.integers(0, 2**32), size=st.integers(0, 12), workers=st.integers(1, 3))
-@examples(6)
-def test_calls_that_wait_for_others(seed: int, size: int, workers: int, awkward: ModuleType) -> None:
-    """Each call may wait for any before it: all are made once, none before its time, and no more than was said wait."""
-    draw = random.Random(seed)  # noqa: S311 - no secret
-    needs = [{other for other in range(number) if draw.random() < 0.3} for number in range(size)]
-    ended: dict[Any, Any] = {}
-    asked: list[int] = []
-
-    def next_call() -> Call | None:
-        for number in range(size):
-            if number not in asked and needs[number] <= ended.keys():
-                asked.append(number)
-                assert len(asked) - len(ended) <= 2 * workers
-                return Call(number, awkward.square, (number,))
-        return None
-
-    ways: list[Iterator[tuple[Call, Outcome]]] = [isolated(next_call, workers=workers, seconds=60.0), here(next_call)]
-    for way in ways:
-        ended.clear()
-        asked.clear()
-        for call, outcome in way:
-            assert call.key not in ended
-            ended[call.key] = outcome.value
-        assert ended == {number: number * number for number in range(size)}
 
 
 @pytest.mark.slow
