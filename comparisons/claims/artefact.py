@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TypeAlias
 
-#: Modules with ``ARTEFACTS``.
+#: Modules with artefacts.
 MODULES = ("single_figures", "team_figures", "paper_tables")
 
 
@@ -81,24 +81,38 @@ class Artefact:
 
     Attributes
     ----------
-    name
-        File name without ending: ``fig-5``, ``table-1``.
     label
         As the paper calls it: ``Fig. 5``, ``Table 1``.
     title
         What it shows, in our words.
     make
-        Draws it, or fills it; at top level of its module, without random numbers.
+        Draws it, or fills it, without random numbers.
     """
 
-    name: str
     label: str
     title: str
     make: "Make"
 
+    @property
+    def name(self) -> str:
+        """The file name without ending: ``fig-5``, ``table-1``."""
+        return self.label.lower().replace(". ", "-").replace(" ", "-")
+
 
 #: What makes an artefact.
 Make: TypeAlias = Callable[[], Picture | Comparison]
+
+
+def artefact(label: str, title: str) -> Callable[[Make], Artefact]:
+    """
+    Make an artefact of what makes it, which stands below; what is given is as of `Artefact`.
+
+    Examples
+    --------
+    >>> artefact("Fig. 5", "routes for K = 10, 50 and 200")(lambda: Picture("nothing", b"", b"")).name
+    'fig-5'
+    """
+    return lambda make: Artefact(label, title, make)
 
 
 @cache
@@ -112,5 +126,5 @@ def artefacts() -> Sequence[Artefact]:
     ['Fig. 1', 'Fig. 9', 'Table 5']
     """
     modules = [importlib.import_module(f"cgla_graph.comparisons.claims.paper.{name}") for name in MODULES]
-    found: list[Artefact] = [artefact for module in modules for artefact in module.ARTEFACTS]
+    found = [one for module in modules for one in vars(module).values() if isinstance(one, Artefact)]
     return sorted(found, key=lambda one: (one.label.startswith("Table"), int(one.label.split()[-1])))

@@ -9,7 +9,7 @@ and the row says what differs. Where not even the measure is, ours is left out.
 from collections.abc import Mapping, Sequence
 from enum import Enum
 
-from cgla_graph.comparisons.claims.artefact import Artefact, Comparison, TableRow
+from cgla_graph.comparisons.claims.artefact import Comparison, TableRow, artefact
 from cgla_graph.comparisons.claims.claim import require
 from cgla_graph.comparisons.claims.paper.figure_page import SELECTED
 from cgla_graph.comparisons.claims.paper.printed_values import (
@@ -107,8 +107,8 @@ def _measured(route: Route | None, quantity: str) -> float | None:
     return route.risk_sum if quantity == "risk sum" else route.length * WORKING_SCALE
 
 
-def table_1() -> Comparison:
-    """Fill Table 1: one UAV."""
+@artefact("Table 1", "one UAV: CGLA, BCV, A2D and Q-Learning")
+def _table_1() -> Comparison:
     found = for_weights([10.0, 50.0, 200.0])
     k10, k50, k200 = (one.online for one in found)
     require(k10.risk_sum >= k50.risk_sum >= k200.risk_sum, "Table 1: risk does not fall with K")
@@ -120,8 +120,8 @@ def table_1() -> Comparison:
     )
 
 
-def table_2() -> Comparison:
-    """Fill Table 2: a sudden threat."""
+@artefact("Table 2", "a sudden threat")
+def _table_2() -> Comparison:
     found = escape().routes
     low, high = (one.online for one in found)
     require(high.length > low.length and high.risk_sum < low.risk_sum, "Table 2: K = 100 is not longer and safer")
@@ -132,8 +132,8 @@ def table_2() -> Comparison:
     )
 
 
-def table_3() -> Comparison:
-    """Fill Table 3: with and without sharing."""
+@artefact("Table 3", "with and without sharing")
+def _table_3() -> Comparison:
     return Comparison(
         "The UAV that profits from what the other one sees. With the whole map known there is nothing to share: "
         "one way stands in both rows. Two threats, starts and goal are the paper's; all else, K = 70 too, is ours.",
@@ -141,13 +141,13 @@ def table_3() -> Comparison:
     )
 
 
-def table_4() -> Comparison:
-    """Fill Table 4: risks of three UAVs."""
+@artefact("Table 4", "risk of three UAVs")
+def _table_4() -> Comparison:
     return Comparison(f"Risk of three UAVs. {_TEAM}", rows(TABLE_4, _team(TABLE_4)))
 
 
-def table_5() -> Comparison:
-    """Fill Table 5: lengths of three UAVs."""
+@artefact("Table 5", "length of the ways of three UAVs")
+def _table_5() -> Comparison:
     return Comparison(f"Length of the ways of three UAVs. {_TEAM}", rows(TABLE_5, _team(TABLE_5)))
 
 
@@ -160,12 +160,3 @@ def _team(table: Sequence[PaperValue]) -> dict[str, Routes]:
             label = f"{method}, UAV {name}"
             ours[label] = of_flight(label, run, name, solver=STYLES[method])
     return ours
-
-
-ARTEFACTS: tuple[Artefact, ...] = (
-    Artefact("table-1", "Table 1", "one UAV: CGLA, BCV, A2D and Q-Learning", table_1),
-    Artefact("table-2", "Table 2", "a sudden threat", table_2),
-    Artefact("table-3", "Table 3", "with and without sharing", table_3),
-    Artefact("table-4", "Table 4", "risk of three UAVs", table_4),
-    Artefact("table-5", "Table 5", "length of the ways of three UAVs", table_5),
-)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from cgla_graph._types import Point
-from cgla_graph.comparisons.claims.artefact import Artefact, Picture
+from cgla_graph.comparisons.claims.artefact import Picture, artefact
 from cgla_graph.comparisons.claims.claim import require
 from cgla_graph.comparisons.claims.paper.field_claims import HIGH, LOW, SIGMAS, share_doubled, weights_from_origin
 from cgla_graph.comparisons.claims.paper.figure_page import (
@@ -61,8 +61,8 @@ _CROSS: Look = {
 }
 
 
-def fig_1() -> Picture:
-    """Draw the risk of one threat and of several, and a cut through each."""
+@artefact("Fig. 1", "the risk of one threat and of several")
+def _fig_1() -> Picture:
     with page() as figure:
         maps = [
             add_map(figure, RiskField(ONE), "one threat"),
@@ -103,8 +103,8 @@ def fig_1() -> Picture:
     )
 
 
-def fig_2() -> Picture:
-    """Draw the straight segment beside the shortest path in eight directions."""
+@artefact("Fig. 2", "a straight segment and eight directions")
+def _fig_2() -> Picture:
     eight = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 1.0], [3.0, 1.0], [4.0, 2.0], [5.0, 2.0]])
     ends = eight[[0, -1]]
     straight, octile = (Route(path, 0.0).length for path in (ends, eight))
@@ -133,8 +133,8 @@ def fig_2() -> Picture:
     )
 
 
-def fig_3() -> Picture:
-    """Draw the weights of the segments from (0, 0) to all lattice points, for two K and three readings of Eq. 1."""
+@artefact("Fig. 3", "weights of segments for K = 10 and 200")
+def _fig_3() -> Picture:
     lattice = paper_lattice()
     half = 0.5 / lattice.shape[0]
     tables = {reading: weights_from_origin(reading, SHOWN_SIGMA) for reading in READINGS}
@@ -171,8 +171,8 @@ def fig_3() -> Picture:
     )
 
 
-def fig_5() -> Picture:
-    """Draw the routes of three K, planned with the whole map known and flown, and the flight of BCV-style."""
+@artefact("Fig. 5", "ways for K = 10, 50 and 200")
+def _fig_5() -> Picture:
     field = paper_field()
     found = for_weights([10.0, 50.0, 200.0])
     bcv = Routes("bcv-style", None, arrived(fly_alone(field, k=10.0, solver="bcv-style")))
@@ -194,8 +194,8 @@ def _nearest(route: Route) -> str:
     return " and ".join(f"{away:.3f}" for away in distances_from_regions(route.path))
 
 
-def fig_6() -> Picture:
-    """Draw the escape from a sudden threat."""
+@artefact("Fig. 6", "a sudden threat, K = 10 and 100")
+def _fig_6() -> Picture:
     found = escape()
     heading = ("Fig. 6", "The escape from a sudden threat at (0.6, 0.5), length / risk sum")
     figure = _known_and_flown(heading, found.field, found.routes, start=found.start, sudden=found.sudden.threat)
@@ -211,8 +211,8 @@ def fig_6() -> Picture:
     )
 
 
-def fig_11() -> Picture:
-    """Draw the routes on three lattices."""
+@artefact("Fig. 11", "lattices of N = 15, 20 and 25")
+def _fig_11() -> Picture:
     field = paper_field()
     found = [both(f"N = {n}", field, k=40.0, n=n) for n in SIZES]
     figure = _known_and_flown(("Fig. 11", "Ways on lattices of N x N points, K = 40, length / risk sum"), field, found)
@@ -268,13 +268,3 @@ def _frame(axes: Axes, x: str, y: str, *, grid: bool = True, **limits: object) -
     axes.set_axisbelow(True)
     if grid:
         axes.grid(color="0.92", linewidth=0.5)
-
-
-ARTEFACTS: tuple[Artefact, ...] = (
-    Artefact("fig-1", "Fig. 1", "the risk of one threat and of several", fig_1),
-    Artefact("fig-2", "Fig. 2", "a straight segment and eight directions", fig_2),
-    Artefact("fig-3", "Fig. 3", "weights of segments for K = 10 and 200", fig_3),
-    Artefact("fig-5", "Fig. 5", "ways for K = 10, 50 and 200", fig_5),
-    Artefact("fig-6", "Fig. 6", "a sudden threat, K = 10 and 100", fig_6),
-    Artefact("fig-11", "Fig. 11", "lattices of N = 15, 20 and 25", fig_11),
-)

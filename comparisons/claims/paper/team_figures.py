@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from cgla_graph.comparisons.claims.artefact import Artefact, Picture
+from cgla_graph.comparisons.claims.artefact import Picture, artefact
 from cgla_graph.comparisons.claims.claim import require
 from cgla_graph.comparisons.claims.paper.figure_page import (
     SELECTED,
@@ -27,8 +27,8 @@ from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import UavFlight
 
 
-def fig_4() -> Picture:
-    """Draw what two UAVs plan at take-off, when one has detected a threat."""
+@artefact("Fig. 4", "what one UAV detects, the other one knows")
+def _fig_4() -> Picture:
     runs = fly("fig4")
     words = {"with sharing": "the left one knows", "without sharing": "the left one does not know"}
     with page() as figure:
@@ -76,8 +76,8 @@ def _away(run: MissionRun, name: str) -> str:
     return f"{np.hypot(threat.x - start[0], threat.y - start[1]):.2f}"
 
 
-def fig_7() -> Picture:
-    """Draw virtual obstacles 0, 3 and 5 steps ahead."""
+@artefact("Fig. 7", "virtual obstacles 0, 3 and 5 steps ahead")
+def _fig_7() -> Picture:
     runs = fly("fig7")
     collide = [run.flight.least_separation < run.mission.collision_distance for run in runs]
     require(collide == [True, False, True], f"Fig. 7: which steps ahead collide is {collide}")
@@ -92,8 +92,8 @@ def fig_7() -> Picture:
     )
 
 
-def fig_8() -> Picture:
-    """Draw two UAVs that meet, with and without virtual obstacles."""
+@artefact("Fig. 8", "two UAVs meet, unless virtual obstacles keep them apart")
+def _fig_8() -> Picture:
     runs = fly("fig8")
     pair = runs[0].closest
     where = f"({pair.where[0]:.2f}, {pair.where[1]:.2f})" if pair else "nowhere"
@@ -107,8 +107,8 @@ def fig_8() -> Picture:
     )
 
 
-def fig_9() -> Picture:
-    """Draw two UAVs and a wall of threats, with and without sharing."""
+@artefact("Fig. 9", "a wall of threats, without and with sharing")
+def _fig_9() -> Picture:
     runs = fly("fig9")
     alone, shared = (run.flight.uavs["a"] for run in runs)
     require(shared.length < alone.length and shared.risk_sum < alone.risk_sum, "Fig. 9: sharing does not help a")
@@ -124,8 +124,8 @@ def fig_9() -> Picture:
     )
 
 
-def fig_10() -> Picture:
-    """Draw three UAVs that share what they see."""
+@artefact("Fig. 10", "three UAVs that share what they see")
+def _fig_10() -> Picture:
     runs = fly("fig10")
     flights = runs[0].flight.uavs.values()
     numbers = ", ".join(f"{uav.length:.3f} / {uav.risk_sum:.3f}" for uav in flights)
@@ -138,8 +138,8 @@ def fig_10() -> Picture:
     )
 
 
-def fig_12() -> Picture:
-    """Draw two UAVs among five and among seven threats."""
+@artefact("Fig. 12", "two UAVs among five and seven threats")
+def _fig_12() -> Picture:
     runs = [
         dataclasses.replace(run, variant=f"{count} threats")
         for count in ("five", "seven")
@@ -169,13 +169,3 @@ def _meetings(runs: Sequence[MissionRun]) -> str:
 
 def _in(variant: str) -> str:
     return f" ({variant})" if variant else ""
-
-
-ARTEFACTS: tuple[Artefact, ...] = (
-    Artefact("fig-4", "Fig. 4", "what one UAV detects, the other one knows", fig_4),
-    Artefact("fig-7", "Fig. 7", "virtual obstacles 0, 3 and 5 steps ahead", fig_7),
-    Artefact("fig-8", "Fig. 8", "two UAVs meet, unless virtual obstacles keep them apart", fig_8),
-    Artefact("fig-9", "Fig. 9", "a wall of threats, without and with sharing", fig_9),
-    Artefact("fig-10", "Fig. 10", "three UAVs that share what they see", fig_10),
-    Artefact("fig-12", "Fig. 12", "two UAVs among five and seven threats", fig_12),
-)

@@ -78,9 +78,9 @@ def _no_picture() -> Picture:
 
 
 ARTEFACTS = (
-    Artefact("fig-1", "Fig. 1", "a picture", _picture),
-    Artefact("fig-2", "Fig. 2", "no picture", _no_picture),
-    Artefact("table-1", "Table 1", "a table", _table),
+    Artefact("Fig. 1", "a picture", _picture),
+    Artefact("Fig. 2", "no picture", _no_picture),
+    Artefact("Table 1", "a table", _table),
 )
 
 

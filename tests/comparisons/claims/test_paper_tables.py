@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import usual
 
-from cgla_graph.comparisons.claims.artefact import Comparison, TableRow
+from cgla_graph.comparisons.claims.artefact import Comparison, TableRow, artefacts
 from cgla_graph.comparisons.claims.paper import paper_tables
 from cgla_graph.comparisons.claims.paper.flights import START
-from cgla_graph.comparisons.claims.paper.paper_tables import ARTEFACTS, Reason, reason, rows
+from cgla_graph.comparisons.claims.paper.paper_tables import Reason, reason, rows
 from cgla_graph.comparisons.claims.paper.printed_values import TABLES, PaperValue
 from cgla_graph.comparisons.claims.paper.routes import Route, Routes, fly
 
@@ -25,7 +25,7 @@ QUOTED = ("BCV", "A2D", "Q-Learning")
 
 @pytest.fixture(scope="module")
 def tables() -> dict[str, Comparison]:
-    made = {one.label: one.make() for one in ARTEFACTS}
+    made = {one.label: one.make() for one in artefacts() if one.label.startswith("Table")}
     return {label: table for label, table in made.items() if isinstance(table, Comparison)}
 
 
@@ -156,13 +156,11 @@ def test_offline_is_the_same_with_and_without_sharing(tables: dict[str, Comparis
     assert first == second
 
 
-@pytest.mark.parametrize("make", [paper_tables.table_1, paper_tables.table_2])
-def test_a_caption_that_is_no_longer_true_is_refused(
-    make: Callable[[], Comparison], monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize("label", ["Table 1", "Table 2"])
+def test_a_caption_that_is_no_longer_true_is_refused(label: str, monkeypatch: pytest.MonkeyPatch) -> None:
     way = Route(np.array([START, (0.9, 0.9)]), 1.0)
     same = [Routes(label, None, way) for label in ("K = 10", "K = 50", "K = 200")]
     monkeypatch.setattr(paper_tables, "for_weights", lambda _: same)
     monkeypatch.setattr(paper_tables, "escape", lambda: type("Same", (), {"routes": same[:2]}))
     with pytest.raises(AssertionError, match="Table"):
-        make()
+        {one.label: one for one in artefacts()}[label].make()
