@@ -244,16 +244,9 @@ def _until_open(path: Path) -> Iterator[Callable[[], object]]:
 
 
 def _check_there(path: Path) -> None:
-    if path.is_file():
-        return
-    if path.with_name("study.db").is_file():
-        msg = (
-            f"{path}: there is no such file, but a study.db of an older cgla-graph, or of an export; "
-            f"read it with the one that wrote it, or run the study anew in another folder"
-        )
+    if not path.is_file():
+        msg = f"{path}: there is no such file; give the folder of a study, which `cgla compare FILE --out FOLDER` makes"
         raise StudyError(msg)
-    msg = f"{path}: there is no such file; give the folder of a study, which `cgla compare FILE --out FOLDER` makes"
-    raise StudyError(msg)
 
 
 def _check_ours(path: Path) -> None:

@@ -14,7 +14,7 @@ from cgla_graph.comparisons.study.entrant import Entrant, budget_note
 from cgla_graph.comparisons.study.flight_run import COLUMNS as FLIGHT_COLUMNS
 from cgla_graph.comparisons.study.rows import COLUMNS, by_scenario, row, rows_of, trace_row
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.study.store import Stored
+from cgla_graph.comparisons.study.store import OMPL_FILE, Stored
 from cgla_graph.comparisons.tables.tables import bound_note, comparison_table, performance_table
 
 
@@ -47,7 +47,7 @@ def write_study(stored: Stored) -> list[Path]:
         table = rows_of(runs)
         found = [one.document() for group in by_scenario(runs) for one in performances(group)]
         written += [
-            files.write_bytes(folder / "study.db", ompl_database(stored, runs)),
+            files.write_bytes(folder / OMPL_FILE, ompl_database(stored, runs)),
             *_write_rows(folder, "rows", table, COLUMNS),
             files.write_text(folder / "summary.csv", files.csv_text(found, PERFORMANCE_COLUMNS)),
         ]

@@ -34,13 +34,15 @@ from cgla_graph.comparisons.study.runner import Run, seeds_of
 from cgla_graph.comparisons.study.study import Cell, FlightCell, Study, flight_cells
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.comparisons.workers.tasks import Key
-from cgla_graph.errors import StudyError
+from cgla_graph.errors import CglaError, OutputError, StudyError
 from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.scenarios.scenario import Scenario
 
 #: The file's name in the folder of a study, and what its first line says.
 FILE, WHAT = "study.jsonl", "study"
+#: What OMPL's database of the runs is called beside it; earlier versions kept nothing else.
+OMPL_FILE = "study.db"
 #: The kinds of lines, and of tasks.
 SESSION, PROOF, RUN, FLIGHT = "session", "proof", "run", "flight"
 
@@ -165,14 +167,13 @@ def load(folder: Path) -> Stored:
     ...     print(str(error).split(";")[0])
     no-such-folder/study.jsonl: there is no such file
     """
-    path = Path(folder) / FILE
-    with _no_collection(), understood(path):
-        content = Content()
-        content.take(Reader(path, WHAT).new_lines())
+    folder = Path(folder)
+    with _no_collection(), understood(folder / FILE):
+        content = _content(folder)
         study = content.study()
         runs = content.runs_of(study)
         return Stored(
-            folder=Path(folder),
+            folder=folder,
             title=study.title,
             runs=runs,
             scenarios=list(study.scenarios),
@@ -200,16 +201,30 @@ def load_study(folder: Path) -> Study:
     CglaError
         If the file of a mission cannot be loaded.
     """
-    path = folder / FILE
-    with understood(path):
-        content = Content()
-        content.take(Reader(path, WHAT).new_lines())
-        missions = []
+    with understood(folder / FILE):
+        content, missions = _content(folder), []
         for known in content.missions():
             mission = dataclasses.replace(load_mission(known.where), name=known.name)
             _check_same("mission", known.name, [] if mission_digest(mission) == known.digest else [known.where])
             missions.append(mission)
         return dataclasses.replace(content.study(), missions=missions)
+
+
+def _content(folder: Path) -> "Content":
+    content = Content()
+    _check_not_old(folder, StudyError)
+    content.take(Reader(folder / FILE, WHAT).new_lines())
+    return content
+
+
+def _check_not_old(folder: Path, kind: type[CglaError]) -> None:
+    """Refuse a folder that an earlier version has written."""
+    if (folder / OMPL_FILE).exists() and not (folder / FILE).exists():
+        msg = (
+            f"{folder}: holds a study of an earlier cgla-graph ({OMPL_FILE} without {FILE}); "
+            f"read it with that one, or run the study anew in another folder"
+        )
+        raise kind(msg)
 
 
 @dataclass(frozen=True)
@@ -230,8 +245,8 @@ class Content:
     ----------
     whole
         Whether all of each run is held; else only its status.
-    sessions
-        The last one says what the whole study is.
+    sessions, cells
+        The last one says what the whole study is, which these runs are asked for in.
     proofs, runs, flights
         By scenario, cell and flight.
     n_runs
@@ -240,6 +255,7 @@ class Content:
 
     whole: bool = True
     sessions: list[Document] = field(default_factory=list)
+    cells: set[Cell] = field(default_factory=set)
     proofs: dict[str, Document] = field(default_factory=dict)
     runs: dict[Cell, Made] = field(default_factory=dict)
     flights: dict[FlightCell, Document] = field(default_factory=dict)
@@ -251,6 +267,7 @@ class Content:
             match line["kind"]:
                 case "session":
                     self.sessions.append(line)
+                    self.cells = set(_cells(line))
                     # the package that a solver lacked may have been installed since
                     self.runs = {key: one for key, one in self.runs.items() if not _is_unavailable(one.document)}
                     self.flights = {key: one for key, one in self.flights.items() if not _is_unavailable(one)}
@@ -268,17 +285,6 @@ class Content:
         """What the last session says of the study."""
         return self.sessions[-1]
 
-    def cells(self) -> set[Cell]:
-        """Return the runs to be made."""
-        names = [scenario["name"] for scenario in self.asked["scenarios"]]
-        labels = [entrant["label"] for entrant in self.asked["entrants"]]
-        return {
-            Cell(name, label, seed)
-            for name, of_scenario in zip(names, self.asked["cells"], strict=True)
-            for label, seeds in zip(labels, of_scenario, strict=True)
-            for seed in seeds
-        }
-
     def flight_cells(self) -> set[FlightCell]:
         """Return the flights to be made."""
         return {FlightCell(*key) for key in self.asked["flights"]}
@@ -286,7 +292,7 @@ class Content:
     @property
     def n_runs_asked(self) -> int:
         """How many runs there will be: those of today's study, and those that are done already."""
-        return len(self.cells() | self.runs.keys())
+        return len(self.cells | self.runs.keys())
 
     @property
     def n_asked(self) -> int:
@@ -339,6 +345,15 @@ class Content:
         planned = [FlightCell(*key) for key in self.asked["flights"]]
         order = dict.fromkeys([*(key for key in planned if key in self.flights), *self.flights])
         return [flight_from(key, self.flights[key]) for key in order]
+
+
+def _cells(session: Document) -> Iterator[Cell]:
+    """Yield the runs that a session asks for."""
+    names = [scenario["name"] for scenario in session["scenarios"]]
+    labels = [entrant["label"] for entrant in session["entrants"]]
+    for name, of_scenario in zip(names, session["cells"], strict=True):
+        for label, seeds in zip(labels, of_scenario, strict=True):
+            yield from (Cell(name, label, seed) for seed in seeds)
 
 
 def _is_unavailable(document: Document) -> bool:
@@ -398,7 +413,7 @@ class StudyStore:
         self.path = log.path
         self.study = study
         self._log = log
-        self._open: set[Key] = {(RUN, *cell) for cell in content.cells()}
+        self._open: set[Key] = {(RUN, *cell) for cell in content.cells}
         self._open |= {(FLIGHT, *cell) for cell in content.flight_cells()}
         self._open |= {(PROOF, scenario.name) for scenario in study.scenarios}
         self._done: set[Key] = {(RUN, *cell) for cell in content.runs}
@@ -432,6 +447,8 @@ class StudyStore:
         StudyError
             If the study names something twice, or has settings that cannot be kept.
         """
+        if not overwrite:
+            _check_not_old(folder, OutputError)
         content = Content(whole=False)
         content.take([_session_line(study, [ComparedMission.of(one) for one in study.missions], 1, workers, command)])
         log = Log.create(folder / FILE, WHAT, content.sessions, overwrite=overwrite)
@@ -458,6 +475,7 @@ class StudyStore:
         StudyError
             If there is no study, it cannot be read (see `load`), or this one does not fit it.
         """
+        _check_not_old(folder, StudyError)
         content, merged = Content(whole=False), []
 
         def take(lines: Iterator[Line]) -> list[Line]:

@@ -27,7 +27,7 @@ from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.provenance import provenance
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.study.store import FILE, PROOF, StudyStore, load, load_study
+from cgla_graph.comparisons.study.store import FILE, OMPL_FILE, PROOF, StudyStore, load, load_study
 from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError, OutputError, StudyError
@@ -405,9 +405,7 @@ def test_a_full_disk_keeps_what_was_written_and_goes_on(tiny_disk: Path) -> None
     remount(tiny_disk, "size=1m")
     runs = [wide(run) for run in runs_of(study)]
     with StudyStore.create(tiny_disk, study) as store:
-        with pytest.raises(
-            OutputError, match=r"study\.jsonl: .*No space.*; what was done is kept"
-        ) as error:
+        with pytest.raises(OutputError, match=r"study\.jsonl: .*No space.*; what was done is kept") as error:
             add_all(store, runs)
         one_line(error)
         n_done = len(store.finished())
@@ -507,11 +505,21 @@ def test_what_is_no_study_is_never_replaced(folder: Path, content: bytes) -> Non
 
 def test_a_study_of_before_is_refused_with_the_remedy(folder: Path) -> None:
     folder.mkdir()
-    (folder / "study.db").write_bytes(b"SQLite format 3\0")
-    for start in (lambda: load(folder), lambda: StudyStore.resume(folder, STUDY)):
-        with pytest.raises(StudyError, match=r"a study\.db of an older cgla-graph.*run the study anew") as error:
-            start()
+    (folder / OMPL_FILE).write_bytes(b"SQLite format 3\0")
+    starts = (
+        load,
+        load_study,
+        lambda folder: StudyStore.resume(folder, STUDY),
+        lambda _: StudyStore.create(folder, STUDY),
+    )
+    for start in starts:
+        with pytest.raises(
+            CglaError, match=r"a study of an earlier cgla-graph \(study\.db.*run the study anew"
+        ) as error:
+            start(folder)
         one_line(error)
+    assert names_in(folder) == {OMPL_FILE}
+    StudyStore.create(folder, STUDY, overwrite=True).close()
 
 
 def test_a_file_of_another_format_is_refused_and_left_alone(folder: Path) -> None:
