@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Finding, Kind, Part, Table, Verdict, claim, require
 from cgla_graph.comparisons.claims.contrasts import (
     CELLS,
@@ -13,7 +14,6 @@ from cgla_graph.comparisons.claims.contrasts import (
     supported_by,
     tally,
 )
-from cgla_graph.comparisons.claims.counterexamples import mission
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import bootstrapped
 from cgla_graph.comparisons.claims.paper.flights import fly_alone_variants
@@ -156,7 +156,7 @@ def _similar_lengths(samples: Samples) -> Table:
 )
 def _check_c35(_: Evidence) -> Finding:
     cgla, learned = value("Table 1", "CGLA, K = 10").length, value("Table 1", "Q-Learning").length
-    flights = fly_alone_variants(mission(_LONGER))
+    flights = fly_alone_variants(counterexamples.mission(_LONGER))
     ours, theirs = flights["CGLA"], flights["Q-Learning"]
     require(
         cgla > learned and ours.length > theirs.length,

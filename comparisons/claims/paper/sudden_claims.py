@@ -5,6 +5,7 @@ from itertools import product
 
 import numpy as np
 
+from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Finding, Kind, Part, Table, Verdict, claim, require, supported
 from cgla_graph.comparisons.claims.contrasts import (
     CELLS,
@@ -18,7 +19,6 @@ from cgla_graph.comparisons.claims.contrasts import (
     supported_by,
     tally,
 )
-from cgla_graph.comparisons.claims.counterexamples import mission
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record, experiment
 from cgla_graph.comparisons.claims.paper.flights import GOAL, STEP, fly_alone, fly_alone_variants, measures
@@ -117,7 +117,7 @@ def _break_even() -> float:
     figures=("Fig. 6",),
 )
 def _check_c38(evidence: Evidence) -> Finding:
-    stored = mission(_ON_TOP)
+    stored = counterexamples.mission(_ON_TOP)
     (flight,) = fly_alone_variants(stored).values()
     ((tick, threat),) = ((one.appears, one.threat) for one in stored.world.timed if isinstance(one, TimedThreat))
     met = flight.position_at(tick)

@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import FloatArray
+from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Finding, Kind, Part, Table, Verdict, claim, require, supported
 from cgla_graph.comparisons.claims.contrasts import (
     CELLS,
@@ -22,7 +23,6 @@ from cgla_graph.comparisons.claims.contrasts import (
     supported_by,
     tally,
 )
-from cgla_graph.comparisons.claims.counterexamples import mission
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record, experiment
 from cgla_graph.comparisons.claims.inference import proportion
@@ -239,7 +239,7 @@ def _any_above(first: FloatArray, second: FloatArray) -> bool:
 
 def _stored_flights() -> list[UavFlight]:
     """Fly the stored counterexample, K = 10 and 200, and assert that it has more risk with more K."""
-    low, high = fly_alone_variants(mission(_RISES)).values()
+    low, high = fly_alone_variants(counterexamples.mission(_RISES)).values()
     require(
         high.risk_sum > low.risk_sum and high.risk > low.risk,
         f"{_RISES} no longer shows a flight that is riskier with K = 200 than with K = 10",

@@ -1,10 +1,12 @@
-"""The checks that measure nothing on random maps: few instances of each bring the verdict of the full study."""
+"""Verdicts: few instances bring those of the full study, and stored missions that show nothing bring none."""
+
+import dataclasses
 
 import pytest
 
 from cgla_graph.comparisons.claims import catalogue, counterexamples
 from cgla_graph.comparisons.claims.claim import Claim, Kind, Verdict
-from cgla_graph.comparisons.claims.evidence import Evidence, Scale
+from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.summary import shipped_verdicts
 
 SHIPPED = {claim["id"]: claim["verdict"] for claim in shipped_verdicts()["claims"]}
@@ -27,3 +29,27 @@ def test_verdicts_are_those_of_the_full_study_and_the_same_each_time(claim: Clai
     assert finding.verdict is not Verdict.REFUTED or finding.counterexample
     if claim.kind in {Kind.PROOF, Kind.PROPERTY} and claim.id not in SLOW:
         assert claim.check(few) == finding
+
+
+@pytest.mark.parametrize(
+    ("claim", "name"),
+    [
+        ("C17", "c19-livelock.toml"),
+        ("C18", "c18-exclusion.toml"),
+        ("C19", "c19-livelock.toml"),
+        ("C28", "risk-rises-with-k.toml"),
+        ("C35", "longer-than-q-learning.toml"),
+        ("C41", "c41-obstacles-collide.toml"),
+        ("C42", "c42-sharing-hurts.toml"),
+    ],
+)
+def test_without_its_counterexample_a_claim_has_no_verdict(
+    claim: str, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Variants that are all as the first one differ in nothing."""
+    file = counterexamples.mission(name)
+    alike = dataclasses.replace(file, variants=dict.fromkeys(file.variants, next(iter(file.variants.values()))))
+    monkeypatch.setattr(counterexamples, "mission", lambda _: alike)
+    found = catalogue.claims()[claim]
+    with pytest.raises(AssertionError, match=r"no longer|are the same"):
+        found.check(Evidence(Scale(maps=2), dict.fromkeys(found.experiments, Samples([]))))

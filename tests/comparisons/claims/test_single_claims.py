@@ -14,13 +14,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import few, seeds, usual
 
-from cgla_graph.comparisons.claims import catalogue
+from cgla_graph.comparisons.claims import catalogue, counterexamples
 from cgla_graph.comparisons.claims.claim import Finding, Verdict
 from cgla_graph.comparisons.claims.contrasts import CELLS, Contrast, adjusted, all_hold, contrast, rate_contrasts
-from cgla_graph.comparisons.claims.counterexamples import mission
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
-from cgla_graph.comparisons.claims.paper import printed_claims, printed_values, sudden_claims, weight_claims
+from cgla_graph.comparisons.claims.paper import printed_values, sudden_claims, weight_claims
 from cgla_graph.comparisons.claims.paper.flights import fly_alone, measures, positions_at_steps, risk_sum
 from cgla_graph.comparisons.claims.paper.printed_values import TABLE_1, rows_with_length, value
 from cgla_graph.comparisons.claims.paper.resolution_claims import farthest_pair
@@ -317,39 +316,17 @@ def test_no_way_out_of_a_threat_beats_half_a_crossing(spread: float, distance: f
 # --- counterexamples ------------------------------------------------------------------------------------------------
 
 
-def swapped(name: str, first: str, second: str) -> Callable[[str], Any]:
-    """Return a stored mission with the names of two variants swapped."""
-
-    def read(asked: str) -> Any:  # noqa: ANN401 - a mission file
-        assert asked == name
-        found = mission(name)
-        variants = found.variants
-        return dataclasses.replace(found, variants={first: variants[second], second: variants[first]})
-
-    return read
-
-
-def test_risk_that_rises_with_k_is_stored_and_run(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_risk_rises_with_k_on_the_stored_map() -> None:
     low, high = weight_claims._stored_flights()
     assert (high.risk > 1.02 * low.risk, high.length > 2.0 * low.length) == (True, True)
-    monkeypatch.setattr(weight_claims, "mission", swapped("risk-rises-with-k.toml", "K = 10", "K = 200"))
-    with pytest.raises(AssertionError, match="no longer"):
-        weight_claims._stored_flights()
-
-
-def test_longer_than_q_learning_is_stored_and_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert CLAIMS["C35"].check(Evidence()).verdict is Verdict.REFUTED
-    monkeypatch.setattr(printed_claims, "mission", swapped("longer-than-q-learning.toml", "CGLA", "Q-Learning"))
-    with pytest.raises(AssertionError, match="no longer"):
-        CLAIMS["C35"].check(Evidence())
 
 
 def test_a_threat_beside_the_uav_is_no_counterexample(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = mission("threat-on-top.toml")
+    found = counterexamples.mission("threat-on-top.toml")
     (timed,) = found.world.timed
     moved = dataclasses.replace(timed, threat=dataclasses.replace(timed.threat, y=0.8))
     world = dataclasses.replace(found.world, timed=[moved])
-    monkeypatch.setattr(sudden_claims, "mission", lambda _: dataclasses.replace(found, world=world))
+    monkeypatch.setattr(counterexamples, "mission", lambda _: dataclasses.replace(found, world=world))
     with pytest.raises(AssertionError, match="no longer"):
         CLAIMS["C38"].check(Evidence(samples={"pop-up": Samples([])}))
 
