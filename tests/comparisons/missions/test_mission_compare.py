@@ -240,22 +240,6 @@ def test_a_map_in_degrees(cgla: Call) -> None:
     assert "lengths in m)" in answer.out
 
 
-def test_ctrl_c_keeps_the_flights_so_far(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    run, calls = compare._run, iter(range(99))
-
-    def third(*names: Any) -> FlightRun:  # noqa: ANN401 - as `_run`
-        if next(calls) == 2:
-            raise KeyboardInterrupt
-        return run(*names)
-
-    monkeypatch.setattr(compare, "_run", third)
-    answer = cgla("compare", "small.toml", "--solvers", "cgla,dijkstra", "--out", "out")
-    assert answer.code == 130
-    assert "2 of 4 runs are done and kept in out" in answer.err
-    assert len(Path("out/flights.jsonl").read_text(encoding="utf-8").splitlines()) == 2
-    assert not list(Path("out").glob("*.part"))
-
-
 def test_flights_go_on_where_they_were_stopped(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     words = ("compare", "small.toml", "--solvers", "cgla,dijkstra,prm-star:milestones=60", "--seeds", 2, "--out", "out")
     assert cgla(*words).code == 0
@@ -272,6 +256,7 @@ def test_flights_go_on_where_they_were_stopped(cgla: Call, monkeypatch: pytest.M
         answer = cgla(*words, "--overwrite")
     assert answer.code == 130
     assert "3 of 8 runs are done and kept in out (cgla compare --resume --out out goes on)" in answer.err
+    assert len(Path("out/flights.jsonl").read_text(encoding="utf-8").splitlines()) == 3
     cgla(*words).refused("--resume", "--overwrite")
     made: list[Any] = []
     monkeypatch.setattr(compare, "_run", lambda *names: made.append(names) or run(*names))
