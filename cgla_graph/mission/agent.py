@@ -101,9 +101,10 @@ class Agent:
             return Trajectory(np.arange(len(path), dtype=np.float64), path)
         return Trajectory.along(path, 0.0, mission.step_of(self.uav))
 
-    def can_go_on(self, tick: int, no_fly: BaseGeometry | None) -> bool:
-        """Return whether it has a plan, and the rest of it crosses no area that is known now."""
-        rest = self.motion(tick)
+    def can_go_on(self, tick: int, no_fly: BaseGeometry | None, *, ticks: float = math.inf) -> bool:
+        """Return whether it has a plan, and so many more ticks of it (all) cross no area that is known now."""
+        since = tick - self.plan_since
+        rest = None if self.plan is None else self.plan.part(since, since + ticks)
         return rest is not None and not indexed_area(no_fly).crosses(rest.points[:-1], rest.points[1:]).any()
 
     def excluded(self) -> frozenset[int]:

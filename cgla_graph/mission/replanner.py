@@ -96,7 +96,8 @@ class Replanner:
     def by_steps(self) -> bool:
         """Whether the solver decides each tick anew; plans that others are to rely on are whole paths."""
         mission = self.mission
-        return isinstance(mission.solver, StepByStep) and mission.avoidance == "none" and mission.movement == "step"
+        whole = mission.avoidance != "none" or mission.movement != "step" or mission.replan == "never"
+        return isinstance(mission.solver, StepByStep) and not whole
 
     def plan(self, situation: Situation) -> Solution:
         """

@@ -15,7 +15,7 @@ from cgla_graph.model.lattice import Lattice
 #: The paper asks that the safe distance is more than this much of the detection radius (Section 4.1).
 LEAST_GAMMA = 0.1
 
-Replan: TypeAlias = Literal["change", "tick"]
+Replan: TypeAlias = Literal["change", "tick", "never"]
 Exclude: TypeAlias = Literal["none", "last", "all"]
 Movement: TypeAlias = Literal["step", "vertex"]
 Start: TypeAlias = Literal["exact", "snapped"]
@@ -60,7 +60,8 @@ class Rules:
         no two are ever closer than the greater of their safe distances. A UAV that finds no such plan keeps its last
         one, which is safe; without one it does not take off.
     replan
-        ``change``: when what it knows has changed. ``tick``: on every tick.
+        ``change``: when what it knows has changed. ``tick``: on every tick. ``never``: the first plan is flown whatever
+        comes up; where its next step would enter an area that is known by then, the flight ends.
     exclude
         Nodes that a new plan may not use (E17): ``none``, the ``last`` one visited, ``all`` visited.
     movement

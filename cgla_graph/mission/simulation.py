@@ -212,6 +212,10 @@ class Simulation:
         self._recorders[agent.number].avoids(self.tick, obstacles)
         excluded = agent.excluded()
         planned_on = tuple(agent.belief.things.items()), obstacles, excluded
+        if agent.plan is not None and self.mission.replan == "never":
+            if not agent.can_go_on(self.tick, self._known_areas(agent.belief.areas), ticks=1):
+                self._give_up(agent, "a no-fly area is in the way of the plan that it keeps to")
+            return
         on_change = self.mission.replan == "change" and not agent.planner.by_steps
         if agent.plan is not None and on_change and planned_on == agent.planned_on:
             return

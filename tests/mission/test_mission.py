@@ -156,6 +156,7 @@ def test_on_the_ground_a_uav_hears_but_does_not_see() -> None:
     [
         {"movement": "vertex"},
         {"replan": "tick"},
+        {"replan": "never"},
         {"exclude": "last"},
         {"exclude": "all"},
         {"start": "snapped"},
@@ -560,7 +561,7 @@ def test_the_same_mission_is_the_same_flight_in_every_process() -> None:
         (lambda: mission(world="flat"), "give a World"),
         (lambda: mission(solver="cgla"), "cgla_graph.solvers.get"),
         (lambda: mission(sharing="some"), "sharing is 'some'"),
-        (lambda: mission(replan="never"), "unknown replan 'never'; choose one of change, tick"),
+        (lambda: mission(replan="daily"), "unknown replan 'daily'; choose one of change, tick, never"),
         (lambda: mission(fusion="sum"), "unknown fusion"),
         (lambda: mission(virtual_obstacle=3), "give a VirtualObstacle"),
         (lambda: mission(resolution=1), "resolution is 1"),
@@ -598,3 +599,20 @@ def test_malformed_missions_are_refused_by_name(build: Callable[[], object], wor
 def test_uavs_that_depart_at_different_times_may_share_a_start() -> None:
     late = dataclasses.replace(A, name="late", departs=12)
     assert mission(A, late).fly().all_arrived
+
+
+def test_the_first_plan_is_kept_to_whatever_comes_up() -> None:
+    threat, gate = TimedThreat(Threat(0.5, 0.5, spread=0.1), 2), TimedArea(shapely.box(0.45, 0.4, 0.55, 0.6), 2)
+    for thing, solver, end in (
+        (threat, "cgla", "arrived"),
+        (threat, "bcv-style", "arrived"),
+        (gate, "cgla", "no-path"),
+    ):
+        world = World(timed=[thing])
+        uav = Uav("a", (0.1, 0.5), (0.9, 0.5), 0.2, k=10.0)
+        flown = Mission(world, [uav], cg.solvers.get(solver), resolution=20, replan="never").fly().uavs["a"]
+        assert (flown.status.label, len(flown.replans)) == (end, 1)
+        assert np.abs(flown.trace[:, 1] - 0.5).max() < 1e-9
+        assert thing is threat or not shapely.LineString(flown.trace).crosses(gate.polygon)
+        # the same UAV that plans again flies around
+        assert Mission(world, [uav], cg.solvers.get(solver), resolution=20).fly().uavs["a"].length > 0.81
