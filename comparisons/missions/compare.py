@@ -2,8 +2,8 @@
 
 import dataclasses
 import math
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import closing, suppress
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import shapely
@@ -17,7 +17,7 @@ from cgla_graph.comparisons.study.store import FLIGHT
 from cgla_graph.comparisons.study.study import FlightCell, Study
 from cgla_graph.comparisons.workers.limits import Limits, Outcome, limited, lost
 from cgla_graph.comparisons.workers.process import use_up
-from cgla_graph.comparisons.workers.tasks import Results, Task, run_tasks
+from cgla_graph.comparisons.workers.tasks import Results, Task
 from cgla_graph.errors import CglaError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight
@@ -97,55 +97,20 @@ def mission_entrants(entrants: Sequence[Entrant], *, chosen: bool) -> list[Entra
     return [one for one in fast if not registry.traits(one.name).needs]
 
 
-def compare(
-    missions: Sequence[MissionFile],
-    entrants: Sequence[Entrant],
-    n_seeds: int = 3,
-    *,
-    workers: int = 0,
-    scheduler: str | None = None,
-    limits: Limits | None = None,
-) -> Generator[FlightRun]:
+def flight_tasks(study: Study) -> list[Task]:
     """
-    Fly every variant of every mission with every solver; seeded ones with the seeds 1 to `n_seeds`.
+    List the flights of a study, mission by mission; none needs another.
 
-    Parameters
-    ----------
-    missions, entrants
-        What to fly, and what plans.
-    n_seeds
-        At least 1.
-    workers
-        How many processes fly at the same time; 0 flies in this process, without limits.
-    scheduler
-        Of a Dask cluster that flies instead, or None.
-    limits
-        Of each flight; None for the usual ones.
-
-    Yields
-    ------
-    run
-        As soon as it is done: with several workers, in no fixed order. A solver that cannot fly the mission, or that
-        raises, hangs or crashes, is a run that says why.
+    A solver that cannot fly a mission, or that raises, hangs or crashes, is a flight that says why.
 
     Examples
     --------
-    >>> from cgla_graph.scenarios.mission_file import load_mission
-    >>> runs = compare([load_mission("fig4")], [Entrant.parse("cgla")])
-    >>> {run.status for run in runs}
+    >>> from cgla_graph.comparisons.workers.tasks import run_tasks
+    >>> fig4 = load_mission("fig4")
+    >>> study = Study([], [], missions=[fig4], mission_entrants=[Entrant.parse("cgla")])
+    >>> {flight.status for _, flight in run_tasks(flight_tasks(study), limits=study.limits, workers=0)}
     {'arrived'}
     """
-    study = Study(
-        [], entrants, range(1, n_seeds + 1), limits=limits or Limits(), missions=missions, mission_entrants=entrants
-    )
-    how: dict[str, Any] = {"limits": study.limits, "workers": workers, "scheduler": scheduler, "preload": PRELOAD}
-    with closing(run_tasks(flight_tasks(study), **how)) as results:
-        for _, flight in results:
-            yield flight
-
-
-def flight_tasks(study: Study) -> list[Task]:
-    """List the flights of a study, mission by mission; none needs another."""
     missions = {mission.name: mission for mission in study.missions}
     entrants = {entrant.label: entrant for entrant in study.mission_entrants}
     return [_flight_task(cell, missions[cell.mission], entrants[cell.solver]) for cell in study.flights()]

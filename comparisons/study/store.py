@@ -483,6 +483,8 @@ class StudyStore:
                 content.take(lines)
                 merged.append(_merged(study, content.study()))
                 missions = _merged_missions(study, content.missions())
+                # what makes no sense is refused before anything is written
+                content.certificates()
             line = _session_line(merged[0], missions, len(content.sessions) + 1, workers, command)
             content.take([line])
             return [line]

@@ -20,9 +20,10 @@ from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.flight_run import COLUMNS, ComparedMission, FlightRun
 from cgla_graph.comparisons.study.store import load
-from cgla_graph.comparisons.study.study import flight_cells
+from cgla_graph.comparisons.study.study import Study, flight_cells
 from cgla_graph.comparisons.tables import flights as flight_tables
 from cgla_graph.comparisons.workers.limits import Limits
+from cgla_graph.comparisons.workers.tasks import run_tasks
 from cgla_graph.errors import CglaError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight
@@ -59,12 +60,22 @@ def flown(folder: str) -> list[dict[str, Any]]:
     return [{**flight.row(), "planning_seconds": None} for flight in load(Path(folder)).flights]
 
 
+def compared(
+    missions: list[MissionFile], of: list[Entrant], n_seeds: int = 3, *, workers: int = 0, limits: Limits | None = None
+) -> list[FlightRun]:
+    """Fly every variant of missions with every entrant."""
+    study = Study([], of, range(1, n_seeds + 1), limits=limits or Limits(), missions=missions, mission_entrants=of)
+    tasks = compare.flight_tasks(study)
+    made = run_tasks(tasks, limits=study.limits, workers=workers, preload=compare.PRELOAD)
+    return [flight for _, flight in made]
+
+
 def entrants(*names: str) -> list[Entrant]:
     return [Entrant.parse(name) for name in names]
 
 
 def test_a_row_says_what_the_flight_came_to(small: MissionFile) -> None:
-    runs = list(compare.compare([small], entrants("cgla")))
+    runs = compared([small], entrants("cgla"))
     assert len(runs) == 2
     for run, (variant, mission) in zip(runs, small.missions(registry.get).items(), strict=True):
         flight = mission.fly()
@@ -81,7 +92,7 @@ def test_a_row_says_what_the_flight_came_to(small: MissionFile) -> None:
 
 def test_exact_solvers_fly_at_one_cost(small: MissionFile) -> None:
     alone = dataclasses.replace(small, variants={"alone": small.variants["alone"]})
-    costs = [run.row()["cost"] for run in compare.compare([alone], entrants("cgla", "dijkstra"))]
+    costs = [run.row()["cost"] for run in compared([alone], entrants("cgla", "dijkstra"))]
     # ties may be broken differently, after which the two flights see different things
     assert costs[0] == pytest.approx(costs[1], rel=0.2)
 
@@ -89,11 +100,11 @@ def test_exact_solvers_fly_at_one_cost(small: MissionFile) -> None:
 def test_seeds(small: MissionFile) -> None:
     of = entrants("cgla", "prm-star:milestones=60", "prm-star:milestones=60:seed=9")
     alone = dataclasses.replace(small, variants={"alone": small.variants["alone"]})
-    runs = list(compare.compare([alone], of, 2))
+    runs = compared([alone], of, 2)
     assert [run.seed for run in runs] == [None, 1, 2, 9]
     assert len(list(flight_cells([alone], of, (1, 2)))) == 4
     assert len(list(flight_cells([small], of, (1, 2)))) == 8
-    again = [run.row()["cost"] for run in compare.compare([alone], of, 2)]
+    again = [run.row()["cost"] for run in compared([alone], of, 2)]
     assert [run.row()["cost"] for run in runs] == again
 
 
@@ -111,7 +122,7 @@ class Angry(Dijkstra):
 def test_a_solver_that_raises_is_a_row(small: MissionFile, monkeypatch: pytest.MonkeyPatch) -> None:
     get = registry.get
     monkeypatch.setattr(registry, "get", lambda name, **how: Angry() if name == "dijkstra" else get(name, **how))
-    runs = list(compare.compare([small], entrants("dijkstra", "cgla")))
+    runs = compared([small], entrants("dijkstra", "cgla"))
     assert [run.status for run in runs] == ["no-path", "arrived"] * 2
     assert runs[0].message == "a: at tick 0: RuntimeError: no"
     assert runs[0].row()["cost"] is None
@@ -127,7 +138,7 @@ def test_a_flight_that_raises_is_a_row(small: MissionFile, monkeypatch: pytest.M
         return fly(self)
 
     monkeypatch.setattr(Mission, "fly", unlucky)
-    runs = list(compare.compare([small], entrants("cgla")))
+    runs = compared([small], entrants("cgla"))
     assert [(run.status, run.message) for run in runs] == [("arrived", ""), ("failed", "RuntimeError: no")]
     assert runs[1].row()["arrived"] is None
     assert not runs[1].all_arrived
@@ -135,7 +146,7 @@ def test_a_flight_that_raises_is_a_row(small: MissionFile, monkeypatch: pytest.M
 
 def test_a_solver_that_is_not_installed_is_a_row(small: MissionFile, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "missing", lambda name: "needs luck" if name == "dijkstra" else None)
-    runs = list(compare.compare([small], entrants("dijkstra")))
+    runs = compared([small], entrants("dijkstra"))
     assert [(run.status, run.message) for run in runs] == [("unavailable", "needs luck")] * 2
 
 
@@ -356,8 +367,8 @@ def test_bad_words(cgla: Call, words: list[str], said: list[str]) -> None:
 @pytest.mark.slow
 def test_flights_in_processes_of_their_own_are_the_same(small: MissionFile) -> None:
     of = [Entrant.parse("cgla"), Entrant.parse("eight-direction")]
-    here = {(run.variant, run.solver): run.row() for run in compare.compare([small], of)}
-    far = {(run.variant, run.solver): run.row() for run in compare.compare([small], of, workers=2)}
+    here = {(run.variant, run.solver): run.row() for run in compared([small], of)}
+    far = {(run.variant, run.solver): run.row() for run in compared([small], of, workers=2)}
     assert here.keys() == far.keys()
     for key, row in here.items():
         assert {**row, "planning_seconds": 0} == {**far[key], "planning_seconds": 0}
@@ -366,7 +377,7 @@ def test_flights_in_processes_of_their_own_are_the_same(small: MissionFile) -> N
 @pytest.mark.slow
 def test_a_flight_that_takes_too_long_is_a_row(small: MissionFile) -> None:
     limits = Limits(seconds=1e-3)
-    runs = list(compare.compare([small], [Entrant.parse("cgla")], workers=1, limits=limits))
+    runs = compared([small], [Entrant.parse("cgla")], workers=1, limits=limits)
     assert {run.status for run in runs} == {"timed-out"}
     assert "stopped after 0.001 s" in runs[0].message
     assert not runs[0].all_arrived
