@@ -1,4 +1,4 @@
-"""The study of claims: experiments are made on maps, then claims are checked on what they measured."""
+"""The study of claims: experiments are made on maps, claims are checked on what they measured, figures are drawn."""
 
 import time
 from collections.abc import Generator, Mapping, Sequence
@@ -7,14 +7,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cgla_graph.comparisons.claims import catalogue
+from cgla_graph.comparisons.claims.artefact import MODULES, Artefact, Comparison, Picture, artefacts
 from cgla_graph.comparisons.claims.claim import Claim, Finding, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
-from cgla_graph.comparisons.claims.store import FINDING, SAMPLE, Found, Measured, Store
+from cgla_graph.comparisons.claims.store import FIGURE, FINDING, SAMPLE, Drawn, Found, Measured, Store
 from cgla_graph.comparisons.workers.limits import Limits, Outcome, limited, lost
 from cgla_graph.comparisons.workers.tasks import Key, Results, Task, run_tasks
 
-#: What one map of an experiment, or one check, may take.
+#: What one map of an experiment, one check or one figure may take.
 LIMITS = Limits(seconds=1800.0)
 
 
@@ -44,28 +45,49 @@ class Result:
     lost: Mapping[str, str] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """
+    What came of an artefact.
+
+    Attributes
+    ----------
+    artefact
+        The figure or table.
+    content
+        What was made; None where that failed.
+    failed
+        Why.
+    """
+
+    artefact: Artefact
+    content: Picture | Comparison | None
+    failed: str = ""
+
+
 @dataclass(frozen=True)
 class Step:
-    """A step of a study that is done; `result` where it was a check."""
+    """A step of a study that is done; `result` where it was a check, a figure or a table."""
 
     what: str
-    result: Result | None = None
+    result: Result | Shown | None = None
 
 
-def count_steps(claims: Sequence[Claim], store: Store) -> int:
+def count_steps(claims: Sequence[Claim], store: Store, wanted: Sequence[Artefact] = ()) -> int:
     """Count the steps that are left to do."""
-    return sum(task.key not in store for task in claim_tasks(claims, store))
+    return sum(task.key not in store for task in claim_tasks(claims, store, wanted))
 
 
 def check_claims(
     claims: Sequence[Claim],
     store: Store,
+    wanted: Sequence[Artefact] = (),
     *,
     workers: int = 1,
     scheduler: str | None = None,
 ) -> Generator[Step]:
     """
-    Check claims: make what their experiments lack, on all cores, then run their checks.
+    Check claims: make what their experiments lack, on all cores, run their checks, and draw figures and tables.
 
     Parameters
     ----------
@@ -73,14 +95,17 @@ def check_claims(
         Different ones.
     store
         Where all goes as it comes, and what is done already; it also says how much is asked for.
+    wanted
+        Figures and tables.
     workers, scheduler
         As `run_tasks` takes them.
 
     Yields
     ------
     step
-        Whatever is done, in no fixed order; those with a result are the claims, each once. A check that fails has
-        the verdict "missing", with the reason; a map that tells nothing is counted.
+        Whatever is done, in no fixed order; those with a result are the claims, figures and tables, each once. A check
+        that fails has the verdict "missing", with the reason, and a figure that fails says why; a map that tells
+        nothing is counted.
 
     Raises
     ------
@@ -95,25 +120,27 @@ def check_claims(
     >>> [step.result.finding.verdict.label for step in steps]
     ['refuted']
     """
-    by_id = {claim.id: claim for claim in claims}
-    for claim in claims:
-        if (FINDING, claim.id) in store:
-            yield Step(claim.id, _result(claim, store[FINDING, claim.id], store))
-    modules = [f"cgla_graph.comparisons.claims.paper.{name}" for name in catalogue.TOPICS]
+    named: dict[Key, Claim | Artefact] = {(FINDING, claim.id): claim for claim in claims}
+    named |= {(FIGURE, artefact.label): artefact for artefact in wanted}
+    yield from (Step(key[1], _result(of, store[key], store)) for key, of in named.items() if key in store)
+    modules = [
+        f"cgla_graph.comparisons.claims.paper.{name}" for name in (*catalogue.TOPICS, *(MODULES if wanted else ()))
+    ]
     how: dict[str, Any] = {"limits": LIMITS, "workers": workers, "scheduler": scheduler, "preload": modules}
-    with closing(run_tasks(claim_tasks(claims, store), store, **how)) as results:
+    with closing(run_tasks(claim_tasks(claims, store, wanted), store, **how)) as results:
         for task, result in results:
-            if isinstance(result, Found):
-                yield Step(task.key[1], _result(by_id[task.key[1]], result, store))
+            if task.key in named:
+                yield Step(task.key[1], _result(named[task.key], result, store))
             else:
                 yield Step(f"{task.key[1]}: map {task.key[2]}")
 
 
-def claim_tasks(claims: Sequence[Claim], store: Store) -> list[Task]:
-    """List checks, those that need no samples first of what is ready, and the samples that they need."""
+def claim_tasks(claims: Sequence[Claim], store: Store, wanted: Sequence[Artefact] = ()) -> list[Task]:
+    """List checks, which begin as soon as they can, the samples that they need, and figures and tables."""
     checks = [Task((FINDING, one.id), _check, _evidence(one, store), _found, _samples_of(one, store)) for one in claims]
     samples = dict.fromkeys(key for task in checks for key in task.needs)
-    return [*checks, *(Task(key, _sample, key[1:], _measured) for key in samples)]
+    figures = [Task((FIGURE, artefact.label), _make, (artefact.label,), _drawn) for artefact in wanted]
+    return [*checks, *(Task(key, _sample, key[1:], _measured) for key in samples), *figures]
 
 
 def _samples_of(claim: Claim, store: Store) -> list[Key]:
@@ -152,7 +179,15 @@ def _found(outcome: Outcome, limits: Limits, _: Results) -> Found:
     return Found(*outcome.value)
 
 
-def _result(claim: Claim, found: Found, store: Store) -> Result:
+def _drawn(outcome: Outcome, limits: Limits, _: Results) -> Drawn:
+    return Drawn(outcome.value, "" if outcome.failure is None else lost(outcome, limits)[1])
+
+
+def _result(of: Claim | Artefact, found: Any, store: Store) -> Result | Shown:  # noqa: ANN401 - what the store holds
+    return Shown(of, *found) if isinstance(of, Artefact) else _result_of(of, found, store)
+
+
+def _result_of(claim: Claim, found: Found, store: Store) -> Result:
     failed = {
         name: [one.failed for seed in _seeds(name, store) if (one := store[SAMPLE, name, seed]).failed]
         for name in claim.experiments
@@ -181,3 +216,10 @@ def _check(claim: str, evidence: Evidence, limits: Limits) -> tuple[Finding, flo
     with limited(limits.seconds, limits.megabytes):
         finding = catalogue.claims()[claim].check(evidence)
     return finding, time.perf_counter() - began
+
+
+def _make(label: str, limits: Limits) -> Picture | Comparison:
+    """Make one figure or table."""
+    (artefact,) = (one for one in artefacts() if one.label == label)
+    with limited(limits.seconds, limits.megabytes):
+        return artefact.make()

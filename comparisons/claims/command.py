@@ -8,10 +8,9 @@ from pathlib import Path
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.artefact import Artefact, artefacts
-from cgla_graph.comparisons.claims.checking import Result, check_claims, count_steps
+from cgla_graph.comparisons.claims.checking import Result, Shown, check_claims, count_steps
 from cgla_graph.comparisons.claims.claim import Claim, Verdict
 from cgla_graph.comparisons.claims.evidence import Scale
-from cgla_graph.comparisons.claims.make_artefacts import Shown, make_artefacts
 from cgla_graph.comparisons.claims.report import write_report
 from cgla_graph.comparisons.claims.store import Store
 from cgla_graph.model.cost_model import n_cores
@@ -104,17 +103,15 @@ def check_all(request: Request) -> Checked:
     workers, scheduler = request.workers, request.scheduler
     with Store(request.folder, request.scale, resume=request.resume, overwrite=request.overwrite) as store:
         try:
-            total = count_steps(request.claims, store) + len(request.artefacts)
-            with console.running_solvers(), console.progress(total) as tick:
-                with closing(check_claims(request.claims, store, workers=workers, scheduler=scheduler)) as steps:
-                    for step in steps:
-                        if step.result is not None:
-                            done.results.append(step.result)
-                        tick(step.what)
-                with closing(make_artefacts(request.artefacts, store, workers=workers, scheduler=scheduler)) as made:
-                    for shown in made:
-                        done.shown.append(shown)
-                        tick(shown.artefact.label)
+            total = count_steps(request.claims, store, request.artefacts)
+            steps = check_claims(request.claims, store, request.artefacts, workers=workers, scheduler=scheduler)
+            with console.running_solvers(), console.progress(total) as tick, closing(steps):
+                for step in steps:
+                    if isinstance(step.result, Result):
+                        done.results.append(step.result)
+                    elif isinstance(step.result, Shown):
+                        done.shown.append(step.result)
+                    tick(step.what)
         except KeyboardInterrupt:
             done.interrupted = True
         done.results.sort(key=lambda result: result.claim.number)

@@ -11,10 +11,9 @@ import jinja2
 import cgla_graph
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.artefact import Comparison, Picture, TableRow
-from cgla_graph.comparisons.claims.checking import Result
+from cgla_graph.comparisons.claims.checking import Result, Shown
 from cgla_graph.comparisons.claims.claim import Entry, Kind, Verdict
 from cgla_graph.comparisons.claims.evidence import Scale
-from cgla_graph.comparisons.claims.make_artefacts import Shown
 from cgla_graph.comparisons.claims.wording import (
     counted,
     counts,

@@ -7,9 +7,9 @@ from types import MappingProxyType
 
 import pytest
 
-from cgla_graph.comparisons.claims import catalogue, command, make_artefacts
+from cgla_graph.comparisons.claims import catalogue, checking, command
 from cgla_graph.comparisons.claims.artefact import Artefact, Comparison, Picture, TableRow
-from cgla_graph.comparisons.claims.checking import check_claims, count_steps
+from cgla_graph.comparisons.claims.checking import Result, check_claims, count_steps
 from cgla_graph.comparisons.claims.claim import (
     Claim,
     Finding,
@@ -87,7 +87,7 @@ ARTEFACTS = (
 @pytest.fixture(autouse=True)
 def small_catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
     """Claims, experiments and artefacts of our own instead of the paper's."""
-    for module in (command, make_artefacts):
+    for module in (command, checking):
         monkeypatch.setattr(module, "artefacts", lambda: ARTEFACTS)
     experiment = Experiment("squares", _squares, quick=5)
     monkeypatch.setattr(catalogue, "claims", lambda: MappingProxyType({claim.id: claim for claim in CLAIMS}))
@@ -97,7 +97,7 @@ def small_catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def _results(store: Store, scale: Scale) -> dict[str, Finding]:
     steps = check_claims(CLAIMS, store, workers=0)
-    return {step.result.claim.id: step.result.finding for step in steps if step.result is not None}
+    return {step.result.claim.id: step.result.finding for step in steps if isinstance(step.result, Result)}
 
 
 def test_each_claim_is_checked_once_on_the_maps_of_its_seed() -> None:
@@ -229,19 +229,19 @@ def test_the_reports_show_every_claim_and_run_nothing_of_it(tmp_path: Path) -> N
 def test_figures_are_drawn_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def shown(*, resume: bool) -> list[object]:
         with Store(tmp_path, Scale(), resume=resume) as store:
-            made = list(make_artefacts.make_artefacts(ARTEFACTS, store, workers=0))
+            made = list(check_claims([], store, ARTEFACTS, workers=0))
             assert len(store.keys(FIGURE)) == 2
-        return [one.content for one in sorted(made, key=lambda one: one.artefact.name)]
+        return [step.result.content for step in sorted(made, key=lambda step: step.what)]
 
     first = shown(resume=False)
     # what failed is tried again
-    monkeypatch.setattr(make_artefacts, "artefacts", lambda: ARTEFACTS[1:2])
+    monkeypatch.setattr(checking, "artefacts", lambda: ARTEFACTS[1:2])
     assert shown(resume=True) == first == [_picture(), None, _table()]
 
 
 def test_claims_are_parted_by_what_they_are_about() -> None:
     with Store(None, Scale(quick=True)) as store:
-        results = [step.result for step in check_claims(CLAIMS, store, workers=0) if step.result]
+        results = [step.result for step in check_claims(CLAIMS, store, workers=0) if isinstance(step.result, Result)]
     results.sort(key=lambda result: result.claim.number)
     parted = sections(results)
     assert [title for title, _ in parted] == ["Model", "Algorithm", "One UAV"]
