@@ -29,9 +29,10 @@ from cgla_graph.comparisons.report.payload import (
     thinned,
 )
 from cgla_graph.comparisons.statistics.ranking import ranking
+from cgla_graph.comparisons.study.provenance import Session
 from cgla_graph.comparisons.study.rows import by_scenario, by_solver
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.study.store import Session, Stored
+from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.comparisons.tables.overview import overview
 
 NOTES = (

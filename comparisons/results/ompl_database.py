@@ -20,8 +20,9 @@ import shapely
 
 from cgla_graph.comparisons.statistics.intervals import progress
 from cgla_graph.comparisons.study.documents import dumps, entrant_document
+from cgla_graph.comparisons.study.provenance import Session, visible
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.study.store import Session, Stored, visible
+from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario
 

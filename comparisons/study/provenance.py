@@ -1,4 +1,4 @@
-"""Where results come from: versions, machine, and the git revision of the source tree."""
+"""Where results come from: when, versions, machine, and the git revision of the source tree."""
 
 import importlib.metadata
 import os
@@ -7,7 +7,9 @@ import re
 import shutil
 import socket
 import subprocess
+from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 import cgla_graph
@@ -59,59 +61,76 @@ class Revision:
 
 
 @dataclass(frozen=True)
-class Provenance:
+class Session:
     """
-    What results depend on besides their inputs.
+    One start of a study, or one that went on with it.
 
     Attributes
     ----------
+    number
+        From 1.
+    started
+        When, ISO 8601, UTC.
     version
         Of this package.
-    revision
-        Of the source tree that it runs from; None where that is no git checkout.
-    host
-        Name of the machine.
-    machine
-        Operating system, processor, cores that may be used, memory and Python, in one line.
+    git
+        Commit of its source tree, with ``(dirty)`` where files differed from it; empty where that was no checkout.
+    host, machine
+        Name of the machine that led it, and a description in one line.
     packages
-        Versions of the packages that this one needs and of Python, by name; without those that are not installed.
+        Versions of the packages in use, by name.
+    workers
+        How many processes made runs, or the cluster that did.
+    command
+        The command line.
+    source
+        The text of the study's file.
+    label
+        Name and version of this package in one word each.
     """
 
+    number: int
+    started: str
     version: str
-    revision: Revision | None
+    git: str
     host: str
     machine: str
-    packages: dict[str, str]
+    packages: Mapping[str, str]
+    workers: str
+    command: str
+    source: str
+    label: str = ""
 
     @property
-    def label(self) -> str:
-        """
-        Name and version in one word each.
-
-        Examples
-        --------
-        >>> Provenance("0.1.0", Revision("39789c9d" * 5, 152, dirty=False), "", "", {}).label
-        'CGLA-Graph 0.1.0+152.g39789c9d3'
-        """
-        local = f"+{self.revision.local_version}" if self.revision else ""
-        return f"CGLA-Graph {self.version}{local}"
+    def revision(self) -> str:
+        """The commit, as short as people write it; empty as `git` may be."""
+        commit, *note = self.git.split(maxsplit=1)[:2] or [""]
+        return " ".join([commit[:12], *note])
 
 
-def provenance() -> Provenance:
+def session(number: int, *, workers: str = "", command: str = "", source: str = "") -> Session:
     """
-    Say where results of this process come from.
+    Say where results of this process come from; what is given is as of `Session`.
 
     Examples
     --------
-    >>> provenance().version == cgla_graph.__version__
+    >>> session(1).version == cgla_graph.__version__
     True
     """
-    return Provenance(
+    tree = revision(Path(cgla_graph.__file__))
+    local = f"+{tree.local_version}" if tree else ""
+    return Session(
+        number=number,
+        started=datetime.now(UTC).isoformat(timespec="seconds"),
         version=cgla_graph.__version__,
-        revision=revision(Path(cgla_graph.__file__)),
-        host=socket.gethostname(),
-        machine=machine(),
+        git=str(tree or ""),
+        host=visible(socket.gethostname()),
+        machine=visible(machine()),
         packages=packages(),
+        workers=workers,
+        command=visible(command),
+        source=visible(source),
+        label=f"CGLA-Graph {cgla_graph.__version__}{local}",
     )
 
 
@@ -234,3 +253,15 @@ def _requirements() -> list[str]:
         return ["networkx", "numba", "numpy", "ompl", "scipy", "shapely"]
     # what only tests and extras need has no say in results
     return [requirement for requirement in listed if "extra ==" not in requirement]
+
+
+def visible(text: str) -> str:
+    r"""
+    Write text that every reader takes: what is no UTF-8 (from odd file names), and NUL, becomes an escape.
+
+    Examples
+    --------
+    >>> print(visible("caf\udce9"))
+    caf\udce9
+    """
+    return text.replace("\0", r"\x00").encode("utf-8", errors="backslashreplace").decode("utf-8")

@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Self
 
@@ -29,7 +28,7 @@ from cgla_graph.comparisons.study.documents import (
 )
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.flight_run import ComparedMission, FlightRun, flight_from, mission_digest
-from cgla_graph.comparisons.study.provenance import Provenance, provenance
+from cgla_graph.comparisons.study.provenance import Session, session
 from cgla_graph.comparisons.study.runner import Run, seeds_of
 from cgla_graph.comparisons.study.study import Cell, FlightCell, Study, flight_cells
 from cgla_graph.comparisons.workers.limits import Limits
@@ -45,54 +44,6 @@ FILE, WHAT = "study.jsonl", "study"
 OMPL_FILE = "study.db"
 #: The kinds of lines, and of tasks.
 SESSION, PROOF, RUN, FLIGHT = "session", "proof", "run", "flight"
-
-
-@dataclass(frozen=True)
-class Session:
-    """
-    One start of a study, or one that went on with it.
-
-    Attributes
-    ----------
-    number
-        From 1.
-    started
-        When, ISO 8601, UTC.
-    version
-        Of this package.
-    git
-        Commit of its source tree, with ``(dirty)`` where files differed from it; empty where that was no checkout.
-    host, machine
-        Name of the machine that led it, and a description in one line.
-    packages
-        Versions of the packages in use, by name.
-    workers
-        How many processes made runs, or the cluster that did.
-    command
-        The command line.
-    source
-        The text of the study's file.
-    label
-        Name and version of this package in one word each.
-    """
-
-    number: int
-    started: str
-    version: str
-    git: str
-    host: str
-    machine: str
-    packages: Mapping[str, str]
-    workers: str
-    command: str
-    source: str
-    label: str = ""
-
-    @property
-    def revision(self) -> str:
-        """The commit, as short as people write it; empty as `git` may be."""
-        commit, *note = self.git.split(maxsplit=1)[:2] or [""]
-        return " ".join([commit[:12], *note])
 
 
 @dataclass(frozen=True, eq=False)
@@ -361,8 +312,7 @@ def _is_unavailable(document: Document) -> bool:
 
 
 def _session(line: Line) -> Session:
-    names = [one.name for one in dataclasses.fields(Session) if one.name != "number"]
-    return Session(int(line["key"]), **{name: line[name] for name in names})
+    return Session(**{one.name: line[one.name] for one in dataclasses.fields(Session)})
 
 
 @contextmanager
@@ -636,11 +586,7 @@ def _session_line(
     return {
         "kind": SESSION,
         "key": number,
-        **_origin(provenance()),
-        "started": datetime.now(UTC).isoformat(timespec="seconds"),
-        "workers": str(workers),
-        "command": visible(command),
-        "source": visible(study.source),
+        **dataclasses.asdict(session(number, workers=str(workers), command=command, source=study.source)),
         "title": study.title,
         "seeds": list(study.seeds),
         "tolerance": encode(study.tolerance),
@@ -659,17 +605,6 @@ def _session_line(
     }
 
 
-def _origin(origin: Provenance) -> Document:
-    words = {
-        "version": origin.version,
-        "label": origin.label,
-        "git": str(origin.revision or ""),
-        "host": origin.host,
-        "machine": origin.machine,
-    }
-    return {**{name: visible(text) for name, text in words.items()}, "packages": dict(origin.packages)}
-
-
 def _with_area_apart(document: Document, areas: dict[str, str]) -> Document:
     """Take the no-fly area out of a scenario's document: many scenarios on one map share it."""
     area = document["problem"]["no_fly"]
@@ -684,15 +619,3 @@ def _scenario(document: Document, areas: Mapping[str, str]) -> Scenario:
     digest = document["problem"]["no_fly"]
     area = None if digest is None else areas[digest]
     return scenario_from({**document, "problem": {**document["problem"], "no_fly": area}})
-
-
-def visible(text: str) -> str:
-    r"""
-    Write text that every reader takes: what is no UTF-8 (from odd file names), and NUL, becomes an escape.
-
-    Examples
-    --------
-    >>> print(visible("caf\udce9"))
-    caf\udce9
-    """
-    return text.replace("\0", r"\x00").encode("utf-8", errors="backslashreplace").decode("utf-8")

@@ -10,8 +10,9 @@ import shapely
 
 import cgla_graph as cg
 from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.provenance import Session
 from cgla_graph.comparisons.study.runner import Run, compare
-from cgla_graph.comparisons.study.store import Session, Stored
+from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import Solution, Status, TracePoint

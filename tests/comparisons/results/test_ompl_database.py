@@ -15,8 +15,8 @@ import pytest
 from studies_small import Answers, add_run, by_number, found, runs_of, small_study, write_study
 
 from cgla_graph.comparisons.results.ompl_database import OMPL_STATUS, STATUS, ompl_database
-from cgla_graph.comparisons.study import store as store_module
-from cgla_graph.comparisons.study.provenance import Revision, provenance
+from cgla_graph.comparisons.study import provenance
+from cgla_graph.comparisons.study.provenance import Revision, session
 from cgla_graph.comparisons.study.store import StudyStore, load
 from cgla_graph.model.solution import Solution, Status, TracePoint
 
@@ -104,7 +104,7 @@ def test_what_others_plot(folder: Path) -> None:
         "SELECT totaltime, timelimit, memorylimit, runcount, version, seed FROM experiments WHERE name = 'first'",
     )
     assert (total, limit, memory, count, seed) == (601.5, 600.0, 4096.0, 1, "1, 2")
-    assert version == provenance().label
+    assert version == session(1).label
 
 
 def test_every_status_has_a_number_of_its_own_apart_from_those_of_ompl() -> None:
@@ -115,11 +115,10 @@ def test_every_status_has_a_number_of_its_own_apart_from_those_of_ompl() -> None
 
 def test_runs_of_another_version_are_an_experiment_of_their_own(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """So that Planner Arena compares versions, in the order of their commits."""
-    here = provenance()
     runs = iter(RUNS)
     for count, start in ((9, StudyStore.create), (10, StudyStore.resume), (9, StudyStore.resume)):
-        origin = dataclasses.replace(here, revision=Revision(f"{count:02}" * 20, count, dirty=False))
-        monkeypatch.setattr(store_module, "provenance", lambda origin=origin: origin)
+        tree = Revision(f"{count:02}" * 20, count, dirty=False)
+        monkeypatch.setattr(provenance, "revision", lambda _, tree=tree: tree)
         with start(folder, STUDY) as store:
             add_run(store, next(runs))
             add_run(store, next(runs))
@@ -129,7 +128,9 @@ def test_runs_of_another_version_are_an_experiment_of_their_own(folder: Path, mo
         "SELECT experiments.name, version, COUNT(*), runcount FROM experiments "
         "JOIN runs ON experimentid = experiments.id GROUP BY experiments.id ORDER BY experiments.id",
     )
-    nine, ten = (f"CGLA-Graph {here.version}+{count}.g{f'{count:02}' * 4}{0 if count == 9 else 1}" for count in (9, 10))
+    nine, ten = (
+        f"CGLA-Graph {session(1).version}+{count}.g{f'{count:02}' * 4}{0 if count == 9 else 1}" for count in (9, 10)
+    )
     assert versions == [("first", nine, 3, 2), ("first", ten, 2, 1), ("second", nine, 1, 1)]
     assert planner_arena(folder / FILE)["versions"] == [nine, ten]
     assert [run.number for run in load(folder).runs] == [1, 2, 3, 4, 5, 6]

@@ -12,7 +12,7 @@ import pytest
 
 import cgla_graph
 from cgla_graph.comparisons.study import provenance as module
-from cgla_graph.comparisons.study.provenance import Provenance, Revision, machine, packages, provenance, revision
+from cgla_graph.comparisons.study.provenance import Revision, machine, packages, revision, session
 
 needs_git = pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
 
@@ -147,7 +147,8 @@ def test_git_that_hangs_is_given_up(monkeypatch: pytest.MonkeyPatch, tmp_path: P
 
 
 def test_provenance_says_what_runs_here() -> None:
-    here = provenance()
+    here = session(3, workers="2", command="cgla caf\udce9", source="nul\0")
+    assert (here.number, here.workers, here.command, here.source) == (3, "2", r"cgla caf\udce9", r"nul\x00")
     assert here.version == cgla_graph.__version__
     assert here.host
     assert here.packages["numpy"] == np.__version__
@@ -169,5 +170,6 @@ def test_a_tree_that_is_not_installed_lists_its_packages_too(monkeypatch: pytest
     assert packages()["numpy"] == np.__version__
 
 
-def test_a_label_without_a_revision_is_name_and_version() -> None:
-    assert Provenance("1.2.3", None, "here", "", {}).label == "CGLA-Graph 1.2.3"
+def test_a_label_without_a_revision_is_name_and_version(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "revision", lambda _: None)
+    assert (session(1).label, session(1).git) == (f"CGLA-Graph {cgla_graph.__version__}", "")

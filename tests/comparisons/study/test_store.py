@@ -25,7 +25,7 @@ from studies_small import add_run, found, named, runs_of, small_study, write_stu
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study.entrant import Entrant
-from cgla_graph.comparisons.study.provenance import provenance
+from cgla_graph.comparisons.study.provenance import session as session_here
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import FILE, OMPL_FILE, PROOF, StudyStore, load, load_study
 from cgla_graph.comparisons.study.study import Cell, Study
@@ -146,10 +146,7 @@ def test_runs_come_in_the_order_of_cells_and_share_their_scenarios(folder: Path)
     assert found.n_cells == len(RUNS)
     assert (found.title, found.limits, found.folder) == ("Any runs", STUDY.limits, folder)
     (session,) = found.sessions
-    here = provenance()
-    assert (session.number, session.version, session.host) == (1, here.version, here.host)
-    assert session.git == str(here.revision or "")
-    assert session.packages == here.packages
+    assert dataclasses.replace(session, started="") == dataclasses.replace(session_here(1, workers="1"), started="")
 
 
 def test_a_study_is_what_was_asked_for(folder: Path) -> None:
