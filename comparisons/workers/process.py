@@ -160,8 +160,11 @@ class WorkerProcess:
             # one that is about to end by itself tells why
             connection.wait([self._process.sentinel], GRACE)
             return _exit_reason(self._end())
-        reply: Reply = pickle.loads(word)  # noqa: S301 - bytes and words, from a process that this one started
-        return reply
+        try:
+            return Reply(*pickle.loads(word))  # noqa: S301 - bytes and words, from a process that this one started
+        except Exception as error:  # noqa: BLE001 - a call may have written into the line
+            self._end()
+            return Reply(failure=Failure.CRASHED, message=f"its process cannot be understood: {one_line(error)}")
 
     def _word(self, seconds: float) -> bytes | None:
         """Wait for what the process says next; None if it dies, or its end of the line is closed."""
@@ -208,10 +211,10 @@ class WorkerProcess:
         self._kill()
         connection.wait([process.sentinel], START_SECONDS)
         with _starting:
-            code: int = process.exitcode
+            code: int | None = process.exitcode
         self._line.close()
         self._process = None
-        return code
+        return code or 0
 
     def _kill(self) -> None:
         """Kill the worker, and all that it started."""
@@ -299,7 +302,7 @@ def _work(line: Any, begin: Callable[..., None], how: tuple[Any, ...]) -> None: 
         except (EOFError, OSError):
             return
         line.send_bytes(b"taken up")
-        line.send_bytes(pickle.dumps(_reply(call)))
+        line.send_bytes(pickle.dumps(tuple(_reply(call))))
 
 
 def _begin(preload: Iterable[str], cores: Collection[int] | None, deadline: Any) -> None:  # noqa: ANN401 - shared memory
