@@ -1,10 +1,11 @@
 """A study: which solvers run on which scenarios with which seeds, and within which limits."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.flight_run import ComparedMission
 from cgla_graph.comparisons.study.runner import TOLERANCE, seeds_of
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.scenarios.mission_file import MissionFile
@@ -29,18 +30,6 @@ class FlightCell(NamedTuple):
     variant: str
     solver: str
     seed: int | None
-
-
-class Flown(Protocol):
-    """What has a name and variants, as missions do."""
-
-    @property
-    def name(self) -> str:
-        """Its name."""
-
-    @property
-    def variants(self) -> Mapping[str, Any]:
-        """Its variants, by name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +79,9 @@ class Study:
         return flight_cells(self.missions, self.mission_entrants, self.seeds)
 
 
-def flight_cells(missions: Iterable[Flown], entrants: Sequence[Entrant], seeds: Sequence[int]) -> Iterator[FlightCell]:
+def flight_cells(
+    missions: Iterable[MissionFile | ComparedMission], entrants: Sequence[Entrant], seeds: Sequence[int]
+) -> Iterator[FlightCell]:
     """List every flight of missions with all their variants, by entrants with these seeds."""
     for mission in missions:
         for variant in mission.variants:
