@@ -98,7 +98,8 @@ def _connect(dask: Any, scheduler: str) -> Any:  # noqa: ANN401 - a module and a
         _ring(dask, scheduler)
         return dask.Client(scheduler, timeout=CONNECT_SECONDS, set_as_default=False, name="cgla")
     except (OSError, ValueError, TypeError, ImportError) as error:
-        msg = f"no Dask scheduler answers at {scheduler!r} ({one_line(error)}); `dask scheduler` starts one"
+        remedy = "`dask scheduler` starts one and says where"
+        msg = f"no Dask scheduler answers at {scheduler!r} ({one_line(error)}); {remedy}"
         raise WorkerError(msg) from error
 
 
