@@ -14,9 +14,9 @@ from cgla_graph.comparisons.study.options import read_entrant, read_entrants, re
 from cgla_graph.errors import CglaError, SolverSettingError, UnknownSolverError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import Traits
 from cgla_graph.scenarios.scenario import Scenario, scenario_from_toml
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.base import Traits
 
 TEXT = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\n"
 SCENARIO = scenario_from_toml(TEXT, "one")

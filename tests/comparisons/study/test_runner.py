@@ -21,10 +21,10 @@ from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import Traits
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.base import Traits
 from cgla_graph.solvers.solving import solve
 
 SMALL = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\nthreats = [{ x = 0.5, y = 0.5, spread = 0.1 }]\n"
