@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from cgla_graph.comparisons.study.store import StudyStore
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.runner import compare
+from cgla_graph.comparisons.study.store import StudyStore
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.workers.pool import Call, isolated
 from cgla_graph.scenarios.random_map import random_scenario
