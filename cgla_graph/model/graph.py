@@ -7,7 +7,7 @@ Longer than most modules: each way to make a graph says in full what it takes an
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import networkx as nx
 import numpy as np
@@ -72,6 +72,9 @@ class GeometricGraph:
     model: CostModel | None = None
     lattice: Lattice | None = None
     weights: Weights = field(kw_only=True, repr=False)
+
+    #: networkx hands its calls with such a graph to `cgla_graph.networkx_backend`.
+    __networkx_backend__: ClassVar[str] = "cgla"
 
     @classmethod
     def complete(
@@ -356,6 +359,14 @@ class GeometricGraph:
         kept = tails != heads
         stored = compressed(tails[kept], heads[kept], weights[kept], len(names), mirrored=not directed)
         return cls(names, _positions(positions, len(names)), directed=directed, weights=SparseWeights(stored))
+
+    def is_directed(self) -> bool:
+        """Return `directed`, for networkx."""
+        return self.directed
+
+    def is_multigraph(self) -> bool:
+        """Return False, for networkx."""
+        return False
 
     @property
     def n_nodes(self) -> int:

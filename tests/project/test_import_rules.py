@@ -16,6 +16,7 @@ FLOORS = (
     ("errors", "_types", "_kernel", "_validate"),
     ("model",),
     ("cost_to_go",),
+    ("networkx_backend",),
     ("refine",),
     ("fusion",),
     ("eikonal",),
