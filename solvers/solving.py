@@ -13,10 +13,8 @@ from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.model.solver import Solver, run, stay
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers import registry
+from cgla_graph.solvers.exact.cgla import FULL_UP_TO
 from cgla_graph.solvers.warm_up import warm_up
-
-#: Up to this many nodes, a complete graph is weighed at once (288 MB), so that build and solve time part cleanly.
-DENSE_UP_TO = 6000
 
 
 def solve(
@@ -160,4 +158,4 @@ def _solve_in_plane(
 
 def weighed(problem: GraphProblem) -> GraphProblem:
     """Weigh a complete graph at once if its matrix is affordable; larger ones are weighed row by row, when asked."""
-    return problem.weighed() if problem.graph.n_nodes <= DENSE_UP_TO else problem
+    return problem.weighed() if problem.graph.n_nodes <= FULL_UP_TO else problem

@@ -11,6 +11,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solver import Solver
 from cgla_graph.refine.refine import refine_path
+from cgla_graph.restricted.restricted import load_kernels
 
 SolverT = TypeVar("SolverT", bound=Solver)
 
@@ -64,6 +65,8 @@ def warm_up(solver: Solver, *, refine: bool = False) -> None:
         short: Any = shortened(solver)
         if solver.traits.domain == "graph":
             answer = short.solve(problem.on_lattice(2).weighed())
+            if solver.traits.lazy:
+                load_kernels()
         else:
             answer = short.solve(problem)
         problem.judge(answer)

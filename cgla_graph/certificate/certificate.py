@@ -10,7 +10,7 @@ Cells where that is more than a known path costs are left out of the next, finer
 Their outline is taken for smaller than it is, by up to a few parts of a cell.
 
 **Rounding.** The inequality is checked for the stored numbers; the few operations of each check, and the evaluation
-of ``F``, are accounted for by a factor (`_rounding`).
+of ``F``, are accounted for by a factor (`rounding`).
 """
 
 import math
@@ -212,7 +212,7 @@ def _cost_of_own(problem: Problem) -> float:
     return refine_path(problem, positions[np.array(nodes, dtype=np.int64)]).cost if nodes else math.inf
 
 
-def _rounding(problem: Problem) -> float:
+def rounding(problem: Problem) -> float:
     """
     Bound the relative rounding errors of a bound.
 
@@ -241,7 +241,7 @@ class _Search:
         """Refine until the tolerance or a limit is reached."""
         problem = self.problem
         self.known = self.upper
-        shrink = 1.0 - _rounding(problem)
+        shrink = 1.0 - rounding(problem)
         # (of the two ends' distance itself)
         self.best = math.dist(problem.start, problem.goal) * (1.0 - 2.0**-50)
         if self._outcome():

@@ -459,6 +459,9 @@ class GeometricGraph:
         NodeNotFoundError
             If the graph has no such node.
         """
+        # a number of a node is its index, and needs no table of all of them
+        if isinstance(self.labels, range) and isinstance(node, int) and node in self.labels:
+            return int(node)
         try:
             return self._indices[node]
         except (KeyError, TypeError):

@@ -14,6 +14,9 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 
+#: Nodes of an implicit graph whose weights are held at once, 8 bytes a pair: 5 GB.
+MOST_HELD = 25_000
+
 
 @dataclass(frozen=True)
 class Traits:
@@ -44,6 +47,9 @@ class Traits:
     needs_positive
         Whether it needs the assumption of Theorem 1: no weight below 0 on a graph, no peak above 1 in the plane. Where
         that does not hold, `run` answers "unsupported" and does not call it.
+    lazy
+        Whether it weighs only the pairs of an implicit graph that it needs, and counts them. Others weigh all, and are
+        kept from graphs of more than `MOST_HELD` nodes.
     isolated
         Whether it runs compiled code of others that may crash or hang. Then `run` runs it in a process of its own (see
         `cgla_graph.model.isolated`), to which it and its problem are sent: their classes have to be in modules. A run
@@ -66,6 +72,7 @@ class Traits:
     complete: bool = True
     needs: tuple[str, ...] = ()
     needs_positive: bool = False
+    lazy: bool = False
     isolated: bool = False
 
 
@@ -179,6 +186,12 @@ def run(
         raise SolverSettingError(msg)
     if traits.needs_positive and has_negative_weights(problem):
         return Solution(Status.UNSUPPORTED, solver=traits.name, message=NEGATIVE_WEIGHTS)
+    if isinstance(problem, GraphProblem) and problem.graph.is_implicit and not traits.lazy:
+        n = problem.graph.n_nodes
+        if n > MOST_HELD:
+            gigabytes = f"all weights of {n} nodes, {8e-9 * n * n:.3g} GB"
+            message = f"it needs {gigabytes}, more than the {MOST_HELD} nodes that are weighed at once; cgla does not"
+            return Solution(Status.UNSUPPORTED, solver=traits.name, message=message)
     if isinstance(problem, Problem) and problem.start == problem.goal:
         return stay(problem, traits.name)
     if isinstance(problem, Problem) and getattr(solver, "resolution", 0) is None:
@@ -186,7 +199,7 @@ def run(
     answer, seconds = isolated.run(solver, problem)
     solving = max(0.0, seconds - answer.build_seconds - answer.certificate_seconds)
     answer = dataclasses.replace(answer, solver=traits.name, seconds=solving)
-    if isinstance(problem, GraphProblem):
+    if isinstance(problem, GraphProblem) and not (traits.lazy and problem.graph.is_implicit):
         answer = dataclasses.replace(answer, evaluations=problem.graph.n_pairs + answer.evaluations)
     return problem.judge(answer)
 

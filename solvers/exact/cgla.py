@@ -1,7 +1,7 @@
 """CGLA: the paper's cost matrix, then greedy descent from the start."""
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, get_args
 
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
@@ -9,12 +9,19 @@ from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
+from cgla_graph.restricted.restricted import Restricted, can_restrict, restricted_optimum
+
+#: Up to this many nodes, all pairs of a complete graph are weighed (288 MB).
+FULL_UP_TO = 6000
 
 
 @dataclass(frozen=True)
 class Cgla:
     """
     The cooperative and geometric learning algorithm's planner (Zhang, Mao, Liu, Liu, Automatica 50(3), 2014).
+
+    A complete lattice graph with more than `FULL_UP_TO` nodes is not weighed as a whole: the cost matrix is restricted
+    to what can be part of the optimum, which stays exact (`cgla_graph.restricted`).
 
     Attributes
     ----------
@@ -41,7 +48,7 @@ class Cgla:
     early_stop: bool = True
 
     traits: ClassVar[Traits] = Traits(
-        "cgla", "the paper's cost matrix (Eq. 9)", domain="graph", exact=True, needs_positive=True
+        "cgla", "the paper's cost matrix (Eq. 9)", domain="graph", exact=True, needs_positive=True, lazy=True
     )
 
     def __post_init__(self) -> None:
@@ -57,6 +64,10 @@ class Cgla:
     def solve(self, problem: GraphProblem) -> Solution:
         """Compute the cost matrix and read the path off it."""
         graph = problem.graph
+        if self.early_stop and graph.n_nodes > FULL_UP_TO and can_restrict(graph):
+            found = restricted_optimum(problem)
+            if found is not None:
+                return _restricted_answer(problem, found)
         if self.schedule == "label-setting":
             source = problem.source if self.early_stop else None
             matrix = cost_matrix(graph, problem.target, source=source)
@@ -66,7 +77,9 @@ class Cgla:
             # n sweeps are enough for weights of at least 0: each settles one more edge of every least-cost path
             sweeps = itertools.chain.from_iterable(itertools.repeat(graph.labels, graph.n_nodes))
             matrix = cost_matrix(graph, problem.target, schedule="given", order=sweeps)
-        return self.read(problem, matrix)
+        # rows that are computed when asked are all computed
+        evaluations = graph.n_pairs if graph.is_implicit else 0
+        return replace(self.read(problem, matrix), evaluations=evaluations)
 
     def read(self, problem: GraphProblem, matrix: CostMatrix) -> Solution:
         """Read the path off a cost matrix towards the problem's target, which a mission may have repaired."""
@@ -75,3 +88,18 @@ class Cgla:
             return Solution(Status.NO_PATH)
         message = f"{matrix.rounds} rounds"
         return Solution(Status.OPTIMAL, nodes=tuple(nodes), cost=matrix.value(problem.source), message=message)
+
+
+def _restricted_answer(problem: GraphProblem, found: Restricted) -> Solution:
+    """Say what the restricted cost matrix found, and how little of the graph it took."""
+    graph, integrated = problem.graph, found.counts.get("integrated", 0)
+    if not len(found.nodes):
+        return Solution(Status.NO_PATH, evaluations=integrated)
+    nodes = tuple(graph.labels[index] for index in found.nodes.tolist())
+    message = (
+        f"{len(found.order)} rounds; {len(found.kept)} of {graph.n_nodes} nodes kept, "
+        f"{integrated} of {graph.n_pairs} pairs weighed: the others are proven to be no part of the optimum"
+    )
+    # its own sum is in another order of the same weights
+    cost = problem.evaluate(nodes)
+    return Solution(Status.OPTIMAL, nodes=nodes, cost=cost, evaluations=integrated, message=message)

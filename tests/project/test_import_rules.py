@@ -21,6 +21,7 @@ FLOORS = (
     ("fusion",),
     ("eikonal",),
     ("certificate",),
+    ("restricted",),
     ("motion",),
     ("mission",),
     ("scenarios",),

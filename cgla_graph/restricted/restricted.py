@@ -1,0 +1,425 @@
+"""
+The cost matrix, restricted to what can be part of the optimum: exact on complete lattice graphs of any size.
+
+A complete graph of ``N x N`` lattice points has about ``N^4 / 2`` edges, each an integral. Nearly all of them are
+proven, by bounds from both ends, to be no part of the optimum; what is left is weighed.
+
+**What is exact.** The cost of the path found is the least over all paths of the graph, by the weights of Eq. 5 as the
+full matrix has them. The argument:
+
+1. ``U`` is the cost of a path of the graph, weighed exactly, and a little more for rounding. Any path would do; a bad
+   one only costs time. It is found on a band of lattice points beside the steepest descent of the bounds (or beside
+   the best path of the 8-connected lattice, where that leads nowhere), by sums of a raster, and weighed afterwards.
+2. ``S(x)`` and ``T(x)`` bound the cost between ``x`` and the two ends from below (`subsolution`), for every path that
+   stays in the tube, the cells that a path of cost ``U`` or less may pass. A path that leaves the tube costs more than
+   ``U``. So a node with ``S + T > U`` is on no path of cost ``U`` or less, and is left out. The optimum's nodes are
+   kept, and so are the lattice points between them: a segment through further lattice points is the sum of its parts,
+   so that only steps ``(a, b)`` without a common divisor count.
+3. Label setting from the target, ``G`` of Eq. 9, over the kept nodes. When ``r`` is settled, the edge to ``i`` matters
+   only if ``G(r) + A(i, r)`` is below ``L = min(what is known to bound G(i) from above, U - S(i))``. It does not if one
+   of these, all at most ``G(r) + A(i, r)``, is ``L`` or more:
+
+   - ``G(r)`` and the length of the segment;
+   - ``G(r) + T(i) - T(r)``: ``T`` falls by no more than a segment costs, if the segment is in the tube and misses the
+     block around the target, in which ``T`` is no spline. Where an area cuts a cell, ``T(i)`` is the least value that
+     its pieces have, and ``T(r)`` the greatest;
+   - through the middle ``m`` of the segment: ``T(m)`` and half the length; and ``S(m) + T(m)`` against ``U``;
+   - ``G(r)`` and a sum of a raster of costs less a margin (below).
+
+   What passes all of them is a candidate. Candidates of a node are integrated, the least bound first, when the node is
+   about to be settled, until none can undercut its label. The order is Dijkstra's; bounds only leave edges out, and
+   need not be consistent.
+4. The raster holds ``c = 1 + k F`` at the points of the lattice of half the spacing. Along a segment, ``c`` where it
+   crosses a column of the raster is within ``H h^2 / 8`` of the linear interpolation of the nodes beside, and between
+   columns within ``H d^2 / 8`` of that of the crossings, ``h`` and ``d`` being the spacings and ``H`` a bound of the
+   Hessian of ``c`` nearby: with ``q_i`` for ``1 / spread_i^2``, ``|Hess F| <= sum f_i q_i max(1, r_i^2 q_i - 1) + (sum
+   |grad f_i|)^2 - sum |grad f_i|^2``. So trapezoid sums of ``c`` minus and plus the margin bound the weight. Nodes far
+   from the tube hold infinity: a segment that needs one is no part of the optimum.
+
+The method needs bounds, and so a field without peaks above 1 and a weight `k` that leaves the arithmetic digits.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csgraph
+
+from cgla_graph._types import BoolArray, FloatArray, IntArray
+from cgla_graph.certificate.certificate import LEAST_SHRINK
+from cgla_graph.errors import GraphError
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.refine.refine import refine_path
+from cgla_graph.restricted import restricted_kernels
+from cgla_graph.restricted.restricted_kernels import INTEGRATED, NEAR_ENOUGH, PAIRS, PAST_MIDDLE, PAST_RASTER, PRIMITIVE
+from cgla_graph.restricted.tube import MOST_CELLS, Tube, as_end
+
+#: Relative slack of the upper bound, so that rounding never hides the optimum.
+SLACK = 1e-12
+#: How well the bounds of the first grid are solved for; of later ones, a tenth of the gap before, between these.
+FIRST_AIM, LEAST_AIM, MOST_AIM = 1e-3, 1e-6, 2e-4
+#: What a kept pair and a cell are likely to cost, in seconds: another grid is laid where it pays.
+PAIR, CELL = 1.2e-8, 4e-6
+#: From so many points along a side on, the raster is fine enough to look for a first path with.
+FINE = 64
+#: Grids from which a path in the plane is looked for: the first, and once more the second.
+LOOKS = 2
+#: Half steps around a band of lattice points that the raster covers.
+BESIDE = 6
+#: The tube is refined at least once where so many nodes are kept.
+MANY = 500
+
+
+@dataclass(frozen=True, eq=False)
+class Restricted:
+    """
+    The optimum of a complete lattice graph, and what it took.
+
+    Attributes
+    ----------
+    nodes
+        Indices along the optimum, from the source to the target; empty where there is no path.
+    cost
+        Its cost, map units; infinite where there is no path.
+    kept
+        The nodes that were kept, ascending indices, shape ``(m,)``.
+    values, successors
+        G of the kept nodes and the next node towards the target, shape ``(m,)`` each: exact along every path of at most
+        `upper`, else an upper bound or infinity, with an index of the graph or -1.
+    order
+        The nodes settled, in the order of settling: indices of the graph.
+    upper
+        Cost of the path that everything was held against.
+    counts
+        Pairs of kept nodes by what became of them: ``pairs`` looked at; ``near`` enough by length and by the difference
+        of bounds; ``primitive`` steps among them; left after the bounds through the middle (``middle``) and the raster
+        (``raster``); and ``integrated``.
+    cells
+        Cells of each grid.
+    """
+
+    nodes: IntArray
+    cost: float
+    kept: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    values: FloatArray = field(default_factory=lambda: np.empty(0))
+    successors: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    order: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    upper: float = math.inf
+    counts: Mapping[str, int] = field(default_factory=dict)
+    cells: tuple[int, ...] = ()
+
+
+def can_restrict(graph: GeometricGraph) -> bool:
+    """Say whether a graph is a complete lattice graph, not weighed yet, under a cost that can be bounded."""
+    model = graph.model
+    return bool(graph.is_implicit and graph.lattice and model is not None and model.field.is_probability)
+
+
+def restricted_optimum(on: GraphProblem) -> Restricted | None:
+    """
+    Find the optimum of a complete lattice graph without weighing all of its edges.
+
+    Parameters
+    ----------
+    on
+        A problem on such a graph (see `can_restrict`).
+
+    Returns
+    -------
+    found
+        None where `k` is too great for the arithmetic of bounds, or no path of the graph was found to hold them
+        against: then only weighing all edges tells.
+
+    Raises
+    ------
+    GraphError
+        If the graph is another one.
+
+    Examples
+    --------
+    >>> problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0)
+    >>> on = problem.on_lattice(40)
+    >>> found, full = restricted_optimum(on), on.weighed()
+    >>> from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+    >>> abs(found.cost / cost_matrix(full.graph, on.target).value(on.source) - 1.0) < 1e-12
+    True
+    >>> found.counts["integrated"] < on.graph.n_pairs // 100
+    True
+    """
+    if not can_restrict(on.graph):
+        msg = "only a complete lattice graph that is not weighed can be restricted; give problem.on_lattice(N)"
+        raise GraphError(msg)
+    return _Search(on).run()
+
+
+@cache
+def load_kernels() -> None:
+    """Have the kernels compiled, or loaded, once in a process."""
+    problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0)
+    for side in (8, FINE):
+        restricted_optimum(problem.on_lattice(side))
+
+
+class _Search:
+    """One run."""
+
+    def __init__(self, on: GraphProblem) -> None:
+        graph = on.graph
+        self.graph, self.positions = graph, np.ascontiguousarray(graph.positions)
+        self.lattice: Lattice = graph.lattice  # type: ignore[assignment] # checked by `can_restrict`
+        self.source, self.target = graph.index_of(on.source), graph.index_of(on.target)
+        self.model: Any = graph.model
+        self.shape = graph.lattice_shape
+        self.step = self.lattice.spacing
+        self.origin = as_end(self.lattice.points[0])
+        width, height = self.shape
+        self.primitive = restricted_kernels.coprime_steps(width, height)
+        # one column and row more than the half lattice has: what lies beside its rim
+        self.rasters = [np.full((2 * width, 2 * height), np.inf) for _ in range(3)]
+        self.upper, self.best = math.inf, np.empty(0, dtype=np.int64)
+        self.cells: list[int] = []
+
+    def run(self) -> Restricted | None:
+        """Refine the tube, then search what is kept."""
+        ends = [self.positions[node] for node in (self.source, self.target)]
+        if (ends[0] == ends[1]).all():
+            nodes = np.unique([self.source, self.target])
+            return Restricted(nodes, 0.0)
+        if self.model.area.contains(np.array(ends)).any():
+            return Restricted(np.empty(0, dtype=np.int64), math.inf)
+        low, high = self.positions.min(axis=0), self.positions.max(axis=0)
+        bounds = (*as_end(low), *as_end(high))
+        model = self.model
+        problem = Problem(as_end(ends[0]), as_end(ends[1]), model.field, model.k, bounds, model.no_fly)
+        tube = Tube.first(problem, FIRST_AIM)
+        if tube is None:
+            return Restricted(np.empty(0, dtype=np.int64), math.inf)
+        if tube.shrink < LEAST_SHRINK:
+            return None
+        far, near = (np.zeros(len(self.positions)) for _ in range(2))
+        plane = math.inf
+        while True:
+            self.cells.append(len(tube.level.mesh.columns))
+            from_start, _ = tube.bounds_at(self.positions, to_goal=False)
+            to_goal, most_to_goal = tube.bounds_at(self.positions, to_goal=True)
+            far, near = np.maximum(far, from_start), np.maximum(near, to_goal)
+            if len(self.cells) <= LOOKS:
+                plane = self._look_for_a_path(tube, plane, np.isfinite(far) & np.isfinite(near))
+                if math.isinf(self.upper):
+                    return None
+            keep = far + near <= self.upper
+            last, runs = tube.finer(self.upper)
+            needed, n_kept = int((runs[:, 2] - runs[:, 1]).sum()), int(keep.sum())
+            pays = PAIR * float(n_kept) ** 2 > CELL * needed or (len(self.cells) == 1 and n_kept >= MANY)
+            if needed > MOST_CELLS or not pays:
+                break
+            gap = self.upper / tube.bound - 1.0
+            following = Tube.lay(problem, last, runs, min(MOST_AIM, max(0.1 * gap, LEAST_AIM)))
+            if following is None:
+                break
+            tube = following
+        return self._restricted(tube, keep, far, (to_goal, most_to_goal))
+
+    def _look_for_a_path(self, tube: Tube, known: float, usable: BoolArray) -> float:
+        """Take a path of the graph beside the best way down, if that is better than the one known in the plane."""
+        problem = tube.problem
+        path = tube.path()
+        if len(path) and problem.evaluate(path).feasible:
+            path = refine_path(problem, path, tolerance=1e-4, max_points=256).path
+            cost = problem.evaluate(path).cost
+            if cost >= known * (1.0 - 1e-5):
+                return known
+            known = cost
+            self._take_from_band(self._beside(path), tube, usable)
+        if math.isinf(self.upper):
+            nodes = self._eight_connected()
+            if len(nodes):
+                self._offer(nodes)
+                self._take_from_band(self._beside(self.positions[nodes]), tube, usable)
+        return known
+
+    def _take_from_band(self, keep: BoolArray, tube: Tube, usable: BoolArray) -> None:
+        """Find the best path over a band of lattice points; on fine lattices by sums of the raster."""
+        width, height = self.shape
+        rough = min(self.shape) >= FINE
+        near = np.zeros((2 * width, 2 * height), dtype=np.bool_)
+        index = np.flatnonzero(keep[: width * height])
+        near[2 * (index % width), 2 * (index // width)] = True
+        self._fill(_widened(near, BESIDE) if rough else np.ones_like(near))
+        keep[[self.source, self.target]] = True
+        # paths are looked for, and nothing is left out: no bound counts
+        nothing = np.zeros(len(self.positions))
+        middles = [np.zeros((1, 1) if rough else (2 * width, 2 * height)) for _ in range(2)]
+        found = self._searched(
+            tube, keep & usable, nothing, (nothing, np.full_like(nothing, np.inf)), 1e300, middles, rough=rough
+        )
+        if len(found.nodes):
+            self._offer(found.nodes)
+
+    def _offer(self, nodes: IntArray) -> None:
+        """Weigh a path, and keep it if it is the best so far."""
+        cost = sum(self.graph.weight(i, j) for i, j in pairwise(nodes.tolist())) * (1.0 + SLACK)
+        if cost < self.upper:
+            self.upper, self.best = cost, nodes
+
+    def _eight_connected(self) -> IntArray:
+        """Return the best path over moves to the eight neighbours; empty if there is none."""
+        model, ends = self.model, [as_end(self.positions[node]) for node in (self.source, self.target)]
+        graph = GeometricGraph.eight_connected(self.lattice, model.field, model.k, no_fly=model.no_fly, extra=ends)
+        nodes: list[int] = [graph.node_at(end) for end in ends]  # type: ignore[misc] # both are nodes
+        search: Any = csgraph.dijkstra
+        costs, before = search(graph.to_csgraph(), indices=nodes[0], return_predecessors=True)
+        if not np.isfinite(costs[nodes[1]]):
+            return np.empty(0, dtype=np.int64)
+        path = [nodes[1]]
+        while path[-1] != nodes[0]:
+            path.append(int(before[path[-1]]))
+        path.reverse()
+        # its lattice points are those of the complete graph; the ends may have other numbers there
+        path[0], path[-1] = self.source, self.target
+        return np.array(path)
+
+    def _beside(self, path: FloatArray) -> BoolArray:
+        """Mark the corners of the lattice's cells that a path passes."""
+        width, _height = self.shape
+        keep = np.zeros(len(self.positions), dtype=np.bool_)
+        sums = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+        places = np.linspace(0.0, sums[-1], max(2, int(4.0 * sums[-1] / min(self.step))))
+        steps = [(np.interp(places, sums, path[:, i]) - self.origin[i]) / self.step[i] for i in range(2)]
+        columns, rows = (np.clip(at.astype(np.int64), 0, n - 2) for at, n in zip(steps, self.shape, strict=True))
+        for right, up in ((0, 0), (1, 0), (0, 1), (1, 1)):
+            keep[(rows + up) * width + columns + right] = True
+        return keep
+
+    def _fill(self, where: BoolArray) -> None:
+        """Fill the rasters at nodes of the half lattice; infinity elsewhere."""
+        where[-1], where[:, -1] = False, False
+        for raster in self.rasters:
+            raster[:] = np.inf
+        half = 0.5 * self.step[0], 0.5 * self.step[1]
+        model = self.model
+        columns, rows = np.nonzero(where)
+        plain, low, high = self.rasters
+        table = np.array(model.field.table)
+        restricted_kernels.cost_rasters(columns, rows, self.origin, half, model.k, table, plain, low, high)
+
+    def _restricted(
+        self, tube: Tube, keep: BoolArray, far: FloatArray, near: tuple[FloatArray, FloatArray]
+    ) -> Restricted:
+        """Run the search over what is kept, with all bounds."""
+        width, height = self.shape
+        # the half lattice within a step of a cell that a path of this cost may pass
+        cells = tube.cells(self.upper)
+        ratio = [self.step[axis] / tube.level.mesh.spacing[axis] for axis in range(2)]
+        cells = _widened(cells, 1 + math.ceil(0.5 * max(ratio)))
+        inside = np.zeros((2 * width, 2 * height), dtype=np.bool_)
+        places = [
+            np.clip(np.rint(0.5 * np.arange(2 * n - 1) * one + self._offset(tube, axis)).astype(np.int64), 0, most - 1)
+            for axis, (n, one, most) in enumerate(zip(self.shape, ratio, cells.shape, strict=True))
+        ]
+        inside[:-1, :-1] = cells[np.ix_(*places)]
+        columns, rows = np.nonzero(inside)
+        spots = np.column_stack(
+            [self.origin[0] + 0.5 * columns * self.step[0], self.origin[1] + 0.5 * rows * self.step[1]]
+        )
+        middles = []
+        for to_goal in (True, False):
+            bounds, _ = tube.bounds_at(spots, to_goal=to_goal)
+            middle = np.full((2 * width, 2 * height), np.inf)
+            middle[columns, rows] = np.where(np.isfinite(bounds), bounds, 0.0)
+            middles.append(middle)
+        self._fill(inside)
+        keep[[self.source, self.target]] = True
+        found = self._searched(tube, keep, far, near, self.upper, middles, rough=False)
+        if not len(found.nodes):
+            # nothing is cheaper than the path that is known
+            nodes = self.best
+            return Restricted(
+                nodes, self.upper / (1.0 + SLACK), found.kept, found.values, found.successors, found.order, self.upper,
+                found.counts, tuple(self.cells),
+            )  # fmt: skip
+        return found
+
+    def _offset(self, tube: Tube, axis: int) -> float:
+        """Return where the lattice begins on the tube's grid, in its cells: beyond the lattice there may be an end."""
+        mesh = tube.level.mesh
+        return (self.origin[axis] - mesh.origin[axis]) / mesh.spacing[axis]
+
+    def _searched(
+        self,
+        tube: Tube,
+        keep: BoolArray,
+        far: FloatArray,
+        near: tuple[FloatArray, FloatArray],
+        upper: float,
+        middles: list[FloatArray],
+        *,
+        rough: bool,
+    ) -> Restricted:
+        """Run label setting from the target over some nodes; `near` bounds the cost to it, `far` to the source."""
+        width, height = self.shape
+        index = np.flatnonzero(keep)
+        on_lattice = index < width * height
+        column, row = np.where(on_lattice, index % width, -1), np.where(on_lattice, index // width, -1)
+        place = np.full(len(self.positions), -1)
+        place[index] = np.arange(len(index))
+        x, y = (np.ascontiguousarray(self.positions[index, axis]) for axis in range(2))
+        root = as_end(self.positions[self.target])
+        apart = np.hypot(x - root[0], y - root[1]) > tube.rim
+        counts = np.zeros(7, dtype=np.int64)
+        values, successors = np.full(len(index), np.inf), np.full(len(index), -1)
+        order = np.empty(len(index), dtype=np.int64)
+        kept = (x, y, column, row, near[1][index], near[0][index], far[index], apart)
+        plain, low, high, middle_from, middle_to = (raster.ravel() for raster in (*self.rasters, *middles))
+        rasters = plain, low, high, middle_from, middle_to, 2 * height
+        root_at, end_at = int(place[self.target]), int(place[self.source])
+        if end_at < 0 or root_at < 0:
+            return Restricted(np.empty(0, dtype=np.int64), math.inf)
+        rounds = restricted_kernels.search(
+            kept, root, tube.rim, root_at, end_at, upper, self.primitive, rasters, rough, self.model.kernel_model(),
+            counts, values, successors, order,
+        )  # fmt: skip
+        nodes = []
+        if np.isfinite(values[end_at]):
+            nodes = [end_at]
+            while nodes[-1] != root_at:
+                nodes.append(int(successors[nodes[-1]]))
+        path = index[nodes] if nodes else np.empty(0, dtype=np.int64)
+        names = {
+            "pairs": PAIRS,
+            "near": NEAR_ENOUGH,
+            "primitive": PRIMITIVE,
+            "middle": PAST_MIDDLE,
+            "raster": PAST_RASTER,
+            "integrated": INTEGRATED,
+        }
+        return Restricted(
+            nodes=path,
+            cost=float(values[end_at]),
+            kept=index,
+            values=values,
+            successors=np.where(successors >= 0, index[successors], -1),
+            order=index[order[:rounds]],
+            upper=upper,
+            counts={name: int(counts[at]) for name, at in names.items()},
+            cells=tuple(self.cells),
+        )
+
+
+def _widened(mask: BoolArray, reach: int) -> BoolArray:
+    """Widen a mask by so many steps in all eight directions."""
+    for _ in range(reach):
+        rows = mask.copy()
+        rows[1:] |= mask[:-1]
+        rows[:-1] |= mask[1:]
+        mask = rows.copy()
+        mask[:, 1:] |= rows[:, :-1]
+        mask[:, :-1] |= rows[:, 1:]
+    return mask

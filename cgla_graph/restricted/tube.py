@@ -1,0 +1,136 @@
+"""The tube of a graph's optimum: grids with proven bounds from both ends, refined where a path may be cheap enough."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
+from cgla_graph.certificate.certificate import rounding
+from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution
+from cgla_graph.eikonal import cell_runs
+from cgla_graph.eikonal.marching import descent
+from cgla_graph.model.problem import Problem
+from cgla_graph.restricted import restricted_kernels
+
+#: Cells of a grid, at most.
+MOST_CELLS = 1_500_000
+
+
+@dataclass(frozen=True, eq=False)
+class Tube:
+    """
+    One grid, and what it proves.
+
+    Attributes
+    ----------
+    problem
+        Between the nodes that the graph's path joins.
+    level
+        The grid.
+    from_start, to_goal
+        The bounds of the cost from the start, and to the goal.
+    """
+
+    problem: Problem
+    level: Level
+    from_start: Subsolution
+    to_goal: Subsolution
+
+    @classmethod
+    def lay(cls, problem: Problem, last: tuple[int, int], runs: WholeArray, aim: float) -> "Tube | None":
+        """Solve the equation from both ends on some cells; None if they join the ends by no way."""
+        level = Level.lay(problem, last, runs)
+        found = [level.bound(to_goal=to_goal, aim=aim) for to_goal in (False, True)]
+        if found[0] is None or found[1] is None:
+            return None
+        return cls(problem, level, found[0], found[1])
+
+    @classmethod
+    def first(cls, problem: Problem, aim: float) -> "Tube | None":
+        """Lay the first grid, over all of the bounds."""
+        x_min, y_min, x_max, y_max = problem.bounds
+        longer = max(x_max - x_min, y_max - y_min)
+        columns, rows = (max(8, round(FIRST_CELLS * side / longer)) for side in (x_max - x_min, y_max - y_min))
+        return cls.lay(problem, (columns, rows), cell_runs.rectangle((columns, rows)), aim)
+
+    @property
+    def shrink(self) -> float:
+        """What bounds are multiplied with, as their inequality is checked in floats."""
+        return 1.0 - rounding(self.problem)
+
+    @property
+    def bound(self) -> float:
+        """The proven bound of the cost of every path."""
+        return max(self.from_start.bound, self.to_goal.bound) * self.shrink
+
+    @property
+    def rim(self) -> float:
+        """How far the blocks around the ends reach, map units: inside, differences of bounds say nothing."""
+        return (self.level.reach + 1) * math.hypot(*self.level.mesh.spacing)
+
+    def kept(self, upper: float) -> WholeArray:
+        """Return the runs of the cells that a path of at most this cost may pass."""
+        return self.level.kept(self.to_goal, self.from_start, upper / self.shrink)
+
+    def finer(self, upper: float) -> tuple[tuple[int, int], WholeArray]:
+        """Return what the next grid is laid over: its last node and its cells."""
+        last = 2 * self.level.mesh.last[0], 2 * self.level.mesh.last[1]
+        return last, cell_runs.clipped(cell_runs.halved(self.kept(upper)), last)
+
+    def path(self) -> FloatArray:
+        """Follow the bound down from the start to the goal; empty if that leads nowhere."""
+        return descent(self.problem, self.level.mesh, self.to_goal.values, radius=self.level.reach + 1.0)
+
+    def bounds_at(self, points: FloatArray, *, to_goal: bool) -> tuple[FloatArray, FloatArray]:
+        """
+        Bound the cost between points and one of the ends.
+
+        Returns
+        -------
+        least, most
+            Shape ``(n,)`` each: a bound, and what may be subtracted from the bound at another point (see `restricted`).
+            Infinite outside of the tube.
+        """
+        mesh = self.level.mesh
+        block = self.level.blocks[1 if to_goal else 0]
+        end = self.problem.goal if to_goal else self.problem.start
+        least, most = np.empty(len(points)), np.empty(len(points))
+        restricted_kernels.spline_bounds(
+            points,
+            end,
+            (self.to_goal if to_goal else self.from_start).values,
+            mesh.kernel_mesh,
+            self._first_pieces(),
+            mesh.last,
+            mesh.matters,
+            block.holds,
+            block.tip.least_cost,
+            least,
+            most,
+        )
+        return least * self.shrink, most
+
+    def cells(self, upper: float) -> BoolArray:
+        """Say of each cell of the grid whether a path of at most this cost may pass, shape ``(columns, rows)``."""
+        last = self.level.mesh.last
+        found = np.zeros((last[0] + 1, last[1] + 1), dtype=np.bool_)
+        columns, rows = cell_runs.cells_of(cell_runs.clipped(self.kept(upper), last))
+        found[columns, rows] = True
+        return found
+
+    def _first_pieces(self) -> WholeArray:
+        """Return the first piece of each cell of the whole grid, row by row; -1 where there is none."""
+        mesh = self.level.mesh
+        columns, rows = mesh.columns.astype(np.int64), mesh.rows.astype(np.int64)
+        first = np.full((mesh.last[0] + 1) * (mesh.last[1] + 1), -1, dtype=np.int64)
+        # of several pieces of a cell, the first is written last
+        backwards = np.arange(len(columns))[::-1]
+        first[rows[backwards] * (mesh.last[0] + 1) + columns[backwards]] = backwards
+        return first
+
+
+def as_end(point: FloatArray) -> Point:
+    """Return a node's position as a pair of floats."""
+    x, y = point.tolist()
+    return x, y

@@ -1,0 +1,193 @@
+"""The restricted cost matrix: the optimum of the full one, on every map; and each of its bounds matters."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import examples, lattices, plane_problems, seeds
+
+import cgla_graph as cg
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.errors import GraphError
+from cgla_graph.model.lattice import LatticeKind
+from cgla_graph.model.problem import GraphProblem
+from cgla_graph.restricted import restricted
+from cgla_graph.restricted.restricted import Restricted, restricted_optimum
+from cgla_graph.restricted.tube import Tube
+from cgla_graph.scenarios.random_map import random_scenario
+from cgla_graph.solvers.exact import cgla
+
+
+def check(on: GraphProblem) -> Restricted | None:
+    """Compare with the full matrix; return what was found."""
+    full = cost_matrix(on.weighed().graph, on.target)
+    truth = full.value(on.source)
+    found = restricted_optimum(on)
+    if found is None:
+        return None
+    if math.isinf(truth):
+        assert (math.isinf(found.cost), len(found.nodes)) == (True, 0)
+        return found
+    assert found.cost == pytest.approx(truth, rel=1e-12, abs=1e-15)
+    nodes = [on.graph.labels[index] for index in found.nodes.tolist()]
+    assert (nodes[0], nodes[-1]) == (on.source, on.target)
+    assert on.evaluate(nodes) == pytest.approx(truth, rel=1e-12, abs=1e-15)
+    # G along the optimum, and nowhere below the truth
+    values = dict(zip(found.kept.tolist(), found.values.tolist(), strict=True))
+    reached = [index for index in found.order.tolist() if math.isfinite(values[index])]
+    assert all(values[index] >= full.values[index] * (1.0 - 1e-12) - 1e-15 for index in reached)
+    assert (np.diff([values[index] for index in reached]) >= 0.0).all()
+    return found
+
+
+def random_problem(seed: int) -> cg.Problem:
+    rng = np.random.default_rng(seed)
+    threats, areas = int(rng.integers(0, 25)), int(rng.integers(0, 4)) // 2
+    k = float(rng.choice([0.0, 1.0, 10.0, 100.0, 1000.0]))
+    return random_scenario(seed, k=k, threats=threats, areas=areas).problem
+
+
+@examples(40)
+@given(seeds, st.integers(12, 40), st.sampled_from(["closed", "upper", "lower", "centre"]))
+def test_it_is_the_optimum_of_the_full_matrix(seed: int, side: int, kind: LatticeKind) -> None:
+    problem = random_problem(seed)
+    check(problem.on_lattice(cg.Lattice(side, bounds=problem.bounds, kind=kind)))
+
+
+@examples(25)
+@given(plane_problems(), lattices(max_side=20, unit=True))
+def test_on_small_and_oblong_lattices_too(problem: cg.Problem, lattice: cg.Lattice) -> None:
+    check(problem.on_lattice(lattice))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_where_the_first_path_is_found_by_sums_of_the_raster(seed: int) -> None:
+    check(random_problem(seed).on_lattice(restricted.FINE))
+
+
+@examples(15)
+@given(seeds, st.floats(1.0, 1.3))
+def test_a_bad_first_path_only_takes_longer(seed: int, worse: float) -> None:
+    problem = random_problem(seed)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(restricted, "SLACK", worse - 1.0 + 1e-12)
+        check(problem.on_lattice(25))
+
+
+def test_threats_that_are_not_there_make_ties() -> None:
+    problem = cg.Problem((0.0, 0.0), (1.0, 1.0))
+    for side in (2, 3, 30):
+        found = check(problem.on_lattice(side))
+        assert found is not None
+        assert found.cost == pytest.approx(math.sqrt(2.0), rel=1e-12)
+
+
+def test_bounds_of_the_lattice_beyond_those_of_the_problem() -> None:
+    problem = cg.Problem(
+        (0.1, 0.5), (0.9, 0.5), cg.RiskField([cg.Threat(0.5, 0.5, 0.2)]), k=50.0, bounds=(0, 0.2, 1, 0.8)
+    )
+    check(problem.on_lattice(cg.Lattice((30, 40), bounds=(-0.5, -0.5, 1.5, 1.5))))
+    check(problem.on_lattice(cg.Lattice((30, 12), bounds=(0.2, 0.3, 0.8, 0.7))))
+
+
+def test_a_goal_that_is_walled_in_has_no_path() -> None:
+    ring = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
+    found = check(cg.Problem((0.1, 0.1), (0.8, 0.8), no_fly=ring).on_lattice(30))
+    assert found is not None
+    assert not len(found.nodes)
+
+
+def test_a_slit_that_only_a_long_edge_passes() -> None:
+    """Eight directions find no way; where the descent finds none either, all weights have to tell."""
+    walls = [shapely.box(0.45, 0.0, 0.55, 0.7041), shapely.box(0.45, 0.7059, 0.55, 1.0)]
+    check(cg.Problem((0.1, 0.7), (0.9, 0.71), no_fly=shapely.union_all(walls)).on_lattice(20))
+
+
+def test_start_at_goal() -> None:
+    on = cg.Problem((0.3, 0.3), (0.3, 0.3)).on_lattice(10)
+    found = restricted_optimum(on)
+    assert found is not None
+    assert (found.cost, found.nodes.tolist()) == (0.0, [on.source])
+
+
+@pytest.mark.parametrize(
+    "graph", [cg.GeometricGraph.complete([(0, 0), (1, 0)]), cg.GeometricGraph.from_matrix(np.eye(2))]
+)
+def test_other_graphs_are_refused(graph: cg.GeometricGraph) -> None:
+    with pytest.raises(GraphError, match="only a complete lattice graph"):
+        restricted_optimum(GraphProblem(graph, 0, 1))
+
+
+# Each bound matters: one that is 2 % too high is found out
+
+
+def differs(on: GraphProblem) -> bool:
+    """Return whether the check fails."""
+    try:
+        check(on)
+    except AssertionError:
+        return True
+    return False
+
+
+def scaled_bounds(which: str) -> Callable[..., Any]:
+    honest = Tube.bounds_at
+
+    def bounds_at(self: Tube, points: Any, *, to_goal: bool) -> Any:  # noqa: ANN401 - as there
+        least, most = honest(self, points, to_goal=to_goal)
+        if which == "difference" and to_goal:
+            return least, most / 1.02
+        factor = 1.02 if to_goal == (which == "to the goal") else 1.0
+        return factor * least, factor * most
+
+    return bounds_at
+
+
+@pytest.mark.parametrize("which", ["to the goal", "from the start", "difference", "raster", "margin", "primitive"])
+def test_a_bound_that_is_too_high_is_caught(which: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    # what is left out must not be the optimum that is known already
+    monkeypatch.setattr(restricted, "SLACK", 0.001 if which == "from the start" else 0.03)
+    if which in {"to the goal", "from the start", "difference"}:
+        monkeypatch.setattr(Tube, "bounds_at", scaled_bounds(which))
+    elif which == "primitive":
+        steps = restricted.restricted_kernels.coprime_steps
+        monkeypatch.setattr(
+            restricted.restricted_kernels, "coprime_steps", lambda *n: steps(*n) & (np.arange(n[0]) < 4)[:, None]
+        )
+    else:
+        honest = restricted.restricted_kernels.cost_rasters
+
+        def cost_rasters(*arguments: Any) -> None:  # noqa: ANN401 - as there
+            honest(*arguments)
+            *_, plain, low, _ = arguments
+            low *= 1.02 if which == "raster" else 1.0
+            low[:] = low if which == "raster" else 1.02 * plain
+
+        monkeypatch.setattr(restricted.restricted_kernels, "cost_rasters", cost_rasters)
+    assert any(differs(random_problem(seed).on_lattice(24)) for seed in range(60))
+
+
+# In the solver
+
+
+def test_cgla_takes_lattices_of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = random_problem(7)
+    full = cg.solve(problem, "cgla", resolution=30)
+    monkeypatch.setattr(cgla, "FULL_UP_TO", 100)
+    monkeypatch.setattr("cgla_graph.solvers.solving.FULL_UP_TO", 100)
+    answer = cg.solve(problem, "cgla", resolution=30)
+    assert (answer.status, answer.cost) == (cg.Status.OPTIMAL, pytest.approx(full.cost, rel=1e-12))
+    assert "of 902 nodes kept" in answer.message
+    assert answer.evaluations < full.evaluations // 20
+
+
+def test_solvers_that_need_all_weights_say_what_that_would_take() -> None:
+    answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9)), "dijkstra", resolution=200)
+    assert answer.status is cg.Status.UNSUPPORTED
+    assert "all weights of 40002 nodes, 12.8 GB" in answer.message
