@@ -69,9 +69,7 @@ def test_a_trivial_run_of_a_study(benchmark: BenchmarkFixture, tmp_path: Path, w
     study = Study(scenarios, entrants, tolerance=None)
     loop = gaps(compare(scenarios, entrants, 1, tolerance=None))
     with StudyStore.create(tmp_path, study) as store:
-        ours = benchmark.pedantic(
-            lambda: gaps(run_study(study, store=store, workers=workers)), rounds=1, iterations=1
-        )
+        ours = benchmark.pedantic(lambda: gaps(run_study(study, store=store, workers=workers)), rounds=1, iterations=1)
     assert len(ours) == len(loop) == 999
     overhead = statistics.median(ours) - statistics.median(loop)
     mean = (sum(ours) - sum(loop)) / len(ours)
