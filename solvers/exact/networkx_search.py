@@ -1,7 +1,6 @@
 """Dijkstra's algorithm and A* of networkx, over the same weights."""
 
 import math
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -9,12 +8,14 @@ from typing import Any, ClassVar
 import networkx as nx
 
 from cgla_graph.model.adjacency import Node
+from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
-from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.exact.library_search import search
 
-#: A networkx graph takes about a kilobyte an edge; beyond this it is no use.
-MAX_EDGES = 4_000_000
+#: Measured; an edge is a dictionary in a dictionary.
+BYTES_AN_EDGE = 1000
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,6 @@ class NetworkxDijkstra:
 
     Examples
     --------
-    >>> from cgla_graph.model.graph import GeometricGraph
     >>> chain = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]])
     >>> NetworkxDijkstra().solve(GraphProblem(chain, 0, 2)).nodes
     (0, 1, 2)
@@ -49,7 +49,6 @@ class NetworkxAstar:
 
     Examples
     --------
-    >>> from cgla_graph.model.graph import GeometricGraph
     >>> chain = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]])
     >>> NetworkxAstar().solve(GraphProblem(chain, 0, 2)).nodes
     (0, 1, 2)
@@ -77,16 +76,10 @@ class NetworkxAstar:
 
 
 def _search(problem: GraphProblem, find: "Callable[[nx.Graph[Any]], Sequence[Node]]") -> Solution:
-    # of a graph that is not weighed yet, counting the edges would weigh it
-    graph = problem.graph
-    n_edges = graph.n_pairs if graph.is_implicit else graph.n_edges
-    if n_edges > MAX_EDGES:
-        return Solution(Status.UNSUPPORTED, message=f"{n_edges} edges; networkx takes {MAX_EDGES} here")
-    began = time.perf_counter()
-    searched = graph.to_networkx()
-    build_seconds = time.perf_counter() - began
-    try:
-        nodes = tuple(find(searched))
-    except nx.NetworkXNoPath:
-        return Solution(Status.NO_PATH, build_seconds=build_seconds)
-    return Solution(Status.OPTIMAL, nodes=nodes, cost=problem.evaluate(nodes), build_seconds=build_seconds)
+    def found(graph: "nx.Graph[Any]", _source: int, _target: int) -> list[int]:
+        try:
+            return [problem.graph.index_of(node) for node in find(graph)]
+        except nx.NetworkXNoPath:
+            return []
+
+    return search(problem, "networkx", BYTES_AN_EDGE, GeometricGraph.to_networkx, found)
