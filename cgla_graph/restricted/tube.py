@@ -13,8 +13,8 @@ from cgla_graph.eikonal.marching import descent
 from cgla_graph.model.problem import Problem
 from cgla_graph.restricted import restricted_kernels
 
-#: Cells of a grid, at most.
-MOST_CELLS = 1_500_000
+#: Cells of a grid, at most: 1.3 GB with all else, where the lattice has 1000 points a side.
+MOST_CELLS = 3_000_000
 
 
 @dataclass(frozen=True, eq=False)

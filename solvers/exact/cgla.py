@@ -8,7 +8,7 @@ from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.model.solver import Traits
+from cgla_graph.model.solver import MOST_HELD, Traits
 from cgla_graph.restricted.restricted import Restricted, can_restrict, restricted_optimum
 
 #: Up to this many nodes, all pairs of a complete graph are weighed (288 MB).
@@ -68,6 +68,12 @@ class Cgla:
             found = restricted_optimum(problem)
             if found is not None:
                 return _restricted_answer(problem, found)
+            if graph.n_nodes > MOST_HELD:
+                message = (
+                    f"of {graph.n_nodes} nodes, only what can be part of the optimum is weighed, and no path was found "
+                    f"to tell that by: k is too great for the arithmetic of bounds, or ways are too narrow"
+                )
+                return Solution(Status.UNSUPPORTED, message=message)
         if self.schedule == "label-setting":
             source = problem.source if self.early_stop else None
             matrix = cost_matrix(graph, problem.target, source=source)

@@ -191,3 +191,13 @@ def test_solvers_that_need_all_weights_say_what_that_would_take() -> None:
     answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9)), "dijkstra", resolution=200)
     assert answer.status is cg.Status.UNSUPPORTED
     assert "all weights of 40002 nodes, 12.8 GB" in answer.message
+
+
+def test_what_cannot_be_bounded_is_not_weighed_by_the_billion(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cgla, "FULL_UP_TO", 100)
+    monkeypatch.setattr(cgla, "MOST_HELD", 100)
+    monkeypatch.setattr("cgla_graph.solvers.solving.FULL_UP_TO", 100)
+    field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1)])
+    answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=1e15), "cgla", resolution=20)
+    assert answer.status is cg.Status.UNSUPPORTED
+    assert "k is too great for the arithmetic" in answer.message
