@@ -147,6 +147,30 @@ def test_whole_weights_give_whole_lengths() -> None:
     assert nx.shortest_path_length(graph, 0, 2, weight="weight", backend="cgla") == 2.5
 
 
+def test_a_search_led_by_the_straight_line_finds_the_optimum() -> None:
+    field = cg.RiskField([cg.Threat(x=0.4, y=0.5, spread=0.08), cg.Threat(x=0.6, y=0.4, spread=0.05)])
+    graph = cg.GeometricGraph.complete(cg.Lattice(9, bounds=(0, 0, 1, 1)), field, k=10.0)
+    least = cg.cost_matrix(graph, 80)
+    for source in range(80):
+        length, path = nx.bidirectional_dijkstra(graph, source, 80)
+        assert length == pytest.approx(least.value(source), rel=1e-12)
+        assert length == sum(graph.weight(u, v) for u, v in itertools.pairwise(path))
+        # the corner is often beyond the cutoff
+        both = [nx.multi_source_dijkstra(graph, some, 80, cutoff=length) for some in ([0, source], [source, 0])]
+        assert {found for found, _ in both} == {min(length, nx.dijkstra_path_length(graph, 0, 80))}
+        with pytest.raises(nx.NetworkXNoPath):
+            nx.single_source_dijkstra(graph, source, 80, cutoff=length * (1.0 - 1e-6))
+
+
+@pytest.mark.parametrize(
+    "make", [cg.GeometricGraph.from_matrix, lambda m: cg.GeometricGraph.from_matrix(m).to_networkx()]
+)
+def test_a_cutoff_below_0_leaves_the_source_alone(make: Callable[[list[list[float]]], Any]) -> None:
+    graph = make([[0, 0], [0, 0]])
+    assert nx.single_source_dijkstra(graph, 0, cutoff=-1, backend="cgla") == ({0: 0}, {0: [0]})
+    assert nx.single_source_dijkstra(graph, 0, cutoff=0, backend="cgla")[0] == {0: 0, 1: 0}
+
+
 def test_a_large_complete_graph_is_never_held_in_memory() -> None:
     field = cg.RiskField([cg.Threat(x=0.5, y=0.5, spread=0.02)])
     small = cg.GeometricGraph.complete(cg.Lattice(3, bounds=(0, 0, 1, 1)), field, k=1.0)
