@@ -1,11 +1,10 @@
 """Lists of edges, and the sparse matrices made of them: the workshop behind `GeometricGraph`'s constructors."""
 
 import math
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Sequence
 from contextlib import suppress
 from typing import Any, Literal, NoReturn, TypeAlias, cast
 
-import networkx as nx
 import numpy as np
 from scipy import sparse
 
@@ -17,6 +16,9 @@ from cgla_graph.model.lattice import Lattice
 
 Node: TypeAlias = Hashable
 CornerRule: TypeAlias = Literal["touch", "both-free"]
+
+#: What an edge has that lacks its weight.
+MISSING = object()
 
 
 def eight_neighbours(lattice: Lattice, model: CostModel, corner_rule: CornerRule) -> tuple[IntArray, IntArray]:
@@ -75,27 +77,26 @@ def compressed(
     return sparse.csr_array((weights[first], heads[first], starts), shape=(n_nodes, n_nodes))
 
 
-def networkx_positions(graph: "nx.Graph[Any]", pos: str, *, needed: bool) -> FloatArray | None:
+def node_positions(labels: Sequence[Node], spots: list[object], pos: str, *, needed: bool) -> FloatArray | None:
     """Read the nodes' positions, shape ``(n, 2)``; None if a node has none and they are not `needed`."""
-    spots = [data.get(pos) for _, data in graph.nodes(data=True)]
-    missing = [label for label, spot in zip(graph.nodes, spots, strict=True) if spot is None]
+    missing = [label for label, spot in zip(labels, spots, strict=True) if spot is None]
     if missing and needed:
         msg = f"node {missing[0]!r} has no attribute {pos!r}; weight=None weighs segments, so every node needs (x, y)"
         raise GraphError(msg)
     return None if missing or not spots else point_array("positions", cast("Any", spots))
 
 
-def edge_weight(u: Node, v: Node, data: Mapping[str, Any], weight: str) -> float:
+def edge_weight(u: Node, v: Node, given: object, weight: str) -> float:
     """Read one edge's weight, at least 0 (infinity: no edge)."""
-    if weight not in data:
+    if given is MISSING:
         msg = f"edge {u!r} - {v!r} has no attribute {weight!r}; name the attribute, or pass weight=None for Eq. 5"
         raise GraphError(msg)
     value = math.nan
-    if not isinstance(data[weight], NO_NUMBERS):
+    if not isinstance(given, NO_NUMBERS):
         with suppress(TypeError, ValueError, OverflowError):
-            value = float(data[weight])
+            value = float(cast("Any", given))
     if not value >= 0.0:
-        reject_weight(u, v, data[weight])
+        reject_weight(u, v, given)
     return value
 
 

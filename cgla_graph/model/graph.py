@@ -7,6 +7,7 @@ Longer than most modules: each way to make a graph says in full what it takes an
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import compress
 from typing import Any, ClassVar
 
 import networkx as nx
@@ -25,10 +26,11 @@ from cgla_graph.model.adjacency import (
     compressed,
     edge_weight,
     eight_neighbours,
-    networkx_positions,
+    node_positions,
     reject_weight,
 )
 from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.graph_libraries import GraphLists, read_igraph, read_networkx, read_rustworkx
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.risk import RiskField
@@ -40,9 +42,10 @@ class GeometricGraph:
     """
     Nodes, and a weight for each ordered pair of them: the one thing that a graph solver sees.
 
-    Made by `complete`, `eight_connected`, `from_networkx`, `from_matrix` or `from_sparse`. The weights are held as
-    a dense matrix, a sparse one, or not at all and computed when asked (a complete graph, until `weighed`); all
-    three answer alike. Infinity means that there is no edge; zero is a weight like any other.
+    Made by `complete`, `eight_connected`, `from_matrix`, `from_sparse`, `from_networkx`, `from_igraph` or
+    `from_rustworkx`. The weights are held as a dense matrix, a sparse one, or not at all and computed when asked (a
+    complete graph, until `weighed`); all three answer alike. Infinity means that there is no edge; zero is a weight
+    like any other.
 
     Attributes
     ----------
@@ -229,26 +232,137 @@ class GeometricGraph:
         >>> GeometricGraph.from_networkx(ring).weights_from(0).tolist()
         [0.0, 2.0, 2.0]
         """
-        if not isinstance(graph, nx.Graph):
-            msg = f"this is a {type(graph).__name__}, not a networkx graph; from_matrix takes matrices of weights"
-            raise GraphError(msg)
-        labels = list(graph.nodes)
-        index = {label: i for i, label in enumerate(labels)}
-        spots = networkx_positions(graph, pos, needed=weight is None or no_fly is not None)
-        positions = _positions(spots, len(labels))
-        edges = [(u, v, data) for u, v, data in graph.edges(data=True) if u != v]
-        tails = np.array([index[u] for u, _, _ in edges], dtype=np.int64)
-        heads = np.array([index[v] for _, v, _ in edges], dtype=np.int64)
+        return cls._from_lists(read_networkx(graph, weight, pos), weight, pos, field, k, no_fly)
+
+    @classmethod
+    def from_igraph(
+        cls,
+        graph: Any,  # noqa: ANN401 - of an optional package
+        *,
+        weight: str | None = "weight",
+        pos: str = "pos",
+        labels: Sequence[Node] | None = None,
+        field: RiskField | None = None,
+        k: float = 0.0,
+        no_fly: BaseGeometry | None = None,
+    ) -> "GeometricGraph":
+        """
+        Take over an igraph graph, directed or not; of parallel edges the lightest counts.
+
+        Parameters
+        ----------
+        graph
+            An `igraph.Graph`; it is not changed.
+        labels
+            A node for each vertex, all different. If left out, the vertices' attribute ``name`` where igraph has one,
+            else 0, 1, ….
+        weight, pos, field, k, no_fly
+            As in `from_networkx`: the edges' attribute, the vertices' attribute, and what Eq. 5 needs.
+
+        Returns
+        -------
+        graph
+            A sparse graph.
+
+        Raises
+        ------
+        GraphError
+            As in `from_networkx`, and if labels or names do not fit.
+        ProblemError
+            If positions, field or k are malformed.
+
+        Examples
+        --------
+        >>> import igraph
+        >>> ring = igraph.Graph.Ring(3)
+        >>> ring.vs["name"], ring.es["weight"] = ["a", "b", "c"], [2.0, 2.0, 2.0]
+        >>> GeometricGraph.from_igraph(ring).weights_from(0).tolist()
+        [0.0, 2.0, 2.0]
+        """
+        return cls._from_lists(read_igraph(graph, weight, pos), weight, pos, field, k, no_fly, labels)
+
+    @classmethod
+    def from_rustworkx(
+        cls,
+        graph: Any,  # noqa: ANN401 - of an optional package
+        *,
+        weight: str | None = "weight",
+        pos: str = "pos",
+        labels: Sequence[Node] | None = None,
+        field: RiskField | None = None,
+        k: float = 0.0,
+        no_fly: BaseGeometry | None = None,
+    ) -> "GeometricGraph":
+        """
+        Take over a rustworkx graph, directed or not; of parallel edges the lightest counts.
+
+        Parameters
+        ----------
+        graph
+            A `rustworkx.PyGraph` or `rustworkx.PyDiGraph`; it is not changed.
+        weight
+            The key of the weight in what an edge holds; an edge that holds no mapping holds its weight. None: as in
+            `from_networkx`.
+        pos
+            The key of ``(x, y)`` in what a node holds.
+        labels
+            A node for each of ``graph.node_indices()``, all different, as in ``labels=graph.nodes()``; those indices
+            if left out.
+        field, k, no_fly
+            As in `from_networkx`.
+
+        Returns
+        -------
+        graph
+            A sparse graph.
+
+        Raises
+        ------
+        GraphError
+            As in `from_networkx`, and if the labels do not fit.
+        ProblemError
+            If positions, field or k are malformed.
+
+        Examples
+        --------
+        >>> import rustworkx
+        >>> ring = rustworkx.generators.cycle_graph(weights=["a", "b", "c"])
+        >>> for edge in ring.edge_indices():
+        ...     ring.update_edge_by_index(edge, 2.0)
+        >>> GeometricGraph.from_rustworkx(ring, labels=ring.nodes()).weights_from(0).tolist()
+        [0.0, 2.0, 2.0]
+        """
+        return cls._from_lists(read_rustworkx(graph, weight, pos), weight, pos, field, k, no_fly, labels)
+
+    @classmethod
+    def _from_lists(
+        cls,
+        given: GraphLists,
+        weight: str | None,
+        pos: str,
+        field: RiskField | None,
+        k: float,
+        no_fly: BaseGeometry | None,
+        labels: Sequence[Node] | None = None,
+    ) -> "GeometricGraph":
+        """Weigh the edges that another library's graph holds."""
+        names = _labels(given.labels if labels is None else labels, len(given.labels))
+        spots = node_positions(names, given.spots, pos, needed=weight is None or no_fly is not None)
+        positions = _positions(spots, len(names))
+        kept = given.ends[:, 0] != given.ends[:, 1]
+        tails, heads = given.ends[kept].T
         model = None
         if weight is None and positions is not None:
             model = CostModel(RiskField() if field is None else field, k, no_fly)
             weights = model.weights(positions[tails], positions[heads])
         else:
-            weights = np.array([edge_weight(u, v, data, str(weight)) for u, v, data in edges], dtype=np.float64)
+            held = compress(given.weights, kept.tolist())
+            ends = zip(tails.tolist(), heads.tolist(), held, strict=True)
+            weights = np.array([edge_weight(names[u], names[v], w, str(weight)) for u, v, w in ends], dtype=np.float64)
             if no_fly is not None and positions is not None:
                 weights[NoFlyArea(no_fly).crosses(positions[tails], positions[heads])] = np.inf
-        matrix = compressed(tails, heads, weights, len(labels), mirrored=not graph.is_directed())
-        return cls(labels, positions, directed=graph.is_directed(), model=model, weights=SparseWeights(matrix))
+        matrix = compressed(tails, heads, weights, len(names), mirrored=not given.directed)
+        return cls(names, positions, directed=given.directed, model=model, weights=SparseWeights(matrix))
 
     @classmethod
     def from_matrix(
@@ -359,6 +473,9 @@ class GeometricGraph:
         kept = tails != heads
         stored = compressed(tails[kept], heads[kept], weights[kept], len(names), mirrored=not directed)
         return cls(names, _positions(positions, len(names)), directed=directed, weights=SparseWeights(stored))
+
+    #: `from_sparse`, by the name of the library, as the others have it.
+    from_scipy = from_sparse
 
     def is_directed(self) -> bool:
         """Return `directed`, for networkx."""

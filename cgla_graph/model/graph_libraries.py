@@ -1,0 +1,91 @@
+"""Graphs of other libraries, read as lists of nodes and edges; a library is not imported for that."""
+
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import networkx as nx
+import numpy as np
+
+from cgla_graph._types import IntArray
+from cgla_graph.errors import GraphError
+from cgla_graph.model.adjacency import MISSING, Node
+
+
+@dataclass(frozen=True, eq=False)
+class GraphLists:
+    """
+    What a graph of another library holds.
+
+    Attributes
+    ----------
+    labels
+        The nodes.
+    spots
+        What each node has for its position, or None.
+    ends
+        Shape ``(m, 2)``: the indices of each edge's tail and head.
+    weights
+        What each edge has for its weight, or `MISSING`.
+    directed
+        Whether an edge leads one way only.
+    """
+
+    labels: Sequence[Node]
+    spots: list[object]
+    ends: IntArray
+    weights: list[object]
+    directed: bool
+
+
+def read_networkx(graph: "nx.Graph[Any]", weight: str | None, pos: str) -> GraphLists:
+    """Read a networkx graph of any kind."""
+    _library_of(graph, "networkx", "Graph")
+    labels = list(graph.nodes)
+    index = {label: i for i, label in enumerate(labels)}
+    edges = list(graph.edges(data=True))
+    ends = [(index[u], index[v]) for u, v, _ in edges]
+    weights: list[object] = [data.get(str(weight), MISSING) for _, _, data in edges]
+    spots = [data.get(pos) for _, data in graph.nodes(data=True)]
+    return GraphLists(labels, spots, _pairs(ends), weights, graph.is_directed())
+
+
+def read_igraph(graph: Any, weight: str | None, pos: str) -> GraphLists:  # noqa: ANN401 - of an optional package
+    """Read an igraph graph; igraph says None where an edge or a vertex lacks what others have."""
+    _library_of(graph, "igraph", "Graph")
+    labels = graph.vs["name"] if "name" in graph.vs.attributes() else range(graph.vcount())
+    held = graph.es[weight] if weight in graph.es.attributes() else [None] * graph.ecount()
+    spots = graph.vs[pos] if pos in graph.vs.attributes() else [None] * graph.vcount()
+    weights = [MISSING if value is None else value for value in held]
+    return GraphLists(labels, spots, _pairs(graph.get_edgelist()), weights, graph.is_directed())
+
+
+def read_rustworkx(graph: Any, weight: str | None, pos: str) -> GraphLists:  # noqa: ANN401 - of an optional package
+    """Read a rustworkx graph, whose nodes and edges carry any one object: attributes by name, or the weight itself."""
+    rustworkx = _library_of(graph, "rustworkx", "PyGraph", "PyDiGraph")
+    labels = list(graph.node_indices())
+    # nodes that were removed leave gaps between the indices
+    index = {label: i for i, label in enumerate(labels)}
+    edges = graph.weighted_edge_list()
+    ends = _pairs([(index[u], index[v]) for u, v, _ in edges])
+    weights = [
+        data.get(weight, MISSING) if isinstance(data, Mapping) else MISSING if data is None else data
+        for _, _, data in edges
+    ]
+    spots = [data.get(pos) if isinstance(data, Mapping) else None for data in graph.nodes()]
+    return GraphLists(labels, spots, ends, weights, isinstance(graph, rustworkx.PyDiGraph))
+
+
+def _pairs(ends: Sequence[tuple[int, int]]) -> IntArray:
+    return np.array(ends, dtype=np.int64).reshape(-1, 2)
+
+
+def _library_of(graph: object, library: str, *kinds: str) -> Any:  # noqa: ANN401 - a module
+    """Return the library, and refuse what is none of its graphs; who has one has imported it."""
+    module = sys.modules.get(library)
+    if module is None or not isinstance(graph, tuple(getattr(module, kind) for kind in kinds)):
+        article = "an" if library.startswith("i") else "a"
+        msg = f"this is a {type(graph).__name__}, not {article} {library} graph; from_matrix takes matrices of weights"
+        raise GraphError(msg)
+    return module
