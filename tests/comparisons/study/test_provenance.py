@@ -162,6 +162,12 @@ def test_packages_of_tests_and_extras_are_not_listed() -> None:
     assert "selenium" not in packages()
 
 
+def test_graph_libraries_are_listed_as_they_are_solvers(monkeypatch: pytest.MonkeyPatch) -> None:
+    listed = ['scipy>=1; extra == "graphs"', 'hypothesis>=6; extra == "dev"', "networkx>=3"]
+    monkeypatch.setattr("importlib.metadata.requires", lambda _: listed)
+    assert packages().keys() == {"python", "scipy", "networkx"}
+
+
 def test_a_tree_that_is_not_installed_lists_its_packages_too(monkeypatch: pytest.MonkeyPatch) -> None:
     def missing(name: str) -> list[str]:
         raise importlib.metadata.PackageNotFoundError(name)
