@@ -3,7 +3,8 @@ The functions that networkx calls for a `GeometricGraph`, or with ``backend="cgl
 
 A `GeometricGraph` answers as ``graph.to_networkx()`` would: its edges have one attribute, ``weight``, and by any other
 name each weighs 1. A search settles node after node (the paper's Delta sets, Eqs 10-12) and asks the graph for one row
-of weights each time, so that an implicit graph is never held in memory; sparse graphs go to scipy.
+of weights each time, so that an implicit graph is never held in memory. Sparse graphs go to scipy, single paths of
+large complete lattice graphs to `cgla_graph.restricted`.
 """
 
 import inspect
@@ -22,10 +23,14 @@ from cgla_graph.errors import GraphError, NodeNotFoundError
 from cgla_graph.model import graph_kernels
 from cgla_graph.model.adjacency import Node, compressed
 from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.weights import SparseWeights
+from cgla_graph.restricted.restricted import can_restrict, restricted_optimum
 
 #: A networkx graph takes about a kilobyte an edge; beyond this many, none is made behind the user's back.
 MAX_EDGES = 4_000_000
+#: From so many nodes on, one path of a complete lattice graph is looked for in what can be part of it.
+LARGE = 1000
 #: Sums of whole numbers up to here are exact in floating point.
 EXACT_SUMS = 2**53
 NOT_FOUND = "Node {} not found in graph"
@@ -241,11 +246,33 @@ def _search(
         )
     else:
         end = None if goal is None else _find(graph, goal)
-        values, before = _settle(graph, roots, end, limit, towards=towards, count_edges=count_edges)
+        found = None if end is None or count_edges else _restricted(graph, roots, end)
+        values, before = found or _settle(graph, roots, end, limit, towards=towards, count_edges=count_edges)
     beyond = values > limit
     beyond[roots] = False
     values[beyond] = np.inf
     return _Tree(graph, values, before, towards, count_edges or (isinstance(G, ConvertedGraph) and G.whole))
+
+
+def _restricted(graph: GeometricGraph, roots: IntArray, goal: int) -> tuple[FloatArray, IntArray] | None:
+    """Find one path of a large complete lattice graph without a look at most of it; None where that cannot be done."""
+    if graph.n_nodes < LARGE or len(roots) > 1 or goal in roots or not can_restrict(graph):
+        return None
+    found = restricted_optimum(GraphProblem(graph, graph.labels[roots[0]], graph.labels[goal]))
+    if found is None:
+        return None
+    values = np.full(graph.n_nodes, np.inf)
+    before = np.full(graph.n_nodes, -1, dtype=np.int64)
+    before[found.nodes[1:]] = found.nodes[:-1]
+    values[roots] = 0.0
+    if len(found.nodes):
+        values[goal] = _cost(graph, found.nodes.tolist())
+    return values, before
+
+
+def _cost(graph: GeometricGraph, way: list[int]) -> float:
+    """Add up the weights along a path, given by indices."""
+    return sum(graph.weight(u, v) for u, v in itertools.pairwise(way))
 
 
 def _settle(
@@ -280,7 +307,7 @@ def _settle(
         way = [goal]
         while before[way[-1]] >= 0:
             way.append(int(before[way[-1]]))
-        values[goal] = sum(graph.weight(u, v) for u, v in itertools.pairwise(reversed(way)))
+        values[goal] = _cost(graph, way[::-1])
     return values, before
 
 
