@@ -1,0 +1,410 @@
+"""Files of graphs: what networkx and scipy write is read back as it was; what is wrong is told in one line."""
+
+import csv
+import io
+import json
+import math
+import struct
+import zipfile
+from collections.abc import Hashable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import networkx as nx
+import numpy as np
+import pytest
+import scipy.io
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy import sparse
+from strategies import few, networks, usual, weight_matrices
+
+from cgla_graph._types import FloatArray
+from cgla_graph.errors import ScenarioError
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.scenarios import graph_file
+from cgla_graph.scenarios.graph_file import is_graph_file, read_graph, text_of
+
+Edges = dict[tuple[str, str], float]
+
+
+def edges_of(graph: GeometricGraph) -> Edges:
+    """List the edges, both ways round, by the texts of their nodes."""
+    entries = graph.to_csgraph().tocoo()
+    names = [str(label) for label in graph.labels]
+    tails, heads = (axis.tolist() for axis in entries.coords)
+    return {(names[i], names[j]): w for i, j, w in zip(tails, heads, entries.data.tolist(), strict=True)}
+
+
+def with_plain_labels(graph: "nx.Graph[Any]") -> "nx.Graph[Any]":
+    """Name nodes by what JSON has: numbers, text and lists of them."""
+    return nx.relabel_nodes(graph, {label: str(label) for label in graph if isinstance(label, frozenset)})
+
+
+def sparse_of(weights: FloatArray) -> sparse.csr_array:
+    """Store all edges, zeros too."""
+    return GeometricGraph.from_matrix(weights).to_csgraph()
+
+
+@usual
+@given(graph=networks(), attribute=st.sampled_from([None, "metres per s"]))
+def test_graphml_of_networkx(
+    graph: "nx.Graph[Hashable]", attribute: str | None, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path = tmp_path_factory.mktemp("graph") / "mine.graphml"
+    named = graph.copy()
+    if attribute is not None:
+        for *_, data in named.edges(data=True):
+            data[attribute] = data.pop("weight")
+    nx.write_graphml(named, path)
+
+    read = read_graph(path, weight=attribute)
+
+    assert [*read.labels] == [str(label) for label in graph]
+    assert read.directed == graph.is_directed()
+    assert edges_of(read.graph()) == edges_of(GeometricGraph.from_networkx(graph))
+    assert all(str(read.node(str(label))) == str(label) for label in graph)
+
+
+@usual
+@given(drawn=networks(positioned=True), edges=st.sampled_from(["edges", "links"]))
+def test_node_link_json_of_networkx(
+    drawn: "nx.Graph[Hashable]", edges: str, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path = tmp_path_factory.mktemp("graph") / "mine.json"
+    graph = with_plain_labels(drawn)
+    path.write_text(json.dumps(nx.node_link_data(graph, edges=edges)), encoding="utf-8")
+
+    read = read_graph(path)
+    mine = GeometricGraph.from_networkx(graph)
+
+    assert [*read.labels] == [*graph]
+    assert read.directed == graph.is_directed()
+    assert edges_of(read.graph()) == edges_of(mine)
+    assert np.array_equal(read.graph().positions, mine.positions)
+    assert is_graph_file(str(path))
+
+
+@usual
+@given(drawn=networks(), header=st.booleans(), mark=st.sampled_from(",;\t"))
+def test_edge_lists(
+    drawn: "nx.Graph[Hashable]", header: bool, mark: str, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """Nodes without edges are not in a list of edges, nor those whose names are empty."""
+    assume("" not in drawn)
+    # whoever parts columns by other marks has commas in names, perhaps, but not more of them
+    graph = drawn if mark == "," else nx.relabel_nodes(drawn, {node: str(node).replace(",", "") for node in drawn})
+    path = tmp_path_factory.mktemp("graph") / "mine.csv"
+    text = io.StringIO()
+    writer = csv.writer(text, delimiter=mark)
+    lines: list[list[object]] = [[u, v, data["weight"]] for u, v, data in graph.edges(data=True)]
+    assume(header or lines)
+    writer.writerows([["source", "target", "weight"]] * header + lines)
+    path.write_text(text.getvalue(), encoding="utf-8-sig")
+    if not lines:
+        with pytest.raises(ScenarioError, match="no nodes"):
+            read_graph(path)
+        return
+
+    read = read_graph(path, directed=graph.is_directed())
+
+    assert edges_of(read.graph()) == edges_of(GeometricGraph.from_networkx(graph))
+    assert {*read.labels} == {str(node) for line in lines for node in line[:2]}
+
+
+@usual
+@given(weights=weight_matrices(), how=st.sampled_from(["csr", "csc", "coo", "mtx"]))
+def test_matrices_of_scipy(weights: FloatArray, how: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+    folder = tmp_path_factory.mktemp("graph")
+    matrix = sparse_of(weights)
+    if how == "mtx":
+        path = folder / "mine.mtx"
+        scipy.io.mmwrite(path, matrix, precision=17)
+    else:
+        path = folder / "mine.npz"
+        sparse.save_npz(path, matrix.asformat(how))
+
+    read = read_graph(path)
+    graph = read.graph()
+
+    first = int(how == "mtx")
+    assert [*read.labels] == [*range(first, len(weights) + first)]
+    assert read.directed == (not np.array_equal(weights, weights.T))
+    assert graph.directed == read.directed
+    assert np.array_equal(graph.weight_matrix(), weights)
+    assert graph.index_of(read.node(str(first))) == 0
+
+
+def test_stored_zeros_are_edges_and_tell_directions_apart(tmp_path: Path) -> None:
+    sparse.save_npz(tmp_path / "one.npz", sparse.csr_array(([0.0], ([0], [1])), shape=(2, 2)))
+
+    read = read_graph(tmp_path / "one.npz")
+
+    assert read.directed
+    assert edges_of(read.graph()) == {("0", "1"): 0.0}
+
+
+def test_an_edge_list_may_have_more_columns_in_any_order(tmp_path: Path) -> None:
+    path = tmp_path / "more.csv"
+    path.write_text("name,minutes,target,source\nmain street,2.5,b,a\n\n lane , 1 , c , b \n", encoding="utf-8")
+    assert edges_of(read_graph(path, weight="minutes", directed=True).graph()) == {("a", "b"): 2.5, ("b", "c"): 1.0}
+
+
+def test_graphml_may_say_once_what_edges_weigh(tmp_path: Path) -> None:
+    path = tmp_path / "once.graphml"
+    path.write_text(
+        '<graphml xmlns="http://graphml.graphdrawing.org/xmlns"><key id="w" for="edge" attr.name="weight" '
+        'attr.type="double"><default>4</default></key><graph edgedefault="directed"><node id="a"/><node id="b"/>'
+        '<edge source="a" target="b"/><edge source="b" target="a"><data key="w">1</data></edge></graph></graphml>',
+        encoding="utf-8",
+    )
+    assert edges_of(read_graph(path).graph()) == {("a", "b"): 4.0, ("b", "a"): 1.0}
+
+
+@pytest.mark.parametrize(
+    ("places", "expected"),
+    [
+        pytest.param([{"pos": "1.5, 2"}, {"pos": "(0 3)"}], [[1.5, 2.0], [0.0, 3.0]], id="as text"),
+        pytest.param([{"x": 1, "y": "2"}, {"x": 0.0, "y": 3}], [[1.0, 2.0], [0.0, 3.0]], id="x and y"),
+        pytest.param([{"x": 1, "y": 2}, {}], None, id="not all"),
+        pytest.param([{"pos": [1, 2, 3]}, {"pos": [1, 2, 3]}], None, id="in space"),
+        pytest.param([{"pos": "1, inf"}, {"pos": "1, 2"}], None, id="infinite"),
+        pytest.param([{"pos": {"at": 1}}, {"pos": None}], None, id="something else"),
+    ],
+)
+def test_places_of_nodes_are_taken_if_all_have_them(
+    places: list[dict[str, object]], expected: list[list[float]] | None, tmp_path: Path
+) -> None:
+    nodes = [{"id": number, **place} for number, place in enumerate(places)]
+    (tmp_path / "g.json").write_text(json.dumps({"nodes": nodes, "edges": []}), encoding="utf-8")
+    positions = read_graph(tmp_path / "g.json").graph().positions
+    assert (None if positions is None else positions.tolist()) == expected
+
+
+def test_nodes_are_named_by_the_text_of_their_labels(tmp_path: Path) -> None:
+    nodes = [{"id": 1}, {"id": "1"}, {"id": [1, "a"]}, {"id": "depot"}, {"id": "two\nlines"}]
+    (tmp_path / "g.json").write_text(json.dumps({"nodes": nodes, "links": []}), encoding="utf-8")
+    read = read_graph(tmp_path / "g.json")
+
+    assert read.node("(1, 'a')") == (1, "a")
+    assert read.node("two\nlines") == "two\nlines"
+    assert text_of("two\nlines") == r"'two\nlines'"
+    with pytest.raises(ScenarioError, match="2 nodes are written '1': 1 and '1'; give them labels that differ"):
+        read.node("1")
+    with pytest.raises(ScenarioError, match="none of the 5 nodes is 'depo'; did you mean depot"):
+        read.node("depo")
+    with pytest.raises(ScenarioError, match="it has 1, 1, "):
+        read.node("€")
+
+
+@pytest.mark.parametrize(
+    ("spec", "expected"),
+    [
+        pytest.param("a.graphml", True, id="not looked into"),
+        pytest.param("A.NPZ", True, id="capitals"),
+        pytest.param("paper", False, id="shipped"),
+        pytest.param("a.toml", False, id="scenario"),
+        pytest.param("zones.json", False, id="GeoJSON"),
+        pytest.param("roads.json", True, id="node-link JSON"),
+        pytest.param("bad.json", False, id="no JSON"),
+        pytest.param("nowhere.json", False, id="not there"),
+        pytest.param("x" * 5000 + ".json", False, id="no file has such a name"),
+    ],
+)
+def test_what_is_taken_for_a_graph(spec: str, expected: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "zones.json").write_text('{"type": "FeatureCollection", "features": []}', encoding="utf-8")
+    (tmp_path / "roads.json").write_text('{"nodes": [], "edges": []}', encoding="utf-8")
+    (tmp_path / "bad.json").write_text("[" * 100_000, encoding="utf-8")
+    assert is_graph_file(spec) is expected
+
+
+GRAPHML = '<graphml xmlns="http://graphml.graphdrawing.org/xmlns">BODY</graphml>'
+BOMB = '<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]>' + GRAPHML.replace("BODY", "&b;")
+ONE_EDGE = '{"nodes": [{"id": 1}, {"id": 2}], "edges": [{"source": 1, "target": 2WEIGHT}]}'
+HEAD = "%%MatrixMarket matrix "
+TEXTS = [
+    pytest.param("a.txt", "", "no file of a graph", id="ending"),
+    pytest.param("a.graphml", "", "cannot be read as a GraphML file", id="empty XML"),
+    pytest.param("a.graphml", "<graphml>", "ParseError", id="XML that does not end"),
+    pytest.param("a.graphml", "<html/>", "0 graphs", id="other XML"),
+    pytest.param("a.graphml", BOMB, "document type or entities", id="entities"),
+    pytest.param("a.graphml", GRAPHML.replace("BODY", "<graph/>"), "no nodes", id="empty graph"),
+    pytest.param("a.graphml", GRAPHML.replace("BODY", "<graph/><graph/>"), "2 graphs", id="two graphs"),
+    pytest.param(
+        "a.graphml",
+        GRAPHML.replace("BODY", '<graph><node id="a"><data key="k">1</data></node></graph>'),
+        "no key k",
+        id="unknown key",
+    ),
+    pytest.param("a.json", "", "JSONDecodeError", id="empty JSON"),
+    pytest.param("a.json", "[1]", "no lists nodes and edges", id="a list"),
+    pytest.param("a.json", '{"nodes": 3, "edges": []}', "TypeError", id="nodes are a number"),
+    pytest.param("a.json", '{"nodes": [{"id": {}}], "edges": []}', "TypeError", id="no label"),
+    pytest.param("a.json", '{"nodes": [{"id": null}], "edges": []}', "None cannot be a node", id="null"),
+    pytest.param("a.json", '{"nodes": [1], "edges": []}', "AttributeError", id="no record"),
+    pytest.param("a.json", '{"nodes": [], "edges": []}', "no nodes", id="no nodes"),
+    pytest.param("a.json", '{"nodes": [{"id": 1}, {"id": 1}], "edges": []}', "each node once", id="twice"),
+    pytest.param("a.json", '{"nodes": [], "edges": [{"source": 1, "target": 2}]}', "lists 0 nodes", id="unlisted"),
+    pytest.param("a.json", "[" * 100_000, "cannot be read", id="deep JSON"),
+    pytest.param("a.json", '{"nodes": [' + "9" * 9999, "cannot be read", id="long number"),
+    pytest.param("a.json", ONE_EDGE.replace("WEIGHT", ""), "from 1 to 2 has no 'weight'; give each", id="no weight"),
+    pytest.param("a.json", ONE_EDGE.replace("WEIGHT", ', "m": 1'), "it has 'm': name one (--weight)", id="another"),
+    *(
+        pytest.param("a.json", ONE_EDGE.replace("WEIGHT", f', "weight": {bad}'), "has weight", id=f"weight {bad}")
+        for bad in ("true", '"heavy"', "[1]", "NaN", "-Infinity", "1" + "0" * 400)
+    ),
+    pytest.param("a.csv", "", "no edges", id="empty CSV"),
+    pytest.param("a.csv", "\n,,\n", "no edges", id="blank CSV"),
+    pytest.param("a.csv", "source,target,weight\n", "no nodes", id="header only"),
+    pytest.param("a.csv", "a,b,1\nb,c\n", "line 2 is 'b,c'", id="short line"),
+    pytest.param("a.csv", "a,b,1\n,c,1\n", "line 2", id="empty name"),
+    pytest.param("a.csv", "u,v,length\na,b,1\n", "line 1 has weight 'length'", id="another header"),
+    pytest.param(
+        "a.csv", "source,target,length\na,b,1\n", "no column 'weight', but source, target, length", id="column"
+    ),
+    pytest.param("a.csv", "a,b,nan\n", "line 1 has weight 'nan'", id="no number"),
+    pytest.param("a.csv", 'a,b,"1\n', "line 1", id="open quote"),
+    pytest.param("a.csv", "a" * 200_000 + ",b,1\n", "field larger", id="long field"),
+    pytest.param("a.mtx", "", "Matrix Market", id="empty mtx"),
+    pytest.param("a.mtx", "hello\n", "Matrix Market", id="no head"),
+    pytest.param("a.mtx", HEAD + "coordinate real general\n2 3 1\n1 2 1\n", "2 x 3", id="not square"),
+    pytest.param("a.mtx", HEAD + "coordinate real general\n0 0 0\n", "0 x 0", id="no rows"),
+    pytest.param("a.mtx", HEAD + "coordinate real general\n2 2 1\n1 3 1\n", "cannot be read", id="beyond"),
+    pytest.param("a.mtx", HEAD + "coordinate real general\n2 2 2\n1 2 1\n", "cannot be read", id="cut off"),
+    pytest.param("a.mtx", HEAD + "coordinate real general\n2 2 99999\n1 2 1\n", "promises 99999 entries", id="promise"),
+    pytest.param("a.mtx", HEAD + "coordinate real general\n999999999 999999999 1\n1 2 1\n", "10,000,000", id="huge"),
+    pytest.param("a.mtx", HEAD + "coordinate complex general\n2 2 1\n1 2 1 1\n", "complex", id="complex"),
+    pytest.param("a.mtx", HEAD + "array real general\n2 2\n1\n2\n3\n4\n", "dense array", id="dense"),
+    pytest.param("a.mtx", HEAD + "coordinate real general\n2 2 1\n1 2 nan\n", "from 1 to 2 has weight nan", id="nan"),
+    pytest.param("a.npz", "hello", "not a zip file", id="no zip"),
+]
+
+
+@pytest.mark.parametrize(("name", "text", "says"), TEXTS)
+def test_what_is_wrong_is_told_in_one_line(name: str, text: str, says: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ScenarioError) as error:
+        read_graph(path)
+    assert says in str(error.value)
+    assert str(error.value).startswith(f"{path}: ")
+    assert "\n" not in str(error.value)
+    assert len(str(error.value)) < 500
+
+
+def test_bytes_that_are_no_text(tmp_path: Path) -> None:
+    for name in ("a.graphml", "a.json", "a.csv"):
+        (tmp_path / name).write_bytes('<?xml version="1.0" encoding="utf-16"?><graphml/>'.encode("utf-16"))
+        with pytest.raises(ScenarioError, match="is not UTF-8"):
+            read_graph(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", ["a.graphml", "a.json", "a.csv", "a.mtx", "a.npz"])
+def test_what_is_not_there_or_no_file(name: str, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="there is no such file"):
+        read_graph(tmp_path / name)
+    (tmp_path / name).mkdir()
+    with pytest.raises(ScenarioError, match="this is no file"):
+        read_graph(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("name", "how", "says"),
+    [
+        pytest.param("a.graphml", {"directed": True}, "--directed is for edge lists", id="GraphML says itself"),
+        pytest.param("a.mtx", {"weight": "m"}, "--weight names an attribute", id="matrices have no names"),
+        pytest.param("a.csv", {"weight": "m"}, "no header, and so no column 'm'", id="no header"),
+    ],
+)
+def test_options_that_do_not_fit(name: str, how: dict[str, Any], says: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text("a,b,1\n", encoding="utf-8")
+    with pytest.raises(ScenarioError, match=says):
+        read_graph(tmp_path / name, **how)
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.json", "a.graphml", "a.mtx", "a.npz"])
+def test_files_that_are_too_large_are_not_read(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(graph_file, "MOST_TEXT", 3)
+    monkeypatch.setattr(graph_file, "MOST_BYTES", 3)
+    (tmp_path / name).write_text("a,b,1\n", encoding="utf-8")
+    with pytest.raises(ScenarioError, match="MB are more than"):
+        read_graph(tmp_path / name)
+
+
+def npz(path: Path, **arrays: Any) -> Path:  # noqa: ANN401 - whatever numpy saves
+    np.savez(path, **arrays)
+    return path
+
+
+GOOD = {"format": b"csr", "shape": [2, 2], "data": [1.0], "indices": [1], "indptr": [0, 1, 1]}
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        pytest.param({"indices": [7]}, "cannot be read", id="index beyond"),
+        pytest.param({"indices": [-1]}, "cannot be read", id="index below 0"),
+        pytest.param({"indptr": [0, 9, 1]}, "cannot be read", id="rows out of order"),
+        pytest.param({"shape": [10**9, 10**9]}, "cannot be read", id="huge"),
+        pytest.param({"shape": [1, 2], "indptr": [0, 1]}, "1 x 2", id="not square"),
+        pytest.param({"format": b"sql"}, "sql_matrix", id="unknown format"),
+        pytest.param({"format": b"dia", "offsets": [0], "data": [[1.0, 1.0]]}, "of format dia", id="dia"),
+        pytest.param({"data": [1j]}, "cannot be read", id="complex"),
+        pytest.param({"data": [np.nan]}, "from 0 to 1 has weight nan", id="nan"),
+        pytest.param({"data": np.array([{"code": 1}])}, "allow_pickle", id="pickled object"),
+        pytest.param({"format": np.array({"code": 1})}, "allow_pickle", id="pickled format"),
+    ],
+)
+def test_hostile_matrices(change: dict[str, Any], says: str, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=says):
+        read_graph(npz(tmp_path / "a.npz", **{**GOOD, **change}))
+    assert edges_of(read_graph(npz(tmp_path / "b.npz", **GOOD)).graph()) == {("0", "1"): 1.0}
+
+
+def test_other_archives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(ScenarioError, match="does not contain a sparse"):
+        read_graph(npz(tmp_path / "dense.npz", weights=np.eye(2)))
+    cut = tmp_path / "cut.npz"
+    sparse.save_npz(cut, sparse.eye_array(100, format="csr"))
+    cut.write_bytes(cut.read_bytes()[:300])
+    with pytest.raises(ScenarioError, match="cannot be read"):
+        read_graph(cut)
+    # an array that promises more than there is
+    head = "{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000000,), }".ljust(118) + "\n"
+    with zipfile.ZipFile(npz(tmp_path / "promise.npz", **{k: v for k, v in GOOD.items() if k != "data"}), "a") as parts:
+        parts.writestr("data.npy", b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head.encode())
+    with pytest.raises(ScenarioError, match=r"cannot be read|memory"):
+        read_graph(tmp_path / "promise.npz")
+    # a small file of many zeros
+    with zipfile.ZipFile(tmp_path / "bomb.npz", "w", zipfile.ZIP_DEFLATED) as parts:
+        parts.writestr("data.npy", b"0" * 100_000)
+    monkeypatch.setattr(graph_file, "MOST_BYTES", 50_000)
+    with pytest.raises(ScenarioError, match="unpacked"):
+        read_graph(tmp_path / "bomb.npz")
+
+
+@few
+@given(data=st.binary(max_size=200), name=st.sampled_from(["a.graphml", "a.json", "a.csv", "a.mtx", "a.npz"]))
+def test_any_bytes_are_read_or_refused(data: bytes, name: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.mktemp("graph") / name
+    path.write_bytes(data)
+    with suppress(ScenarioError):
+        read_graph(path)
+
+
+def test_weights_below_0_are_read_but_not_planned_with(tmp_path: Path) -> None:
+    path = tmp_path / "below.csv"
+    path.write_text("a,b,-1\nb,c,2\n", encoding="utf-8")
+    read = read_graph(path)
+    assert read.below_zero() == [("a", "b", -1.0), ("b", "a", -1.0)]
+    with pytest.raises(ScenarioError, match="from a to b has weight -1; weights must be at least 0"):
+        read.graph()
+
+
+def test_infinite_weights_are_no_edges(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("a,b,inf\nb,c,2\n", encoding="utf-8")
+    read = read_graph(tmp_path / "a.csv")
+    assert (read.n_edges, len(read.labels)) == (1, 3)
+    assert math.isinf(read.graph().weight(0, 1))
