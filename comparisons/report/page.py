@@ -175,12 +175,17 @@ def _progress(stored: Stored) -> str:
     done, what = [], []
     if stored.scenarios or not stored.missions:
         done.append(f"{len(stored.runs):,} of {stored.n_cells:,} runs")
-        what.append(f"{len(stored.scenarios):,} scenarios")
+        what.append(_several(len(stored.scenarios), "scenario"))
     if stored.missions:
         done.append(f"{len(stored.flights):,} of {stored.n_flights:,} flights")
-        what.append(f"{len(stored.missions):,} missions")
+        what.append(_several(len(stored.missions), "mission"))
     so_far = "" if stored.is_complete else " so far"
-    return f"{', '.join(done)}{so_far}; {', '.join(what)}, {len(stored.solvers):,} solvers"
+    what.append(_several(len(stored.solvers), "solver"))
+    return f"{', '.join(done)}{so_far}; {', '.join(what)}"
+
+
+def _several(number: int, word: str) -> str:
+    return f"{number:,} {word}{'s' * (number != 1)}"
 
 
 def _session(session: Session) -> list[tuple[str, str]]:
