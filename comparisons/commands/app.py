@@ -20,10 +20,14 @@ from cgla_graph.comparisons import console
 from cgla_graph.comparisons.commands.parameters import (
     BoundsOption,
     DaskOption,
+    DirectedOption,
+    FromOption,
     GoalOption,
+    GraphArg,
     JsonOption,
     NoCertificateOption,
     OneScenarioArg,
+    OneScenarioOrGraphArg,
     OutOption,
     OverwriteOption,
     RefineOption,
@@ -33,10 +37,15 @@ from cgla_graph.comparisons.commands.parameters import (
     StartOption,
     StudyArg,
     ToleranceOption,
+    ToOption,
+    WeightOption,
     WorkersOption,
 )
 
 DONE, MISSING, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+#: What is said where options of graphs stand beside something else.
+NO_GRAPH = "no file of a graph; those end in .graphml, .csv, .mtx, .npz, or .json where that has a list of nodes"
 
 app = typer.Typer(
     add_completion=False,
@@ -109,6 +118,13 @@ def compare(
             "--highlight", metavar="A,B", help="draw these in colour, too (default: the best 5 of more than 8)"
         ),
     ] = None,
+    source: FromOption = None,
+    target: ToOption = None,
+    pairs: Annotated[
+        int | None, typer.Option("--pairs", metavar="N", min=1, help="of a graph: draw N pairs of nodes instead")
+    ] = None,
+    weight: WeightOption = None,
+    directed: DirectedOption = False,
     strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a run has no path")] = False,
     example: Annotated[bool, typer.Option("--example", help="print a study file as a start for your own")] = False,
     schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of study files")] = False,
@@ -122,17 +138,46 @@ def compare(
     time get there. Runs are made in processes apart: one that hangs, crashes or takes too much memory is a row that
     says so. With --out, runs are kept as they end (study.jsonl), and a report (report.html), rows (JSON Lines, CSV),
     OMPL's database (study.db) and pictures are written. A mission is flown with each solver in turn; unless --solvers
-    names some, with those that need no other package and are fast enough to plan dozens of times. Ctrl-C keeps what is
-    done.
+    names some, with those that need no other package and are fast enough to plan dozens of times. On the file of a
+    graph, solvers plan between two of its nodes (--from, --to), or many pairs (--pairs). Ctrl-C keeps what is done.
     """
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.commands import compare as comparison
+    from cgla_graph.scenarios.graph_file import is_graph_file
 
     if example or schema:
         from cgla_graph.comparisons.study.study_file import EXAMPLE, study_schema
 
         console.out(EXAMPLE) if example else _print_json(study_schema())
         return
+    of_graph = {"--from": source, "--to": target, "--pairs": pairs, "--weight": weight, "--directed": directed}
+    graphs = [spec for spec in scenarios or [] if is_graph_file(spec)]
+    if graphs:
+        of_map = {
+            "any other argument": scenarios if scenarios != graphs[:1] else None,
+            "--seeds": seeds,
+            "--budget": budget,
+            "--limits": limits,
+            "--resume": resume,
+            "--overwrite": overwrite,
+            "--workers": workers or None,
+            "--dask": dask,
+            "--start": start,
+            "--goal": goal,
+            "--bounds": bounds,
+            "--resolution": resolution,
+            "--refine": refine,
+            "--tolerance": tolerance,
+            "--no-certificate": no_certificate,
+            "--pictures": pictures,
+            "--highlight": highlight,
+        }
+        _refuse(of_map, f"{graphs[0]} is a graph, on which runs are made one after the other, here")
+        found = _on_graph(graphs[0], solvers, (source, target, pairs), weight, directed, out, as_json)
+        if strict and not found:
+            raise typer.Exit(MISSING)
+        return
+    _refuse(of_graph, f"{' '.join(scenarios or ['paper'])} is {NO_GRAPH}")
     how = comparison.How(
         folder=out, resume=resume, overwrite=overwrite, scheduler=dask, command=shlex.join(["cgla", *sys.argv[1:]])
     )
@@ -173,10 +218,19 @@ def compare(
 
 @app.command()
 def plan(
-    scenario: OneScenarioArg,
+    scenario: OneScenarioOrGraphArg,
     solver: Annotated[
-        str, typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:A=1:B=2")
-    ] = "hybrid",
+        str | None,
+        typer.Option(
+            "--solver",
+            metavar="NAME",
+            help="name, with settings as NAME:A=1:B=2 (default: hybrid; on a graph cgla, and several as A,B)",
+        ),
+    ] = None,
+    source: FromOption = None,
+    target: ToOption = None,
+    weight: WeightOption = None,
+    directed: DirectedOption = False,
     max_risk: Annotated[
         float | None, typer.Option("--max-risk", metavar="R", help="find the shortest path with at most that risk")
     ] = None,
@@ -197,15 +251,37 @@ def plan(
     Plan one path.
 
     Prints its numbers, and how far it is from the best possible; with --out, writes its waypoints (CSV, and GeoJSON
-    on lon/lat maps) and a picture. With --max-risk or --max-length, a budget takes the place of the weight k.
+    on lon/lat maps) and a picture. With --max-risk or --max-length, a budget takes the place of the weight k. On the
+    file of a graph, plans between two of its nodes, --from A --to B, with each of the solvers that --solver names.
     """
     from cgla_graph.comparisons import files
+    from cgla_graph.scenarios.graph_file import is_graph_file
+
+    of_graph = {"--from": source, "--to": target, "--weight": weight, "--directed": directed}
+    if is_graph_file(scenario):
+        of_map = {
+            "--max-risk": max_risk,
+            "--max-length": max_length,
+            "--start": start,
+            "--goal": goal,
+            "--bounds": bounds,
+            "--resolution": resolution,
+            "--refine": refine,
+            "--tolerance": tolerance,
+            "--no-certificate": no_certificate,
+        }
+        _refuse(of_map, f"{scenario} is a graph, which has nodes and edges alone")
+        found = _on_graph(scenario, solver or "cgla", (source, target, None), weight, directed, out, as_json)
+        if not found:
+            raise typer.Exit(MISSING)
+        return
+    _refuse(of_graph, f"{scenario} is {NO_GRAPH}")
     from cgla_graph.comparisons.commands import output
     from cgla_graph.comparisons.commands import pareto as trade_off
     from cgla_graph.comparisons.study import options, runner
 
     bound = options.read_tolerance(tolerance, certify=not no_certificate)
-    entrant = options.read_entrant(solver, refine=refine)
+    entrant = options.read_entrant(solver or "hybrid", refine=refine)
     opened = options.open_one("plan", scenario, start, goal, resolution, bounds)
     folder = files.make_folder(out) if out else None
     limited = max_risk is not None or max_length is not None
@@ -232,6 +308,75 @@ def plan(
             trade_off.print_within(run.scenario, within)
         _say_files(written, folder)
     if not run.solution.status.has_path:
+        raise typer.Exit(MISSING)
+
+
+def _refuse(given: Mapping[str, Any], why: str) -> None:
+    """Refuse options that do not fit what a command was given."""
+    from cgla_graph.errors import CglaError
+
+    for option, value in given.items():
+        if value is not None and value is not False:
+            msg = f"{why}: leave out {option}"
+            raise CglaError(msg)
+
+
+def _on_graph(
+    spec: str,
+    solvers: str | None,
+    ends: tuple[str | None, str | None, int | None],
+    weight: str | None,
+    directed: bool,
+    out: Path | None,
+    as_json: bool,
+) -> bool:
+    """Plan between two nodes of a graph, or pairs of them; say whether each solver found all paths."""
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.commands import graph_plan
+
+    entrants = graph_plan.read_graph_entrants(solvers)
+    opened, problems = graph_plan.open_problems(spec, *ends, weight=weight, directed=directed)
+    folder = files.make_folder(out) if out else None
+    with console.running_solvers():
+        run = graph_plan.plan_all(opened, problems, entrants)
+    written = graph_plan.write_graph_run(folder, run) if folder else []
+    if as_json:
+        _print_json({**graph_plan.graph_run_document(run), "files": [str(path) for path in written]})
+    else:
+        graph_plan.print_graph_run(run)
+        _say_files(written, folder)
+    return run.all_found
+
+
+@app.command(name="check-graph")
+def check_graph(
+    graph: GraphArg,
+    target: Annotated[str, typer.Option("--target", metavar="T", help="the node whose costs-to-go are computed")],
+    source: Annotated[
+        str | None, typer.Option("--source", metavar="S", help="the node at which the search may stop (default: any)")
+    ] = None,
+    weight: WeightOption = None,
+    directed: DirectedOption = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="exit with 1 if something does not hold that Theorem 1 is about")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Check whether Theorem 1 holds on a graph of your own.
+
+    Prints what it assumes (weights, ways to the target) and what it says, round by round of Eq. 9: Lemma 1, that n
+    rounds give the least costs, that settled values stay, when the source comes into Delta; and the ties in Delta.
+    """
+    from cgla_graph.comparisons.commands import graph_check
+
+    with console.running_solvers():
+        checked = graph_check.check_file(graph, target, source, weight=weight, directed=directed)
+    if as_json:
+        _print_json(graph_check.checked_document(checked))
+    else:
+        graph_check.print_checked(checked)
+    if strict and not checked.all_hold:
         raise typer.Exit(MISSING)
 
 

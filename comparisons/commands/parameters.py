@@ -8,11 +8,29 @@ import typer
 ScenarioArg = Annotated[
     list[str] | None,
     typer.Argument(
-        metavar="SCENARIO", help="shipped name, mission, .toml, .geojson, .map, or .scen (FILE.scen:FIRST-LAST)"
+        metavar="SCENARIO",
+        help="shipped name, mission, .toml, .geojson, .map, .scen (FILE.scen:FIRST-LAST), or a graph, as of plan",
     ),
 ]
 OneScenarioArg = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW")
+]
+OneScenarioOrGraphArg = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW; or a graph: .graphml, .json, .csv, .mtx, .npz",
+    ),
+]
+GraphArg = Annotated[str, typer.Argument(metavar="GRAPH", help=".graphml, .json (node-link), .csv, .mtx or .npz")]
+FromOption = Annotated[str | None, typer.Option("--from", metavar="A", help="of a graph: the node to start at")]
+ToOption = Annotated[str | None, typer.Option("--to", metavar="B", help="of a graph: the node to get to")]
+WeightOption = Annotated[
+    str | None,
+    typer.Option("--weight", metavar="NAME", help="of a graph: what holds the weights of its edges (default: weight)"),
+]
+DirectedOption = Annotated[
+    bool, typer.Option("--directed", help="of a graph in a .csv: its edges lead from source to target only")
 ]
 StudyArg = Annotated[Path, typer.Argument(metavar="DIR", help="folder of a study, as compare --out makes it")]
 OutOption = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="write files and pictures into DIR")]

@@ -152,9 +152,9 @@ def test_commands_are_real(place: str, words: list[str]) -> None:
     given = COMMANDS[name].make_context(name, rest, resilient_parsing="--help" in rest).params
     named = [given.get("scenario"), given.get("mission"), *(given.get("scenarios") or [])]
     for spec in filter(None, named):
-        assert spec in {*shipped(), *shipped_missions()} or re.search(r"\.(toml|geojson|map|scen)(:[\d-]+)?$", spec), (
-            place
-        )
+        assert spec in {*shipped(), *shipped_missions()} or re.search(
+            r"\.(toml|geojson|map|scen|csv)(:[\d-]+)?$", spec
+        ), place
 
 
 def test_other_programs_find_what_they_are_told() -> None:
