@@ -271,7 +271,9 @@ def plan(
             "--no-certificate": no_certificate,
         }
         _refuse(of_map, f"{scenario} is a graph, which has nodes and edges alone")
-        found = _on_graph(scenario, solver or "cgla", (source, target, None), weight, directed, out, as_json)
+        found = _on_graph(
+            scenario, "cgla" if solver is None else solver, (source, target, None), weight, directed, out, as_json
+        )
         if not found:
             raise typer.Exit(MISSING)
         return
@@ -281,7 +283,7 @@ def plan(
     from cgla_graph.comparisons.study import options, runner
 
     bound = options.read_tolerance(tolerance, certify=not no_certificate)
-    entrant = options.read_entrant(solver or "hybrid", refine=refine)
+    entrant = options.read_entrant("hybrid" if solver is None else solver, refine=refine)
     opened = options.open_one("plan", scenario, start, goal, resolution, bounds)
     folder = files.make_folder(out) if out else None
     limited = max_risk is not None or max_length is not None

@@ -156,6 +156,8 @@ ENDS = ("--from", "depot", "--to", "hill")
         pytest.param(["plan", "roads.csv", *ENDS, "--weight", "m"], "no column 'm'", id="column"),
         pytest.param(["plan", "roads.csv", *ENDS, "--solver", "hybrid"], "in the plane, not on a graph", id="plane"),
         pytest.param(["plan", "roads.csv", *ENDS, "--solver", "zz"], "unknown solver 'zz'", id="solver"),
+        pytest.param(["plan", "roads.csv", *ENDS, "--solver", ""], "names no solver", id="empty"),
+        pytest.param(["plan", "paper", "--solver", ""], "unknown solver ''", id="empty on a map"),
         pytest.param(["plan", "nowhere.npz", *ENDS], "there is no such file", id="no file"),
         pytest.param(["plan", "below.csv", "--from", "a", "--to", "c"], "has weight -1", id="below 0"),
         *(
