@@ -41,7 +41,7 @@ The method needs bounds, and so a field without peaks above 1 and a weight `k` t
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import pairwise
 from typing import Any
@@ -190,8 +190,7 @@ class _Search:
         """Refine the tube, then search what is kept."""
         ends = [self.positions[node] for node in (self.source, self.target)]
         if (ends[0] == ends[1]).all():
-            nodes = np.unique([self.source, self.target])
-            return Restricted(nodes, 0.0)
+            return Restricted(np.array(list(dict.fromkeys((self.source, self.target)))), 0.0)
         if self.model.area.contains(np.array(ends)).any():
             return Restricted(np.empty(0, dtype=np.int64), math.inf)
         low, high = self.positions.min(axis=0), self.positions.max(axis=0)
@@ -340,11 +339,7 @@ class _Search:
         found = self._searched(tube, keep, far, near, self.upper, middles, rough=False)
         if not len(found.nodes):
             # nothing is cheaper than the path that is known
-            nodes = self.best
-            return Restricted(
-                nodes, self.upper / (1.0 + SLACK), found.kept, found.values, found.successors, found.order, self.upper,
-                found.counts, tuple(self.cells),
-            )  # fmt: skip
+            return replace(found, nodes=self.best, cost=self.upper / (1.0 + SLACK))
         return found
 
     def _offset(self, tube: Tube, axis: int) -> float:

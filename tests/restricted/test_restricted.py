@@ -114,6 +114,11 @@ def test_start_at_goal() -> None:
     found = restricted_optimum(on)
     assert found is not None
     assert (found.cost, found.nodes.tolist()) == (0.0, [on.source])
+    # two nodes at one place, the second before the first
+    twice = cg.GeometricGraph.complete(cg.Lattice(3, bounds=(0, 0, 1, 1)), extra=[(0.5 + 1e-10, 0.5), (0.5, 0.5)])
+    found = restricted_optimum(GraphProblem(twice, 9, 4))
+    assert found is not None
+    assert found.nodes.tolist() == [9, 4]
 
 
 @pytest.mark.parametrize(
