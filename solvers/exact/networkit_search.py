@@ -43,8 +43,14 @@ class Networkit:
 def _built(graph: GeometricGraph) -> Any:  # noqa: ANN401 - NetworKit has no type hints
     import networkit  # noqa: PLC0415 - optional
 
-    # its other constructors add edge by edge; stored zeros are edges here
-    return networkit.GraphFromCsr(graph.to_csgraph(), directed=graph.directed, weighted=True)
+    # several threads add edges in an order of their own each time, by which ties would be broken; one is no slower
+    threads = networkit.getMaxNumberOfThreads()
+    networkit.setNumberOfThreads(1)
+    try:
+        # its other constructors add edge by edge; stored zeros are edges here
+        return networkit.GraphFromCsr(graph.to_csgraph(), directed=graph.directed, weighted=True)
+    finally:
+        networkit.setNumberOfThreads(threads)
 
 
 def _found(graph: Any, source: int, target: int) -> Sequence[int]:  # noqa: ANN401 - NetworKit has no type hints

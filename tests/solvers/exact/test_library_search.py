@@ -85,3 +85,12 @@ def test_a_graph_that_does_not_fit_is_refused_unweighed(name: str, monkeypatch: 
     assert answer.status is Status.UNSUPPORTED
     assert "3240 edges" in answer.message
     assert answer.message.lower().startswith("3240 edges; " + name)
+
+
+def test_networkit_breaks_ties_alike_each_time() -> None:
+    networkit = pytest.importorskip("networkit")
+    threads = networkit.getMaxNumberOfThreads()
+    problem = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField([cg.Threat(0.5, 0.5, 0.1)]), k=10.0)
+    on = problem.on_lattice(8).weighed()
+    assert len({cg.solve(on, "networkit").nodes for _ in range(200)}) == 1
+    assert networkit.getMaxNumberOfThreads() == threads
