@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from cgla_graph._validate import non_negative_number
 from cgla_graph.errors import MissionError
@@ -18,6 +18,7 @@ from cgla_graph.mission.validate import told, whole_tick
 from cgla_graph.mission.virtual_obstacle import UNITS_A_STEP, VirtualObstacle
 from cgla_graph.mission.world import World
 from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.solver import Solver
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -52,7 +53,7 @@ class Mission(Rules):
         self,
         world: World,
         uavs: Sequence[Uav],
-        solver: Any,  # noqa: ANN401 - any graph or plane solver
+        solver: Solver,
         resolution: "int | tuple[int, int] | Lattice" = 20,
         sharing: Sharing | Literal["none", "global"] = "global",
         fusion: Fusion = "union",

@@ -93,11 +93,11 @@ class Replanner:
     memory: Hashable = None
 
     @property
-    def by_steps(self) -> bool:
-        """Whether the solver decides each tick anew; plans that others are to rely on are whole paths."""
+    def stepper(self) -> StepByStep | None:
+        """The solver, if it decides each tick anew; plans that are kept to, or that others rely on, are whole paths."""
         mission = self.mission
         whole = mission.avoidance != "none" or mission.movement != "step" or mission.replan == "never"
-        return isinstance(mission.solver, StepByStep) and not whole
+        return mission.solver if isinstance(mission.solver, StepByStep) and not whole else None
 
     def plan(self, situation: Situation) -> Solution:
         """
@@ -116,8 +116,8 @@ class Replanner:
             return Solution(Status.NO_PATH, message=f"its goal {self.uav.goal} is inside a no-fly area now")
         try:
             problem = self.problem(situation)
-            if self.by_steps:
-                return self._step(problem)
+            if (stepper := self.stepper) is not None:
+                return self._step(problem, stepper)
             return self._judged(problem, self._solve(problem, situation))
         except CglaError as error:
             return Solution(Status.FAILED, message=str(error))
@@ -192,10 +192,10 @@ class Replanner:
             return self._read_raster(problem, situation, solver)
         return self._solve_on_graph(problem, situation)
 
-    def _step(self, problem: Problem) -> Solution:
+    def _step(self, problem: Problem, stepper: StepByStep) -> Solution:
         """Ask for one step; the oracle sees that it may be flown, and the mission that it is no longer than a step."""
         step = self.mission.step_of(self.uav)
-        move = self.mission.solver.move(problem, self.memory, step)
+        move = stepper.move(problem, self.memory, step)
         self.memory = move.memory
         if move.stuck:
             return Solution(Status.STUCK, message=move.stuck)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 from cgla_graph.fusion.fusion import Fusion, Integral
 from cgla_graph.mission.sharing import Sharing
@@ -11,6 +11,7 @@ from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.virtual_obstacle import UNITS_A_STEP, VirtualObstacle
 from cgla_graph.mission.world import World
 from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.solver import Solver
 
 #: The paper asks that the safe distance is more than this much of the detection radius (Section 4.1).
 LEAST_GAMMA = 0.1
@@ -88,7 +89,7 @@ class Rules:
 
     world: World
     uavs: Sequence[Uav]
-    solver: Any
+    solver: Solver
     resolution: "int | tuple[int, int] | Lattice"
     sharing: Sharing
     fusion: Fusion

@@ -216,7 +216,7 @@ class Simulation:
             if not agent.can_go_on(self.tick, self._known_areas(agent.belief.areas), ticks=1):
                 self._give_up(agent, "a no-fly area is in the way of the plan that it keeps to")
             return
-        on_change = self.mission.replan == "change" and not agent.planner.by_steps
+        on_change = self.mission.replan == "change" and agent.planner.stepper is None
         if agent.plan is not None and on_change and planned_on == agent.planned_on:
             return
         situation = self._situation(agent, obstacles, excluded)
