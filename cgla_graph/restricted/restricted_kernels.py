@@ -182,6 +182,8 @@ def search(
 
     Of the nodes that a path cheaper than `upper` passes, `values` and `successors` (towards the source) are exact, and
     infinite and -1 where none does. `rough`: weights are sums of a raster, for a path that is weighed afterwards.
+
+    Longer than most functions: its parts would have to hand on a dozen arrays, which grow as it goes.
     """
     k, field, area = model
     x, y, column, row, most_from, least_from, least_to, apart = kept
