@@ -8,13 +8,12 @@ import numpy as np
 
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.problem import FULL_UP_TO, GraphProblem, Problem
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.model.solver import Solver, run, stay
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.exact.cgla import FULL_UP_TO
-from cgla_graph.solvers.warm_up import warm_up
+from cgla_graph.solvers.warm_up import warm_up, warm_up_restricted
 
 
 def solve(
@@ -92,6 +91,7 @@ def solve(
             msg = "a GraphProblem has only its edges, which no path can leave; give a Problem to refine its path"
             raise ProblemError(msg)
         warm_up(chosen)
+        warm_up_restricted(chosen, problem.graph.n_nodes)
         return run(chosen, problem)
     warm_up(chosen, refine=refine)
     answer = _solve_in_plane(problem, chosen, resolution, on)
@@ -152,6 +152,7 @@ def _solve_in_plane(
     began = time.perf_counter()
     graph_problem = weighed(on or problem.on_lattice(resolution))
     laid = time.perf_counter() - began
+    warm_up_restricted(chosen, graph_problem.graph.n_nodes)
     answer = run(chosen, graph_problem)
     return problem.judge(dataclasses.replace(answer, build_seconds=laid + answer.build_seconds))
 

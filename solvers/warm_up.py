@@ -7,7 +7,7 @@ from typing import Any, TypeVar, cast
 
 import shapely
 
-from cgla_graph.model.problem import Problem
+from cgla_graph.model.problem import FULL_UP_TO, Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solver import Solver
 from cgla_graph.refine.refine import refine_path
@@ -65,13 +65,24 @@ def warm_up(solver: Solver, *, refine: bool = False) -> None:
         short: Any = shortened(solver)
         if solver.traits.domain == "graph":
             answer = short.solve(problem.on_lattice(2).weighed())
-            if solver.traits.lazy:
-                load_kernels()
         else:
             answer = short.solve(problem)
         problem.judge(answer)
         if refine:
             refine_path(problem, answer.path)
+
+
+def warm_up_restricted(solver: Solver, n_nodes: int) -> None:
+    """
+    Load what `cgla_graph.restricted` needs, if a solver is going to use it on a graph of so many nodes.
+
+    Examples
+    --------
+    >>> from cgla_graph.solvers.exact.cgla import Cgla
+    >>> warm_up_restricted(Cgla(), n_nodes=400)
+    """
+    if solver.traits.lazy and n_nodes > FULL_UP_TO:
+        load_kernels()
 
 
 def small_problem() -> Problem:

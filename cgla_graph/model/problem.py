@@ -26,6 +26,8 @@ COST_TOLERANCE = 1e-6
 SMALLEST_SPREAD = 1e-5
 #: A proven bound may exceed the cost of a path by rounding only.
 BOUND_TOLERANCE = 1e-9
+#: Up to this many nodes, all pairs of a complete graph are weighed at once (288 MB).
+FULL_UP_TO = 6000
 
 
 @dataclass(frozen=True)

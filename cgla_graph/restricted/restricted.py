@@ -49,7 +49,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csgraph
 
-from cgla_graph._types import BoolArray, FloatArray, IntArray
+from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph.certificate.certificate import LEAST_SHRINK
 from cgla_graph.errors import GraphError
 from cgla_graph.model.graph import GeometricGraph
@@ -59,7 +59,7 @@ from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.restricted import restricted_kernels
 from cgla_graph.restricted.restricted_kernels import INTEGRATED, NEAR_ENOUGH, PAIRS, PAST_MIDDLE, PAST_RASTER, PRIMITIVE
-from cgla_graph.restricted.tube import MOST_CELLS, Tube, as_end
+from cgla_graph.restricted.tube import MOST_CELLS, Tube
 
 #: Relative slack of the upper bound, so that rounding never hides the optimum.
 SLACK = 1e-12
@@ -178,7 +178,7 @@ class _Search:
         self.model: Any = graph.model
         self.shape = graph.lattice_shape
         self.step = self.lattice.spacing
-        self.origin = as_end(self.lattice.points[0])
+        self.origin = _point(self.lattice.points[0])
         width, height = self.shape
         self.primitive = restricted_kernels.coprime_steps(width, height)
         # one column and row more than the half lattice has: what lies beside its rim
@@ -194,9 +194,9 @@ class _Search:
         if self.model.area.contains(np.array(ends)).any():
             return Restricted(np.empty(0, dtype=np.int64), math.inf)
         low, high = self.positions.min(axis=0), self.positions.max(axis=0)
-        bounds = (*as_end(low), *as_end(high))
+        bounds = (*_point(low), *_point(high))
         model = self.model
-        problem = Problem(as_end(ends[0]), as_end(ends[1]), model.field, model.k, bounds, model.no_fly)
+        problem = Problem(_point(ends[0]), _point(ends[1]), model.field, model.k, bounds, model.no_fly)
         tube = Tube.first(problem, FIRST_AIM)
         if tube is None:
             return Restricted(np.empty(0, dtype=np.int64), math.inf)
@@ -238,7 +238,7 @@ class _Search:
             known = cost
             self._take_from_band(self._beside(path), tube, usable)
         if math.isinf(self.upper):
-            nodes = self._eight_connected()
+            nodes = self._eight_connected(problem)
             if len(nodes):
                 self._offer(nodes)
                 self._take_from_band(self._beside(self.positions[nodes]), tube, usable)
@@ -268,17 +268,16 @@ class _Search:
         if cost < self.upper:
             self.upper, self.best = cost, nodes
 
-    def _eight_connected(self) -> IntArray:
+    def _eight_connected(self, problem: Problem) -> IntArray:
         """Return the best path over moves to the eight neighbours; empty if there is none."""
-        model, ends = self.model, [as_end(self.positions[node]) for node in (self.source, self.target)]
-        graph = GeometricGraph.eight_connected(self.lattice, model.field, model.k, no_fly=model.no_fly, extra=ends)
-        nodes: list[int] = [graph.node_at(end) for end in ends]  # type: ignore[misc] # both are nodes
+        on = problem.on_eight_connected(self.lattice)
+        source, target = on.graph.index_of(on.source), on.graph.index_of(on.target)
         search: Any = csgraph.dijkstra
-        costs, before = search(graph.to_csgraph(), indices=nodes[0], return_predecessors=True)
-        if not np.isfinite(costs[nodes[1]]):
+        costs, before = search(on.graph.to_csgraph(), indices=source, return_predecessors=True)
+        if not np.isfinite(costs[target]):
             return np.empty(0, dtype=np.int64)
-        path = [nodes[1]]
-        while path[-1] != nodes[0]:
+        path = [target]
+        while path[-1] != source:
             path.append(int(before[path[-1]]))
         path.reverse()
         # its lattice points are those of the complete graph; the ends may have other numbers there
@@ -366,7 +365,7 @@ class _Search:
         place = np.full(len(self.positions), -1)
         place[index] = np.arange(len(index))
         x, y = (np.ascontiguousarray(self.positions[index, axis]) for axis in range(2))
-        root = as_end(self.positions[self.target])
+        root = _point(self.positions[self.target])
         apart = np.hypot(x - root[0], y - root[1]) > tube.rim
         counts = np.zeros(7, dtype=np.int64)
         values, successors = np.full(len(index), np.inf), np.full(len(index), -1)
@@ -418,3 +417,9 @@ def _widened(mask: BoolArray, reach: int) -> BoolArray:
         mask[:, 1:] |= rows[:, :-1]
         mask[:, :-1] |= rows[:, 1:]
     return mask
+
+
+def _point(position: FloatArray) -> Point:
+    """Return a position as a pair of floats."""
+    x, y = position.tolist()
+    return x, y

@@ -2,10 +2,11 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
+from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.certificate.certificate import rounding
 from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution
 from cgla_graph.eikonal import cell_runs
@@ -101,7 +102,7 @@ class Tube:
             end,
             (self.to_goal if to_goal else self.from_start).values,
             mesh.kernel_mesh,
-            self._first_pieces(),
+            self._first_pieces,
             mesh.last,
             mesh.matters,
             block.holds,
@@ -119,8 +120,9 @@ class Tube:
         found[columns, rows] = True
         return found
 
+    @cached_property
     def _first_pieces(self) -> WholeArray:
-        """Return the first piece of each cell of the whole grid, row by row; -1 where there is none."""
+        """The first piece of each cell of the whole grid, row by row; -1 where there is none."""
         mesh = self.level.mesh
         columns, rows = mesh.columns.astype(np.int64), mesh.rows.astype(np.int64)
         first = np.full((mesh.last[0] + 1) * (mesh.last[1] + 1), -1, dtype=np.int64)
@@ -128,9 +130,3 @@ class Tube:
         backwards = np.arange(len(columns))[::-1]
         first[rows[backwards] * (mesh.last[0] + 1) + columns[backwards]] = backwards
         return first
-
-
-def as_end(point: FloatArray) -> Point:
-    """Return a node's position as a pair of floats."""
-    x, y = point.tolist()
-    return x, y

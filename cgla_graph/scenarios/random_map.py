@@ -14,7 +14,7 @@ from cgla_graph._validate import point as pair
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.model.problem import Problem
+from cgla_graph.model.problem import FULL_UP_TO, Problem
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.drawing import MOST_MISSES, Stream, are_apart, drawn_threats
 from cgla_graph.scenarios.scenario import Scenario
@@ -46,8 +46,6 @@ CORNERS = (3, 7)
 JITTER = 0.7
 #: What rounding may add to a ratio of costs.
 ROUNDING = 1e-9
-#: Up to this many nodes, weighing a complete graph at once is faster, and fits into memory.
-DENSE_UP_TO = 6000
 
 
 class MapSettings(TypedDict, total=False):
@@ -265,7 +263,7 @@ def difficulty(scenario: Scenario) -> float:
     if problem.start == problem.goal:
         return 1.0
     laid = problem.on_lattice(scenario.lattice)
-    if laid.graph.n_nodes <= DENSE_UP_TO:
+    if laid.graph.n_nodes <= FULL_UP_TO:
         laid = laid.weighed()
     least = cost_matrix(laid.graph, laid.target, source=laid.source).value(laid.source)
     # the straight line is an edge of the graph, so that only rounding can lead below 1

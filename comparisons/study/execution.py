@@ -25,6 +25,7 @@ from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.comparisons.workers.limits import Failure, Limits, Outcome, limited, lost
 from cgla_graph.comparisons.workers.process import use_up
 from cgla_graph.comparisons.workers.tasks import Results, ResultStore, Task, run_tasks
+from cgla_graph.model.problem import FULL_UP_TO
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario
 
@@ -32,8 +33,8 @@ from cgla_graph.scenarios.scenario import Scenario
 PROOF_LIMITS = Limits()
 #: What workers load beforehand.
 PRELOAD = (__name__,)
-#: What has been made ready in this process: labels of entrants, and the proof (None).
-_ready: set[str | None] = set()
+#: What is ready in this process: entrants by label, for small lattices and for large ones; the proof (None).
+_ready: set[tuple[str, bool] | None] = set()
 #: The scenario of the last run in this process, by its key.
 _last: dict[str, runner.Ground] = {}
 
@@ -202,9 +203,11 @@ def run(packed: Packed, entrant: Entrant, seed: int | None, limits: Limits) -> A
         use_up()
         _last.clear()
         unpacked.cache_clear()
-    if entrant.label not in _ready:
-        runner.warm_up([entrant])
-        _ready.add(entrant.label)
+    # its start and goal may be nodes besides
+    n_nodes = ground.scenario.lattice.n_points + 2
+    if (entrant.label, n_nodes > FULL_UP_TO) not in _ready:
+        runner.warm_up([entrant], n_nodes)
+        _ready.add((entrant.label, n_nodes > FULL_UP_TO))
     with limited(limits.seconds, limits.megabytes) as usage:
         solution = runner.run(ground, entrant, seed)
     if solution.status is Status.OUT_OF_MEMORY:

@@ -20,7 +20,7 @@ from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.continuous.hybrid import Hybrid
 from cgla_graph.solvers.solving import solve, weighed
-from cgla_graph.solvers.warm_up import small_problem
+from cgla_graph.solvers.warm_up import small_problem, warm_up_restricted
 from cgla_graph.solvers.warm_up import warm_up as warm_up_solver
 
 #: How close to each other the lower bound of a scenario and its best path shall be, as a ratio, unless told otherwise.
@@ -257,8 +257,12 @@ def _solve(problem: Problem, entrant: Entrant, settings: dict[str, Any], **how: 
     return solve(problem, registry.get(entrant.name, **settings), refine=entrant.refine, **how)
 
 
-def warm_up(entrants: Iterable[Entrant]) -> None:
-    """Load the compiled kernels and the solvers' packages, so that no solver's first run is charged for that."""
+def warm_up(entrants: Iterable[Entrant], n_nodes: int = 0) -> None:
+    """
+    Load the compiled kernels and the solvers' packages, so that no solver's first run is charged for that.
+
+    `n_nodes`: of the largest lattice that they are going to plan on.
+    """
     for entrant in entrants:
         # what is wrong with a solver is told by its own run
         with suppress(Exception):
@@ -266,6 +270,7 @@ def warm_up(entrants: Iterable[Entrant]) -> None:
                 importlib.import_module(package)
             solver = registry.get(entrant.name, **entrant.settings_on(None))
             warm_up_solver(solver, refine=entrant.refine)
+            warm_up_restricted(solver, n_nodes)
 
 
 def warm_up_proof() -> None:

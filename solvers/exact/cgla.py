@@ -6,13 +6,10 @@ from typing import ClassVar, Literal, get_args
 
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph.errors import SolverSettingError
-from cgla_graph.model.problem import GraphProblem
+from cgla_graph.model.problem import FULL_UP_TO, GraphProblem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import MOST_HELD, Traits
 from cgla_graph.restricted.restricted import Restricted, can_restrict, restricted_optimum
-
-#: Up to this many nodes, all pairs of a complete graph are weighed (288 MB).
-FULL_UP_TO = 6000
 
 
 @dataclass(frozen=True)
@@ -20,7 +17,7 @@ class Cgla:
     """
     The cooperative and geometric learning algorithm's planner (Zhang, Mao, Liu, Liu, Automatica 50(3), 2014).
 
-    A complete lattice graph with more than `FULL_UP_TO` nodes is not weighed as a whole: the cost matrix is restricted
+    A complete lattice graph with more than 6,000 nodes is not weighed as a whole: the cost matrix is restricted
     to what can be part of the optimum, which stays exact (`cgla_graph.restricted`).
 
     Attributes

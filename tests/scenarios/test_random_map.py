@@ -281,7 +281,7 @@ def test_difficulty_of_an_improper_field_is_refused() -> None:
 def test_large_lattices_need_no_matrix(monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = random_scenario(5, resolution=6)
     dense = difficulty(scenario)
-    monkeypatch.setattr(random_map, "DENSE_UP_TO", 10)
+    monkeypatch.setattr(random_map, "FULL_UP_TO", 10)
     assert difficulty(scenario) == dense
 
 
