@@ -40,6 +40,8 @@ The method needs bounds, and so a field without peaks above 1 and a weight `k` t
 """
 
 import math
+import threading
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -97,6 +99,8 @@ class Restricted:
         The nodes settled, in the order of settling: indices of the graph.
     upper
         Cost of the path that everything was held against.
+    bound
+        Proven to be no more than the cost of the optimum; `cost` itself unless a time limit ended the search.
     counts
         Pairs of kept nodes by what became of them: ``pairs`` looked at; ``near`` enough by length and by the difference
         of bounds; ``primitive`` steps among them; left after the bounds through the middle (``middle``) and the raster
@@ -112,8 +116,14 @@ class Restricted:
     successors: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     order: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     upper: float = math.inf
+    bound: float = math.nan
     counts: Mapping[str, int] = field(default_factory=dict)
     cells: tuple[int, ...] = ()
+
+    @property
+    def is_optimum(self) -> bool:
+        """Whether the search came to its end, so that the path is the best one."""
+        return not self.bound < self.cost
 
 
 def can_restrict(graph: GeometricGraph) -> bool:
@@ -122,7 +132,7 @@ def can_restrict(graph: GeometricGraph) -> bool:
     return bool(graph.is_implicit and graph.lattice and model is not None and model.field.is_probability)
 
 
-def restricted_optimum(on: GraphProblem) -> Restricted | None:
+def restricted_optimum(on: GraphProblem, *, seconds: float | None = None) -> Restricted | None:
     """
     Find the optimum of a complete lattice graph without weighing all of its edges.
 
@@ -130,6 +140,9 @@ def restricted_optimum(on: GraphProblem) -> Restricted | None:
     ----------
     on
         A problem on such a graph (see `can_restrict`).
+    seconds
+        Time limit; None: no limit. When it ends the search, the best path so far is returned with a proven `bound`. A
+        grid is solved to its end, so the limit may be exceeded by a second or two; no grid is begun that would not fit.
 
     Returns
     -------
@@ -156,7 +169,7 @@ def restricted_optimum(on: GraphProblem) -> Restricted | None:
     if not can_restrict(on.graph):
         msg = "only a complete lattice graph that is not weighed can be restricted; give problem.on_lattice(N)"
         raise GraphError(msg)
-    return _Search(on).run()
+    return _Search(on).timed(seconds)
 
 
 @cache
@@ -185,6 +198,21 @@ class _Search:
         self.rasters = [np.full((2 * width, 2 * height), np.inf) for _ in range(3)]
         self.upper, self.best = math.inf, np.empty(0, dtype=np.int64)
         self.cells: list[int] = []
+        self.ends_at, self.stop = math.inf, np.zeros(1, dtype=np.bool_)
+
+    def timed(self, seconds: float | None) -> Restricted | None:
+        """Run, within a time limit."""
+        if seconds is None:
+            return self.run()
+        self.ends_at = time.monotonic() + seconds
+        # kernels let other threads run
+        timer = threading.Timer(seconds, self.stop.fill, (True,))
+        timer.daemon = True
+        timer.start()
+        try:
+            return self.run()
+        finally:
+            timer.cancel()
 
     def run(self) -> Restricted | None:
         """Refine the tube, then search what is kept."""
@@ -212,12 +240,12 @@ class _Search:
             if len(self.cells) <= LOOKS:
                 plane = self._look_for_a_path(tube, plane, np.isfinite(far) & np.isfinite(near))
                 if math.isinf(self.upper):
-                    return None
+                    return self._stopped(tube) if self._is_late() else None
             keep = far + near <= self.upper
             last, runs = tube.finer(self.upper)
             needed, n_kept = int((runs[:, 2] - runs[:, 1]).sum()), int(keep.sum())
             pays = PAIR * float(n_kept) ** 2 > CELL * needed or (len(self.cells) == 1 and n_kept >= MANY)
-            if needed > MOST_CELLS or not pays:
+            if needed > MOST_CELLS or not pays or self._is_late(CELL * needed):
                 break
             gap = self.upper / tube.bound - 1.0
             following = Tube.lay(problem, last, runs, min(MOST_AIM, max(0.1 * gap, LEAST_AIM)))
@@ -337,9 +365,22 @@ class _Search:
         keep[[self.source, self.target]] = True
         found = self._searched(tube, keep, far, near, self.upper, middles, rough=False)
         if not len(found.nodes):
+            if self._is_late():
+                return self._stopped(tube, found)
             # nothing is cheaper than the path that is known
-            return replace(found, nodes=self.best, cost=self.upper / (1.0 + SLACK))
-        return found
+            found = replace(found, nodes=self.best, cost=self.upper / (1.0 + SLACK))
+        return replace(found, bound=found.cost)
+
+    def _is_late(self, needed: float = 0.0) -> bool:
+        """Say whether the time is up, or will be in so many seconds; kernels end when it is."""
+        if time.monotonic() > self.ends_at:
+            self.stop[:] = True
+        return bool(self.stop[0]) or time.monotonic() + needed > self.ends_at
+
+    def _stopped(self, tube: Tube, found: Restricted | None = None) -> Restricted:
+        """Return the best path when the time was up, and what is proven until then."""
+        found = found or Restricted(self.best, math.inf, cells=tuple(self.cells))
+        return replace(found, nodes=self.best, cost=self.upper / (1.0 + SLACK), bound=tube.bound)
 
     def _offset(self, tube: Tube, axis: int) -> float:
         """Return where the lattice begins on the tube's grid, in its cells: beyond the lattice there may be an end."""
@@ -374,11 +415,12 @@ class _Search:
         plain, low, high, middle_from, middle_to = (raster.ravel() for raster in (*self.rasters, *middles))
         rasters = plain, low, high, middle_from, middle_to, 2 * height
         root_at, end_at = int(place[self.target]), int(place[self.source])
+        self._is_late()
         if end_at < 0 or root_at < 0:
             return Restricted(np.empty(0, dtype=np.int64), math.inf)
         rounds = restricted_kernels.search(
             kept, root, tube.rim, root_at, end_at, upper, self.primitive, rasters, rough, self.model.kernel_model(),
-            counts, values, successors, order,
+            counts, values, successors, order, self.stop,
         )  # fmt: skip
         nodes = []
         if np.isfinite(values[end_at]):

@@ -176,9 +176,12 @@ def search(
     values: FloatArray,
     successors: IntArray,
     order: IntArray,
+    stop: BoolArray,
 ) -> int:
     """
     Run label setting from `source` over the kept nodes until `target` is settled; return the number of rounds.
+
+    It ends before that when another thread sets ``stop[0]``.
 
     Of the nodes that a path cheaper than `upper` passes, `values` and `successors` (towards the source) are exact, and
     infinite and -1 where none does. `rough`: weights are sums of a raster, for a path that is weighed afterwards.
@@ -207,7 +210,7 @@ def search(
         px[at], py[at], pf[at], pt[at] = px[n_left], py[n_left], pf[n_left], pt[n_left]
         node[at], pa[at] = node[n_left], pa[n_left]
         exact[at], least[at], most[at] = exact[n_left], least[n_left], most[n_left]
-        if r == target:
+        if r == target or stop[0]:
             break
         counts[PAIRS] += n_left
         rx, ry, value, before = x[r], y[r], values[r], most_from[r]

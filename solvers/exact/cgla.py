@@ -10,6 +10,7 @@ from cgla_graph.model.problem import FULL_UP_TO, GraphProblem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import MOST_HELD, Traits
 from cgla_graph.restricted.restricted import Restricted, can_restrict, restricted_optimum
+from cgla_graph.solvers.budget import Budget
 
 
 @dataclass(frozen=True)
@@ -27,11 +28,15 @@ class Cgla:
         once, ``sweeps`` one node after the other in the order of their indices, again and again until nothing changes.
     early_stop
         Stop when the start is in Delta_k (Step 2); only label setting does.
+    seconds
+        Time limit of the search on lattices of more than 6,000 nodes, in seconds; None: no limit. When it ends the
+        search, the answer is the best path so far, with a proven bound of the optimum instead of a claim. Smaller
+        graphs are weighed as a whole, without a limit.
 
     Raises
     ------
     SolverSettingError
-        If the schedule is unknown, or `early_stop` is no truth value.
+        If the schedule is unknown, `early_stop` is no truth value, or `seconds` is not above 0.
 
     Examples
     --------
@@ -43,6 +48,7 @@ class Cgla:
 
     schedule: Literal["label-setting", "synchronous", "sweeps"] = "label-setting"
     early_stop: bool = True
+    seconds: float | None = None
 
     traits: ClassVar[Traits] = Traits(
         "cgla", "the paper's cost matrix (Eq. 9)", domain="graph", exact=True, needs_positive=True, lazy=True
@@ -57,12 +63,14 @@ class Cgla:
         if not isinstance(self.early_stop, bool):
             msg = f"cgla: early_stop is {self.early_stop!r}; give True or False"
             raise SolverSettingError(msg)
+        if self.seconds is not None:
+            Budget(seconds=self.seconds).check("cgla")
 
     def solve(self, problem: GraphProblem) -> Solution:
         """Compute the cost matrix and read the path off it."""
         graph = problem.graph
         if self.early_stop and graph.n_nodes > FULL_UP_TO and can_restrict(graph):
-            found = restricted_optimum(problem)
+            found = restricted_optimum(problem, seconds=self.seconds)
             if found is not None:
                 return _restricted_answer(problem, found)
             if graph.n_nodes > MOST_HELD:
@@ -97,12 +105,27 @@ def _restricted_answer(problem: GraphProblem, found: Restricted) -> Solution:
     """Say what the restricted cost matrix found, and how little of the graph it took."""
     graph, integrated = problem.graph, found.counts.get("integrated", 0)
     if not len(found.nodes):
-        return Solution(Status.NO_PATH, evaluations=integrated)
+        if found.is_optimum:
+            return Solution(Status.NO_PATH, evaluations=integrated)
+        return Solution(
+            Status.NOT_FOUND,
+            evaluations=integrated,
+            message="no path of the lattice was found within the time limit; give more seconds",
+        )
     nodes = tuple(graph.labels[index] for index in found.nodes.tolist())
+    # its own sum is in another order of the same weights
+    cost = problem.evaluate(nodes)
+    if not found.is_optimum:
+        return Solution(
+            Status.FOUND,
+            nodes=nodes,
+            cost=cost,
+            lower_bound=found.bound,
+            evaluations=integrated,
+            message=f"stopped at the time limit, on a path at most {cost / found.bound - 1.0:.2g} above the optimum",
+        )
     message = (
         f"{len(found.order)} rounds; {len(found.kept)} of {graph.n_nodes} nodes kept, "
         f"{integrated} of {graph.n_pairs} pairs weighed: the others are proven to be no part of the optimum"
     )
-    # its own sum is in another order of the same weights
-    cost = problem.evaluate(nodes)
     return Solution(Status.OPTIMAL, nodes=nodes, cost=cost, evaluations=integrated, message=message)

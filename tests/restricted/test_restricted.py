@@ -13,7 +13,7 @@ from strategies import examples, lattices, plane_problems, seeds
 
 import cgla_graph as cg
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
-from cgla_graph.errors import GraphError
+from cgla_graph.errors import GraphError, SolverSettingError
 from cgla_graph.model.lattice import LatticeKind
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.restricted import restricted
@@ -206,3 +206,36 @@ def test_what_cannot_be_bounded_is_not_weighed_by_the_billion(monkeypatch: pytes
     answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=1e15), "cgla", resolution=20)
     assert answer.status is cg.Status.UNSUPPORTED
     assert "k is too great for the arithmetic" in answer.message
+
+
+@examples(25)
+@given(seeds, st.integers(12, 30), st.sampled_from([1e-9, 1e-3, 5e-3, 0.02]))
+def test_whenever_the_time_is_up_the_optimum_lies_between_the_bound_and_the_path(
+    seed: int, side: int, seconds: float
+) -> None:
+    on = random_problem(seed).on_lattice(side)
+    truth = cost_matrix(on.weighed().graph, on.target).value(on.source)
+    found = restricted_optimum(on, seconds=seconds)
+    if found is None:
+        return
+    if found.is_optimum:
+        assert found.cost == pytest.approx(truth, rel=1e-12, abs=1e-15)
+    else:
+        assert found.bound <= truth * (1.0 + 1e-12) <= found.cost * (1.0 + 3e-12)
+        assert found.bound > 0.0
+    assert math.isinf(found.cost) == (not len(found.nodes))
+
+
+def test_a_time_limit_ends_with_the_best_path_and_its_gap_and_no_claim(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cgla, "FULL_UP_TO", 500)
+    monkeypatch.setattr("cgla_graph.solvers.solving.FULL_UP_TO", 500)
+    problem = random_scenario(3).problem
+    best = cg.solve(problem, "cgla", resolution=40)
+    answer = cg.solve(problem, cgla.Cgla(seconds=1e-9), resolution=40)
+    assert (best.status, answer.status) == (cg.Status.OPTIMAL, cg.Status.FOUND)
+    assert 0.0 < answer.lower_bound <= best.cost <= answer.cost
+    gap = answer.cost / answer.lower_bound - 1.0
+    assert answer.message == f"stopped at the time limit, on a path at most {gap:.2g} above the optimum"
+    for wrong in (0, -1.0, math.nan, "1"):
+        with pytest.raises(SolverSettingError, match="seconds"):
+            cgla.Cgla(seconds=wrong)  # type: ignore[arg-type] # what users do
