@@ -87,4 +87,5 @@ class Recorder:
             knowledge=tuple(self.knowledge),
             obstacles=tuple(self.obstacles),
             planning_seconds=self.planning_seconds,
+            remark=agent.planner.remark,
         )

@@ -184,6 +184,8 @@ class UavFlight(Measures):
         ``(tick, threats)``: the virtual obstacles that it planned around, each from a tick on.
     planning_seconds
         Time spent on its plans.
+    remark
+        What its planner says of the flight; empty if nothing.
     """
 
     uav: Uav
@@ -200,6 +202,7 @@ class UavFlight(Measures):
     knowledge: Sequence[Knowledge]
     obstacles: Sequence[tuple[int, tuple[Threat, ...]]]
     planning_seconds: float
+    remark: str = ""
 
     @property
     def name(self) -> str:

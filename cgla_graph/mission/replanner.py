@@ -1,6 +1,7 @@
 """How a UAV of a mission plans: the solver it was given, on what it knows, with as little work as a change needs."""
 
 import dataclasses
+from collections import Counter
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 from typing import ClassVar, Protocol, runtime_checkable
@@ -22,7 +23,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.model.solver import StepByStep, Traits, run, stay
+from cgla_graph.model.solver import Remarks, StepByStep, Traits, run, stay
 
 #: A bend by less than this, in radians, is rounding.
 IN_LINE = 1e-9
@@ -83,6 +84,8 @@ class Replanner:
         The rules, and whose plans these are.
     memory
         Of a solver that decides step by step: what it remembers.
+    counts
+        And what it counted so far.
     """
 
     mission: Rules
@@ -91,6 +94,7 @@ class Replanner:
     _graph: GeometricGraph | None = field(default=None, repr=False)
     _guide: RasterGuide | None = field(default=None, repr=False)
     memory: Hashable = None
+    counts: Counter[str] = field(default_factory=Counter)
 
     @property
     def stepper(self) -> StepByStep | None:
@@ -98,6 +102,12 @@ class Replanner:
         mission = self.mission
         whole = mission.avoidance != "none" or mission.movement != "step" or mission.replan == "never"
         return mission.solver if isinstance(mission.solver, StepByStep) and not whole else None
+
+    @property
+    def remark(self) -> str:
+        """What a solver that decides step by step says of the flight so far; empty if nothing."""
+        solver = self.mission.solver
+        return solver.remark(self.counts) if self.stepper is not None and isinstance(solver, Remarks) else ""
 
     def plan(self, situation: Situation) -> Solution:
         """
@@ -197,6 +207,7 @@ class Replanner:
         step = self.mission.step_of(self.uav)
         move = stepper.move(problem, self.memory, step)
         self.memory = move.memory
+        self.counts.update(move.counts)
         if move.stuck:
             return Solution(Status.STUCK, message=move.stuck)
         judged = problem.evaluate(move.path)

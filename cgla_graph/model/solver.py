@@ -1,8 +1,8 @@
 """The solver contract: what a solver is, what one that plans step by step is, and how a ready one is run."""
 
 import dataclasses
-from collections.abc import Hashable
-from dataclasses import dataclass
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal, Protocol, TypeAlias, cast, runtime_checkable
 
 import numpy as np
@@ -115,11 +115,23 @@ class Move:
         What the solver wants to be handed back at its next step.
     stuck
         Why there is no further step, in one line; empty where there is one.
+    counts
+        What is to be added up over a flight, for a solver that `Remarks` on it.
     """
 
     path: FloatArray
     memory: Hashable
     stuck: str = ""
+    counts: Mapping[str, int] = field(default_factory=dict)
+
+
+@runtime_checkable
+class Remarks(Protocol):
+    """A solver that goes step by step and has something to say of a whole flight, by what it counted."""
+
+    def remark(self, counts: Mapping[str, int]) -> str:
+        """Say in one line what one should know; empty if nothing."""
+        ...
 
 
 @runtime_checkable

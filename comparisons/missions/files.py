@@ -275,6 +275,7 @@ def _uav_document(flown: MissionRun, uav: UavFlight) -> dict[str, Any]:
         "name": uav.name,
         "status": uav.status.label,
         "message": uav.message,
+        "remark": uav.remark,
         "took_off": uav.took_off,
         "departed": uav.departed,
         "ended": uav.ended,

@@ -47,6 +47,7 @@ def flight_notes(flown: MissionRun) -> list[str]:
         for uav in flown.flight.uavs.values()
         if uav.status not in told
     ]
+    remarks += [f"{uav.name}: {uav.remark}" for uav in flown.flight.uavs.values() if uav.remark]
     near = [closest_note(flown)] if len(flown.flight.uavs) > 1 else []
     return [rules_note(flown), *near, *_worth_lines(flown), *_warnings(flown), *_livelock_lines(flown), *remarks]
 

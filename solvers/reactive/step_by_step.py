@@ -207,8 +207,8 @@ class Reactive(ABC, Generic[M]):
         try:
             after = self._next(around, track)
         except Stuck as stuck:
-            return Move(np.array([problem.start]), track, str(stuck))
-        return Move(np.array([problem.start, after.memory.position]), after)
+            return Move(np.array([problem.start]), track, str(stuck), counts=around.counts)
+        return Move(np.array([problem.start, after.memory.position]), after, counts=around.counts)
 
     def solve(self, problem: Problem) -> Solution:
         """Go step by step from start to goal."""

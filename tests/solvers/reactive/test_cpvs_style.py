@@ -159,12 +159,15 @@ def test_a_risky_goal_is_no_reason_for_detours() -> None:
     assert cg.solve(problem, CpvsStyle()).status is Status.FOUND
 
 
-def test_looking_onward_pays_on_average() -> None:
-    costs = {
-        onward: [cg.solve(random_scenario(seed).problem, CpvsStyle(onward=onward)).cost for seed in range(12)]
+def test_the_default_is_the_better_choice_of_sub_goals() -> None:
+    found = {
+        onward: [cg.solve(random_scenario(seed).problem, CpvsStyle(onward=onward)) for seed in range(12)]
         for onward in (False, True)
     }
-    assert np.mean(np.log(costs[True])) < np.mean(np.log(costs[False]))
+    for measure in ("cost", "risk", "length"):
+        blind, default = (np.mean([getattr(one, measure) for one in found[onward]]) for onward in (False, True))
+        assert default < blind, measure
+    assert CpvsStyle().onward
 
 
 def test_sub_goals_lower_the_risk_of_fbcri_on_average() -> None:

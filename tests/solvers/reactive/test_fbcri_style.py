@@ -30,7 +30,7 @@ from cgla_graph.solvers.reactive.step_by_step import Surroundings
 SIDE = 4.0
 BOUNDS = (0.0, 0.0, SIDE, SIDE)
 BOTH = pytest.mark.parametrize(
-    "solver", [FbcriStyle(), CpvsStyle(), CpvsStyle(onward=True)], ids=["fbcri", "cpvs", "cpvs-onward"]
+    "solver", [FbcriStyle(), CpvsStyle(), CpvsStyle(onward=False)], ids=["fbcri", "cpvs", "cpvs-not-onward"]
 )
 
 degrees = st.floats(-180.0, 180.0)

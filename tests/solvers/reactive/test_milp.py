@@ -197,3 +197,18 @@ def test_a_run_says_how_many_plans_are_not_the_programs() -> None:
     assert told is not None
     assert 0 < int(told[1]) <= int(told[2])
     assert Milp().solve(cg.Problem((0.1, 0.1), (0.9, 0.9))).message == ""
+
+
+def test_a_flight_says_so_too() -> None:
+    crowded = random_scenario(5, threats=25).problem
+    uav = cg.Uav("a", crowded.start, crowded.goal, 2.0, k=10.0)
+    remarks = []
+    for field in (crowded.field, cg.RiskField()):
+        mission = cg.Mission(cg.World(field, crowded.bounds), [uav], Milp(legs=5, nodes=1), max_ticks=30)
+        remarks.append(mission.fly().uavs["a"].remark)
+    told = re.match(r"(\d+) of (\d+) plans follow the graph of corners", remarks[0])
+    assert told is not None
+    # more plans than the one of a single tick
+    assert 0 < int(told[1]) <= int(told[2])
+    assert int(told[2]) > 1
+    assert remarks[1] == ""
