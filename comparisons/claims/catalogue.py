@@ -17,14 +17,18 @@ TOPICS = (
     "complexity_claims",
     "time_claims",
     "learning_claims",
+    "direction_claims",
     "weight_claims",
     "sudden_claims",
     "resolution_claims",
     "printed_claims",
     "planner_claims",
+    "bcv_claims",
     "introduction_claims",
     "obstacle_claims",
     "sharing_claims",
+    "one_matrix_claims",
+    "sweeps",
 )
 PACKAGE = "cgla_graph.comparisons.claims.paper"
 

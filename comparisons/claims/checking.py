@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cgla_graph.comparisons.claims import catalogue
-from cgla_graph.comparisons.claims.artefact import MODULES, Artefact, Comparison, Picture, artefacts
+from cgla_graph.comparisons.claims.artefact import MODULES, Artefact, Content, artefacts
 from cgla_graph.comparisons.claims.claim import Claim, Finding, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
@@ -61,7 +61,7 @@ class Shown:
     """
 
     artefact: Artefact
-    content: Picture | Comparison | None
+    content: Content | None
     failed: str = ""
 
 
@@ -117,15 +117,14 @@ def check_claims(
     >>> from cgla_graph.comparisons.claims.evidence import Scale
     >>> with Store(None, Scale(quick=True)) as store:
     ...     steps = list(check_claims(catalogue.chosen(["C16"]), store, workers=0))
-    >>> [step.result.finding.verdict.label for step in steps]
+    >>> [step.result.finding.headline for step in steps]
     ['refuted']
     """
     named: dict[Key, Claim | Artefact] = {(FINDING, claim.id): claim for claim in claims}
     named |= {(FIGURE, artefact.label): artefact for artefact in wanted}
     yield from (Step(key[1], _result(of, store[key], store)) for key, of in named.items() if key in store)
-    modules = [
-        f"cgla_graph.comparisons.claims.paper.{name}" for name in (*catalogue.TOPICS, *(MODULES if wanted else ()))
-    ]
+    modules = [f"cgla_graph.comparisons.claims.paper.{name}" for name in catalogue.TOPICS]
+    modules += [f"cgla_graph.comparisons.claims.figures.{name}" for name in (MODULES if wanted else ())]
     how: dict[str, Any] = {"limits": LIMITS, "workers": workers, "scheduler": scheduler, "preload": modules}
     with closing(run_tasks(claim_tasks(claims, store, wanted), store, **how)) as results:
         for task, result in results:
@@ -136,15 +135,17 @@ def check_claims(
 
 
 def claim_tasks(claims: Sequence[Claim], store: Store, wanted: Sequence[Artefact] = ()) -> list[Task]:
-    """List checks, which begin as soon as they can, the samples that they need, and figures and tables."""
+    """List checks, which begin as soon as they can, the samples that are needed, and figures and tables."""
     checks = [Task((FINDING, one.id), _check, _evidence(one, store), _found, _samples_of(one, store)) for one in claims]
-    samples = dict.fromkeys(key for task in checks for key in task.needs)
-    figures = [Task((FIGURE, artefact.label), _make, (artefact.label,), _drawn) for artefact in wanted]
+    figures = [
+        Task((FIGURE, one.label), _make, _evidence(one, store), _drawn, _samples_of(one, store)) for one in wanted
+    ]
+    samples = dict.fromkeys(key for task in (*checks, *figures) for key in task.needs)
     return [*checks, *(Task(key, _sample, key[1:], _measured) for key in samples), *figures]
 
 
-def _samples_of(claim: Claim, store: Store) -> list[Key]:
-    return [(SAMPLE, name, seed) for name in claim.experiments for seed in _seeds(name, store)]
+def _samples_of(of: Claim | Artefact, store: Store) -> list[Key]:
+    return [(SAMPLE, name, seed) for name in of.experiments for seed in _seeds(name, store)]
 
 
 def _seeds(experiment: str, store: Store) -> range:
@@ -153,14 +154,14 @@ def _seeds(experiment: str, store: Store) -> range:
     return scale.map_seeds(catalogue.experiments()[experiment].maps(scale.maps, quick=scale.quick))
 
 
-def _evidence(claim: Claim, store: Store) -> Any:  # noqa: ANN401 - arguments of a task
+def _evidence(of: Claim | Artefact, store: Store) -> Any:  # noqa: ANN401 - arguments of a task
     def arguments(done: Results) -> tuple[str, Evidence]:
         samples = {}
-        for name in claim.experiments:
+        for name in of.experiments:
             measured: dict[int, Measured] = {key[2]: one for key, one in done.items() if key[1] == name}
-            records: list[Record] = [{**one, "map": seed} for seed, of in measured.items() for one in of.records]
-            samples[name] = Samples(records, {seed: of.failed for seed, of in measured.items() if of.failed})
-        return claim.id, Evidence(store.scale, samples)
+            records: list[Record] = [{**one, "map": seed} for seed, made in measured.items() for one in made.records]
+            samples[name] = Samples(records, {seed: made.failed for seed, made in measured.items() if made.failed})
+        return of.id if isinstance(of, Claim) else of.label, Evidence(store.scale, samples)
 
     return arguments
 
@@ -175,7 +176,7 @@ def _measured(outcome: Outcome, limits: Limits, _: Results) -> Measured:
 
 def _found(outcome: Outcome, limits: Limits, _: Results) -> Found:
     if outcome.failure is not None:
-        return Found(Finding(Verdict.MISSING, _reason(outcome, limits)))
+        return Found(Finding.single(Verdict.MISSING, _reason(outcome, limits)))
     return Found(*outcome.value)
 
 
@@ -218,8 +219,8 @@ def _check(claim: str, evidence: Evidence, limits: Limits) -> tuple[Finding, flo
     return finding, time.perf_counter() - began
 
 
-def _make(label: str, limits: Limits) -> Picture | Comparison:
+def _make(label: str, evidence: Evidence, limits: Limits) -> Content:
     """Make one figure or table."""
     (artefact,) = (one for one in artefacts() if one.label == label)
     with limited(limits.seconds, limits.megabytes):
-        return artefact.make()
+        return artefact.made_from(evidence)

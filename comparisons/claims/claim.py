@@ -1,6 +1,7 @@
 """A claim of the paper as data, and what its check finds."""
 
 import dataclasses
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -33,18 +34,19 @@ class Kind(Enum):
 
 class Verdict(Enum):
     """
-    What is found of a claim.
+    What is found of one thing that a claim says; its condition belongs to it (see `Part`).
 
     Examples
     --------
-    >>> Verdict.NOT_SUPPORTED.label
-    'not supported'
+    >>> Verdict.NOT_TESTABLE.label
+    'not testable'
     """
 
-    PROVED = "holds always, under the stated condition"
+    PROVED = "holds always, under the condition that stands with it"
     REFUTED = "does not hold: there is a counterexample, which is stored and can be run again"
-    SUPPORTED = "the sample shows it"
-    NOT_SUPPORTED = "the sample does not show it, or shows the opposite"
+    SUPPORTED = "a test on random maps shows it, in every cell"
+    CONTRADICTED = "a test on random maps shows the opposite"
+    UNDECIDED = "the sample shows neither it nor the opposite in every cell, or is too small to"
     NOT_TESTABLE = "no program can decide it from what the paper says"
     MISSING = "its check did not come to an end"
 
@@ -84,21 +86,55 @@ class Table:
 @dataclass(frozen=True)
 class Part:
     """
-    One of several things that a claim says, with a verdict of its own.
+    One thing that a claim says, with a verdict of its own.
+
+    What holds under a condition, and not without it, is two parts: ``proved`` with the condition, and ``refuted`` as it
+    is printed.
 
     Attributes
     ----------
     statement
-        What is asserted.
+        What is asserted; empty if it is the claim's whole sentence.
     verdict
         Of this part.
     result
-        The numbers, in a sentence.
+        The reason in a sentence, with numbers.
+    condition
+        What belongs to the verdict wherever it is shown, so written that it can follow it: ``if all weights are
+        positive``, ``as printed``, ``for gamma = 0.95``; empty if it holds without any.
+    effect
+        How large it is here, with its interval.
+    printed
+        How large it is in the paper.
+    levels
+        The levels of a factor that the condition names, where several have the same verdict.
     """
 
     statement: str
     verdict: Verdict
     result: str
+    condition: str = ""
+    effect: str = ""
+    printed: str = ""
+    levels: tuple[str, ...] = ()
+
+    @property
+    def ruling(self) -> str:
+        """
+        The verdict with its condition, and what it is about.
+
+        Examples
+        --------
+        >>> Part("risk", Verdict.PROVED, "as above", condition="if F >= 0").ruling
+        'risk: proved if F >= 0'
+        """
+        verdict = f"{self.verdict.label} {self.condition}".rstrip()
+        return f"{self.statement}: {verdict}" if self.statement else verdict
+
+    @property
+    def sizes(self) -> str:
+        """The effect here beside the paper's own; empty if there is none."""
+        return " ".join(filter(None, [self.effect, f"(paper: {self.printed})" if self.printed else ""]))
 
 
 @dataclass(frozen=True)
@@ -108,13 +144,12 @@ class Finding:
 
     Attributes
     ----------
-    verdict
-        Of the claim as the paper has it.
-    result
-        The reason in one or two sentences, with numbers: effect and interval, the counterexample, or the condition
-        under which it is proved.
     parts
-        Where the claim says several things.
+        What the claim says, each with its verdict: at least one.
+    result
+        The reason in one or two sentences, with numbers: effect and interval, or the counterexample.
+    beside
+        What the sentence does not say, but is worth knowing beside it; no part of the verdict.
     tables
         The evidence.
     notes
@@ -123,17 +158,73 @@ class Finding:
         Of what is refuted: the name of the stored counterexample (see `counterexamples`).
     """
 
-    verdict: Verdict
+    parts: tuple[Part, ...]
     result: str
-    parts: tuple[Part, ...] = ()
+    beside: tuple[Part, ...] = ()
     tables: tuple[Table, ...] = ()
     notes: tuple[str, ...] = ()
     counterexample: str = ""
 
+    @classmethod
+    def single(
+        cls,
+        verdict: Verdict,
+        result: str,
+        beside: tuple[Part, ...] = (),
+        tables: tuple[Table, ...] = (),
+        notes: tuple[str, ...] = (),
+        counterexample: str = "",
+        *,
+        condition: str = "",
+        effect: str = "",
+        printed: str = "",
+    ) -> "Finding":
+        """
+        Make the finding of a claim that says one thing.
 
-def supported(holds: object) -> Verdict:
-    """Return the verdict of what a sample shows, or does not show."""
-    return Verdict.SUPPORTED if holds else Verdict.NOT_SUPPORTED
+        Examples
+        --------
+        >>> Finding.single(Verdict.PROVED, "by induction", condition="if all weights are positive").headline
+        'proved if all weights are positive'
+        """
+        whole = Part("", verdict, result, condition, effect, printed)
+        return cls((whole,), result, beside, tables, notes, counterexample)
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """The different verdicts of its parts, in the order in which they are defined."""
+        found = {part.verdict for part in self.parts}
+        return tuple(verdict for verdict in Verdict if verdict in found)
+
+    @property
+    def rulings(self) -> tuple[str, ...]:
+        """The verdict of each part, with its condition."""
+        return tuple(part.ruling for part in self.parts)
+
+    @property
+    def headline(self) -> str:
+        """
+        The rulings of all parts in one line; a statement is said once for parts that follow each other.
+
+        Examples
+        --------
+        >>> parts = [Part("arrives", Verdict.PROVED, "", "if …"), Part("arrives", Verdict.REFUTED, "", "else")]
+        >>> Finding((*parts, Part("at once", Verdict.UNDECIDED, "")), "").headline
+        'arrives: proved if …; refuted else · at once: undecided'
+        """
+        groups = itertools.groupby(self.parts, key=lambda part: part.statement)
+        lines = [
+            (f"{statement}: " if statement else "")
+            + "; ".join(dataclasses.replace(part, statement="").ruling for part in parts)
+            for statement, parts in groups
+        ]
+        return " · ".join(lines)
+
+    @property
+    def sizes(self) -> str:
+        """The effects of all parts, beside the paper's own; empty if there are none."""
+        named = [(part.statement if len(self.parts) > 1 else "", part.sizes) for part in self.parts if part.sizes]
+        return "; ".join(f"{name}: {sizes}" if name else sizes for name, sizes in named)
 
 
 def require(holds: object, message: str) -> None:
@@ -198,7 +289,7 @@ class Claim:
 
         Examples
         --------
-        >>> Claim("C7", "", "", "", Kind.PROSE, lambda _: Finding(Verdict.PROVED, "")).number
+        >>> Claim("C7", "", "", "", Kind.PROSE, lambda _: Finding.single(Verdict.PROVED, "")).number
         7
         """
         return int(self.id[1:])
@@ -221,8 +312,8 @@ def claim(
     --------
     >>> @claim(7, "Section 3.2", "The parts of a segment add up to it.", "A(p, r) = A(p, q) + A(q, r)", Kind.PROOF)
     ... def parts_add_up(evidence: Evidence) -> Finding:
-    ...     return Finding(Verdict.PROVED, "an integral is additive")
-    >>> parts_add_up.id, parts_add_up.check(Evidence()).verdict.label
+    ...     return Finding.single(Verdict.PROVED, "an integral is additive")
+    >>> parts_add_up.id, parts_add_up.check(Evidence()).headline
     ('C7', 'proved')
     """
     return lambda check: Claim(f"C{number}", place, sentence, statement, kind, check, experiments, figures)
@@ -234,12 +325,12 @@ def finding_document(finding: Finding) -> dict[str, Any]:
 
     Examples
     --------
-    >>> finding_from(finding_document(Finding(Verdict.PROVED, "as above"))).result
+    >>> finding_from(finding_document(Finding.single(Verdict.PROVED, "as above"))).result
     'as above'
     """
     document = dataclasses.asdict(finding)
-    document["verdict"] = finding.verdict.name
-    document["parts"] = [{**dataclasses.asdict(part), "verdict": part.verdict.name} for part in finding.parts]
+    for name in ("parts", "beside"):
+        document[name] = [{**part, "verdict": part["verdict"].name} for part in document[name]]
     for table in document["tables"]:
         table["rows"] = [[_entry(entry) for entry in row] for row in table["rows"]]
     return document
@@ -254,10 +345,17 @@ def _entry(entry: Any) -> Any:  # noqa: ANN401 - any entry of a table
 
 def finding_from(document: Mapping[str, Any]) -> Finding:
     """Make a finding of a document again."""
+    parts, beside = (
+        tuple(
+            Part(**{**one, "verdict": Verdict[one["verdict"]], "levels": tuple(one["levels"])})
+            for one in document[name]
+        )
+        for name in ("parts", "beside")
+    )
     return Finding(
-        verdict=Verdict[document["verdict"]],
+        parts=parts,
         result=document["result"],
-        parts=tuple(Part(one["statement"], Verdict[one["verdict"]], one["result"]) for one in document["parts"]),
+        beside=beside,
         tables=tuple(
             Table(one["title"], tuple(one["columns"]), tuple(tuple(row) for row in one["rows"]), one["note"])
             for one in document["tables"]

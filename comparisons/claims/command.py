@@ -81,13 +81,13 @@ class Checked:
     @property
     def is_whole(self) -> bool:
         """Whether every check came to an end, and every figure and table was made."""
-        missing = any(result.finding.verdict is Verdict.MISSING for result in self.results)
+        missing = any(Verdict.MISSING in result.finding.verdicts for result in self.results)
         return not (self.interrupted or missing or any(one.failed for one in self.shown))
 
     @property
     def all_hold(self) -> bool:
-        """Whether all claims are proved or supported."""
-        return all(result.finding.verdict in {Verdict.PROVED, Verdict.SUPPORTED} for result in self.results)
+        """Whether all that the claims say is proved or supported."""
+        return all({*result.finding.verdicts} <= {Verdict.PROVED, Verdict.SUPPORTED} for result in self.results)
 
 
 def check_all(request: Request) -> Checked:

@@ -2,57 +2,137 @@
 Contrasts: a claim about flights is held against several readings of the paper, its cells, and holds if it does in all.
 
 Online flights are chaotic: one and the same map goes from a short flight to a long one because of a slightly different
-line integral or detection radius. So each contrast is measured for both readings of the integral (E20) and for
-detection radii within 10 % of the paper's, and Holm's adjustment is made over all contrasts of a table.
+line integral or detection radius. So each contrast is measured for both readings of the integral (E20), for detection
+radii within 10 % of the paper's, and with a plan on every tick, as the paper's Steps 4 and 5 have it, or only when
+something new is seen (E18). That it holds in every cell is an intersection-union test (Berger 1982): each cell is
+tested at the full level, and no adjustment for their number is due. That the opposite holds in some cell is a union,
+so those p-values are adjusted by Holm's method.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import islice, product
-from typing import Any, Literal, TypeAlias
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.claims.claim import Part, Table, Verdict, supported
+from cgla_graph.comparisons.claims.claim import Part, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Samples
 from cgla_graph.comparisons.claims.inference import (
     Proportion,
     Shift,
     at_least,
+    at_most,
     log_shift,
     paired_rates,
     paired_shift,
     proportion,
 )
 from cgla_graph.comparisons.numbers import json_number
+from cgla_graph.comparisons.statistics.intervals import Estimate
 from cgla_graph.comparisons.statistics.paired import holm
 
-#: Below this an adjusted p-value counts.
+#: Below this a p-value counts.
 ALPHA = 0.05
 #: Line integrals: exact, and the raster sum of E20.
 INTEGRALS: tuple[Literal["exact", "raster"], ...] = ("exact", "raster")
 #: Detection radii, map units: OR = 0.2, and 10 % less and more.
 RADII = (0.18, 0.2, 0.22)
+#: When a UAV plans again: when it sees something new, or on every tick (Steps 4 and 5).
+REPLANS: tuple[Literal["change", "tick"], ...] = ("change", "tick")
 #: What a case is called by.
 Case: TypeAlias = Mapping[str, Any]
 #: All cells of an online claim.
 CELLS: tuple[Case, ...] = tuple(
-    {"integral": integral, "radius": radius} for integral, radius in product(INTEGRALS, RADII)
+    {"integral": integral, "radius": radius, "replan": replan}
+    for replan, integral, radius in product(REPLANS, INTEGRALS, RADII)
 )
+#: The cell of the toolkit's own readings, of which curves and figures are.
+MAIN: Case = {"integral": "exact", "radius": 0.2, "replan": "change"}
 #: The rule of all statistical claims that say which of two things is greater; said before any map was looked at.
 RULE = (
-    "Rule, set before the sample was drawn: supported if in every row the p-value, adjusted by Holm over this table, "
-    "is below 0.05 and the effect goes in the claimed direction; else not supported."
+    "Rule, set before the sample was drawn: supported if in every row p is below 0.05 and the effect goes in the "
+    "claimed direction; contradicted if in some row it goes the other way, with p below 0.05 after Holm over the rows; "
+    "else undecided."
 )
 #: How often something has to happen that is said to happen as a rule.
 MOSTLY = 0.95
 SHARE_RULE = (
     f"Rule, set before the sample was drawn: supported if in every row the share is shown to be above {MOSTLY:g} "
-    "(exact binomial test, p below 0.05 after Holm over this table); else not supported."
+    "(exact binomial test, p below 0.05); contradicted if in some row it is shown to be below (Holm over the rows); "
+    "else undecided."
 )
 #: Risks below this are as good as none; logarithms need a least value. Line integrals are not more exact.
 LEAST = 1e-9
+#: Two-sided signed ranks, and McNemar's test, need so many pairs that differ for a p-value below `ALPHA`.
+FEWEST_PAIRS = 6
+
+
+class CellTest(Protocol):
+    """A test in one cell: its p-value, which way it points (1 as claimed, -1 the other way), and its size."""
+
+    @property
+    def p(self) -> float:
+        """The p-value, not adjusted."""
+        ...
+
+    @property
+    def direction(self) -> int:
+        """1 as claimed, -1 the other way, 0 neither."""
+        ...
+
+    @property
+    def missing(self) -> int:
+        """How many more maps it takes before p can be below `ALPHA` at all."""
+        ...
+
+
+def holds(test: CellTest) -> bool:
+    """Tell whether a test shows what is claimed."""
+    return test.p < ALPHA and test.direction > 0
+
+
+def judged(tests: Sequence[CellTest]) -> Verdict:
+    """
+    Return the verdict of what is claimed to be so in every one of some cells.
+
+    Supported if each test shows it; contradicted if some test shows the opposite, which is adjusted by Holm's method as
+    it takes one only; else undecided.
+
+    Examples
+    --------
+    >>> judged([]).label
+    'undecided'
+    """
+    if tests and all(holds(test) for test in tests):
+        return Verdict.SUPPORTED
+    against = holm([test.p if test.direction < 0 else 1.0 for test in tests])
+    return Verdict.CONTRADICTED if any(p < ALPHA for p in against) else Verdict.UNDECIDED
+
+
+def shown(tests: Sequence[CellTest]) -> str:
+    """
+    Say in how many cells a claim is shown, in how many the opposite, and whether more maps could change it.
+
+    Examples
+    --------
+    >>> shown([])
+    'in 0 of 0 cells'
+    """
+    words = f"in {sum(holds(test) for test in tests)} of {len(tests)} cell{'s' if len(tests) != 1 else ''}"
+    opposite = sum(test.p < ALPHA and test.direction < 0 for test in tests)
+    if opposite:
+        words += f", the opposite in {opposite}"
+    more = max((test.missing for test in tests), default=0)
+    return words + (f", which {more} more maps could show at the earliest" if more else "")
+
+
+def judged_part(
+    statement: str, tests: Sequence[CellTest], *, effect: str = "", printed: str = "", condition: str = ""
+) -> Part:
+    """Say of a part of a claim what its tests show in all cells."""
+    return Part(statement, judged(tests), f"shown {shown(tests)}", condition, effect, printed)
 
 
 @dataclass(frozen=True)
@@ -68,19 +148,26 @@ class Contrast:
         The cell.
     shift
         First over second (of logarithms), or first minus second.
-    p_holm
-        The p-value, adjusted to its table.
     """
 
     what: str
     case: Case
     shift: Shift
-    p_holm: float
 
     @property
-    def holds(self) -> bool:
-        """Whether the first value is shown to be greater."""
-        return self.p_holm < ALPHA and self.shift.effect > 0.0
+    def p(self) -> float:
+        """Of Wilcoxon's signed ranks, two-sided."""
+        return self.shift.p
+
+    @property
+    def direction(self) -> int:
+        """1 where the first value is greater, -1 where it is less."""
+        return int(np.sign(self.shift.effect))
+
+    @property
+    def missing(self) -> int:
+        """How many more maps it takes at least."""
+        return max(0, FEWEST_PAIRS - self.shift.n)
 
 
 def contrast(
@@ -118,58 +205,41 @@ def contrast(
     --------
     >>> records = [{"map": i, "k": k, "risk": 0.01 * (i + 1) / k} for i in range(8) for k in (1, 2)]
     >>> found = contrast(Samples(records), "risk falls", "risk", {"k": 1}, {"k": 2}, {})
-    >>> found.shift.shift.median.__round__(9), found.holds
+    >>> found.shift.shift.median.__round__(9), holds(found)
     (2.0, True)
     """
     first, second = (samples.column(measure, **cell, **case) for case in (greater, less))
     shift = log_shift(np.maximum(first, LEAST), np.maximum(second, LEAST)) if ratio else paired_shift(first, second)
-    return Contrast(what, cell if name is None else name, shift, shift.p)
+    return Contrast(what, cell if name is None else name, shift)
 
 
 def in_cells(
     samples: Samples, what: str, measure: str, greater: Case, less: Case, cells: Sequence[Case] = CELLS
 ) -> list[Contrast]:
-    """Compare one measurement between two cases in several cells; not adjusted yet."""
+    """Compare one measurement between two cases in several cells."""
     return [contrast(samples, what, measure, greater, less, cell) for cell in cells]
-
-
-def adjusted(contrasts: Sequence[Contrast]) -> list[Contrast]:
-    """Adjust the p-values of a table by Holm's method."""
-    p_values = holm([one.shift.p for one in contrasts])
-    return [replace(one, p_holm=p) for one, p in zip(contrasts, p_values, strict=True)]
-
-
-def adjusted_together(*groups: Sequence[Contrast]) -> list[list[Contrast]]:
-    """Adjust the p-values of a table that consists of several groups, and return it group by group."""
-    found = iter(adjusted([one for group in groups for one in group]))
-    return [list(islice(found, len(group))) for group in groups]
-
-
-def all_hold(contrasts: "Sequence[Contrast | RateContrast]") -> bool:
-    """Whether there are contrasts, and every one is shown to go as claimed."""
-    return bool(contrasts) and all(one.holds for one in contrasts)
-
-
-def supported_by(contrasts: "Sequence[Contrast | RateContrast]") -> Verdict:
-    """Return the verdict of what is claimed to be so in every one of some contrasts."""
-    return supported(all_hold(contrasts))
 
 
 def tally(contrasts: Sequence[Contrast]) -> str:
     """
-    Say in how many cells a contrast holds, and between which values its shift lies.
+    Say in how many cells a contrast is shown, and between which values its shift lies.
 
     Examples
     --------
     >>> tally([])
     'in 0 of 0 cells'
     """
-    words = f"in {sum(one.holds for one in contrasts)} of {len(contrasts)} cells"
     if not contrasts:
-        return words
-    shifts = [one.shift.shift.median for one in contrasts]
+        return shown(contrasts)
     effects = [one.shift.effect for one in contrasts]
-    return f"{words} ({span(shifts)}; rank-biserial effect {span(effects)})"
+    return f"{shown(contrasts)} ({sizes(contrasts)}; rank-biserial effect {span(effects)})"
+
+
+def sizes(contrasts: Sequence[Contrast]) -> str:
+    """Say between which values the shifts of several cells lie, and how far their intervals reach in all."""
+    shifts = [one.shift.shift for one in contrasts]
+    low, high = min(one.low for one in shifts), max(one.high for one in shifts)
+    return f"{span([one.median for one in shifts])}, 95 % within {low:.3g} to {high:.3g}"
 
 
 def span(values: Sequence[float], form: str = ".3g") -> str:
@@ -185,16 +255,17 @@ def span(values: Sequence[float], form: str = ".3g") -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def contrast_part(statement: str, contrasts: Sequence[Contrast]) -> Part:
-    """Say of a part of a claim what its contrasts show."""
-    return Part(statement, supported_by(contrasts), tally(contrasts))
+def contrast_part(statement: str, contrasts: Sequence[Contrast], *, printed: str = "", condition: str = "") -> Part:
+    """Say of a part of a claim what its contrasts show, and how large they are."""
+    effect = sizes(contrasts) if contrasts else ""
+    return Part(statement, judged(contrasts), f"shown {tally(contrasts)}", condition, effect, printed)
 
 
 def contrast_table(title: str, contrasts: Sequence[Contrast], note: str = RULE) -> Table:
     """Make a table of contrasts, one row each."""
-    columns = ("first > second", "cell", "pairs", "shift", "95 % from", "to", "effect", "p (Holm)")
+    columns = ("first > second", "cell", "pairs", "shift", "95 % from", "to", "effect", "p")
     rows = [
-        (one.what, cell_name(one.case), one.shift.n, *finite(*one.shift.shift), one.shift.effect, one.p_holm)
+        (one.what, cell_name(one.case), one.shift.n, *finite(*one.shift.shift), one.shift.effect, one.p)
         for one in contrasts
     ]
     return Table(title, columns, rows, note)
@@ -218,11 +289,13 @@ def cell_name(case: Case) -> str:
 
     Examples
     --------
-    >>> cell_name({"integral": "exact", "radius": 0.2})
-    'exact, OR 0.2'
+    >>> cell_name({"integral": "exact", "radius": 0.2, "replan": "tick"})
+    'exact, OR 0.2, every tick'
     """
     words = {"radius": "OR {}", "k": "K = {}", "threats": "M = {}"}
-    return ", ".join(words.get(name, "{}").format(value) for name, value in case.items()) or "all"
+    # that plans are made on change is the usual, and not said
+    said = {name: "every tick" if value == "tick" else value for name, value in case.items() if value != "change"}
+    return ", ".join(words.get(name, "{}").format(value) for name, value in said.items()) or "all"
 
 
 @dataclass(frozen=True)
@@ -240,8 +313,8 @@ class RateContrast:
         The rates.
     n
         Pairs.
-    p_holm
-        Of McNemar's exact test, adjusted to its table.
+    p
+        Of McNemar's exact test.
     """
 
     what: str
@@ -249,47 +322,49 @@ class RateContrast:
     first: float
     second: float
     n: int
-    p_holm: float
+    p: float
 
     @property
-    def holds(self) -> bool:
-        """Whether the first is shown to happen more often."""
-        return self.p_holm < ALPHA and self.first > self.second
+    def direction(self) -> int:
+        """1 where the first happens more often, -1 where less."""
+        return int(np.sign(self.first - self.second)) if self.n else 0
+
+    @property
+    def missing(self) -> int:
+        """How many more maps it takes at least."""
+        return max(0, FEWEST_PAIRS - self.n)
 
 
-def rate_contrasts(pairs: Sequence[tuple[str, Case, FloatArray, FloatArray]]) -> list[RateContrast]:
+def rate_contrast(what: str, case: Case, first: FloatArray, second: FloatArray) -> RateContrast:
     """
-    Compare pairs of things that happen or not, adjusted to each other.
-
-    Parameters
-    ----------
-    pairs
-        What is compared in words, the cell, and what happened: 1, 0, or NaN for what is missing.
+    Compare how often two paired things happen: 1, 0, or NaN for what is missing.
 
     Examples
     --------
-    >>> rate_contrasts([("always > never", {}, np.ones(9), np.zeros(9))])[0].holds
+    >>> holds(rate_contrast("always > never", {}, np.ones(9), np.zeros(9)))
     True
     """
-    found = [(what, case, *paired_rates(first, second)) for what, case, first, second in pairs]
-    p_values = holm([p for *_, p in found])
-    return [
-        RateContrast(what, case, first.rate, second.rate, first.n, p)
-        for (what, case, first, second, _), p in zip(found, p_values, strict=True)
-    ]
+    one, other, p = paired_rates(first, second)
+    return RateContrast(what, case, one.rate, other.rate, one.n, p)
+
+
+def rate_part(statement: str, contrasts: Sequence[RateContrast], *, printed: str = "", condition: str = "") -> Part:
+    """Say of a part of a claim what its rates show, and how large they are."""
+    first, second = (span([getattr(one, which) for one in contrasts], ".3g") for which in ("first", "second"))
+    return judged_part(statement, contrasts, effect=f"{first} against {second}", printed=printed, condition=condition)
 
 
 def rate_table(title: str, contrasts: Sequence[RateContrast], note: str = RULE) -> Table:
     """Make a table of rates, one row each."""
-    columns = ("first > second", "cell", "pairs", "first", "second", "p (Holm)")
-    rows = [(one.what, cell_name(one.case), one.n, *finite(one.first, one.second), one.p_holm) for one in contrasts]
+    columns = ("first > second", "cell", "pairs", "first", "second", "p")
+    rows = [(one.what, cell_name(one.case), one.n, *finite(one.first, one.second), one.p) for one in contrasts]
     return Table(title, columns, rows, note)
 
 
 @dataclass(frozen=True)
 class Share:
     """
-    How often something happens in one case.
+    How often something happens in one case, held against how often it should.
 
     Attributes
     ----------
@@ -297,18 +372,24 @@ class Share:
         In a word or two, or its number.
     found
         How often.
-    p_holm
-        That it is no more than asked for, adjusted to its table.
+    least
+        How often it should, at least.
+    p
+        That it happens no more often than `least`, or no less often: of the side on which it is.
+    missing
+        How many more maps it would take, if it happened on all of them, to show it.
     """
 
     case: str | float
     found: Proportion
-    p_holm: float
+    least: float
+    p: float
+    missing: int
 
     @property
-    def holds(self) -> bool:
-        """Whether it is shown to happen more often than is asked for."""
-        return self.p_holm < ALPHA
+    def direction(self) -> int:
+        """1 where it happens more often than asked for, -1 where less."""
+        return int(np.sign(self.found.rate - self.least)) if self.found.n else 0
 
     @property
     def row(self) -> tuple[str | float, int, float, float, float]:
@@ -318,7 +399,7 @@ class Share:
 
 def shares(happened: Mapping[Any, FloatArray], least: float = MOSTLY) -> list[Share]:
     """
-    Test in several cases whether something happens more often than `least`, adjusted to each other.
+    Test in several cases whether something happens more often than `least`, or less often.
 
     Parameters
     ----------
@@ -327,8 +408,42 @@ def shares(happened: Mapping[Any, FloatArray], least: float = MOSTLY) -> list[Sh
 
     Examples
     --------
-    >>> [one.holds for one in shares({"always": np.ones(200), "mostly": np.arange(200) % 20 > 0})]
-    [True, False]
+    >>> found = shares({"always": np.ones(200), "mostly": np.arange(200) % 20 > 0, "few maps": np.ones(8)})
+    >>> [(holds(one), one.missing) for one in found]
+    [(True, 0), (False, 0), (False, 51)]
     """
-    p_values = holm([at_least(one, least) for one in happened.values()])
-    return [Share(case, proportion(one), p) for (case, one), p in zip(happened.items(), p_values, strict=True)]
+    # so many out of so many are the fewest that can show it
+    fewest = int(np.ceil(np.log(ALPHA) / np.log(least)))
+    found = []
+    for case, one in happened.items():
+        rate = proportion(one)
+        p = (at_most if rate.rate < least else at_least)(one, least)
+        found.append(Share(case, rate, least, p, max(0, fewest - rate.n)))
+    return found
+
+
+def share_part(statement: str, found: Sequence[Share], *, printed: str = "", condition: str = "") -> Part:
+    """Say of a part of a claim how often it happens."""
+    low, high = min(one.found.interval.low for one in found), max(one.found.interval.high for one in found)
+    effect = f"{span([one.found.rate for one in found], '.3g')}, 95 % within {low:.3g} to {high:.3g}"
+    return judged_part(statement, found, effect=effect, printed=printed, condition=condition)
+
+
+def share_table(title: str, found: Sequence[Share], note: str = SHARE_RULE) -> Table:
+    """Make a table of shares, one row each."""
+    columns = ("case", "maps", "share", "95 % from", "to", "p")
+    return Table(title, columns, [(*one.row, one.p) for one in found], note)
+
+
+def beyond(estimate: Estimate, bound: float) -> Verdict:
+    """
+    Return the verdict of a claim that something is greater than a bound: where its interval lies.
+
+    Examples
+    --------
+    >>> [beyond(Estimate(2.0, 1.5, high), 1.8).label for high in (2.5, 1.7)]
+    ['undecided', 'contradicted']
+    """
+    if estimate.low > bound:
+        return Verdict.SUPPORTED
+    return Verdict.CONTRADICTED if estimate.high < bound else Verdict.UNDECIDED

@@ -142,6 +142,21 @@ def at_least(happened: ArrayLike, share: float) -> float:
     return float(stats.binomtest(int((values != 0.0).sum()), len(values), share, alternative="greater").pvalue)
 
 
+def at_most(happened: ArrayLike, share: float) -> float:
+    """
+    Return the p-value that something happens with at least this probability: small where it happens less often.
+
+    Examples
+    --------
+    >>> at_most([1.0] * 80 + [0.0] * 20, 0.95) < 1e-6
+    True
+    """
+    values = _finite(happened)
+    if not len(values):
+        return 1.0
+    return float(stats.binomtest(int((values != 0.0).sum()), len(values), share, alternative="less").pvalue)
+
+
 def equivalence(differences: ArrayLike, margin: float) -> float:
     """
     Return the p-value of two one-sided signed-rank tests that the shift is beyond `margin`, either way.

@@ -12,7 +12,7 @@ import cgla_graph
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.artefact import Comparison, Picture, TableRow
 from cgla_graph.comparisons.claims.checking import Result, Shown
-from cgla_graph.comparisons.claims.claim import Entry, Kind, Verdict
+from cgla_graph.comparisons.claims.claim import Entry, Kind, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.wording import (
     counted,
@@ -50,7 +50,8 @@ ABOUT = (
     ),
     (
         "Intervals have 95 % confidence: Hodges-Lehmann for shifts, Clopper-Pearson for rates. p-values are of "
-        "Wilcoxon's signed ranks or McNemar's exact test, adjusted after Holm within each table."
+        "Wilcoxon's signed ranks or McNemar's exact test. What has to hold in every cell is tested in each at the full "
+        "level, an intersection-union test; that the opposite holds in one is adjusted by Holm's method."
     ),
 )
 #: Columns of the paper's tables, remade.
@@ -151,8 +152,8 @@ def _markdown(results: Sequence[Result], shown: Sequence[Shown], scale: Scale) -
     )
     yield from (f"- {line}" for line in ABOUT)
     yield from ("", "## Verdicts", "")
-    rows = [(r.claim.id, r.finding.verdict.label, r.claim.sentence, r.finding.result) for r in results]
-    yield from _markdown_table(("claim", "verdict", "what the paper says", "what is found"), rows)
+    rows = [(r.claim.id, r.finding.headline, r.claim.sentence, r.finding.result) for r in results]
+    yield from _markdown_table(("claim", "verdict, condition", "what the paper says", "what is found"), rows)
     for title, members in sections(results):
         yield from ("", f"## {title}")
         for result in members:
@@ -160,8 +161,12 @@ def _markdown(results: Sequence[Result], shown: Sequence[Shown], scale: Scale) -
     tables = [(one.artefact, one.content) for one in shown if isinstance(one.content, Comparison)]
     figures = [one for one in shown if not isinstance(one.content, Comparison)]
     for artefact, content in tables:
-        yield from ("", f"## {artefact.label}: {artefact.title}", "", content.caption, "")
-        yield from _markdown_table(HEADS, [_table_row(row) for row in content.rows])
+        yield from ("", f"## {artefact.label}: {artefact.title}", "", content.caption)
+        if content.rows:
+            yield ""
+            yield from _markdown_table(HEADS, [_table_row(row) for row in content.rows])
+        for table in content.tables:
+            yield from _markdown_evidence(table)
     for one in figures:
         yield from ("", f"## {one.artefact.label}: {one.artefact.title}", "")
         if isinstance(one.content, Picture):
@@ -175,18 +180,16 @@ def _markdown(results: Sequence[Result], shown: Sequence[Shown], scale: Scale) -
 
 def _markdown_claim(result: Result, scale: Scale) -> Iterator[str]:
     claim, finding = result.claim, result.finding
-    yield from ("", f"### {claim.id}: {finding.verdict.label}", "", f"**{finding.result}**", "")
+    yield from ("", f"### {claim.id}: {finding.headline}", "", f"**{finding.result}**", "")
     yield f"The paper ({claim.place}): {claim.sentence}"
     yield from ("", f"Checked ({claim.kind.label}): {claim.statement}")
-    if finding.parts:
-        yield ""
-        rows = [(part.statement, part.verdict.label, part.result) for part in finding.parts]
-        yield from _markdown_table(("part", "verdict", "result"), rows)
+    for title, parts in (("what it says", finding.parts), ("beside it", finding.beside)):
+        if parts:
+            yield ""
+            rows = [(part.statement, part.verdict.label, part.condition, part.result, part.sizes) for part in parts]
+            yield from _markdown_table((title, "verdict", "condition", "result", "effect"), rows)
     for table in finding.tables:
-        yield from ("", f"{table.title}:", "")
-        yield from _markdown_table(table.columns, table.rows)
-        if table.note:
-            yield from ("", table.note)
+        yield from _markdown_evidence(table)
     if finding.notes:
         yield ""
         yield from (f"- {note}" for note in finding.notes)
@@ -198,6 +201,13 @@ def _markdown_claim(result: Result, scale: Scale) -> Iterator[str]:
     if claim.figures:
         yield f"See {', '.join(claim.figures)}."
     yield f"Again: `{rerun(claim.id, scale)}`"
+
+
+def _markdown_evidence(table: Table) -> Iterator[str]:
+    yield from ("", f"{table.title}:", "")
+    yield from _markdown_table(table.columns, table.rows)
+    if table.note:
+        yield from ("", table.note)
 
 
 def _markdown_table(columns: Sequence[str], rows: Sequence[Sequence[Entry]]) -> Iterator[str]:

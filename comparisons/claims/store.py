@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import cgla_graph
-from cgla_graph.comparisons.claims.artefact import Comparison, Picture, TableRow
-from cgla_graph.comparisons.claims.claim import Finding, Verdict, finding_document, finding_from
+from cgla_graph.comparisons.claims.artefact import Comparison, Content, Picture, TableRow
+from cgla_graph.comparisons.claims.claim import Finding, Table, Verdict, finding_document, finding_from
 from cgla_graph.comparisons.claims.evidence import Scale
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.store import Line, Log, understood
@@ -40,7 +40,7 @@ class Found(NamedTuple):
 class Drawn(NamedTuple):
     """What came of a figure or table, or why there is none."""
 
-    content: Picture | Comparison | None
+    content: Content | None
     failed: str = ""
 
 
@@ -49,7 +49,8 @@ class Store:
     The one writer of a study's file (``claims.jsonl``); a context manager, which holds its lock.
 
     What was measured by other code than today's is not taken up again: a line counts only if it has the fingerprint of
-    the sources that are running. Findings depend on the scale as well. What failed but a sample is not kept.
+    the sources that are running. Findings, figures and tables depend on the scale as well. What failed is not kept, but
+    for samples.
 
     Parameters
     ----------
@@ -123,11 +124,11 @@ class Store:
             If the disk is full or gone.
         """
         kind, *names = key
-        missing = kind == FINDING and result.finding.verdict is Verdict.MISSING
+        missing = kind == FINDING and Verdict.MISSING in result.finding.verdicts
         if missing or (kind == FIGURE and result.failed):
             return result
         line: Line = {"kind": kind, "key": names, "code": fingerprint(), **_document(kind, result)}
-        if kind == FINDING:
+        if kind != SAMPLE:
             line["scale"] = _scale_key(self.scale)
         if self._log is not None:
             self._log.append([line])
@@ -150,10 +151,13 @@ def _document(kind: str, result: Any) -> Line:  # noqa: ANN401 - one of three tu
         return {"records": records, "failed": result.failed}
     if kind == FINDING:
         return {"finding": finding_document(result.finding), "seconds": result.seconds}
-    content: Picture | Comparison = result.content
+    content: Content = result.content
     if isinstance(content, Picture):
         return {"caption": content.caption, "png": content.png.hex(), "svg": content.svg.decode("utf-8")}
-    return {"caption": content.caption, "rows": [asdict(row) for row in content.rows]}
+    tables = [asdict(table) for table in content.tables]
+    for table in tables:
+        table["rows"] = [[_plain(entry) for entry in row] for row in table["rows"]]
+    return {"caption": content.caption, "rows": [asdict(row) for row in content.rows], "tables": tables}
 
 
 def _read(line: Line) -> Measured | Found | Drawn:
@@ -163,7 +167,11 @@ def _read(line: Line) -> Measured | Found | Drawn:
         return Found(finding_from(line["finding"]), float(line["seconds"]))
     if "png" in line:
         return Drawn(Picture(line["caption"], bytes.fromhex(line["png"]), line["svg"].encode()))
-    return Drawn(Comparison(line["caption"], [TableRow(**row) for row in line["rows"]]))
+    tables = tuple(
+        Table(**{**one, "columns": tuple(one["columns"]), "rows": tuple(tuple(row) for row in one["rows"])})
+        for one in line["tables"]
+    )
+    return Drawn(Comparison(line["caption"], [TableRow(**row) for row in line["rows"]], tables))
 
 
 def _scale_key(scale: Scale) -> list[int]:

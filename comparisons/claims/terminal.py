@@ -9,9 +9,9 @@ from rich.text import Text
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.claims.checking import Result
-from cgla_graph.comparisons.claims.claim import Table, Verdict
+from cgla_graph.comparisons.claims.claim import Part, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Scale
-from cgla_graph.comparisons.claims.wording import counted, is_number, rerun, sampled, scale_words, written
+from cgla_graph.comparisons.claims.wording import counted, is_number, part_words, rerun, sampled, scale_words, written
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 
 #: Up to this many claims, all that is known of them is printed.
@@ -20,7 +20,8 @@ _STYLES = {
     Verdict.PROVED: "green",
     Verdict.SUPPORTED: "green",
     Verdict.REFUTED: "red",
-    Verdict.NOT_SUPPORTED: "yellow",
+    Verdict.CONTRADICTED: "red",
+    Verdict.UNDECIDED: "yellow",
     Verdict.NOT_TESTABLE: "dim",
     Verdict.MISSING: "bold red",
 }
@@ -34,28 +35,32 @@ def print_results(results: Sequence[Result], scale: Scale) -> None:
         return
     table = RichTable(title=Text(f"the paper's claims ({scale_words(scale)})"), title_justify="left", expand=True)
     table.add_column("claim", no_wrap=True)
-    table.add_column("verdict", no_wrap=True)
+    table.add_column("verdict, condition", ratio=2, overflow="fold")
     table.add_column("what the paper says", ratio=2, overflow="fold")
     table.add_column("what is found", ratio=3, overflow="fold")
     for result in results:
-        verdict = result.finding.verdict
         cells = (result.claim.sentence, result.finding.result)
-        table.add_row(result.claim.id, Text(verdict.label, style=_STYLES[verdict]), *(Text(cell) for cell in cells))
+        table.add_row(result.claim.id, _rulings(result.finding.parts), *(Text(cell) for cell in cells))
     console.out_table(table)
     console.out(f"{counted(results)}\n")
 
 
+def _rulings(parts: Sequence[Part]) -> Text:
+    """Write a line for each part: its verdict and condition."""
+    return Text("\n").join(Text(part.ruling, style=_STYLES[part.verdict]) for part in parts)
+
+
 def _in_full(result: Result, scale: Scale) -> RenderableType:
     claim, finding = result.claim, result.finding
-    verdict = Text.assemble((f"{claim.id}: {finding.verdict.label}", f"bold {_STYLES[finding.verdict]}"))
     lines: list[RenderableType] = [
-        verdict,
+        Text.assemble((f"{claim.id}: ", "bold"), _rulings(finding.parts)),
         Text(finding.result),
         Text(f"the paper ({claim.place}): {claim.sentence}"),
         Text(f"checked: {claim.statement} ({claim.kind.label})"),
     ]
-    parts = [f"{part.statement}: {part.verdict.label}; {part.result}" for part in finding.parts]
-    lines += [Padding(Text(part), (0, 0, 0, 2)) for part in parts]
+    several = finding.parts if len(finding.parts) > 1 or finding.sizes else ()
+    for words, parts in (("", several), ("beside it, ", finding.beside)):
+        lines += [Padding(Text(words + part_words(part)), (0, 0, 0, 2)) for part in parts]
     lines += [_table(table) for table in finding.tables]
     lines += [Text(f"- {note}") for note in finding.notes]
     if finding.counterexample:

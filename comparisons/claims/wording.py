@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from cgla_graph.comparisons.claims.checking import Result
-from cgla_graph.comparisons.claims.claim import Entry, Verdict, finding_document
+from cgla_graph.comparisons.claims.claim import Entry, Part, Verdict, finding_document
 from cgla_graph.comparisons.claims.evidence import Scale
 
 #: Significant digits of numbers in tables.
@@ -38,15 +38,41 @@ def is_number(entry: Entry) -> bool:
 
 
 def counts(results: Iterable[Result]) -> dict[Verdict, int]:
-    """Count the verdicts, in the order in which they are defined, without those that do not occur."""
-    found = Counter(result.finding.verdict for result in results)
+    """Count the verdicts of all parts, in the order in which they are defined, without those that do not occur."""
+    found = Counter(part.verdict for result in results for part in result.finding.parts)
     return {verdict: found[verdict] for verdict in Verdict if found[verdict]}
 
 
 def counted(results: Sequence[Result]) -> str:
-    """Say in one line how many claims got which verdict."""
-    words = [f"{number} {verdict.label}" for verdict, number in counts(results).items()]
-    return f"{len(results)} claim{'' if len(results) == 1 else 's'}: {', '.join(words)}"
+    """Say in one line how many parts of the claims got which verdict."""
+    found = counts(results)
+    words = ", ".join(f"{number} {verdict.label}" for verdict, number in found.items())
+    return f"{how_many(len(results), sum(found.values()))}: {words}"
+
+
+def part_words(part: Part) -> str:
+    """
+    Write all that is known of a part in one paragraph.
+
+    Examples
+    --------
+    >>> part_words(Part("risk", Verdict.SUPPORTED, "in 12 of 12 cells", effect="0.21", printed="0.24"))
+    'risk: supported; in 12 of 12 cells; 0.21 (paper: 0.24)'
+    """
+    return "; ".join(filter(None, [part.ruling, part.result, part.sizes]))
+
+
+def how_many(claims: int, parts: int) -> str:
+    """
+    Say how many claims there are, and how many things they say.
+
+    Examples
+    --------
+    >>> how_many(1, 1), how_many(54, 90)
+    ('1 claim', '54 claims, which say 90 things')
+    """
+    words = f"{claims} claim{'' if claims == 1 else 's'}"
+    return words if parts == claims else f"{words}, which say{'s' if claims == 1 else ''} {parts} things"
 
 
 def scale_words(scale: Scale) -> str:
@@ -102,6 +128,8 @@ def results_document(results: Sequence[Result], scale: Scale) -> dict[str, Any]:
                 "statement": result.claim.statement,
                 "kind": result.claim.kind.label,
                 "figures": list(result.claim.figures),
+                "verdict": ", ".join(verdict.label for verdict in result.finding.verdicts),
+                "headline": result.finding.headline,
                 **_labelled(finding_document(result.finding)),
                 "maps": dict(result.maps),
                 "lost": dict(result.lost),
@@ -115,5 +143,8 @@ def results_document(results: Sequence[Result], scale: Scale) -> dict[str, Any]:
 
 def _labelled(document: dict[str, Any]) -> dict[str, Any]:
     """Write verdicts as people read them."""
-    parts = [{**part, "verdict": Verdict[part["verdict"]].label} for part in document["parts"]]
-    return {**document, "verdict": Verdict[document["verdict"]].label, "parts": parts}
+    labelled = {
+        name: [{**part, "verdict": Verdict[part["verdict"]].label} for part in document[name]]
+        for name in ("parts", "beside")
+    }
+    return {**document, **labelled}

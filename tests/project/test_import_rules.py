@@ -48,6 +48,7 @@ FLOORS = (
     ("comparisons.results",),
     ("comparisons.claims",),
     ("comparisons.claims.paper",),
+    ("comparisons.claims.figures",),
     ("comparisons.commands",),
     ("comparisons",),
     # modules that have moved, under their old names: nothing inside uses them

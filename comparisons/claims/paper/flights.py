@@ -140,6 +140,8 @@ def fly_two(
     radius: float = RADIUS,
     sharing: Sharing | Literal["none", "global"] = "none",
     stepnum: int | None = None,
+    spread: float = OBSTACLE_SPREAD,
+    safe_distance: float = SAFE_DISTANCE,
     **rules: Any,  # noqa: ANN401 - as `Mission` takes them
 ) -> Flight:
     """
@@ -153,6 +155,10 @@ def fly_two(
         Who tells whom.
     stepnum
         How many steps ahead a virtual obstacle is; None: there is none.
+    spread
+        Standard deviation of a virtual obstacle, map units.
+    safe_distance
+        Nearer than this it is ahead of the other UAV, map units; at most half the radius.
 
     Examples
     --------
@@ -165,8 +171,8 @@ def fly_two(
         k=k,
         radius=radius,
         sharing=sharing,
-        safe_distance=min(SAFE_DISTANCE, radius / 2.0),
-        virtual_obstacle=None if stepnum is None else VirtualObstacle(stepnum=stepnum, spread=OBSTACLE_SPREAD),
+        safe_distance=min(safe_distance, radius / 2.0),
+        virtual_obstacle=None if stepnum is None else VirtualObstacle(stepnum=stepnum, spread=spread),
         collision_distance=COLLISION_DISTANCE,
         collisions="record",
         max_ticks=MAX_TICKS,

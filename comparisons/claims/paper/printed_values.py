@@ -2,7 +2,7 @@
 The numbers that the paper prints, as data: Tables 1 to 5 and two times, each with its place.
 
 Lengths are in a unit that the paper does not name. Risks of BCV, A2D and Q-Learning are, it says, those of their
-original papers: other maps, other measures. They must never be put beside a measurement of ours.
+original papers: other maps, other measures. Where a ratio with one stands beside ours, it says that it is quoted.
 """
 
 import math
@@ -117,7 +117,7 @@ TABLES = (*TABLE_1, *TABLE_2, *TABLE_3, *TABLE_4, *TABLE_5)
 
 
 class Times(NamedTuple):
-    """Seconds of CGLA and of Q-Learning on the same map (Section 5.2, "2.9 GHz 2 CPU")."""
+    """Seconds of CGLA and of Q-Learning on the same map (Section 5.1, "2.9 GHz 2 CPU")."""
 
     cgla: float
     q_learning: float

@@ -1,5 +1,6 @@
 """Random graphs for checks of the cost matrix, its least costs by scipy, and Eq. 9 to the letter."""
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -60,3 +61,22 @@ def zero_diagonal(graph: GeometricGraph) -> FloatArray:
     weights = graph.weight_matrix().copy()
     np.fill_diagonal(weights, 0.0)
     return weights
+
+
+def runs_in_circle(weights: FloatArray, values: FloatArray, node: int, target: int) -> bool:
+    """
+    Walk along the least A + G over nodes that have a value; tell whether one comes twice.
+
+    Examples
+    --------
+    >>> chain = np.array([[0.0, 1.0, 9.0], [1.0, 0.0, 1.0], [9.0, 1.0, 0.0]])
+    >>> runs_in_circle(chain, np.array([2.0, 1.0, 0.0]), 0, target=2)
+    False
+    """
+    seen: set[int] = set()
+    while node != target and node not in seen and math.isfinite(values[node]):
+        seen.add(node)
+        offers = weights[node] + values
+        offers[node] = np.inf
+        node = int(np.argmin(offers))
+    return node in seen

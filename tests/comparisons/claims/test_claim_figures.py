@@ -19,9 +19,9 @@ from scipy.integrate import quad
 from strategies import examples, few, points, seeds
 
 from cgla_graph.comparisons.claims.artefact import Artefact, Picture, artefacts
-from cgla_graph.comparisons.claims.paper import single_figures, team_figures
+from cgla_graph.comparisons.claims.figures import single_figures, team_figures
+from cgla_graph.comparisons.claims.figures.figure_page import NARROW, SELECTED, WIDE, add_map, draw_route, finish, page
 from cgla_graph.comparisons.claims.paper.field_claims import HIGH, LOW, SIGMAS, weights_from_origin
-from cgla_graph.comparisons.claims.paper.figure_page import NARROW, SELECTED, WIDE, add_map, draw_route, finish, page
 from cgla_graph.comparisons.claims.paper.flights import GOAL, START, STEP, paper_lattice
 from cgla_graph.comparisons.claims.paper.routes import (
     Route,
@@ -41,7 +41,7 @@ from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.solvers import get
 
-FIGURES = {one.label: one for one in artefacts() if one.label.startswith("Fig")}
+FIGURES = {one.label: one for one in artefacts() if one.label.startswith("Fig") and not one.experiments}
 #: Figures on the map that was selected to agree with the paper.
 ON_SELECTED = {"Fig. 5", "Fig. 7", "Fig. 8", "Fig. 11"}
 #: Dots that a picture may be wide, so that its words are read where it is shown 900 dots wide.

@@ -9,7 +9,7 @@ import pytest
 
 from cgla_graph.comparisons.claims import catalogue, checking, command
 from cgla_graph.comparisons.claims.artefact import Artefact, Comparison, Picture, TableRow
-from cgla_graph.comparisons.claims.checking import Result, check_claims, count_steps
+from cgla_graph.comparisons.claims.checking import Result, Shown, check_claims, count_steps
 from cgla_graph.comparisons.claims.claim import (
     Claim,
     Finding,
@@ -24,7 +24,7 @@ from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.experiment import Experiment, Record
 from cgla_graph.comparisons.claims.report import report_html, report_markdown, sections
 from cgla_graph.comparisons.claims.store import FIGURE, FILE, FINDING, SAMPLE, Measured, Store
-from cgla_graph.comparisons.claims.wording import rerun, results_document
+from cgla_graph.comparisons.claims.wording import counted, rerun, results_document
 from cgla_graph.errors import ClaimError, OutputError, StudyError
 
 EVIL = "<script>alert('x')</script> | *bold* \\"
@@ -41,12 +41,16 @@ def _squares(seed: int) -> list[Record]:
 def _check_squares(evidence: Evidence) -> Finding:
     values = evidence.samples["squares"].column("value", case="a")
     table = Table("squares", ("map", "square"), [(1, float(values[0])), (EVIL, None)], note="of seeds")
-    part = Part("squares are positive", Verdict.PROVED, "all of them")
-    return Finding(Verdict.SUPPORTED, f"{len(values)} squares {EVIL}", (part,), (table,), ("a note",))
+    parts = (
+        Part("positive", Verdict.PROVED, "all of them", condition=f"if seeds are numbers {EVIL}"),
+        Part("great", Verdict.SUPPORTED, "most of them", effect="4", printed="3"),
+    )
+    beside = (Part("even", Verdict.CONTRADICTED, "half of them"),)
+    return Finding(parts, f"{len(values)} squares {EVIL}", beside, (table,), ("a note",))
 
 
 def _check_nothing(evidence: Evidence) -> Finding:
-    return Finding(Verdict.PROVED, f"drew {evidence.rng('x').integers(10**9)}")
+    return Finding.single(Verdict.PROVED, f"drew {evidence.rng('x').integers(10**9)}")
 
 
 def _check_badly(_: Evidence) -> Finding:
@@ -70,6 +74,12 @@ def _picture() -> Picture:
 
 def _table() -> Comparison:
     return Comparison("a table", [TableRow("CGLA", EVIL, 1.5, None, 2.5, comparable=False, why="another map")])
+
+
+def _squares_table(evidence: Evidence) -> Comparison:
+    values = evidence.samples["squares"].column("value", case="a")
+    tables = (Table("ours", ("map", EVIL), tuple((n, float(v)) for n, v in enumerate(values)), note="of seeds"),)
+    return Comparison(f"{len(values)} squares", tables=tables)
 
 
 def _no_picture() -> Picture:
@@ -106,10 +116,10 @@ def test_each_claim_is_checked_once_on_the_maps_of_its_seed() -> None:
         assert count_steps(CLAIMS, store) == 5 + 3
         found = _results(store, scale)
     assert calls == list(range(2_000_000, 2_000_005))
-    assert {name: finding.verdict for name, finding in found.items()} == {
-        "C1": Verdict.SUPPORTED,
-        "C9": Verdict.PROVED,
-        "C30": Verdict.MISSING,
+    assert {name: finding.verdicts for name, finding in found.items()} == {
+        "C1": (Verdict.PROVED, Verdict.SUPPORTED),
+        "C9": (Verdict.PROVED,),
+        "C30": (Verdict.MISSING,),
     }
     assert "it does not add up" in found["C30"].result
     # the map that told nothing is no map of the sample
@@ -196,7 +206,7 @@ def test_findings_survive_json() -> None:
     document = json.loads(json.dumps(finding_document(finding), allow_nan=False))
     again = finding_from(document)
     assert again.tables[0].rows[0] == (1, "∞")
-    assert again.parts == finding.parts
+    assert (again.parts, again.beside) == (finding.parts, finding.beside)
     assert finding_from(finding_document(again)) == again
 
 
@@ -208,7 +218,7 @@ def test_the_reports_show_every_claim_and_run_nothing_of_it(tmp_path: Path) -> N
     assert {path.name for path in done.written} >= {"report.html", "report.md", "claims.json"}
     page, text = (tmp_path / "report.html").read_text(), (tmp_path / "report.md").read_text()
     assert "<script>" not in page
-    assert page.count("&lt;script&gt;") >= 4
+    assert page.count("&lt;script&gt;") >= 6
     assert "<summary>evidence: 1 table, 1 note</summary>" in page
     for shown in (page, text):
         assert all(claim.id in shown for claim in CLAIMS)
@@ -217,13 +227,19 @@ def test_the_reports_show_every_claim_and_run_nothing_of_it(tmp_path: Path) -> N
         assert "a picture" in shown
         assert "It could not be made: ValueError: no ink" in shown
         assert "another map" in shown
+        # a condition stands beside its verdict in the table and at the claim, an effect beside the paper's
+        assert shown.count("if seeds are numbers") >= 3
+        assert "4 (paper: 3)" in shown
+        assert "contradicted" in shown
     # a bar in a cell ends no cell
     rows = [line for line in text.splitlines() if line.startswith("| C")]
     assert [len(line.replace("\\|", "").split("|")) for line in rows] == [6, 6, 6, 9]
     assert {path.name for path in (tmp_path / "figures").iterdir()} == {"fig-1.png", "fig-1.svg"}
     document = json.loads((tmp_path / "claims.json").read_text())
     assert document == json.loads(json.dumps(results_document(done.results, request.scale)))
-    assert [claim["verdict"] for claim in document["claims"]] == ["supported", "proved", "missing"]
+    assert [claim["verdict"] for claim in document["claims"]] == ["proved, supported", "proved", "missing"]
+    assert document["claims"][0]["parts"][1]["printed"] == "3"
+    assert counted(done.results) == "3 claims, which say 4 things: 2 proved, 1 supported, 1 missing"
 
 
 def test_figures_are_drawn_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -237,6 +253,30 @@ def test_figures_are_drawn_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     # what failed is tried again
     monkeypatch.setattr(checking, "artefacts", lambda: ARTEFACTS[1:2])
     assert shown(resume=True) == first == [_picture(), None, _table()]
+
+
+def test_a_table_of_an_experiment_waits_for_its_samples(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wanted = Artefact("Table A1", "squares", _squares_table, ("squares",))
+    monkeypatch.setattr(checking, "artefacts", lambda: (wanted,))
+    contents = []
+    for scale, maps in ((Scale(quick=True), 5), (Scale(maps=3), 3), (Scale(maps=3), 3)):
+        calls.clear()
+        with Store(tmp_path, scale, resume=True) as store:
+            steps = list(check_claims([], store, [wanted], workers=0))
+        (shown,) = [step.result for step in steps if isinstance(step.result, Shown)]
+        contents.append(shown.content)
+        # what is made is made again at another scale only, of the samples that are there
+        assert len(calls) == (5 if scale.quick else 0)
+        assert len(steps) == 1 + len(calls)
+        # the map that tells nothing is none of the sample
+        assert shown.content is not None
+        assert shown.content.caption == f"{min(maps, 4)} squares"
+        text, page = report_markdown([], [shown], scale), report_html([], [shown], scale)
+        assert "ours:" in text
+        assert "of seeds" in text
+        assert "<script>" not in page
+        assert "&lt;script&gt;" in page
+    assert contents[1] == contents[2]
 
 
 def test_claims_are_parted_by_what_they_are_about() -> None:

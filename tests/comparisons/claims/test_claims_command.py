@@ -34,9 +34,10 @@ def test_all_54_claims_are_there_and_what_they_name_as_well() -> None:
         assert all((claim.place, claim.sentence, claim.statement)), claim.id
         assert set(claim.experiments) <= set(known), claim.id
         assert set(claim.figures) <= labels, claim.id
-    assert {name for claim in claims.values() for name in claim.experiments} == set(known)
+    shown = {name for one in artefacts() for name in one.experiments}
+    assert {name for claim in claims.values() for name in claim.experiments} | shown == set(known)
     figures, tables = ([f"{kind} {n}" for n in range(1, last + 1)] for kind, last in (("Fig.", 12), ("Table", 5)))
-    assert [artefact.label for artefact in artefacts()] == [*figures, *tables]
+    assert [artefact.label for artefact in artefacts() if not artefact.is_ours] == [*figures, *tables]
 
 
 @pytest.mark.parametrize("name", counterexamples.names())

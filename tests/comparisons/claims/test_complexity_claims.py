@@ -1,5 +1,6 @@
 """The checks of C20 to C23, C36 and C47: their verdicts, their counters, and that broken programs do not get them."""
 
+import dataclasses
 import itertools
 import math
 from typing import Any
@@ -10,10 +11,11 @@ from hypothesis import given
 from strategies import few, seeds, usual
 
 from cgla_graph.comparisons.claims import catalogue, counterexamples
-from cgla_graph.comparisons.claims.claim import Finding, Verdict
+from cgla_graph.comparisons.claims.claim import Finding, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
 from cgla_graph.comparisons.claims.paper import complexity_claims as claims
 from cgla_graph.comparisons.claims.paper import operation_counts, time_claims
+from cgla_graph.comparisons.statistics.intervals import Estimate
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.graph import GeometricGraph
@@ -126,17 +128,22 @@ def test_a_reach_that_is_too_short_is_noticed(monkeypatch: pytest.MonkeyPatch) -
         check("C23")
 
 
-def world(rng: np.random.Generator, every: float, change: float, maps: int = 20) -> Finding:
-    """Return the verdict on flights whose operations grow with these exponents, more or less."""
+def world(rng: np.random.Generator, every: float, change: float, maps: int = 20) -> list[str]:
+    """Return the verdicts on flights whose operations grow with these exponents, more or less."""
     exponents: dict[str, Any] = {"every_move": rng.normal(every, 0.1, maps), "on_change": rng.normal(change, 0.1, maps)}
-    return claims.judge_c22(exponents, np.ones((maps, 2)), 0)
+    finding = claims.judge_c22(exponents, np.ones((maps, 2)), 0)
+    assert [part.verdict for part in finding.parts[:2]] == [Verdict.PROVED, Verdict.PROVED]
+    return [part.verdict.label for part in finding.parts[2:]]
 
 
 def test_exponents_between_four_and_five_are_told_from_others() -> None:
     rng = np.random.default_rng(1)
-    assert world(rng, 4.9, 4.0).verdict is Verdict.SUPPORTED
-    for every, change in ((6.0, 4.0), (4.9, 3.0), (5.3, 4.2)):
-        assert all(world(rng, every, change).verdict is Verdict.NOT_SUPPORTED for _ in range(10))
+    assert world(rng, 4.9, 4.0) == ["supported", "supported"]
+    for _ in range(10):
+        assert world(rng, 6.0, 4.0) == ["contradicted", "supported"]
+        assert world(rng, 4.9, 3.0) == ["supported", "contradicted"]
+        assert world(rng, 5.1, 4.2)[0] == "undecided"
+    assert world(rng, 4.9, 4.0, maps=3) == ["undecided", "undecided"]
 
 
 def test_flights_that_take_more_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -144,9 +151,52 @@ def test_flights_that_take_more_are_noticed(monkeypatch: pytest.MonkeyPatch) -> 
         return operation_counts.FlightCounts(n, 2, k * n, n**6, n**4)
 
     monkeypatch.setattr(claims, "count_flight", dear)
-    finding = check("C22")
-    assert finding.verdict is Verdict.NOT_SUPPORTED
-    assert [part.verdict for part in finding.parts[2:]] == [Verdict.NOT_SUPPORTED, Verdict.SUPPORTED]
+    assert [part.verdict for part in check("C22").parts[2:]] == [Verdict.CONTRADICTED, Verdict.SUPPORTED]
+
+
+@pytest.mark.parametrize(
+    ("share", "maps", "verdicts"),
+    [
+        (0.3, 200, ["refuted", "refuted", "supported", "supported"]),
+        (0.7, 200, ["refuted", "refuted", "supported", "contradicted"]),
+        (2.5, 200, ["refuted", "refuted", "contradicted", "contradicted"]),
+        (0.3, 9, ["refuted", "refuted", "undecided", "undecided"]),
+    ],
+)
+def test_edges_of_paths_are_held_against_n(share: float, maps: int, verdicts: list[str]) -> None:
+    edges = {n: np.full(maps, share * n) for n in claims.PLAN_SIZES}
+    finding = claims.judge_c21(np.full(maps, 0.9), edges, [], (398, 400), Estimate(2.0, 1.9, 2.1))
+    assert [part.verdict.label for part in finding.parts[1:]] == verdicts
+    assert [part.verdict.label for part in finding.beside] == verdicts[-1:] * 3
+    assert finding.parts[-1].condition.endswith("N = 20")
+
+
+@pytest.mark.parametrize(
+    ("share", "maps", "verdicts"),
+    [
+        (0.05, 40, ["supported"] * 4),
+        (0.3, 40, ["supported"] * 2 + ["contradicted"] * 2),
+        (0.7, 40, ["contradicted"] * 4),
+        (0.05, 4, ["undecided"] * 4),
+    ],
+)
+def test_few_changed_weights_are_told_from_many(share: float, maps: int, verdicts: list[str]) -> None:
+    shares = np.random.default_rng(1).normal(share, 0.01, maps).tolist()
+    changed = dict.fromkeys(claims.CHANGES, shares)
+    finding = claims.judge_c23(changed, {"crossed": shares, "G": shares}, 7.8, 1e-3, Table("", (), ()))
+    assert [part.verdict.label for part in finding.parts] == ["proved", *verdicts]
+
+
+def test_a_restricted_search_that_misses_the_optimum_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = claims.restricted_optimum
+    monkeypatch.setattr(claims, "RESTRICTED_SIZES", (8, 12, 16))
+    part, table = claims._restricted_counts(Evidence(Scale(maps=20)))
+    assert [row[0] for row in table.rows] == [8, 12, 16]
+    assert all(row[4] <= row[3] <= row[1] for row in table.rows)
+    assert part.verdict is Verdict.REFUTED
+    monkeypatch.setattr(claims, "restricted_optimum", lambda on: dataclasses.replace(real(on), cost=1.0))
+    with pytest.raises(AssertionError, match="is not the optimum"):
+        claims._restricted_counts(Evidence(Scale(maps=20)))
 
 
 def times(rng: np.random.Generator, growth: float) -> np.ndarray[Any, Any]:
@@ -155,12 +205,20 @@ def times(rng: np.random.Generator, growth: float) -> np.ndarray[Any, Any]:
     return (sizes / 20.0) ** growth * rng.lognormal(0.0, 0.3, (40, len(sizes)))
 
 
+def judged(seconds: np.ndarray[Any, Any]) -> Verdict:
+    operations, clock = time_claims.judge_c47(seconds).parts
+    assert operations.verdict is Verdict.PROVED
+    return clock.verdict
+
+
 def test_times_that_grow_are_told_from_those_that_do_not() -> None:
     rng = np.random.default_rng(2)
-    assert time_claims.judge_c47(times(rng, 4.0)).verdict is Verdict.SUPPORTED
-    assert time_claims.judge_c47(times(rng, -4.0)).verdict is Verdict.NOT_SUPPORTED
-    supported = [time_claims.judge_c47(times(rng, 0.0)).verdict is Verdict.SUPPORTED for _ in range(100)]
-    assert np.mean(supported) <= 0.05
+    assert judged(times(rng, 4.0)) is Verdict.SUPPORTED
+    assert judged(times(rng, -4.0)) is Verdict.CONTRADICTED
+    assert judged(times(rng, 4.0)[:5]) is Verdict.UNDECIDED
+    none = [judged(times(rng, 0.0)) for _ in range(100)]
+    assert none.count(Verdict.SUPPORTED) <= 5
+    assert none.count(Verdict.UNDECIDED) >= 85
 
 
 def test_c47_times_the_plans_of_each_size(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -168,8 +226,8 @@ def test_c47_times_the_plans_of_each_size(monkeypatch: pytest.MonkeyPatch) -> No
         time_claims, "_timed", lambda problem, solver, n: (n**4 * (1.0 + problem.field.threats[0].x), solver)
     )
     finding = check("C47")
-    assert finding.verdict is Verdict.SUPPORTED
-    assert [round(float(row[2]), 6) for row in finding.tables[0].rows] == [
+    assert finding.parts[1].verdict is Verdict.SUPPORTED
+    assert [round(float(row[3]), 6) for row in finding.tables[0].rows] == [
         round((20 / 15) ** 4, 6),
         round((25 / 20) ** 4, 6),
     ]

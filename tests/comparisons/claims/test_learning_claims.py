@@ -1,7 +1,9 @@
-"""The check of C25: its verdict, its formula for the least reward, and that broken programs do not get it."""
+"""The checks of C25 and C53: their verdicts, and that broken programs do not get them."""
 
 import dataclasses
 import math
+from collections.abc import Mapping
+from itertools import product
 
 import numpy as np
 import pytest
@@ -9,9 +11,10 @@ from hypothesis import given
 from strategies import few, seeds
 
 from cgla_graph.comparisons.claims import catalogue, counterexamples
-from cgla_graph.comparisons.claims.claim import Verdict
-from cgla_graph.comparisons.claims.evidence import Evidence, Scale
+from cgla_graph.comparisons.claims.claim import Finding, Verdict
+from cgla_graph.comparisons.claims.evidence import Evidence, Samples, Scale
 from cgla_graph.comparisons.claims.paper import learning_claims as claims
+from cgla_graph.comparisons.claims.paper.learners import LEARNERS, UNDISCOUNTED
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
@@ -23,10 +26,11 @@ CLAIM = catalogue.claims()["C25"]
 
 def test_verdict() -> None:
     finding = CLAIM.check(FEW)
-    assert finding.verdict is Verdict.REFUTED
     assert finding.counterexample in counterexamples.names()
-    verdicts = [part.verdict for part in finding.parts]
-    assert verdicts == [Verdict.PROVED, Verdict.PROVED, Verdict.NOT_SUPPORTED, Verdict.REFUTED]
+    assert [part.verdict for part in finding.parts[:3]] == [Verdict.PROVED, Verdict.REFUTED, Verdict.REFUTED]
+    # two maps decide no test of ranks
+    assert finding.parts[-1].verdict is Verdict.UNDECIDED
+    assert [part.verdict for part in finding.beside] == [Verdict.PROVED, Verdict.REFUTED]
 
 
 @few
@@ -85,10 +89,61 @@ def test_stored_maps_that_show_nothing_are_noticed(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize(
-    ("times", "verdict"), [(30.0, Verdict.SUPPORTED), (8.0, Verdict.NOT_SUPPORTED), (0.0, Verdict.NOT_SUPPORTED)]
+    ("times", "maps", "large", "needed"),
+    [
+        (30.0, 80, Verdict.SUPPORTED, Verdict.SUPPORTED),
+        (8.0, 80, Verdict.CONTRADICTED, Verdict.SUPPORTED),
+        (0.0, 80, Verdict.CONTRADICTED, Verdict.CONTRADICTED),
+        (10.0, 80, Verdict.UNDECIDED, Verdict.SUPPORTED),
+        (30.0, 20, Verdict.SUPPORTED, Verdict.UNDECIDED),
+        (30.0, 5, Verdict.UNDECIDED, Verdict.UNDECIDED),
+    ],
 )
-def test_very_large_rewards_are_told_from_others(times: float, verdict: Verdict) -> None:
+def test_very_large_rewards_are_told_from_others(times: float, maps: int, large: Verdict, needed: Verdict) -> None:
     rng = np.random.default_rng(1)
-    costs = rng.uniform(1.0, 2.0, (20, len(claims.WEIGHTS)))
-    rewards = times * costs[:, None, :] * rng.uniform(0.9, 1.1, (20, len(claims.DISCOUNTS), 1))
-    assert claims.judge_c25(rewards, costs, [3.0, 2.0, 1.0]).parts[2].verdict is verdict
+    costs = rng.uniform(1.0, 2.0, (maps, len(claims.WEIGHTS)))
+    rewards = times * costs[:, None, :] * rng.uniform(0.9, 1.1, (maps, len(claims.DISCOUNTS), 1))
+    finding = claims.judge_c25(rewards, costs, [3.0, 2.0, 1.0])
+    assert finding.parts[-1].verdict is large
+    assert {part.verdict for part in finding.parts[3:-1]} == {needed}
+
+
+@pytest.mark.parametrize(
+    ("excess", "arrived", "maps", "expected"),
+    [
+        (0.0, 1.0, 200, Verdict.SUPPORTED),
+        (0.05, 1.0, 200, Verdict.CONTRADICTED),
+        (0.0, 0.8, 200, Verdict.CONTRADICTED),
+        (0.0, 1.0, 40, Verdict.UNDECIDED),
+    ],
+)
+def test_training_claim_tells_worlds_apart(excess: float, arrived: float, maps: int, expected: Verdict) -> None:
+    finding = trained(dict.fromkeys(LEARNERS, excess), arrived, maps)
+    assert finding.verdicts == (expected,)
+    assert finding.parts[0].condition == "for every gamma and reward"
+
+
+def test_each_learner_has_its_own_verdict() -> None:
+    finding = trained({name: 0.0 if name == UNDISCOUNTED else 0.5 for name in LEARNERS}, 1.0, 80)
+    found = {part.condition: part.verdict for part in finding.parts}
+    assert found.pop("for gamma = 1") is Verdict.SUPPORTED
+    assert list(found.values()) == [Verdict.CONTRADICTED]
+
+
+def trained(excess: Mapping[str, float], arrived: float, maps: int) -> Finding:
+    """Check C53 in a world in which full training leaves so much, and less training more."""
+    rng = np.random.default_rng(1)
+    records = []
+    for number, name, share in product(range(maps), LEARNERS, claims.TRAINING):
+        there = bool(rng.random() < arrived)
+        far = excess[name] if share == claims.TRAINING[-1] else 0.1
+        case = {"map": number, "learner": name, "share": share}
+        records.append({**case, "arrived": there, "excess": far if there else None})
+    return catalogue.claims()["C53"].check(Evidence(samples={"training": Samples(records)}))
+
+
+def test_training_never_beats_the_optimum() -> None:
+    for seed in range(2):
+        excess = [one["excess"] for one in claims.training.sample(seed)]
+        assert len(excess) == len(LEARNERS) * len(claims.TRAINING)
+        assert all(one is None or one >= -1e-12 for one in excess)

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from strategies import usual
 
 from cgla_graph.comparisons.claims.artefact import Comparison, TableRow, artefacts
-from cgla_graph.comparisons.claims.paper import paper_tables
+from cgla_graph.comparisons.claims.figures import paper_tables
+from cgla_graph.comparisons.claims.figures.paper_tables import Reason, reason, rows
 from cgla_graph.comparisons.claims.paper.flights import START
-from cgla_graph.comparisons.claims.paper.paper_tables import Reason, reason, rows
 from cgla_graph.comparisons.claims.paper.printed_values import TABLES, PaperValue
 from cgla_graph.comparisons.claims.paper.routes import Route, Routes, fly
 
@@ -25,7 +25,7 @@ QUOTED = ("BCV", "A2D", "Q-Learning")
 
 @pytest.fixture(scope="module")
 def tables() -> dict[str, Comparison]:
-    made = {one.label: one.make() for one in artefacts() if one.label.startswith("Table")}
+    made = {one.label: one.make() for one in artefacts() if one.label.startswith("Table") and not one.is_ours}
     return {label: table for label, table in made.items() if isinstance(table, Comparison)}
 
 

@@ -3,7 +3,8 @@ The paper's Tables 1 to 5, remade: each printed number, ours where there is one,
 
 One rule decides. A printed number and ours are comparable where they measure the same in the same situation: no row is,
 since the paper prints none of its maps. Where the measure is the same, ours from a reconstructed map stands beside it,
-and the row says what differs. Where not even the measure is, ours is left out.
+and the row says what differs. Where not even the measure is, ours is left out of the row. What our planners in the
+style of those do on our map stands in a table of its own, with nothing of the paper's in it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,7 +12,7 @@ from enum import Enum
 
 from cgla_graph.comparisons.claims.artefact import Comparison, TableRow, artefact
 from cgla_graph.comparisons.claims.claim import require
-from cgla_graph.comparisons.claims.paper.figure_page import SELECTED
+from cgla_graph.comparisons.claims.figures.figure_page import SELECTED
 from cgla_graph.comparisons.claims.paper.printed_values import (
     TABLE_1,
     TABLE_2,
@@ -22,6 +23,7 @@ from cgla_graph.comparisons.claims.paper.printed_values import (
     PaperValue,
 )
 from cgla_graph.comparisons.claims.paper.routes import Route, Routes, escape, fly, for_weights, of_flight
+from cgla_graph.comparisons.claims.paper.sweeps import TABLE_1_SETUPS, on_paper_map
 
 #: Planners in the style of the paper's, by its names for them.
 STYLES: Mapping[str, str] = {"CGLA": "cgla", "FBCRI": "fbcri-style", "CPVS": "cpvs-style"}
@@ -115,8 +117,10 @@ def _table_1() -> Comparison:
     require(k200.length < k50.length, "Table 1: K = 200 flies farther than K = 50")
     return Comparison(
         "One UAV from (0.1, 0.1) to (0.9, 0.9). In the paper risk falls with K, and K = 200 is shorter than K = 50, "
-        "which no optima with full information can be. So it is in our flights, and not offline. " + SELECTED,
+        "which no optima with full information can be. So it is in our flights, and not offline. Below it are flights "
+        "and plans of ours alone: nothing there is comparable with the rows of BCV, A2D and Q-Learning. " + SELECTED,
         rows(TABLE_1, {f"CGLA, {one.label}": one for one in found}),
+        (on_paper_map(TABLE_1_SETUPS),),
     )
 
 

@@ -11,8 +11,7 @@ from matplotlib.ticker import FuncFormatter
 from cgla_graph._types import Point
 from cgla_graph.comparisons.claims.artefact import Picture, artefact
 from cgla_graph.comparisons.claims.claim import require
-from cgla_graph.comparisons.claims.paper.field_claims import HIGH, LOW, SIGMAS, share_doubled, weights_from_origin
-from cgla_graph.comparisons.claims.paper.figure_page import (
+from cgla_graph.comparisons.claims.figures.figure_page import (
     NARROW,
     SELECTED,
     WIDE,
@@ -25,6 +24,7 @@ from cgla_graph.comparisons.claims.paper.figure_page import (
     picture,
     write_beside,
 )
+from cgla_graph.comparisons.claims.paper.field_claims import HIGH, LOW, SIGMAS, share_doubled, weights_from_origin
 from cgla_graph.comparisons.claims.paper.flights import GOAL, RADIUS, START, fly_alone, paper_lattice
 from cgla_graph.comparisons.claims.paper.resolution_claims import SIZES, farthest_pair
 from cgla_graph.comparisons.claims.paper.routes import Route, Routes, arrived, both, escape, for_weights, paper_field
@@ -183,9 +183,9 @@ def _fig_5() -> Picture:
         figure,
         "Risk sum is F summed over positions 0.02 apart; lengths are in sides of the map. In the paper K = 10 passes "
         f"the regions (0.5, 0.5) and (0.8, 0.8), greater K avoid them; here flights come as near as {passed}. "
-        "bcv-style is a planner in the style of BCV, not the original, whose text is not public; its way here is "
-        f"short, the paper's way of BCV is long. Start, goal, N, step and K are the paper's, the detection radius "
-        f"({RADIUS:g}) is ours. {SELECTED}",
+        "bcv-style is a planner in the style of BCV, not the original, whose text is not public; its way here, with a "
+        "risk aversion of 5, is short (Fig. A2 has 0), the paper's way of BCV is long. Start, goal, N, step and K are "
+        f"the paper's, the detection radius ({RADIUS:g}) is ours. {SELECTED}",
     )
 
 

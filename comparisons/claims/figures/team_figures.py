@@ -1,14 +1,16 @@
-"""The paper's figures with several UAVs, remade: Figs 4, 7, 8, 9, 10 and 12."""
+"""The paper's figures with several UAVs, remade: Figs 4, 7, 8, 9, 10 and 12; and one of ours, Fig. A3."""
 
 import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from cgla_graph.comparisons.claims.artefact import Picture, artefact
 from cgla_graph.comparisons.claims.claim import require
-from cgla_graph.comparisons.claims.paper.figure_page import (
+from cgla_graph.comparisons.claims.evidence import Evidence
+from cgla_graph.comparisons.claims.figures.figure_page import (
     SELECTED,
     WIDE,
     Key,
@@ -21,8 +23,11 @@ from cgla_graph.comparisons.claims.paper.figure_page import (
     picture,
     write_beside,
 )
+from cgla_graph.comparisons.claims.inference import Proportion
+from cgla_graph.comparisons.claims.paper.flights import RADIUS, SAFE_DISTANCE, TEAM_K
+from cgla_graph.comparisons.claims.paper.obstacle_claims import SPREADS, STEPNUMS, curve
 from cgla_graph.comparisons.claims.paper.routes import Route, fly
-from cgla_graph.comparisons.plots.scene import SIGHT_DASHES, colour_of, draw_ring, patch_key
+from cgla_graph.comparisons.plots.scene import SIGHT_DASHES, Look, colour_of, dashes_of, draw_ring, line_key, patch_key
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import UavFlight
 
@@ -88,7 +93,7 @@ def _fig_7() -> Picture:
         f"{_meetings(runs)}; nearer than 0.03 counts as a collision, as with 0 and 5. With 5 the two come to fly as "
         "one: the obstacle is beyond the other UAV, whose own place is left free. stepnum, the two-zone rule, N and "
         "the step are the paper's. K = 15 and the spread of the obstacle (0.015) were selected so that 0 and 5 collide "
-        f"and 3 does not: 2 of 224 settings tried show it. {SELECTED}",
+        f"and 3 does not: 2 of 224 settings tried show it. {SELECTED} For random maps see Fig. A3.",
     )
 
 
@@ -152,6 +157,44 @@ def _fig_12() -> Picture:
         f"{_meetings(runs)}; all arrive. The numbers of UAVs and threats, the goal, N and step are the paper's; where "
         "the threats are, the starts (those of Fig. 8), K = 20, the radii and the virtual obstacle are ours.",
     )
+
+
+@artefact("Fig. A3", "collisions by steps ahead and spread, on random maps", experiments=("stepnum",))
+def _fig_a3(evidence: Evidence) -> Picture:
+    samples = evidence.samples["stepnum"]
+    (bare,) = curve(samples, None)
+    with page() as figure:
+        axes = figure.add_subplot()
+        axes.axhline(bare.rate, color="0.35", linestyle=SIGHT_DASHES, linewidth=1.2)
+        axes.axhspan(*bare.interval, color="0.5", alpha=0.15, linewidth=0.0)
+        keys: list[Key] = [(line_key(color="0.35", linestyle=SIGHT_DASHES), "without virtual obstacles")]
+        for number, spread in enumerate(SPREADS):
+            keys.append((_draw_rates(axes, curve(samples, spread), number), f"spread {spread:g}"))
+        axes.set(xlabel="stepnum: steps ahead", ylabel="share of flights that collide", xticks=STEPNUMS)
+        axes.set_ylim(bottom=-0.02)
+        heading = ("Fig. A3", "How often two UAVs collide on random maps, by the steps a virtual obstacle is ahead")
+        finish(figure, heading, [[(axes, (1.6 * WIDE, WIDE))]], keys, columns=2)
+    return picture(
+        figure,
+        f"{bare.n} random maps; bars and band: 95 % intervals of Clopper and Pearson. Starts, goal, N, step and rule "
+        f"are the paper's; K = {TEAM_K}, OR = {RADIUS:g}, SD = {SAFE_DISTANCE:g} and the spreads of the obstacle are "
+        "ours. In the paper's Fig. 7 the UAVs collide with 0 and 5 steps ahead, and not with 3.",
+    )
+
+
+def _draw_rates(axes: Axes, rates: Sequence[Proportion], number: int) -> Artist:
+    """Draw shares over stepnum with their intervals, a little beside those of other curves."""
+    at = np.array(STEPNUMS) + 0.08 * (number - 1)
+    look: Look = {
+        "color": colour_of(number),
+        "marker": "osD"[number],
+        "markersize": 4.5,
+        "linestyle": dashes_of(number),
+    }
+    axes.plot(at, [one.rate for one in rates], linewidth=1.6, zorder=3.0, **look)
+    low, high = np.transpose([one.interval for one in rates])
+    axes.vlines(at, low, high, color=colour_of(number), linewidth=1.0, zorder=2.9)
+    return line_key(**look)
 
 
 def _drawn(label: str, title: str, runs: Sequence[MissionRun], caption: str) -> Picture:
