@@ -15,6 +15,8 @@ from cgla_graph.model.adjacency import Node
 from cgla_graph.model.graph import GeometricGraph
 
 Schedule: TypeAlias = Literal["label-setting", "synchronous", "random", "given"]
+#: Label setting over what can be part of one optimum: what `restricted_optimum` finds, on lattices of any size.
+RESTRICTED: Literal["restricted"] = "restricted"
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,9 +31,10 @@ class CostMatrix:
     target
         Index of the target.
     schedule
-        How ``p_r`` was chosen in Eq. 9.
+        How ``p_r`` was chosen in Eq. 9; ``restricted``: from the Delta sets of what can be part of one optimum.
     values
-        Shape ``(n,)``, map units: G, infinity where the target was not reached (yet).
+        Shape ``(n,)``, map units: G, infinity where the target was not reached (yet). Restricted: infinity for nodes
+        that are no part of the optimum as well.
     successors
         Shape ``(n,)``: index of the next node on the way to the target, -1 where there is none.
     order
@@ -55,7 +58,7 @@ class CostMatrix:
 
     graph: GeometricGraph
     target: int
-    schedule: Schedule
+    schedule: Schedule | Literal["restricted"]
     values: FloatArray
     successors: IntArray
     order: IntArray
@@ -93,7 +96,8 @@ class CostMatrix:
         """
         The sets Delta_k of Eqs 10-12 that label setting chose from: per round, the unsettled nodes of least value.
 
-        Computed by running the rounds again.
+        Computed by running the rounds again; restricted, from the values, as a value is final when it is among the
+        least.
 
         Raises
         ------
@@ -106,6 +110,11 @@ class CostMatrix:
         >>> [delta.tolist() for delta in cost_matrix(star, target=0).delta_sets]
         [[0], [1, 2], [2]]
         """
+        if self.schedule == RESTRICTED:
+            served = self.values[self.order]
+            return [
+                np.sort(self.order[number:][served[number:] == least]) for number, least in enumerate(served.tolist())
+            ]
         if self.schedule != "label-setting":
             msg = f"the {self.schedule} schedule has no Delta sets; use schedule='label-setting'"
             raise GraphError(msg)
@@ -124,12 +133,20 @@ class CostMatrix:
 
         Computed by running the rounds again.
 
+        Raises
+        ------
+        GraphError
+            For a restricted one, whose rounds leave out what cannot matter.
+
         Examples
         --------
         >>> chain = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]])
         >>> cost_matrix(chain, target=2).history().tolist()
         [[inf, inf, 0.0], [9.0, 1.0, 0.0], [2.0, 1.0, 0.0], [2.0, 1.0, 0.0]]
         """
+        if self.schedule == RESTRICTED:
+            msg = "a restricted cost matrix has no history: its rounds leave out what cannot matter; compute all of G"
+            raise GraphError(msg)
         values, successors = _start(self.graph.n_nodes, self.target)
         settled, changed = np.zeros((2, len(values)), dtype=np.bool_)
         rounds = [values.copy()]

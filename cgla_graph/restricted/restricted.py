@@ -53,6 +53,7 @@ from scipy.sparse import csgraph
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph.certificate.certificate import LEAST_SHRINK
+from cgla_graph.cost_to_go.cost_matrix import RESTRICTED, CostMatrix
 from cgla_graph.errors import GraphError
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
@@ -124,6 +125,37 @@ class Restricted:
     def is_optimum(self) -> bool:
         """Whether the search came to its end, so that the path is the best one."""
         return not self.bound < self.cost
+
+    def matrix(self, on: GraphProblem) -> CostMatrix:
+        """
+        Return it as a cost matrix of the whole graph, with values and successors of the nodes that were kept.
+
+        Parameters
+        ----------
+        on
+            The problem that it was found for.
+
+        Examples
+        --------
+        >>> on = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0).on_lattice(30)
+        >>> found = restricted_optimum(on)
+        >>> matrix = found.matrix(on)
+        >>> matrix.path_from(on.source) == [on.graph.labels[index] for index in found.nodes]
+        True
+        >>> matrix.rounds, [len(delta) for delta in matrix.delta_sets[:2]]
+        (120, [1, 1])
+        """
+        n, target = on.graph.n_nodes, on.graph.index_of(on.target)
+        values, successors = np.full(n, np.inf), np.full(n, -1)
+        values[self.kept], successors[self.kept] = self.values, self.successors
+        values[target] = 0.0
+        # of the path that everything was held against, where nothing cheaper was found
+        for node, following in reversed(list(pairwise(self.nodes.tolist()))):
+            cost = values[following] + on.graph.weight(node, following)
+            if cost < values[node]:
+                values[node], successors[node] = cost, following
+        order = self.order[np.isfinite(values[self.order])]
+        return CostMatrix(on.graph, target, RESTRICTED, values, successors, order, len(order), converged=False)
 
 
 def can_restrict(graph: GeometricGraph) -> bool:

@@ -209,6 +209,26 @@ def test_what_cannot_be_bounded_is_not_weighed_by_the_billion(monkeypatch: pytes
 
 
 @examples(25)
+@given(seeds, st.integers(12, 30))
+def test_as_a_cost_matrix_it_has_values_ways_and_delta_sets_of_what_was_kept(seed: int, side: int) -> None:
+    on = random_problem(seed).on_lattice(side)
+    found, full = restricted_optimum(on), cost_matrix(on.weighed().graph, on.target, source=on.source)
+    if found is None:
+        return
+    matrix = found.matrix(on)
+    assert matrix.value(on.source) == pytest.approx(full.value(on.source), rel=1e-12)
+    assert matrix.path_from(on.source) == [on.graph.labels[index] for index in found.nodes.tolist()]
+    for node, delta in zip(matrix.order.tolist(), matrix.delta_sets, strict=True):
+        assert node in delta
+        assert set(matrix.values[delta]) == {matrix.values[node]}
+    # of those that served in both, no value is below that of the full matrix
+    both = np.intersect1d(matrix.order, full.order)
+    assert (matrix.values[both] >= full.values[both] * (1.0 - 1e-12)).all()
+    with pytest.raises(GraphError, match="no history"):
+        matrix.history()
+
+
+@examples(25)
 @given(seeds, st.integers(12, 30), st.sampled_from([1e-9, 1e-3, 5e-3, 0.02]))
 def test_whenever_the_time_is_up_the_optimum_lies_between_the_bound_and_the_path(
     seed: int, side: int, seconds: float
