@@ -37,17 +37,12 @@ check: lint
 bench: $(INSTALLED)
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-columns=min,median,rounds -s
 
-# an hour: every claim of the paper in full, then the verdicts that are shipped and the manual's table of them
+# an hour: every claim of the paper in full, and quickly on three other samples; then the verdicts that are shipped and the
+# manual's table of them. Seed 1 is left out: some settings of experiments were chosen on its maps
 claims: $(INSTALLED)
-	$(BIN)/cgla claims --out results/claims --overwrite
-	for seed in 1 2 3; do $(BIN)/cgla claims --quick --seed $$seed --json > results/claims/quick-$$seed.json || exit; done
+	$(BIN)/cgla claims --seed 2 --out results/claims --overwrite
+	for seed in 3 4 5; do $(BIN)/cgla claims --quick --seed $$seed --json > results/claims/quick-$$seed.json || exit; done
 	$(BIN)/python -m cgla_graph.comparisons.claims.summary results/claims/claims.json docs/claims.md results/claims/quick-*.json
-
-$(INSTALLED): pyproject.toml
-	@$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed: make PYTHON=…" if sys.version_info < (3, 11) else 0)'
-	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --editable '.[dev]'
-	touch $@
 
 clean:
 	rm -rf $(VENV) build dist results *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks

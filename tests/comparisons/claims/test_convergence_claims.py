@@ -156,3 +156,9 @@ def test_weights_that_do_not_come_back_are_noticed(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(UavFlight, "obstacles_at", lambda *_: ())
     with pytest.raises(AssertionError, match="do not change at all"):
         check("C54")
+
+
+@pytest.mark.slow
+def test_the_exclusion_experiment_measures_every_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(claims, "RADII", (0.2,))
+    assert len(catalogue.experiments()["exclusion"].sample(5)) == 4
