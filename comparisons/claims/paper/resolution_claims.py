@@ -106,7 +106,7 @@ def _flown_on_sizes(field: RiskField, cell: Case) -> Record:
     "P(Frechet distance of any two <= 2/15) is above 0.9, and above 0.95, all known and with limited sight.",
     Kind.STATISTIC,
     experiments=("resolution",),
-    figures=("Fig. 11",),
+    figures=("Fig. 11", "Fig. A4"),
 )
 def _check_c46(evidence: Evidence) -> Finding:
     excess = _excess_over_bound(evidence.scale.map_seeds(evidence.instances(40, 2)))

@@ -19,7 +19,7 @@ from scipy.integrate import quad
 from strategies import examples, few, points, seeds
 
 from cgla_graph.comparisons.claims.artefact import Artefact, Picture, artefacts
-from cgla_graph.comparisons.claims.figures import single_figures, team_figures
+from cgla_graph.comparisons.claims.figures import lattice_figure, single_figures, team_figures
 from cgla_graph.comparisons.claims.figures.figure_page import NARROW, SELECTED, WIDE, add_map, draw_route, finish, page
 from cgla_graph.comparisons.claims.paper.field_claims import HIGH, LOW, SIGMAS, weights_from_origin
 from cgla_graph.comparisons.claims.paper.flights import GOAL, START, STEP, paper_lattice
@@ -64,6 +64,7 @@ def drawn(artefact: Artefact, monkeypatch: pytest.MonkeyPatch) -> tuple[Figure, 
 
     monkeypatch.setattr(sys.modules[artefact.make.__module__], "picture", kept)
     monkeypatch.setattr(team_figures, "fly", once)
+    monkeypatch.setattr(lattice_figure, "SIZES", (10, 15, 20, 40))
     made = artefact.make()
     assert isinstance(made, Picture)
     (figure,) = figures
@@ -272,3 +273,10 @@ def test_an_escape_that_is_not_safer_is_refused(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(single_figures, "escape", lambda: turned)
     with pytest.raises(AssertionError, match=r"Fig\. 6"):
         FIGURES["Fig. 6"].make()
+
+
+def test_a_lattice_of_more_points_never_costs_more_and_no_path_less_than_the_bound() -> None:
+    lattices, plane = lattice_figure.excess(lattice_figure.maps()["random map 1"], (10, 20, 40))
+    assert (np.diff(lattices) <= 0.0).all()
+    assert 0.0 <= plane <= lattices[-1]
+    assert plane < lattice_figure.BOUND_WITHIN * 5.0

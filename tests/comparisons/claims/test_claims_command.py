@@ -58,7 +58,8 @@ def test_each_counterexample_can_be_read(name: str, tmp_path: Path) -> None:
 def test_a_few_claims_are_shown_with_their_evidence(cgla: Call) -> None:
     answer = cgla("claims", "c16", "13", "--quick", "--workers", 2)
     assert answer.code == 0
-    for words in ("C13: not below 0: proved", "C16: refuted", "counterexample: remark-1-star.json", "again: cgla claims C16"):
+    said = ("C13: not below 0: proved", "C16: refuted", "counterexample: remark-1-star.json", "again: cgla claims C16")
+    for words in said:
         assert words in answer.out
     assert answer.out.index("C13") < answer.out.index("C16")
 
