@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.ticker import FuncFormatter
 
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate.certificate import lower_bound
@@ -71,6 +72,7 @@ def _fig_a4() -> Picture:
         keys.append((line_key(color="0.4", linestyle=(0, (4, 3))), "best path known in the plane"))
         axes.set(xlabel="N, points a side", ylabel="excess over the proven bound", xticks=SIZES)
         axes.set_xticklabels([str(n) for n in SIZES])
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda one, _: f"{100.0 * one:g} %"))
         axes.minorticks_off()
         axes.set_axisbelow(True)
         axes.grid(color="0.92", linewidth=0.5)
