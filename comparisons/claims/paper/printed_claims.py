@@ -312,7 +312,8 @@ def _check_c35(evidence: Evidence) -> Finding:
             ),
             (
                 "Discount and reward at the target are not printed. With a discount, a large reward makes ways of few "
-                "moves the best whatever their risk (C34): shorter and far riskier than CGLA's, as Table 1 has it."
+                "moves the best whatever their risk (C34): shorter and far riskier than CGLA's. So are Table 1's "
+                "numbers; whether for that reason, nothing printed says."
             ),
             (
                 "With all of the map known, CGLA's cost, length + K * risk, is never above that of a path in eight "
