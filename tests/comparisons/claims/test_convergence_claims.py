@@ -147,8 +147,8 @@ def test_two_flights_are_the_same_up_to_rounding() -> None:
 
 def test_weights_that_do_not_come_back_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert check("C54").headline == (
-        "weights change at random: refuted as Eqs 1, 2 and 5 define them; nobody is caught: refuted with virtual "
-        "obstacles; nobody is caught: proved with static threats"
+        "weights change at random: refuted as Eqs 1, 2 and 5 define them · nobody is caught: refuted with virtual "
+        "obstacles; proved with static threats"
     )
     monkeypatch.setattr(UavFlight, "obstacles_at", lambda _, tick: (tick,))
     with pytest.raises(AssertionError, match="by other weights after a period"):

@@ -71,7 +71,7 @@ POSITIVE = "p_s can reach p_t and no weight is below 0"
     ],
 )
 def test_what_holds_under_a_condition_is_said_with_it(claim: str, headline: str) -> None:
-    assert CHECKS[claim](Evidence(Scale(maps=8))).headline == headline
+    assert "; ".join(CHECKS[claim](Evidence(Scale(maps=8))).rulings) == headline
 
 
 def test_the_gaps_of_the_printed_proof_are_in_the_report() -> None:
