@@ -247,7 +247,7 @@ def budget_note(entrants: Sequence[Entrant]) -> str:
 
     Examples
     --------
-    >>> budget_note([Entrant.parse("dijkstra").with_budget({"seconds": 0.5})])
+    >>> budget_note([Entrant.parse("cgla").with_budget({"seconds": 0.5})])
     'budget: seconds=0.5, which no solver here takes'
     """
     budget = next((entrant.budget for entrant in entrants if entrant.budget), {})

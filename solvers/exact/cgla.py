@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, get_args
 
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
-from cgla_graph.errors import SolverSettingError
+from cgla_graph._validate import positive_number
+from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import MOST_HELD, Traits
 from cgla_graph.restricted.restricted import Restricted, can_restrict, restricted_optimum
-from cgla_graph.solvers.budget import Budget
 
 
 @dataclass(frozen=True)
@@ -28,15 +28,15 @@ class Cgla:
         once, ``sweeps`` one node after the other in the order of their indices, again and again until nothing changes.
     early_stop
         Stop when the start is in Delta_k (Step 2); only label setting does.
-    seconds
-        Time limit of the search on lattices of more than 6,000 nodes, in seconds; None: no limit. When it ends the
+    time_limit
+        Of the search on lattices of more than 6,000 nodes, in seconds; None: no limit. When it ends the
         search, the answer is the best path so far, with a proven bound of the optimum instead of a claim. Smaller
         graphs are weighed as a whole, without a limit.
 
     Raises
     ------
     SolverSettingError
-        If the schedule is unknown, `early_stop` is no truth value, or `seconds` is not above 0.
+        If the schedule is unknown, `early_stop` is no truth value, or `time_limit` is not above 0.
 
     Examples
     --------
@@ -48,7 +48,7 @@ class Cgla:
 
     schedule: Literal["label-setting", "synchronous", "sweeps"] = "label-setting"
     early_stop: bool = True
-    seconds: float | None = None
+    time_limit: float | None = None
 
     traits: ClassVar[Traits] = Traits(
         "cgla", "the paper's cost matrix (Eq. 9)", domain="graph", exact=True, needs_positive=True, lazy=True
@@ -63,14 +63,18 @@ class Cgla:
         if not isinstance(self.early_stop, bool):
             msg = f"cgla: early_stop is {self.early_stop!r}; give True or False"
             raise SolverSettingError(msg)
-        if self.seconds is not None:
-            Budget(seconds=self.seconds).check("cgla")
+        if self.time_limit is not None:
+            try:
+                positive_number("time_limit", self.time_limit)
+            except ProblemError as error:
+                msg = f"cgla: {error} (or None, for no limit)"
+                raise SolverSettingError(msg) from error
 
     def solve(self, problem: GraphProblem) -> Solution:
         """Compute the cost matrix and read the path off it."""
         graph = problem.graph
         if self.early_stop and graph.n_nodes > FULL_UP_TO and can_restrict(graph):
-            found = restricted_optimum(problem, seconds=self.seconds)
+            found = restricted_optimum(problem, seconds=self.time_limit)
             if found is not None:
                 return _restricted_answer(problem, found)
             if graph.n_nodes > MOST_HELD:
@@ -110,7 +114,7 @@ def _restricted_answer(problem: GraphProblem, found: Restricted) -> Solution:
         return Solution(
             Status.NOT_FOUND,
             evaluations=integrated,
-            message="no path of the lattice was found within the time limit; give more seconds",
+            message="no path of the lattice was found within the time limit; give more time",
         )
     nodes = tuple(graph.labels[index] for index in found.nodes.tolist())
     # its own sum is in another order of the same weights
