@@ -4,8 +4,8 @@ import itertools
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, get_args
 
-from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph._validate import positive_number
+from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem
 from cgla_graph.model.solution import Solution, Status
