@@ -20,7 +20,7 @@ from cgla_graph.mission.uav import Uav
 from cgla_graph.model.adjacency import Node
 from cgla_graph.model.cost_model import CostModel, indexed_area
 from cgla_graph.model.graph import GeometricGraph
-from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.problem import FULL_UP_TO, GraphProblem, Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Remarks, StepByStep, Traits, run, stay
@@ -197,6 +197,15 @@ class Replanner:
             return run(solver, problem, self.mission.lattice)
         plain = not self._is_fused and self.mission.exclude == "none" and problem.field.is_probability
         if plain and isinstance(solver, CostMatrixReader):
+            if (
+                self.mission.lattice.n_points > FULL_UP_TO
+                and solver.traits.lazy
+                and getattr(solver, "early_stop", True)
+            ):
+                answer = self._solve_restricted(problem)
+                # where nothing can be restricted, all of G is repaired
+                if answer.status is not Status.UNSUPPORTED:
+                    return answer
             return self._read(problem, situation, solver)
         if self._is_rastered and self.mission.incremental and isinstance(solver, CostMatrixReader):
             return self._read_raster(problem, situation, solver)
@@ -219,6 +228,13 @@ class Replanner:
     def _complete(self, model: CostModel, *extra: Point) -> GeometricGraph:
         """Lay the complete graph over the mission's lattice and some more points."""
         return GeometricGraph.complete(self.mission.lattice, model.field, model.k, no_fly=model.no_fly, extra=extra)
+
+    def _solve_restricted(self, problem: Problem) -> Solution:
+        """Have a solver that needs no weights beforehand plan on a graph too large to keep all of G up to date."""
+        first = self._first(problem)
+        graph = self._complete(problem.model, self.uav.goal, first)
+        on = GraphProblem(graph, graph.node_at(first), graph.node_at(self.uav.goal))
+        return self._from(problem, run(self.mission.solver, on), graph)
 
     def _read(self, problem: Problem, situation: Situation, solver: CostMatrixReader) -> Solution:
         """Read the path off the cost matrix."""

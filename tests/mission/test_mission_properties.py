@@ -14,7 +14,7 @@ from strategies import few, seeds
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.mission import simulation
+from cgla_graph.mission import replanner, simulation
 from cgla_graph.mission.avoidance import plan_around
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, MissionStatus, UavFlight
@@ -26,6 +26,7 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.motion.space_time import Others, SpaceTimePlan, SpaceTimeStatus
+from cgla_graph.solvers.exact import cgla
 
 CGLA = cg.solvers.get("cgla")
 
@@ -323,3 +324,19 @@ def test_who_would_take_off_too_close_to_another_does_not() -> None:
     assert math.isinf(flight.least_separation)
     early = dataclasses.replace(late, departs=30)
     assert Mission(world, [first, early], CGLA, avoidance="prioritized").fly().all_arrived
+
+
+@few
+@given(seeds)
+def test_what_is_restricted_flies_as_what_is_repaired(seed: int) -> None:
+    """On lattices too large to keep all of G up to date, each plan is an optimum of its own, of the same cost."""
+    mission = scattered(seed, n_uavs=1, resolution=20)
+    with pytest.MonkeyPatch.context() as patch:
+        whole = mission.fly()
+        for module in (replanner, cgla):
+            patch.setattr(module, "FULL_UP_TO", 100)
+        restricted = mission.fly()
+    one, other = (flight.uavs["u0"] for flight in (whole, restricted))
+    assert other.status is one.status is MissionStatus.ARRIVED
+    assert len(one.replans) == len(other.replans)
+    np.testing.assert_allclose(other.trace, one.trace, atol=1e-9)
