@@ -3,12 +3,14 @@
 import time
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
+from contextvars import copy_context
 from dataclasses import dataclass, field
 from typing import Any
 
 from cgla_graph.comparisons.claims import catalogue
 from cgla_graph.comparisons.claims.artefact import MODULES, Artefact, Content, artefacts
 from cgla_graph.comparisons.claims.claim import Claim, Finding, Verdict
+from cgla_graph.comparisons.claims.contrasts import ALPHA, LEVEL, QUICK_ALPHA
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.store import FIGURE, FINDING, SAMPLE, Drawn, Found, Measured, Store
@@ -214,8 +216,11 @@ def _sample(name: str, seed: int, limits: Limits) -> list[Record]:
 def _check(claim: str, evidence: Evidence, limits: Limits) -> tuple[Finding, float]:
     """Check a claim."""
     began = time.perf_counter()
+    # in a context of its own, as this process checks other claims as well
+    context = copy_context()
+    context.run(LEVEL.set, QUICK_ALPHA if evidence.scale.quick else ALPHA)
     with limited(limits.seconds, limits.megabytes):
-        finding = catalogue.claims()[claim].check(evidence)
+        finding = context.run(catalogue.claims()[claim].check, evidence)
     return finding, time.perf_counter() - began
 
 

@@ -9,7 +9,9 @@ tested at the full level, and no adjustment for their number is due. That the op
 so those p-values are adjusted by Holm's method.
 """
 
+import math
 from collections.abc import Mapping, Sequence
+from contextvars import ContextVar
 from dataclasses import dataclass
 from itertools import product
 from typing import Any, Literal, Protocol, TypeAlias
@@ -65,8 +67,22 @@ SHARE_RULE = (
 )
 #: Risks below this are as good as none; logarithms need a least value. Line integrals are not more exact.
 LEAST = 1e-9
-#: Two-sided signed ranks, and McNemar's test, need so many pairs that differ for a p-value below `ALPHA`.
-FEWEST_PAIRS = 6
+#: The level of a quick check, which is to say nothing that the full one does not: few maps err more often.
+QUICK_ALPHA = 0.01
+#: The level of the check that runs.
+LEVEL: ContextVar[float] = ContextVar("LEVEL", default=ALPHA)
+
+
+def fewest_pairs() -> int:
+    """
+    Return how many pairs that differ two-sided signed ranks, and McNemar's test, need to show anything.
+
+    Examples
+    --------
+    >>> fewest_pairs()
+    6
+    """
+    return math.floor(1.0 - math.log2(LEVEL.get())) + 1
 
 
 class CellTest(Protocol):
@@ -90,7 +106,7 @@ class CellTest(Protocol):
 
 def holds(test: CellTest) -> bool:
     """Tell whether a test shows what is claimed."""
-    return test.p < ALPHA and test.direction > 0
+    return test.p < LEVEL.get() and test.direction > 0
 
 
 def judged(tests: Sequence[CellTest]) -> Verdict:
@@ -108,7 +124,7 @@ def judged(tests: Sequence[CellTest]) -> Verdict:
     if tests and all(holds(test) for test in tests):
         return Verdict.SUPPORTED
     against = holm([test.p if test.direction < 0 else 1.0 for test in tests])
-    return Verdict.CONTRADICTED if any(p < ALPHA for p in against) else Verdict.UNDECIDED
+    return Verdict.CONTRADICTED if any(p < LEVEL.get() for p in against) else Verdict.UNDECIDED
 
 
 def shown(tests: Sequence[CellTest]) -> str:
@@ -121,7 +137,7 @@ def shown(tests: Sequence[CellTest]) -> str:
     'in 0 of 0 cells'
     """
     words = f"in {sum(holds(test) for test in tests)} of {len(tests)} cell{'s' if len(tests) != 1 else ''}"
-    opposite = sum(test.p < ALPHA and test.direction < 0 for test in tests)
+    opposite = sum(test.p < LEVEL.get() and test.direction < 0 for test in tests)
     if opposite:
         words += f", the opposite in {opposite}"
     more = max((test.missing for test in tests), default=0)
@@ -132,7 +148,16 @@ def judged_part(
     statement: str, tests: Sequence[CellTest], *, effect: str = "", printed: str = "", condition: str = ""
 ) -> Part:
     """Say of a part of a claim what its tests show in all cells."""
-    return Part(statement, judged(tests), f"shown {shown(tests)}", condition, effect, printed)
+    return Part(statement, judged(tests), f"shown {shown(tests)}", condition + split(tests), effect, printed)
+
+
+def split(tests: Sequence[CellTest]) -> str:
+    """Say what belongs to the condition of what some cells contradict and others show; empty if none do both."""
+    found = sum(holds(test) for test in tests)
+    if not found or judged(tests) is not Verdict.CONTRADICTED:
+        return ""
+    opposite = sum(test.p < LEVEL.get() and test.direction < 0 for test in tests)
+    return f" (in {opposite} of {len(tests)} cells; {found} show it)"
 
 
 @dataclass(frozen=True)
@@ -161,13 +186,13 @@ class Contrast:
 
     @property
     def direction(self) -> int:
-        """1 where the first value is greater, -1 where it is less."""
-        return int(np.sign(self.shift.effect))
+        """1 where the first value is greater, -1 where it is less; 0 where a typical pair does not differ."""
+        return 0 if self.shift.typical == 0.0 else int(np.sign(self.shift.effect))
 
     @property
     def missing(self) -> int:
         """How many more maps it takes at least."""
-        return max(0, FEWEST_PAIRS - self.shift.n)
+        return max(0, fewest_pairs() - self.shift.n)
 
 
 def contrast(
@@ -258,7 +283,8 @@ def span(values: Sequence[float], form: str = ".3g") -> str:
 def contrast_part(statement: str, contrasts: Sequence[Contrast], *, printed: str = "", condition: str = "") -> Part:
     """Say of a part of a claim what its contrasts show, and how large they are."""
     effect = sizes(contrasts) if contrasts else ""
-    return Part(statement, judged(contrasts), f"shown {tally(contrasts)}", condition, effect, printed)
+    said = condition + split(contrasts)
+    return Part(statement, judged(contrasts), f"shown {tally(contrasts)}", said, effect, printed)
 
 
 def contrast_table(title: str, contrasts: Sequence[Contrast], note: str = RULE) -> Table:
@@ -332,7 +358,7 @@ class RateContrast:
     @property
     def missing(self) -> int:
         """How many more maps it takes at least."""
-        return max(0, FEWEST_PAIRS - self.n)
+        return max(0, fewest_pairs() - self.n)
 
 
 def rate_contrast(what: str, case: Case, first: FloatArray, second: FloatArray) -> RateContrast:
@@ -413,7 +439,7 @@ def shares(happened: Mapping[Any, FloatArray], least: float = MOSTLY) -> list[Sh
     [(True, 0), (False, 0), (False, 51)]
     """
     # so many out of so many are the fewest that can show it
-    fewest = int(np.ceil(np.log(ALPHA) / np.log(least)))
+    fewest = int(np.ceil(np.log(LEVEL.get()) / np.log(least)))
     found = []
     for case, one in happened.items():
         rate = proportion(one)

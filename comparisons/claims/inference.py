@@ -35,12 +35,15 @@ class Shift:
         Matched-pairs rank-biserial correlation: 1 where the first is greater everywhere, -1 where it is less.
     p
         Of Wilcoxon's signed-rank test, two-sided (zeros split).
+    typical
+        The estimate before any exponential: 0 where a typical pair does not differ, whatever the test says.
     """
 
     n: int
     shift: Estimate
     effect: float
     p: float
+    typical: float = math.nan
 
 
 def paired_shift(first: ArrayLike, second: ArrayLike) -> Shift:
@@ -57,7 +60,8 @@ def paired_shift(first: ArrayLike, second: ArrayLike) -> Shift:
     if not differences:
         return Shift(0, Estimate(math.nan, -math.inf, math.inf), 0.0, 1.0)
     test = signed_rank(differences)
-    return Shift(len(differences), hodges_lehmann(differences), test.effect, test.p)
+    shift = hodges_lehmann(differences)
+    return Shift(len(differences), shift, test.effect, test.p, shift.median)
 
 
 def log_shift(first: ArrayLike, second: ArrayLike) -> Shift:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
 from cgla_graph.comparisons.claims.claim import Part, Verdict
-from cgla_graph.comparisons.claims.contrasts import CellTest, judged
+from cgla_graph.comparisons.claims.contrasts import CellTest, judged, split
 from cgla_graph.solvers.grid.q_learning import QLearning
 
 #: Rewards at the target, map units: about twice the cost of the best way, and one that is very large (C25).
@@ -92,7 +92,7 @@ def by_level(
         dataclasses.replace(
             part(statement, [test for name in names for test in levels[name]], printed=printed),
             verdict=verdict,
-            condition=condition(names),
+            condition=condition(names) + split([test for name in names for test in levels[name]]),
             levels=tuple(names),
         )
         for verdict, names in groups.items()

@@ -48,7 +48,7 @@ COUNTEREXAMPLE = "c42-sharing-hurts.toml"
 ROUNDING = 1e-12
 
 
-@experiment("sharing", quick=6)
+@experiment("sharing", quick=8)
 def sample_sharing(seed: int) -> list[dict[str, Any]]:
     """Fly with and without sharing; for one K also with delays, and on one matrix with delays or out of reach."""
     field = random_scenario(seed).problem.field

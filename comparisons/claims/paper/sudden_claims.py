@@ -61,7 +61,7 @@ AWAY_FROM_HALF, AWAY_FROM_ALL = (1.5, 2.0, 3.0), 3.0
 _ON_TOP = "threat-on-top.toml"
 
 
-@experiment("pop-up", quick=7)
+@experiment("pop-up", quick=8)
 def pop_up(seed: int) -> list[Record]:
     """
     Have a threat come up when the UAV is a step from (0.5, 0.4): at (0.6, 0.5), or straight ahead at some distances.

@@ -1,5 +1,7 @@
 """Verdicts of samples: at the level that they promise, in both directions, and undecided where nothing can be shown."""
 
+from contextvars import copy_context
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,18 +11,21 @@ from cgla_graph.comparisons.claims.claim import Verdict
 from cgla_graph.comparisons.claims.contrasts import (
     ALPHA,
     CELLS,
-    FEWEST_PAIRS,
+    LEVEL,
     MAIN,
+    QUICK_ALPHA,
     Contrast,
     beyond,
     cell_name,
     contrast_part,
+    fewest_pairs,
     holds,
     judged,
     rate_contrast,
     share_part,
     shares,
     shown,
+    split,
 )
 from cgla_graph.comparisons.claims.inference import paired_shift
 from cgla_graph.comparisons.statistics.intervals import Estimate
@@ -85,8 +90,8 @@ def test_too_few_maps_decide_nothing_and_say_how_many_more_it_takes(maps: int) -
     rate = rate_contrast("all", {}, np.ones(maps), np.zeros(maps))
     (share,) = shares({"all": np.ones(maps)})
     for test in (contrast, rate):
-        assert holds(test) == (maps >= FEWEST_PAIRS)
-        assert test.missing == max(0, FEWEST_PAIRS - maps)
+        assert holds(test) == (maps >= fewest_pairs())
+        assert test.missing == max(0, fewest_pairs() - maps)
     assert judged([share]) is Verdict.UNDECIDED
     # 0.95^59 is below 0.05, 0.95^58 is not
     assert share.missing == 59 - maps
@@ -133,3 +138,27 @@ def test_a_part_says_in_how_many_cells_and_how_much() -> None:
 )
 def test_intervals_decide_by_where_they_lie(interval: tuple[float, float], verdict: Verdict) -> None:
     assert beyond(Estimate(sum(interval) / 2.0, *interval), 1.0) is verdict
+
+
+def test_where_a_typical_pair_does_not_differ_nothing_is_shown() -> None:
+    """Most differences are 0, the others all go one way: the test is significant, the effect is none."""
+    shift = paired_shift(np.concatenate([np.zeros(80), np.full(20, 0.5)]), np.zeros(100))
+    contrast = Contrast("", {}, shift)
+    assert shift.p < ALPHA
+    assert (shift.shift.median, contrast.direction, judged([contrast])) == (0.0, 0, Verdict.UNDECIDED)
+
+
+def test_cells_that_disagree_are_part_of_the_condition() -> None:
+    part = contrast_part("risk", _contrasts(np.random.default_rng(5), [1.0, 1.0, -1.0]), condition="on maps")
+    assert part.ruling == "risk: contradicted on maps (in 1 of 3 cells; 2 show it)"
+    assert not split(_contrasts(np.random.default_rng(5), [-1.0, -1.0]))
+
+
+def test_quick_checks_err_less_often() -> None:
+    few = [Contrast("", {}, paired_shift(np.arange(1.0, 8.0), np.zeros(7)))]
+    assert judged(few) is Verdict.SUPPORTED
+    context = copy_context()
+    context.run(LEVEL.set, QUICK_ALPHA)
+    assert context.run(judged, few) is Verdict.UNDECIDED
+    assert context.run(shown, few) == "in 0 of 1 cell, which 1 more maps could show at the earliest"
+    assert judged(few) is Verdict.SUPPORTED
