@@ -77,7 +77,7 @@ RULE = (
 )
 
 
-@experiment("threat-count", quick=8, share=0.5)
+@experiment("threat-count", quick=4, share=0.5)
 def threat_count(seed: int) -> list[Record]:
     """Plan and fly with 2 to 20 threats, and with one that comes up on the way; more threats hold those of fewer."""
     records: list[Record] = []
