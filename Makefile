@@ -44,5 +44,11 @@ claims: $(INSTALLED)
 	for seed in 3 4 5; do $(BIN)/cgla claims --quick --seed $$seed --json > results/claims/quick-$$seed.json || exit; done
 	$(BIN)/python -m cgla_graph.comparisons.claims.summary results/claims/claims.json docs/claims.md results/claims/quick-*.json
 
+$(INSTALLED): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed: make PYTHON=…" if sys.version_info < (3, 11) else 0)'
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	touch $@
+
 clean:
 	rm -rf $(VENV) build dist results *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
