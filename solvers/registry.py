@@ -191,7 +191,7 @@ def get(name: str, **settings: Any) -> Solver:  # noqa: ANN401 - each solver has
     Examples
     --------
     >>> get("cgla", schedule="synchronous")
-    Cgla(schedule='synchronous', early_stop=True)
+    Cgla(schedule='synchronous', early_stop=True, time_limit=None)
     """
     kind = solver_class(name)
     reason = missing(name)

@@ -271,7 +271,7 @@ def test_experiments_measure_every_setting_once(monkeypatch: pytest.MonkeyPatch)
     records = obstacle_claims.sample_stepnum.sample(5)
     names = ("integral", "radius", "replan", "k", "spread", "safe_distance", "stepnum")
     assert len({tuple(record.get(name) for name in names) for record in records}) == len(records)
-    assert len(records) == 3 + 3 * (8 + 5 * 3)
+    assert len(records) == 3 + 3 * (8 + 3 * 3)
     assert len(obstacle_claims.sample_few_threats.sample(5)) == 4
 
 
