@@ -208,7 +208,7 @@ def test_what_cannot_be_bounded_is_not_weighed_by_the_billion(monkeypatch: pytes
     assert "k is too great for the arithmetic" in answer.message
 
 
-@examples(25)
+@examples(8)
 @given(seeds, st.integers(12, 30))
 def test_as_a_cost_matrix_it_has_values_ways_and_delta_sets_of_what_was_kept(seed: int, side: int) -> None:
     on = random_problem(seed).on_lattice(side)
@@ -228,7 +228,7 @@ def test_as_a_cost_matrix_it_has_values_ways_and_delta_sets_of_what_was_kept(see
         matrix.history()
 
 
-@examples(25)
+@examples(8)
 @given(seeds, st.integers(12, 30), st.sampled_from([1e-9, 1e-3, 5e-3, 0.02]))
 def test_whenever_the_time_is_up_the_optimum_lies_between_the_bound_and_the_path(
     seed: int, side: int, seconds: float

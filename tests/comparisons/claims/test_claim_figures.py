@@ -64,7 +64,7 @@ def drawn(artefact: Artefact, monkeypatch: pytest.MonkeyPatch) -> tuple[Figure, 
 
     monkeypatch.setattr(sys.modules[artefact.make.__module__], "picture", kept)
     monkeypatch.setattr(team_figures, "fly", once)
-    monkeypatch.setattr(lattice_figure, "SIZES", (10, 15, 20, 40))
+    monkeypatch.setattr(lattice_figure, "SIZES", (10, 15, 20, 25))
     made = artefact.make()
     assert isinstance(made, Picture)
     (figure,) = figures
@@ -276,7 +276,7 @@ def test_an_escape_that_is_not_safer_is_refused(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_lattice_of_more_points_never_costs_more_and_no_path_less_than_the_bound() -> None:
-    lattices, plane = lattice_figure.excess(lattice_figure.maps()["random map 1"], (10, 20, 40))
+    lattices, plane = lattice_figure.excess(lattice_figure.maps()["random map 1"], (10, 20))
     assert (np.diff(lattices) <= 0.0).all()
     assert 0.0 <= plane <= lattices[-1]
     assert plane < lattice_figure.BOUND_WITHIN * 5.0

@@ -31,7 +31,7 @@ from cgla_graph.comparisons.claims.inference import paired_shift
 from cgla_graph.comparisons.statistics.intervals import Estimate
 
 #: Worlds of each kind that are drawn.
-WORLDS = 400
+WORLDS = 200
 
 
 def _contrasts(rng: np.random.Generator, means: list[float], maps: int = 60) -> list[Contrast]:
