@@ -93,6 +93,28 @@ def positive_setting(solver: str, name: str, value: float) -> float:
         return positive_number(name, value)
 
 
+def limit_setting(solver: str, name: str, value: float | None) -> None:
+    """
+    Check a limit of time: a number above 0, or None for no limit.
+
+    Raises
+    ------
+    SolverSettingError
+        If it is neither.
+
+    Examples
+    --------
+    >>> limit_setting("rrt-star", "seconds", None)
+    """
+    if value is None:
+        return
+    try:
+        positive_number(name, value)
+    except ProblemError as error:
+        msg = f"{solver}: {error} (or None, for no limit)"
+        raise SolverSettingError(msg) from error
+
+
 def non_negative_setting(solver: str, name: str, value: float) -> float:
     """
     Return a setting that must be a number of at least 0: a gain, which 0 turns off.

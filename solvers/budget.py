@@ -7,11 +7,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cgla_graph._validate import positive_number
-from cgla_graph.errors import ProblemError, SolverSettingError
+from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status, TracePoint
-from cgla_graph.solvers.base import whole_setting
+from cgla_graph.solvers.base import limit_setting, whole_setting
 
 
 class BudgetSpentError(Exception):
@@ -67,12 +66,7 @@ class Budget:
             whole_setting(solver, counted, self.iterations, at_least=1)
         if self.evaluations is not None:
             whole_setting(solver, "evaluations", self.evaluations, at_least=1, at_most=10**15)
-        if self.seconds is not None:
-            try:
-                positive_number("seconds", self.seconds)
-            except ProblemError as error:
-                msg = f"{solver}: {error} (or None, for no limit)"
-                raise SolverSettingError(msg) from error
+        limit_setting(solver, "seconds", self.seconds)
 
     def start(self) -> "Meter":
         """Start the clock."""

@@ -13,8 +13,8 @@ import math
 from collections.abc import Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass
-from itertools import product
-from typing import Any, Literal, Protocol, TypeAlias
+from itertools import chain, product
+from typing import Any, Literal, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -43,6 +43,7 @@ INTEGRALS: tuple[Literal["exact", "raster"], ...] = ("exact", "raster")
 RADII = (0.18, 0.2, 0.22)
 #: When a UAV plans again: when it sees something new, or on every tick (Steps 4 and 5).
 REPLANS: tuple[Literal["change", "tick"], ...] = ("change", "tick")
+T = TypeVar("T")
 #: What a case is called by.
 Case: TypeAlias = Mapping[str, Any]
 #: All cells of an online claim.
@@ -100,13 +101,18 @@ class CellTest(Protocol):
 
     @property
     def missing(self) -> int:
-        """How many more maps it takes before p can be below `ALPHA` at all."""
+        """How many more maps it takes before p can be below `LEVEL` at all."""
         ...
 
 
 def holds(test: CellTest) -> bool:
     """Tell whether a test shows what is claimed."""
     return test.p < LEVEL.get() and test.direction > 0
+
+
+def opposes(test: CellTest) -> bool:
+    """Tell whether a test shows the opposite of what is claimed; among several tests, before any adjustment."""
+    return test.p < LEVEL.get() and test.direction < 0
 
 
 def judged(tests: Sequence[CellTest]) -> Verdict:
@@ -137,7 +143,7 @@ def shown(tests: Sequence[CellTest]) -> str:
     'in 0 of 0 cells'
     """
     words = f"in {sum(holds(test) for test in tests)} of {len(tests)} cell{'s' if len(tests) != 1 else ''}"
-    opposite = sum(test.p < LEVEL.get() and test.direction < 0 for test in tests)
+    opposite = sum(opposes(test) for test in tests)
     if opposite:
         words += f", the opposite in {opposite}"
     more = max((test.missing for test in tests), default=0)
@@ -156,7 +162,7 @@ def split(tests: Sequence[CellTest]) -> str:
     found = sum(holds(test) for test in tests)
     if not found or judged(tests) is not Verdict.CONTRADICTED:
         return ""
-    opposite = sum(test.p < LEVEL.get() and test.direction < 0 for test in tests)
+    opposite = sum(opposes(test) for test in tests)
     return f" (in {opposite} of {len(tests)} cells; {found} show it)"
 
 
@@ -236,6 +242,18 @@ def contrast(
     first, second = (samples.column(measure, **cell, **case) for case in (greater, less))
     shift = log_shift(np.maximum(first, LEAST), np.maximum(second, LEAST)) if ratio else paired_shift(first, second)
     return Contrast(what, cell if name is None else name, shift)
+
+
+def together(groups: Mapping[Any, Sequence[T]]) -> list[T]:
+    """
+    Put the tests of several groups into one list: what is claimed of each has to hold in all.
+
+    Examples
+    --------
+    >>> together({"K = 10": [1, 2], "K = 50": [3]})
+    [1, 2, 3]
+    """
+    return list(chain.from_iterable(groups.values()))
 
 
 def in_cells(

@@ -9,6 +9,7 @@ import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -140,10 +141,7 @@ def at_least(happened: ArrayLike, share: float) -> float:
     >>> round(at_least([1.0] * 100, 0.95), 4)
     0.0059
     """
-    values = _finite(happened)
-    if not len(values):
-        return 1.0
-    return float(stats.binomtest(int((values != 0.0).sum()), len(values), share, alternative="greater").pvalue)
+    return _binomial(happened, share, "greater")
 
 
 def at_most(happened: ArrayLike, share: float) -> float:
@@ -155,10 +153,7 @@ def at_most(happened: ArrayLike, share: float) -> float:
     >>> at_most([1.0] * 80 + [0.0] * 20, 0.95) < 1e-6
     True
     """
-    values = _finite(happened)
-    if not len(values):
-        return 1.0
-    return float(stats.binomtest(int((values != 0.0).sum()), len(values), share, alternative="less").pvalue)
+    return _binomial(happened, share, "less")
 
 
 def equivalence(differences: ArrayLike, margin: float) -> float:
@@ -255,6 +250,14 @@ def bootstrapped(values: ArrayLike, *, seed: int) -> Estimate:
         # nearly all values are tied, and the acceleration is 0 / 0
         low, high = np.percentile(found.bootstrap_distribution, [2.5, 97.5])
     return Estimate(float(np.median(kept)), float(low), float(high))
+
+
+def _binomial(happened: ArrayLike, share: float, alternative: Literal["greater", "less"]) -> float:
+    """Return the p-value of the exact test of a share, on one side; 1 of nothing."""
+    values = _finite(happened)
+    if not len(values):
+        return 1.0
+    return float(stats.binomtest(int((values != 0.0).sum()), len(values), share, alternative=alternative).pvalue)
 
 
 def _finite(values: ArrayLike) -> FloatArray:

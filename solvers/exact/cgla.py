@@ -4,13 +4,13 @@ import itertools
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, get_args
 
-from cgla_graph._validate import positive_number
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
-from cgla_graph.errors import ProblemError, SolverSettingError
+from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import MOST_HELD, Traits
 from cgla_graph.restricted.restricted import Restricted, can_restrict, restricted_optimum
+from cgla_graph.solvers.base import limit_setting
 
 
 @dataclass(frozen=True)
@@ -63,12 +63,7 @@ class Cgla:
         if not isinstance(self.early_stop, bool):
             msg = f"cgla: early_stop is {self.early_stop!r}; give True or False"
             raise SolverSettingError(msg)
-        if self.time_limit is not None:
-            try:
-                positive_number("time_limit", self.time_limit)
-            except ProblemError as error:
-                msg = f"cgla: {error} (or None, for no limit)"
-                raise SolverSettingError(msg) from error
+        limit_setting("cgla", "time_limit", self.time_limit)
 
     def solve(self, problem: GraphProblem) -> Solution:
         """Compute the cost matrix and read the path off it."""

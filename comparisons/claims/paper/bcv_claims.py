@@ -6,7 +6,6 @@ What flies here is a planner in the style of the original, whose text is not pub
 
 from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import Any
 
 from cgla_graph.comparisons.claims.claim import Finding, Kind, Part, Table, Verdict, claim, require
 from cgla_graph.comparisons.claims.contrasts import (
@@ -21,6 +20,7 @@ from cgla_graph.comparisons.claims.contrasts import (
     rate_table,
     sizes,
     span,
+    together,
 )
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record, experiment
@@ -82,9 +82,9 @@ def _check_c33(evidence: Evidence) -> Finding:
         (
             _trapped(minima),
             *(_stuck_part(minima, stuck[name], f"on random maps of 10 threats {BCV[name]}") for name in BCV),
-            _stuck_part(minima, _both(crowd), f"on random maps of {CROWD} threats {EITHER}"),
+            _stuck_part(minima, together(crowd), f"on random maps of {CROWD} threats {EITHER}"),
             *(_near_part(CLOSE, near[name, CLOSE], BCV[name]) for name in BCV),
-            _near_part(RIM, _both({name: near[name, RIM] for name in BCV}), EITHER),
+            _near_part(RIM, together({name: near[name, RIM] for name in BCV}), EITHER),
         ),
         f"With nothing but the length in its objective, BCV-style flies {sizes(near[LENGTH_ONLY, CLOSE])} map units "
         f"more than CGLA where F > {CLOSE:g}; with a risk aversion of 5, {sizes(near[AVERSE, CLOSE])} more, and where "
@@ -92,12 +92,12 @@ def _check_c33(evidence: Evidence) -> Finding:
         f"10 threats on {_rarely(stuck)}, of {CROWD} threats on {_rarely(crowd)}.",
         tables=(
             _trap_table(),
-            rate_table("Stuck, K = 10, limited sight, random maps of 10 threats", _both(stuck)),
-            rate_table(f"Stuck, K = 10, limited sight, random maps of {CROWD} threats", _both(crowd)),
+            rate_table("Stuck, K = 10, limited sight, random maps of 10 threats", together(stuck)),
+            rate_table(f"Stuck, K = 10, limited sight, random maps of {CROWD} threats", together(crowd)),
             *(
                 contrast_table(
                     f"Length flown where {near_name(level)}, map units (difference)",
-                    _both({name: near[name, level] for name in BCV}),
+                    together({name: near[name, level] for name in BCV}),
                 )
                 for level in NEAR
             ),
@@ -144,11 +144,6 @@ def _stuck_part(statement: str, tests: Sequence[RateContrast], condition: str) -
     bounds = f", 95 % within {min(end.low for end in ends):.1%} to {max(end.high for end in ends):.1%}" if ends else ""
     first, second = (span([getattr(one, which) for one in tests], ".1%") for which in ("first", "second"))
     return judged_part(statement, tests, effect=f"{first}{bounds}, CGLA {second}", condition=condition)
-
-
-def _both(groups: Mapping[str, Sequence[Any]]) -> list[Any]:
-    """Put the tests of both kinds of BCV together: what is claimed of either has to hold in all."""
-    return [one for tests in groups.values() for one in tests]
 
 
 def _rarely(stuck: Mapping[str, Sequence[RateContrast]]) -> str:

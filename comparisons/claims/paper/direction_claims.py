@@ -14,7 +14,6 @@ from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims import counterexamples
 from cgla_graph.comparisons.claims.claim import Entry, Finding, Kind, Part, Table, Verdict, claim, require
 from cgla_graph.comparisons.claims.contrasts import (
-    ALPHA,
     CELLS,
     LEAST,
     RADII,
@@ -25,7 +24,9 @@ from cgla_graph.comparisons.claims.contrasts import (
     contrast_part,
     contrast_table,
     finite,
+    opposes,
     shown,
+    together,
 )
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record, experiment
@@ -150,7 +151,7 @@ def _check_c34(evidence: Evidence) -> Finding:
     against = {name: {other: riskier(samples, name, other) for other in OTHERS} for name in LEARNERS}
     a2d = {f"{threshold:g}": riskier(samples, name, CGLA) for name, threshold in A2D.items()}
     to_cgla = {name: tests[CGLA] for name, tests in against.items()}
-    to_all = {name: [test for tests in against[name].values() for test in tests] for name in LEARNERS}
+    to_all = {name: together(against[name]) for name in LEARNERS}
     causes = {name: cause_contrasts(effects, name) for name in LEARNERS}
     printed = {name: value("Table 1", name).risk for name in ("BCV", "A2D", "Q-Learning", "CGLA, K = 10")}
     of_cgla, of_bcv, of_a2d = (printed["Q-Learning"] / printed[name] for name in ("CGLA, K = 10", "BCV", "A2D"))
@@ -183,17 +184,15 @@ def _check_c34(evidence: Evidence) -> Finding:
         beside=(risky_in_eight_directions(), fewest_moves()),
         tables=(
             _flights_table(samples),
-            contrast_table(
-                "A2D-style's risk sum over CGLA's, K = 10", [one for tests in a2d.values() for one in tests]
-            ),
+            contrast_table("A2D-style's risk sum over CGLA's, K = 10", together(a2d)),
             contrast_table(
                 "Q-Learning's risk sum over others', K = 10",
-                [one for tests in against.values() for group in tests.values() for one in group],
+                [one for tests in against.values() for one in together(tests)],
             ),
             _effects_table(effects),
             contrast_table(
                 "The effect of eight directions against others (differences of logarithms)",
-                [one for tests in causes.values() for one in tests],
+                together(causes),
             ),
         ),
         notes=(
@@ -270,7 +269,7 @@ def cause_part(statement: str, contrasts: list[Contrast], *, printed: str = "") 
     """Say whether the effect of directions is the greatest; its size is that against none."""
     alone = next(one.shift.shift for one in contrasts if one.what.endswith("> none"))
     effect = f"x {math.exp(alone.median):.3g}, 95 % {math.exp(alone.low):.3g} to {math.exp(min(alone.high, 700.0)):.3g}"
-    less = [one.what.partition(" > ")[2] for one in contrasts if one.p < ALPHA and one.direction < 0]
+    less = [one.what.partition(" > ")[2] for one in contrasts if opposes(one)]
     words = f"; less than the effect of {', '.join(dict.fromkeys(less))}" if less else ""
     # `by_level` says of which verdict the tests are
     return Part(statement, Verdict.UNDECIDED, f"shown {shown(contrasts)}{words}", effect=effect, printed=printed)

@@ -31,6 +31,7 @@ from cgla_graph.comparisons.claims.contrasts import (
     share_table,
     shares,
     span,
+    together,
 )
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import experiment
@@ -372,7 +373,7 @@ def _check_c39(evidence: Evidence) -> Finding:
             _curve_table(samples),
             rate_table(
                 "Collisions with stepnum 5 and 0 against 3",
-                [one for contrasts in found.values() for one in contrasts],
+                together(found),
                 RATE_RULE,
             ),
         ),
@@ -457,7 +458,7 @@ def _check_c40(evidence: Evidence) -> Finding:
         tables=(
             share_table(
                 "Conflicts that virtual obstacles avoid",
-                [one for conflicts in found.values() for one in conflicts],
+                together(found),
                 "A conflict: the two come closer than 1.5 steps without virtual obstacles. Rule, set before the sample "
                 "was drawn: supported if in every row that belongs to a condition the share is shown to be above "
                 f"{MORE_OFTEN_THAN_NOT:g} (exact binomial test, p below 0.05); contradicted if in some it is shown to "
@@ -535,7 +536,7 @@ def _check_c41(evidence: Evidence) -> Finding:
             ),
             rate_table(
                 "Collisions without virtual obstacles, and with them",
-                [one for contrasts in found.values() for one in contrasts],
+                together(found),
                 RATE_RULE,
             ),
         ),
@@ -562,7 +563,7 @@ def _check_c48(evidence: Evidence) -> Finding:
             arrived, collided = (samples.column(name, threats=threats, **case) for name in ("arrived", "collided"))
             happened[f"{setting_name(case)}, M = {threats}"] = arrived * (1.0 - collided)
         found[threats, distance] = shares(happened)
-    every = [one for rows in found.values() for one in rows]
+    every = together(found)
     flights = [flight for name in _NUMBERS.values() for flight in fly_variants(load_mission(f"fig12-{name}")).values()]
     works = all(flight.all_arrived and not _collide(flight) for flight in flights)
     words = "arrive and keep apart" if works else "do not both arrive and keep apart"

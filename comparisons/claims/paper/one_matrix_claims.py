@@ -1,8 +1,6 @@
 """One matrix for all UAVs, or a matrix each (C45)."""
 
-from collections.abc import Mapping
 from dataclasses import replace
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -17,6 +15,7 @@ from cgla_graph.comparisons.claims.contrasts import (
     contrast_part,
     contrast_table,
     sizes,
+    together,
 )
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import log_shift
@@ -106,10 +105,6 @@ def one_against_silence(samples: Samples, delay: int) -> list[Contrast]:
     ]
 
 
-def _all_of(found: Mapping[int, list[Contrast]]) -> list[Contrast]:
-    return list(chain.from_iterable(found.values()))
-
-
 def _communication_table(samples: Samples) -> Table:
     case = {**MAIN, "k": TEAM_K}
     best = samples.column("cost", sharing="global", **case)
@@ -188,8 +183,8 @@ def _check_c45(evidence: Evidence) -> Finding:
             for delay, one in alone.items()
         ),
         tables=(
-            contrast_table("One matrix against a matrix each: cost and risk sum", [*_all_of(cost), *_all_of(risk)]),
-            contrast_table("One matrix with delay against a matrix each without any communication", _all_of(alone)),
+            contrast_table("One matrix against a matrix each: cost and risk sum", [*together(cost), *together(risk)]),
+            contrast_table("One matrix with delay against a matrix each without any communication", together(alone)),
             _communication_table(samples),
         ),
         notes=(

@@ -14,9 +14,11 @@ from cgla_graph.comparisons.claims.contrasts import (
     Contrast,
     cell_name,
     contrast_table,
+    fewest_pairs,
     finite,
     judged_part,
     span,
+    together,
 )
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import (
@@ -168,7 +170,7 @@ def _check_c32(evidence: Evidence) -> Finding:
         tables=(
             contrast_table(
                 "BCV-style over CGLA, K = 10, limited sight (ratios)",
-                [one for groups in (length, risk) for tests in groups.values() for one in tests],
+                [*together(length), *together(risk)],
             ),
             _similar_lengths(samples),
         ),
@@ -214,14 +216,12 @@ def similarity(samples: Samples, planner: str, cell: Mapping[str, object]) -> Si
     ours, theirs = (samples.column("length", mode="online", **flown_by(name, cell)) for name in ("cgla", planner))
     found, margin = log_shift(ours, theirs), float(np.log1p(SIMILAR))
     logs = np.log(ours / theirs)
+    # one-sided
+    fewest = fewest_pairs() - 1
     if abs(np.log(found.shift.median)) < margin:
-        return Similarity(found.shift.median, equivalence(logs, margin), 1, max(0, FEWEST - found.n))
+        return Similarity(found.shift.median, equivalence(logs, margin), 1, max(0, fewest - found.n))
     beyond = paired_shift(np.sign(found.shift.median - 1.0) * logs, np.full_like(logs, margin))
-    return Similarity(found.shift.median, beyond.p if beyond.effect > 0.0 else 1.0, -1, max(0, FEWEST - found.n))
-
-
-#: One-sided signed ranks need so many pairs for a p-value below 0.05.
-FEWEST = 5
+    return Similarity(found.shift.median, beyond.p if beyond.effect > 0.0 else 1.0, -1, max(0, fewest - found.n))
 
 
 def _similar_lengths(samples: Samples) -> Table:
@@ -298,9 +298,7 @@ def _check_c35(evidence: Evidence) -> Finding:
                 [(name, flight.length, flight.risk_sum, flight.cost) for name, flight in flights.items()],
             ),
             *(
-                contrast_table(
-                    f"{words} of Q-Learning over CGLA's, K = 10", [one for tests in groups.values() for one in tests]
-                )
+                contrast_table(f"{words} of Q-Learning over CGLA's, K = 10", together(groups))
                 for words, groups in (("Length", length), ("Risk sum", risk), ("Cost", cost))
             ),
         ),

@@ -17,6 +17,7 @@ from cgla_graph.comparisons.claims.contrasts import (
     in_cells,
     span,
     tally,
+    together,
 )
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import experiment
@@ -80,17 +81,13 @@ def effects_of_sharing(samples: Samples, measure: str) -> dict[int, list[Contras
 
 def _part_of_sharing(statement: str, found: dict[int, list[Contrast]], printed: float) -> Part:
     """Say what sharing saves: the verdict is of all K together, the sizes are of each."""
-    part = contrast_part(statement, _all_of(found), printed=f"{printed:.3g} % less, on one map")
+    part = contrast_part(statement, together(found), printed=f"{printed:.3g} % less, on one map")
     return replace(part, effect="; ".join(f"K = {k}: {percent_less(one)}" for k, one in found.items()))
 
 
 def _by_radius(found: dict[int, list[Contrast]]) -> str:
-    cells = {radius: [one for one in _all_of(found) if one.case["radius"] == radius] for radius in RADII}
+    cells = {radius: [one for one in together(found) if one.case["radius"] == radius] for radius in RADII}
     return "; ".join(f"OR = {radius:g}: {percent_less(contrasts)}" for radius, contrasts in cells.items())
-
-
-def _all_of(found: dict[int, list[Contrast]]) -> list[Contrast]:
-    return [one for contrasts in found.values() for one in contrasts]
 
 
 def _sharing_hurts() -> dict[str, float]:
@@ -143,11 +140,11 @@ def _check_c42(evidence: Evidence) -> Finding:
                 "as printed",
             ),
         ),
-        f"Over both UAVs, the sum of risk with sharing is, with {parts[0].effect} (shown {tally(_all_of(risk))}); "
-        f"the length is, with {parts[1].effect} (shown {tally(_all_of(length))}).",
+        f"Over both UAVs, the sum of risk with sharing is, with {parts[0].effect} (shown {tally(together(risk))}); "
+        f"the length is, with {parts[1].effect} (shown {tally(together(length))}).",
         tables=(
-            contrast_table("Sum of risk, without over with sharing", _all_of(risk)),
-            contrast_table("Length, without over with sharing", _all_of(length)),
+            contrast_table("Sum of risk, without over with sharing", together(risk)),
+            contrast_table("Length, without over with sharing", together(length)),
         ),
         notes=(
             (
@@ -223,7 +220,7 @@ def _check_c43(evidence: Evidence) -> Finding:
 )
 def _check_c51(evidence: Evidence) -> Finding:
     samples = evidence.samples["sharing"]
-    risk, length = (_all_of(effects_of_sharing(samples, measure)) for measure in ("risk_sum", "length"))
+    risk, length = (together(effects_of_sharing(samples, measure)) for measure in ("risk_sum", "length"))
     flights = fly_variants(load_mission("fig9"))
     without, shared = (team_measures(flights[name]) for name in ("without sharing", "with sharing"))
     can = shared["length"] < without["length"] and shared["risk_sum"] < without["risk_sum"]

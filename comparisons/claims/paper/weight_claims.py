@@ -21,6 +21,7 @@ from cgla_graph.comparisons.claims.contrasts import (
     sizes,
     span,
     tally,
+    together,
 )
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record, experiment
@@ -100,7 +101,7 @@ def _check_c28(evidence: Evidence) -> Finding:
         f"K = {a:g} over {b:g}": in_cells(samples, f"risk sum: K = {a:g} > {b:g}", "risk_sum", {"k": a}, {"k": b})
         for a, b in itertools.pairwise(ONLINE_K)
     }
-    contrasts = [one for step in steps.values() for one in step]
+    contrasts = together(steps)
     printed = (a.risk / b.risk for a, b in itertools.pairwise(_printed()))
     average = replace(
         contrast_part("less risk on average", contrasts, condition=LIMITED),
