@@ -183,9 +183,9 @@ def _load_kernels() -> None:
     problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([threat]), k=10.0, no_fly=shapely.box(0.4, 0.6, 0.5, 0.7))
     last = 16, 16
     level = Level.lay(problem, last, cell_runs.rectangle(last))
-    bounds = [found for to_goal in (True, False) if (found := level.bound(to_goal=to_goal, aim=1.0)) is not None]
-    level.kept(bounds[0], bounds[-1], math.inf)
-    _Search(problem, 0.1, 0, _cost_of_own(problem), is_own=True).improve(level, bounds[0])
+    if bounds := level.both(aim=1.0):
+        level.kept(*bounds, math.inf)
+        _Search(problem, 0.1, 0, _cost_of_own(problem), is_own=True).improve(level, bounds[0])
 
 
 def _cost_of_given(problem: Problem, path: ArrayLike) -> float:
@@ -258,20 +258,17 @@ class _Search:
             level = Level.lay(problem, last, runs)
             self.cells = len(level.mesh.columns)
             self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.upper))
-            bounds: list[Subsolution] = []
-            for to_goal in (True, False):
-                found = level.bound(to_goal=to_goal, aim=FRACTION * self.tolerance)
-                if found is None:
-                    # what finer grids leave out is more expensive than a known path
-                    self.best = self.known
-                    return self._end(self._outcome())
-                bounds.append(found)
-                # that of a path that is known to exist is never beaten
-                self.best = max(self.best, min(found.bound * shrink, self.known))
-                self.grids[-1] = replace(self.grids[-1], lower_bound=self.best)
-                if outcome := self._outcome():
-                    return self._end(outcome)
+            bounds = level.both(FRACTION * self.tolerance)
+            if bounds is None:
+                # what finer grids leave out is more expensive than a known path
+                self.best = self.known
+                return self._end(self._outcome())
             here = max(one.bound for one in bounds)
+            # that of a path that is known to exist is never beaten
+            self.best = max(self.best, min(here * shrink, self.known))
+            self.grids[-1] = replace(self.grids[-1], lower_bound=self.best)
+            if outcome := self._outcome():
+                return self._end(outcome)
             # a grid of some fineness knows better than the lattice on which side of an obstacle to pass
             if self._looks_stuck(here, here - before) or max(last) == SECOND_LOOK:
                 self.improve(level, bounds[0])

@@ -16,6 +16,7 @@ again, a few times: what is lost is of second order in the spacing where paths a
 """
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -75,6 +76,14 @@ class Level:
         )
         reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
         return cls(problem, mesh, bounds, node_costs(problem, mesh), reach)
+
+    def both(self, aim: float) -> tuple[Subsolution, Subsolution] | None:
+        """Bound the cost to the goal and to the start, at the same time; None if no way leads from one to the other."""
+        # kernels let other threads run
+        with ThreadPoolExecutor(1) as thread:
+            other = thread.submit(self.bound, to_goal=False, aim=aim)
+            to_goal, to_start = self.bound(to_goal=True, aim=aim), other.result()
+        return None if to_goal is None or to_start is None else (to_goal, to_start)
 
     def bound(self, *, to_goal: bool, aim: float) -> Subsolution | None:
         """

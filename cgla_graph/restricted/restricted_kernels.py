@@ -127,22 +127,22 @@ def cost_rasters(
 @kernel
 def raster_sum(raster: FloatArray, width: int, x2: int, y2: int, a: int, b: int, length: float, limit: float) -> float:
     """
-    Sum a raster along the segment of ``(a, b)`` lattice steps from the node ``(x2, y2)`` of the half lattice.
+    Sum a raster along the segment of ``(a, b)`` half steps from the node ``(x2, y2)`` of the half lattice.
 
     The trapezoid rule over the crossings with its columns, or with its rows if the segment is steep. Infinite as soon
     as it is known to reach `limit`: what is left costs at least its length.
     """
     if abs(a) >= abs(b):
-        n = 2 * abs(a)
+        n = abs(a)
         along, across = (width if a > 0 else -width), 1
-        side, base, slope = float(y2), x2 * width, b / abs(a)
+        side, base, slope = float(y2), x2 * width, b / n
     else:
-        n = 2 * abs(b)
+        n = abs(b)
         along, across = (1 if b > 0 else -1), width
-        side, base, slope = float(x2), y2, a / abs(b)
+        side, base, slope = float(x2), y2, a / n
     delta = length / n
     stop = limit / delta
-    total = 0.5 * (raster[x2 * width + y2] + raster[(x2 + 2 * a) * width + y2 + 2 * b])
+    total = 0.5 * (raster[x2 * width + y2] + raster[(x2 + a) * width + y2 + b])
     j = 1
     while j < n:
         end = min(j + 8, n)
@@ -239,17 +239,25 @@ def search(
                 if not primitive[abs(a), abs(b)]:
                     continue
                 counts[PRIMITIVE] += 1
+                to_middle = left - 0.5 * length
                 if not rough:
                     middle = (column[i] + column[r]) * width + row[i] + row[r]
                     passed = middle_from[middle]
                     if passed + middle_to[middle] >= upper or passed + 0.5 * length >= value + left:
                         continue
+                    to_middle = min(to_middle, upper - middle_to[middle] - value)
                 counts[PAST_MIDDLE] += 1
-                lower = raster_sum(plain if rough else low, width, 2 * column[r], 2 * row[r], a, b, length, left)
-                if lower >= left:
+                raster = plain if rough else low
+                lower = raster_sum(raster, width, 2 * column[r], 2 * row[r], a, b, 0.5 * length, to_middle)
+                if lower >= to_middle:
                     continue
+                rest = left - lower
+                further = raster_sum(raster, width, column[r] + column[i], row[r] + row[i], a, b, 0.5 * length, rest)
+                if further >= rest:
+                    continue
+                lower += further
                 if not rough:
-                    higher = raster_sum(high, width, 2 * column[r], 2 * row[r], a, b, length, math.inf)
+                    higher = raster_sum(high, width, 2 * column[r], 2 * row[r], 2 * a, 2 * b, length, math.inf)
             elif rough:
                 lower = segment_cost(rx, ry, px[j], py[j], k, field)
                 if lower >= left:

@@ -42,10 +42,8 @@ class Tube:
     def lay(cls, problem: Problem, last: tuple[int, int], runs: WholeArray, aim: float) -> "Tube | None":
         """Solve the equation from both ends on some cells; None if they join the ends by no way."""
         level = Level.lay(problem, last, runs)
-        found = [level.bound(to_goal=to_goal, aim=aim) for to_goal in (False, True)]
-        if found[0] is None or found[1] is None:
-            return None
-        return cls(problem, level, found[0], found[1])
+        both = level.both(aim)
+        return None if both is None else cls(problem, level, from_start=both[1], to_goal=both[0])
 
     @classmethod
     def first(cls, problem: Problem, aim: float) -> "Tube | None":

@@ -276,7 +276,8 @@ def test_an_escape_that_is_not_safer_is_refused(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_lattice_of_more_points_never_costs_more_and_no_path_less_than_the_bound() -> None:
-    lattices, plane = lattice_figure.excess(lattice_figure.maps()["random map 1"], (10, 20))
+    lattices, plane, weighed = lattice_figure.excess(lattice_figure.maps()["random map 1"], (10, 20))
+    assert weighed == [50 * 99, 200 * 399]
     assert (np.diff(lattices) <= 0.0).all()
     assert 0.0 <= plane <= lattices[-1]
     assert plane < lattice_figure.BOUND_WITHIN * 5.0
