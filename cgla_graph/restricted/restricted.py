@@ -42,7 +42,7 @@ The method needs bounds, and so a field without peaks above 1 and a weight `k` t
 import math
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import pairwise
@@ -226,8 +226,6 @@ class _Search:
         self.origin = _point(self.lattice.points[0])
         width, height = self.shape
         self.primitive = restricted_kernels.coprime_steps(width, height)
-        # one column and row more than the half lattice has: what lies beside its rim
-        self.rasters = [np.full((2 * width, 2 * height), np.inf) for _ in range(3)]
         self.upper, self.best = math.inf, np.empty(0, dtype=np.int64)
         self.cells: list[int] = []
         self.ends_at, self.stop = math.inf, np.zeros(1, dtype=np.bool_)
@@ -311,13 +309,19 @@ class _Search:
         near = np.zeros((2 * width, 2 * height), dtype=np.bool_)
         index = np.flatnonzero(keep[: width * height])
         near[2 * (index % width), 2 * (index // width)] = True
-        self._fill(_widened(near, BESIDE) if rough else np.ones_like(near))
+        rasters = self._cost_rasters(_widened(near, BESIDE) if rough else np.ones_like(near))
         keep[[self.source, self.target]] = True
         # paths are looked for, and nothing is left out: no bound counts
         nothing = np.zeros(len(self.positions))
         middles = [np.zeros((1, 1) if rough else (2 * width, 2 * height)) for _ in range(2)]
         found = self._searched(
-            tube, keep & usable, nothing, (nothing, np.full_like(nothing, np.inf)), 1e300, middles, rough=rough
+            tube,
+            keep & usable,
+            nothing,
+            (nothing, np.full_like(nothing, np.inf)),
+            1e300,
+            (*rasters, *middles),
+            rough=rough,
         )
         if len(found.nodes):
             self._offer(found.nodes)
@@ -356,17 +360,17 @@ class _Search:
             keep[(rows + up) * width + columns + right] = True
         return keep
 
-    def _fill(self, where: BoolArray) -> None:
-        """Fill the rasters at nodes of the half lattice; infinity elsewhere."""
+    def _cost_rasters(self, where: BoolArray) -> list[FloatArray]:
+        """Return the rasters of costs, at some nodes of the half lattice; infinity elsewhere."""
+        # (one column and row more than the half lattice has: what lies beside its rim)
         where[-1], where[:, -1] = False, False
-        for raster in self.rasters:
-            raster[:] = np.inf
+        plain, low, high = (np.full(where.shape, np.inf) for _ in range(3))
         half = 0.5 * self.step[0], 0.5 * self.step[1]
         model = self.model
         columns, rows = np.nonzero(where)
-        plain, low, high = self.rasters
         table = np.array(model.field.table)
         restricted_kernels.cost_rasters(columns, rows, self.origin, half, model.k, table, plain, low, high)
+        return [plain, low, high]
 
     def _restricted(
         self, tube: Tube, keep: BoolArray, far: FloatArray, near: tuple[FloatArray, FloatArray]
@@ -393,9 +397,9 @@ class _Search:
             middle = np.full((2 * width, 2 * height), np.inf)
             middle[columns, rows] = np.where(np.isfinite(bounds), bounds, 0.0)
             middles.append(middle)
-        self._fill(inside)
+        rasters = self._cost_rasters(inside)
         keep[[self.source, self.target]] = True
-        found = self._searched(tube, keep, far, near, self.upper, middles, rough=False)
+        found = self._searched(tube, keep, far, near, self.upper, (*rasters, *middles), rough=False)
         if not len(found.nodes):
             if self._is_late():
                 return self._stopped(tube, found)
@@ -426,7 +430,7 @@ class _Search:
         far: FloatArray,
         near: tuple[FloatArray, FloatArray],
         upper: float,
-        middles: list[FloatArray],
+        rasters: Sequence[FloatArray],
         *,
         rough: bool,
     ) -> Restricted:
@@ -444,14 +448,14 @@ class _Search:
         values, successors = np.full(len(index), np.inf), np.full(len(index), -1)
         order = np.empty(len(index), dtype=np.int64)
         kept = (x, y, column, row, near[1][index], near[0][index], far[index], apart)
-        plain, low, high, middle_from, middle_to = (raster.ravel() for raster in (*self.rasters, *middles))
-        rasters = plain, low, high, middle_from, middle_to, 2 * height
+        plain, low, high, middle_from, middle_to = (raster.ravel() for raster in rasters)
+        flat = plain, low, high, middle_from, middle_to, 2 * height
         root_at, end_at = int(place[self.target]), int(place[self.source])
         self._is_late()
         if end_at < 0 or root_at < 0:
             return Restricted(np.empty(0, dtype=np.int64), math.inf)
         rounds = restricted_kernels.search(
-            kept, root, tube.rim, root_at, end_at, upper, self.primitive, rasters, rough, self.model.kernel_model(),
+            kept, root, tube.rim, root_at, end_at, upper, self.primitive, flat, rough, self.model.kernel_model(),
             counts, values, successors, order, self.stop,
         )  # fmt: skip
         nodes = []
