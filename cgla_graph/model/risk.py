@@ -3,7 +3,7 @@
 import math
 import warnings
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, Literal, Self, TypeAlias
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cgla_graph._types import FloatArray
-from cgla_graph._validate import finite_number, point_array, positive_number, together
+from cgla_graph._validate import finite_number, non_negative_number, point_array, positive_number, together
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_kernels
 
@@ -125,6 +125,40 @@ class Threat:
             raise ProblemError(msg)
         spread, peak = readings[reading]
         return cls(x=x, y=y, spread=spread, peak=peak)
+
+    def blurred(self, uncertainty: float) -> Self:
+        """
+        Return the expected threat where its place is known only to within a normal error.
+
+        With the centre ``C ~ N(c, u^2 I)``, the mean of ``f(p)`` is that of a wider and lower Gaussian, of spread
+        ``sqrt(spread^2 + u^2)`` and peak ``peak spread^2 / (spread^2 + u^2)``: the convolution of two normal densities.
+        Where the places of several threats are independent, the mean of Eq. 2 is Eq. 2 of the means, ``E F = 1 - prod(1
+        - E f_i)``, so that costs over a field of blurred threats, and bounds of them, are exactly the expected ones.
+
+        Parameters
+        ----------
+        uncertainty
+            Standard deviation ``u`` of the error along each axis, map units, at least 0.
+
+        Raises
+        ------
+        ProblemError
+            If it is negative, or so large that nothing of the threat is left.
+
+        Examples
+        --------
+        >>> Threat(x=0.5, y=0.5, spread=0.03, peak=1.0).blurred(0.04)
+        Threat(x=0.5, y=0.5, spread=0.05, peak=0.36)
+        """
+        error = non_negative_number("uncertainty", uncertainty)
+        if error == 0.0:
+            return self
+        spread = math.hypot(self.spread, error)
+        peak = self.peak * (self.spread / spread) ** 2
+        if not (spread <= LARGEST and peak >= 1.0 / LARGEST):
+            msg = f"uncertainty is {error:g}, of a spread of {self.spread:g}: nothing of the threat is left; leave it out"
+            raise ProblemError(msg)
+        return replace(self, spread=spread, peak=peak)
 
 
 @dataclass(frozen=True)

@@ -392,6 +392,62 @@ def test_an_improper_field_without_high_peaks_is_a_proper_one() -> None:
     assert field.line_integral((-1, 0), (1, 0.5)) == plain.line_integral((-1, 0), (1, 0.5))
 
 
+# --- places that are not known exactly ---
+
+
+@usual
+@given(member=threats(), share=st.floats(0.0, 3.0), where=points)
+def test_a_blurred_threat_is_the_mean_over_its_places(member: Threat, share: float, where: Point) -> None:
+    # Gauss-Hermite nodes of an error of this size along both axes: the mean of a smooth density, in closed form
+    nodes, weights = np.polynomial.hermite_e.hermegauss(120)
+    error = share * member.spread
+    means = [
+        (weights / weights.sum()) @ np.exp(-0.5 * ((there - centre - error * nodes) / member.spread) ** 2)
+        for there, centre in zip(where, (member.x, member.y), strict=True)
+    ]
+    found = RiskField([member.blurred(error)]).density(where)
+    assert float(found) == pytest.approx(member.peak * math.prod(means), rel=1e-6, abs=1e-9)
+
+
+def simulated(field: list[Threat], error: float, ends: Segment, n: int) -> tuple[float, float]:
+    """Return the mean risk of a segment over places drawn at random, and the standard error of that mean."""
+    rng = np.random.default_rng(7)
+    risks = []
+    for _ in range(n):
+        shifts = rng.normal(0.0, error, (len(field), 2))
+        drawn = [
+            Threat(one.x + dx, one.y + dy, one.spread, one.peak)
+            for one, (dx, dy) in zip(field, shifts.tolist(), strict=True)
+        ]
+        risks.append(float(RiskField(drawn).line_integral(*ends)))
+    return float(np.mean(risks)), float(np.std(risks) / math.sqrt(n))
+
+
+def test_expected_risk_of_independent_places_is_that_of_blurred_threats() -> None:
+    field = [Threat(0.4, 0.5, 0.1, 0.9), Threat(0.5, 0.55, 0.08), Threat(0.65, 0.45, 0.12, 0.7)]
+    error, ends = 0.07, ((0.1, 0.45), (0.9, 0.55))
+    mean, off = simulated(field, error, ends, 4000)
+    exact = float(RiskField([one.blurred(error) for one in field]).line_integral(*ends))
+    assert abs(exact - mean) < 4.0 * off
+    # taking the places as given is wrong by many times that, and so is a threat as high as before
+    wider = RiskField([Threat(one.x, one.y, one.blurred(error).spread, one.peak) for one in field])
+    for wrong in (RiskField(field), wider):
+        assert abs(float(wrong.line_integral(*ends)) - mean) > 20.0 * off
+
+
+def test_uncertainty_of_0_changes_nothing_and_no_size_ends_in_nonsense() -> None:
+    member = Threat(0.5, 0.5, 0.1, 0.9)
+    assert member.blurred(0.0) == member
+    for wrong, words in (
+        (-0.1, "uncertainty is -0.1"),
+        (math.nan, "uncertainty"),
+        (1e40, "leave it out"),
+        (1e80, "it out"),
+    ):
+        with pytest.raises(ProblemError, match=words):
+            member.blurred(wrong)
+
+
 @usual
 @given(st.floats(0.01, 5.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def test_readings_of_eq1_are_the_formulas_of_the_paper(sigma: float, x: float, y: float) -> None:
