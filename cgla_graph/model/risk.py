@@ -156,7 +156,7 @@ class Threat:
         spread = math.hypot(self.spread, error)
         peak = self.peak * (self.spread / spread) ** 2
         if not (spread <= LARGEST and peak >= 1.0 / LARGEST):
-            msg = f"uncertainty is {error:g}, of a spread of {self.spread:g}: nothing of the threat is left; leave it out"
+            msg = f"uncertainty is {error:g}, its spread {self.spread:g}: nothing of the threat is left; leave it out"
             raise ProblemError(msg)
         return replace(self, spread=spread, peak=peak)
 
