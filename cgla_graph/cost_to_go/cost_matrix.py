@@ -13,6 +13,7 @@ from cgla_graph.errors import GraphError, ProblemError
 from cgla_graph.model import graph_kernels
 from cgla_graph.model.adjacency import Node
 from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.weights import beyond_holding
 
 Schedule: TypeAlias = Literal["label-setting", "synchronous", "random", "given"]
 #: Label setting over what can be part of one optimum: what `restricted_optimum` finds, on lattices of any size.
@@ -218,7 +219,8 @@ def cost_matrix(
     NodeNotFoundError
         If target, source or a node of the order is not in the graph.
     GraphError
-        If the schedule is unknown, or source, order or seed do not fit it.
+        If the schedule is unknown, source, order or seed do not fit it, or a complete graph whose weights are computed
+        when asked has so many nodes that all its weights take hours (`cgla_graph.model.weights.MOST_HELD`).
 
     Examples
     --------
@@ -230,6 +232,24 @@ def cost_matrix(
     >>> cost_matrix(chain, 2, schedule="given", order=[2, 1]).values.tolist()
     [2.0, 1.0, 0.0]
     """
+    _check(graph, source, schedule, order, seed)
+    rng = None if seed is None else np.random.default_rng(_seed(seed))
+    at = graph.index_of(target)
+    start = -1 if source is None else graph.index_of(source)
+    if schedule == "label-setting":
+        return _label_setting(graph, at, start, rng)
+    if schedule == "synchronous":
+        return _synchronous(graph, at)
+    if rng is not None:
+        return _given(graph, at, "random", iter(lambda: int(rng.integers(graph.n_nodes)), -1))
+    nodes = [graph.index_of(node) for node in (() if order is None else order)]
+    return _given(graph, at, "given", nodes)
+
+
+def _check(
+    graph: GeometricGraph, source: Node | None, schedule: Schedule, order: Iterable[Node] | None, seed: int | None
+) -> None:
+    """Refuse arguments of `cost_matrix` that do not fit each other."""
     if not isinstance(graph, GeometricGraph):
         msg = f"graph is a {type(graph).__name__}; give a GeometricGraph, such as GeometricGraph.from_matrix(weights)"
         raise GraphError(msg)
@@ -248,17 +268,9 @@ def cost_matrix(
     if schedule == "random" and graph.has_negative_weights:
         msg = "the graph has weights below 0, with which random rounds may never end; choose another schedule"
         raise GraphError(msg)
-    rng = None if seed is None else np.random.default_rng(_seed(seed))
-    at = graph.index_of(target)
-    start = -1 if source is None else graph.index_of(source)
-    if schedule == "label-setting":
-        return _label_setting(graph, at, start, rng)
-    if schedule == "synchronous":
-        return _synchronous(graph, at)
-    if rng is not None:
-        return _given(graph, at, "random", iter(lambda: int(rng.integers(graph.n_nodes)), -1))
-    nodes = [graph.index_of(node) for node in (() if order is None else order)]
-    return _given(graph, at, "given", nodes)
+    if graph.is_implicit and (too_much := beyond_holding(graph.n_nodes)):
+        msg = f"that needs {too_much}; cg.solve(problem, 'cgla') weighs what can be part of one optimum"
+        raise GraphError(msg)
 
 
 def _start(n_nodes: int, target: int) -> tuple[FloatArray, IntArray]:

@@ -523,9 +523,14 @@ class GeometricGraph:
         return self.n_edges if self.is_sparse else self.n_nodes * (self.n_nodes - 1) // 2
 
     @property
+    def has_proper_field(self) -> bool:
+        """Whether no weight can be below 0: they were given and checked, or no threat peaks above 1."""
+        return self.model is None or self.model.field.is_probability
+
+    @property
     def has_negative_weights(self) -> bool:
         """Whether a weight is below 0, against the assumption of Theorem 1; only an improper risk field does that."""
-        if self.model is None or self.model.field.is_probability:
+        if self.has_proper_field:
             return False
         weights = self.weights.rows.data if isinstance(self.weights, SparseWeights) else self.weights.matrix()
         return bool((weights < 0.0).any())

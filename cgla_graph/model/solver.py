@@ -13,9 +13,7 @@ from cgla_graph.model import isolated
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
-
-#: Nodes of an implicit graph whose weights are held at once, 8 bytes a pair: 5 GB.
-MOST_HELD = 25_000
+from cgla_graph.model.weights import beyond_holding
 
 
 @dataclass(frozen=True)
@@ -49,7 +47,7 @@ class Traits:
         that does not hold, `run` answers "unsupported" and does not call it.
     lazy
         Whether it weighs only the pairs of an implicit graph that it needs, and counts them. Others weigh all, and are
-        kept from graphs of more than `MOST_HELD` nodes.
+        kept from graphs of more than `cgla_graph.model.weights.MOST_HELD` nodes.
     isolated
         Whether it runs compiled code of others that may crash or hang. Then `run` runs it in a process of its own (see
         `cgla_graph.model.isolated`), to which it and its problem are sent: their classes have to be in modules. A run
@@ -196,14 +194,18 @@ def run(
         )
         msg = f"{traits.name} plans {wanted}"
         raise SolverSettingError(msg)
+    if isinstance(problem, GraphProblem) and problem.graph.is_implicit:
+        # whether a weight is below 0 is known once all are
+        to_check = traits.needs_positive and not problem.graph.has_proper_field
+        too_much = beyond_holding(problem.graph.n_nodes)
+        if too_much and not traits.lazy:
+            return Solution(Status.UNSUPPORTED, solver=traits.name, message=f"it needs {too_much}; cgla does not")
+        if too_much and to_check:
+            message = f"with peaks above 1, it needs {too_much}"
+            return Solution(Status.UNSUPPORTED, solver=traits.name, message=message)
+        problem = problem.weighed() if to_check else problem
     if traits.needs_positive and has_negative_weights(problem):
         return Solution(Status.UNSUPPORTED, solver=traits.name, message=NEGATIVE_WEIGHTS)
-    if isinstance(problem, GraphProblem) and problem.graph.is_implicit and not traits.lazy:
-        n = problem.graph.n_nodes
-        if n > MOST_HELD:
-            gigabytes = f"all weights of {n} nodes, {8e-9 * n * n:.3g} GB"
-            message = f"it needs {gigabytes}, more than the {MOST_HELD} nodes that are weighed at once; cgla does not"
-            return Solution(Status.UNSUPPORTED, solver=traits.name, message=message)
     if isinstance(problem, Problem) and problem.start == problem.goal:
         return stay(problem, traits.name)
     if isinstance(problem, Problem) and getattr(solver, "resolution", 0) is None:

@@ -12,7 +12,11 @@ import numpy as np
 from scipy import sparse
 
 from cgla_graph._types import FloatArray
+from cgla_graph.errors import GraphError
 from cgla_graph.model.cost_model import CostModel
+
+#: Nodes of an implicit graph whose weights are all computed, 8 bytes a pair: 5 GB.
+MOST_HELD = 25_000
 
 
 class Weights(Protocol):
@@ -224,8 +228,19 @@ class ImplicitWeights:
         return self.held().n_edges
 
     def held(self) -> DenseWeights:
-        """Weigh all pairs, and hold what they weigh."""
+        """Weigh all pairs, and hold what they weigh; of more than `MOST_HELD` nodes, a `GraphError`."""
+        if too_much := beyond_holding(len(self.positions)):
+            msg = f"that needs {too_much}; cg.solve(problem, 'cgla') weighs what can be part of one optimum"
+            raise GraphError(msg)
         return DenseWeights(self.model.matrix(self.positions, self.lattice_shape))
+
+
+def beyond_holding(n_nodes: int) -> str:
+    """Say what all weights of more than `MOST_HELD` nodes would take; of fewer, nothing."""
+    if n_nodes <= MOST_HELD:
+        return ""
+    gigabytes = 8e-9 * n_nodes**2
+    return f"all weights of {n_nodes} nodes, {gigabytes:.3g} GB, where at most {MOST_HELD} nodes are weighed at once"
 
 
 def _spread(rows: sparse.csr_array, index: int) -> FloatArray:

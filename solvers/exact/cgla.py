@@ -8,7 +8,8 @@ from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.model.solver import MOST_HELD, Traits
+from cgla_graph.model.solver import Traits
+from cgla_graph.model.weights import beyond_holding
 from cgla_graph.restricted.restricted import Restricted, can_restrict, restricted_optimum
 from cgla_graph.solvers.base import limit_setting
 
@@ -67,17 +68,14 @@ class Cgla:
 
     def solve(self, problem: GraphProblem) -> Solution:
         """Compute the cost matrix and read the path off it."""
-        graph = problem.graph
+        graph, reason = problem.graph, "it needs"
         if self.early_stop and graph.n_nodes > FULL_UP_TO and can_restrict(graph):
             found = restricted_optimum(problem, seconds=self.time_limit)
             if found is not None:
                 return _restricted_answer(problem, found)
-            if graph.n_nodes > MOST_HELD:
-                message = (
-                    f"of {graph.n_nodes} nodes, only what can be part of the optimum is weighed, and no path was found "
-                    f"to tell that by: k is too great for the arithmetic of bounds, or ways are too narrow"
-                )
-                return Solution(Status.UNSUPPORTED, message=message)
+            reason = "no path was found to tell what can be left out (k too great, or ways too narrow); else it needs"
+        if graph.is_implicit and (too_much := beyond_holding(graph.n_nodes)):
+            return Solution(Status.UNSUPPORTED, message=f"{reason} {too_much}")
         if self.schedule == "label-setting":
             source = problem.source if self.early_stop else None
             matrix = cost_matrix(graph, problem.target, source=source)
@@ -97,6 +95,8 @@ class Cgla:
         if not nodes:
             return Solution(Status.NO_PATH)
         message = f"{matrix.rounds} rounds"
+        if problem.graph.n_nodes > FULL_UP_TO and not problem.graph.has_proper_field:
+            message += "; all pairs were weighed, since peaks above 1 leave no bound to go by"
         return Solution(Status.OPTIMAL, nodes=tuple(nodes), cost=matrix.value(problem.source), message=message)
 
 

@@ -176,19 +176,22 @@ def test_a_cutoff_below_0_leaves_the_source_alone(make: Callable[[list[list[floa
 
 def test_a_large_complete_graph_is_never_held_in_memory() -> None:
     field = cg.RiskField([cg.Threat(x=0.5, y=0.5, spread=0.02)])
-    small = cg.GeometricGraph.complete(cg.Lattice(3, bounds=(0, 0, 1, 1)), field, k=1.0)
-    # compiles the kernels
-    nx.shortest_path(small, 0, 8, weight="weight")
-    graph = cg.GeometricGraph.complete(cg.Lattice(100, bounds=(0, 0, 1, 1)), field, k=1.0)
+
+    def run(size: int) -> tuple[list[int], list[int], dict[int, float], cg.GeometricGraph]:
+        graph = cg.GeometricGraph.complete(cg.Lattice(size, bounds=(0, 0, 1, 1)), field, k=1.0)
+        last = size * size - 1
+        path = nx.shortest_path(graph, 0, last, weight="weight")
+        near = nx.single_source_dijkstra_path_length(graph, 0, cutoff=0.03, weight="weight")
+        return path, nx.shortest_path(graph, 0, last), near, graph
+
+    run(100)  # modules imported and kernels compiled here do not count
     tracemalloc.start()
     try:
-        path = nx.shortest_path(graph, 0, 9999, weight="weight")
-        hops = nx.shortest_path(graph, 0, 9999)
-        near = nx.single_source_dijkstra_path_length(graph, 0, cutoff=0.03, weight="weight")
+        path, hops, near, graph = run(100)
         _, peak = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
-    assert peak < 10e6  # the matrix takes 800 MB
+    assert peak < 20e6  # the matrix takes 800 MB
     assert (path[0], path[-1], hops) == (0, 9999, [0, 9999])
     assert set(near) == {0, 1, 2, 100, 101, 102, 200, 201, 202}
     weights = [graph.weight(u, v) for u, v in itertools.pairwise(path)]

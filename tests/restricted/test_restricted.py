@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from strategies import examples, lattices, plane_problems, seeds
 
 import cgla_graph as cg
-from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.cost_to_go.cost_matrix import Schedule, cost_matrix
 from cgla_graph.errors import GraphError, SolverSettingError
 from cgla_graph.model.lattice import LatticeKind
 from cgla_graph.model.problem import GraphProblem
+from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.restricted import restricted
 from cgla_graph.restricted.restricted import Restricted, restricted_optimum
 from cgla_graph.restricted.tube import Tube
@@ -200,12 +201,44 @@ def test_solvers_that_need_all_weights_say_what_that_would_take() -> None:
 
 def test_what_cannot_be_bounded_is_not_weighed_by_the_billion(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cgla, "FULL_UP_TO", 100)
-    monkeypatch.setattr(cgla, "MOST_HELD", 100)
+    monkeypatch.setattr("cgla_graph.model.weights.MOST_HELD", 100)
     monkeypatch.setattr("cgla_graph.solvers.solving.FULL_UP_TO", 100)
     field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1)])
-    answer = cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=1e15), "cgla", resolution=20)
+    problem = cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=1e15)
+    answer = cg.solve(problem, "cgla", resolution=20)
     assert answer.status is cg.Status.UNSUPPORTED
-    assert "k is too great for the arithmetic" in answer.message
+    assert "k is too great" in answer.message
+    for settings in ({"early_stop": False}, {"schedule": "synchronous", "early_stop": False}):
+        answer = cg.solve(problem, "cgla", resolution=20, **settings)
+        assert answer.status is cg.Status.UNSUPPORTED
+        assert answer.message.startswith("it needs all weights of 402 nodes, 0.00129 GB")
+
+
+@pytest.mark.parametrize("schedule", ["label-setting", "synchronous", "random"])
+def test_a_cost_matrix_that_would_take_hours_is_refused(schedule: Schedule) -> None:
+    on = cg.Problem((0.1, 0.1), (0.9, 0.9)).on_lattice(400)
+    with pytest.raises(GraphError, match=r"all weights of 160002 nodes, 205 GB, .* cg.solve\(problem, 'cgla'\)"):
+        cost_matrix(on.graph, on.target, schedule=schedule, seed=1 if schedule == "random" else None)
+    with pytest.raises(GraphError, match="160002 nodes"):
+        on.weighed()
+
+
+def test_fields_with_peaks_above_1_are_weighed_as_a_whole_where_that_can_be_afforded(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with pytest.warns(ImproperFieldWarning):
+        field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=1.5)], improper=True)
+    problem = cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=1.0)
+    full = cg.solve(problem, "cgla", resolution=30)
+    for module in ("solvers.solving", "solvers.exact.cgla"):
+        monkeypatch.setattr(f"cgla_graph.{module}.FULL_UP_TO", 100)
+    answer = cg.solve(problem, "cgla", resolution=30)
+    assert (answer.status, answer.cost, answer.nodes) == (cg.Status.OPTIMAL, full.cost, full.nodes)
+    assert answer.evaluations == full.evaluations
+    assert answer.message.endswith("all pairs were weighed, since peaks above 1 leave no bound to go by")
+    refused = cg.solve(problem, "cgla", resolution=400)
+    assert refused.status is cg.Status.UNSUPPORTED
+    assert "all weights of 160002 nodes, 205 GB" in refused.message
 
 
 @examples(8)

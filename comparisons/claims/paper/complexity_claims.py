@@ -291,6 +291,7 @@ def judge_c21(
         ),
         (
             "The factor ln N^2 is for sorting; Delta_k needs the least value only, which is found on the way.",
+            "Where pairs are weighed only if they may matter, only nodes that are kept are settled: C20 counts them.",
             (
                 f"The bar of {FAR_BELOW:g} N, and that N = {N} counts, were chosen when first plans had "
                 "shown that it depends on N."
@@ -416,6 +417,7 @@ def judge_c22(exponents: Mapping[str, Sequence[float]], middle: FloatArray, lost
                 "N^5 is that choice."
             ),
             "Integrals summed up with samples in each lattice unit add one to each exponent (C20).",
+            "A plan that weighs only pairs that may matter takes a small share of its N^4 pairs: C20 counts them.",
             f"Maps on which a flight did not arrive: {lost}.",
         ),
         STORED,
