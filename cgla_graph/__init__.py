@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from cgla_graph.model.problem import Problem as Problem
     from cgla_graph.model.risk import RiskField as RiskField
     from cgla_graph.model.risk import Threat as Threat
+    from cgla_graph.model.risk_raster import RasterRisk as RasterRisk
     from cgla_graph.model.solution import Solution as Solution
     from cgla_graph.model.solution import Status as Status
     from cgla_graph.scenarios.mission_file import load_mission as load_mission
@@ -60,6 +61,7 @@ _HOMES = {
     "MissionStatus": "mission.records",
     "NoFlyArea": "model.no_fly",
     "Problem": "model.problem",
+    "RasterRisk": "model.risk_raster",
     "RiskField": "model.risk",
     "Scenario": "scenarios.scenario",
     "Sharing": "mission.sharing",

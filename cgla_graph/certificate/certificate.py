@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._types import WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
-from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution
+from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, first_grid, next_grid
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
@@ -167,7 +167,7 @@ def lower_bound(
     if most < FIRST_CELLS**2:
         msg = f"max_cells is {max_cells!r}; give at least {FIRST_CELLS**2}, the cells of the first grid"
         raise ProblemError(msg)
-    if not problem.field.is_probability:
+    if not problem.field.is_proper:
         return Certificate(math.nan, math.inf, tolerance, 0.0, 0, f"no bound: {NEGATIVE_WEIGHTS}", 0.0)
     _load_kernels()
     began = time.perf_counter()
@@ -217,9 +217,10 @@ def rounding(problem: Problem) -> float:
     Bound the relative rounding errors of a bound.
 
     Each inequality is checked with some ten operations, and ``k F`` is off by a few ulps of ``k`` for each threat,
-    while ``c >= 1``.
+    while ``c >= 1``. The risk of rasters is off by a few ulps of itself, and so of the cost.
     """
-    return float(2.0**-50 * (16.0 + problem.k * (len(problem.field) + 4.0)))
+    of_rasters = 16.0 * len(problem.field.rasters)
+    return float(2.0**-50 * (16.0 + of_rasters + problem.k * (len(problem.field) + 4.0)))
 
 
 @dataclass
@@ -248,10 +249,7 @@ class _Search:
             return self._end("the straight line is no longer than the tolerance allows")
         if shrink < LEAST_SHRINK:
             return self._end(f"k = {problem.k:g} is too great for the arithmetic: only the straight line is a bound")
-        x_min, y_min, x_max, y_max = problem.bounds
-        longer = max(x_max - x_min, y_max - y_min)
-        columns, rows = (max(8, round(FIRST_CELLS * side / longer)) for side in (x_max - x_min, y_max - y_min))
-        last = columns, rows
+        last = first_grid(problem)
         runs = cell_runs.rectangle(last)
         before = -math.inf
         while True:
@@ -270,12 +268,12 @@ class _Search:
             if outcome := self._outcome():
                 return self._end(outcome)
             # a grid of some fineness knows better than the lattice on which side of an obstacle to pass
-            if self._looks_stuck(here, here - before) or max(last) == SECOND_LOOK:
+            if self._looks_stuck(here, here - before) or max(last) // 2 < SECOND_LOOK <= max(last):
                 self.improve(level, bounds[0])
             self.grids[-1] = replace(self.grids[-1], upper_bound=self.upper)
             kept = level.kept(bounds[0], bounds[1], self.known / shrink)
-            last = 2 * last[0], 2 * last[1]
-            runs = cell_runs.clipped(cell_runs.halved(kept), last)
+            finer = next_grid(problem, last)
+            runs, last = cell_runs.refined(kept, last, finer), finer
             before = here
             if outcome := self._outcome() or self._limit(last, runs):
                 return self._end(outcome)

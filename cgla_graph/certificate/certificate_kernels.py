@@ -17,9 +17,13 @@ from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.eikonal.marching_kernels import Mesh
 from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, REACH2, X, Y
+from cgla_graph.model.risk_raster_kernels import Rasters, raster_floor
 
-#: Columns of the cost bounds: cost at the node, its slopes, and how far it may fall below its tangent on the cell.
-COST, SLOPE_X, SLOPE_Y, DROP = range(4)
+#: Parts of a cell with rasters: lines of theirs may pass its middle.
+QUARTERS = 4
+#: Columns of the cost bounds: cost at the node, its slopes, how far it may fall below that linear function on the cell,
+#: and what the cost is at least there because of rasters and length alone.
+COST, SLOPE_X, SLOPE_Y, DROP, LEAST = range(5)
 
 
 @kernel
@@ -28,17 +32,22 @@ def cost_bounds(
     rows: WholeArray,
     origin: tuple[float, float],
     spacing: tuple[float, float],
+    bounds: tuple[float, float, float, float],
     k: float,
     table: FloatArray,
+    rasters: Rasters,
     out: FloatArray,
 ) -> None:
     """
     Bound the cost ``c = 1 + k F`` from below on the cell of each node: ``c(p + d) >= cost + slope . d - drop``.
 
-    With ``F = 1 - prod(1 - f_i)``, no eigenvalue of the Hessian of ``F`` is below ``-sum f_i / s_i^2 - (sum |grad
-    f_i|)^2 + sum |grad f_i|^2``, as all factors are in [0, 1]; on the cell, ``f_i`` exceeds its value at the node at
-    most by the factor ``exp(delta (r + delta) / s_i^2)``, where ``delta`` is half the diagonal and ``r`` the distance
-    of node and threat. A threat beyond its reach is left out, which can only lower the cost.
+    Of threats: with ``F = 1 - prod(1 - f_i)``, no eigenvalue of the Hessian of ``F`` is below ``-sum f_i / s_i^2 - (sum
+    |grad f_i|)^2 + sum |grad f_i|^2``, as all factors are in [0, 1]; on the cell, ``f_i`` exceeds its value at the node
+    at most by the factor ``exp(delta (r + delta) / s_i^2)``, where ``delta`` is half the diagonal and ``r`` the
+    distance of node and threat. A threat beyond its reach is left out, which can only lower the cost.
+
+    Rasters are bounded on the part of the cell that is inside `bounds`, each quarter apart (see `raster_floor`). `out`
+    has shape ``(n, 1, 5)``, or ``(n, 4, 5)`` where there are rasters.
     """
     hx, hy = spacing
     delta = 0.5 * math.hypot(hx, hy)
@@ -68,12 +77,41 @@ def cost_bounds(
                 gx = gx * (1.0 - value) - clear * q * dx * value
                 gy = gy * (1.0 - value) - clear * q * dy * value
                 clear *= 1.0 - value
-        out[p, COST] = 1.0 + k * (1.0 - clear)
-        out[p, SLOPE_X] = k * gx
-        out[p, SLOPE_Y] = k * gy
         # the stored place of the node is off by some ulps of its coordinates
         shift = abs(x * gx) + abs(y * gy)
-        out[p, DROP] = k * (0.5 * delta * delta * (bend + slopes * slopes - squares) + 2.0**-50 * shift)
+        drop = k * (0.5 * delta * delta * (bend + slopes * slopes - squares) + 2.0**-50 * shift)
+        for part in range(out.shape[1]):
+            bound = out[p, part]
+            bound[COST], bound[SLOPE_X], bound[SLOPE_Y] = 1.0 + k * (1.0 - clear), k * gx, k * gy
+            bound[DROP], bound[LEAST] = drop, 1.0
+            if rasters[0].shape[0] > 0:
+                _add_rasters((x, y), spacing, part, bounds, k, rasters, bound)
+
+
+@kernel
+def _add_rasters(
+    node: tuple[float, float],
+    spacing: tuple[float, float],
+    part: int,
+    bounds: tuple[float, float, float, float],
+    k: float,
+    rasters: Rasters,
+    bound: FloatArray,
+) -> None:
+    """Add the bound of rasters on a quarter of a node's cell: 0 to 3, lower before upper, left before right."""
+    x, y = node
+    x_side, y_side = 0.5 * spacing[0] * (2 * (part % 2) - 1), 0.5 * spacing[1] * (2 * (part // 2) - 1)
+    low = max(min(x, x + x_side), bounds[0]), max(min(y, y + y_side), bounds[1])
+    high = min(max(x, x + x_side), bounds[2]), min(max(y, y + y_side), bounds[3])
+    if not (low[0] < high[0] and low[1] < high[1]):
+        # a quarter outside the map is not looked at
+        return
+    value, slope_x, slope_y, drop, least = raster_floor(low, high, x, y, rasters)
+    bound[COST] += k * value
+    bound[SLOPE_X] += k * slope_x
+    bound[SLOPE_Y] += k * slope_y
+    bound[DROP] += k * drop
+    bound[LEAST] += k * least
 
 
 @kernel
@@ -87,6 +125,41 @@ def halve(rows: FloatArray, side: int) -> None:
 
 
 @kernel
+def _worst(
+    vx: FloatArray, vy: FloatArray, x_half: int, y_half: int, spacing: tuple[float, float], bound: FloatArray
+) -> float:
+    """
+    Bound the square of ``|grad phi| / c`` on a cell, or on the half or quarter to the sides that are not 0.
+
+    `vx` and `vy` are the control vectors of all of it, shape ``(3, 3)``, which are changed; `bound` is a row of
+    `cost_bounds`.
+    """
+    hx, hy = spacing
+    if x_half != 0:
+        halve(vx.T, x_half)
+        halve(vy.T, x_half)
+    if y_half != 0:
+        halve(vx, y_half)
+        halve(vy, y_half)
+    worst = 0.0
+    steepest = 0.0
+    lowest = math.inf
+    for b in range(3):
+        y = 0.5 * (b - 1) if y_half == 0 else 0.25 * (b - 1 + y_half)
+        for a in range(3):
+            x = 0.5 * (a - 1) if x_half == 0 else 0.25 * (a - 1 + x_half)
+            least = bound[COST] - bound[DROP] + x * hx * bound[SLOPE_X] + y * hy * bound[SLOPE_Y]
+            steep = vx[b, a] * vx[b, a] + vy[b, a] * vy[b, a]
+            steepest = max(steepest, steep)
+            lowest = min(lowest, least)
+            worst = max(worst, steep / max(least * abs(least), 1e-100))
+    # a constant bound serves as well
+    lowest = max(lowest, bound[LEAST])
+    square: float = min(worst, steepest / (lowest * lowest))
+    return square
+
+
+@kernel
 def steepness(
     values: FloatArray, mesh: Mesh, last: tuple[int, int], checked: BoolArray, bounds: FloatArray, out: FloatArray
 ) -> float:
@@ -94,13 +167,15 @@ def steepness(
     Bound ``|grad phi| / c`` on each checked piece, and return the greatest; 0 where it does not matter.
 
     A piece that no way leads to, all of whose values are infinite, counts as 0. `bounds` are the `cost_bounds` of the
-    pieces. Of cells on the rim of the map, only the half inside counts: where paths follow the rim, it costs less
-    outside.
+    pieces, or of their quarters. Of cells on the rim of the map, only the half inside counts: where paths follow the
+    rim, it costs less outside.
     """
     controls, columns, rows, _, (hx, hy) = mesh
     u = np.empty((3, 3))
     vx = np.empty((3, 3))
     vy = np.empty((3, 3))
+    part_x = np.empty((3, 3))
+    part_y = np.empty((3, 3))
     greatest = 0.0
     for p in range(controls.shape[0]):
         out[p] = 0.0
@@ -134,26 +209,17 @@ def steepness(
             vy[1, i] = 0.5 * (vy[0, i] + vy[2, i])
         x_half = 1 if columns[p] == 0 else (-1 if columns[p] == last[0] else 0)
         y_half = 1 if rows[p] == 0 else (-1 if rows[p] == last[1] else 0)
-        if x_half != 0:
-            halve(vx.T, x_half)
-            halve(vy.T, x_half)
-        if y_half != 0:
-            halve(vx, y_half)
-            halve(vy, y_half)
-        worst = 0.0
-        steepest = 0.0
-        lowest = math.inf
-        for b in range(3):
-            y = 0.5 * (b - 1) if y_half == 0 else 0.25 * (b - 1 + y_half)
-            for a in range(3):
-                x = 0.5 * (a - 1) if x_half == 0 else 0.25 * (a - 1 + x_half)
-                least = bounds[p, COST] - bounds[p, DROP] + x * hx * bounds[p, SLOPE_X] + y * hy * bounds[p, SLOPE_Y]
-                steep = vx[b, a] * vx[b, a] + vy[b, a] * vy[b, a]
-                steepest = max(steepest, steep)
-                lowest = min(lowest, least)
-                worst = max(worst, steep / max(least * abs(least), 1e-100))
-        # a constant bound serves as well, and is at least 1
-        out[p] = math.sqrt(min(worst, steepest / max(lowest * abs(lowest), 1.0)))
+        if bounds.shape[1] == 1:
+            worst = _worst(vx, vy, x_half, y_half, (hx, hy), bounds[p, 0])
+        else:
+            worst = 0.0
+            for part in range(4):
+                x_side, y_side = 2 * (part % 2) - 1, 2 * (part // 2) - 1
+                if x_side != -x_half and y_side != -y_half:
+                    part_x[:] = vx
+                    part_y[:] = vy
+                    worst = max(worst, _worst(part_x, part_y, x_side, y_side, (hx, hy), bounds[p, part]))
+        out[p] = math.sqrt(worst)
         greatest = max(greatest, out[p])
     return greatest
 

@@ -29,6 +29,8 @@ from cgla_graph.eikonal.marching import costs_to_go, node_costs
 from cgla_graph.eikonal.marching_kernels import spline_value
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk_raster import raster_arrays
+from cgla_graph.model.risk_raster_kernels import raster_floor
 
 #: Times that the equation is solved on one grid, at most.
 MOST_ROUNDS = 8
@@ -37,6 +39,63 @@ FIRST_CELLS = 128
 #: Cells from an end to the rim of its block on the first grid. It grows with the cube root of the refinement, as then
 #: the least is lost to the tip, whose bound is of third order, and to the spline beside it.
 FIRST_REACH = 3
+#: A raster is in line with the bounds of a problem within this part of a cell.
+IN_LINE = 1e-6
+
+
+def first_grid(problem: Problem) -> tuple[int, int]:
+    """
+    Return the last node of the first grid: about `FIRST_CELLS` cells along the longer side of the bounds.
+
+    Examples
+    --------
+    >>> first_grid(Problem((0, 0), (1, 1), bounds=(0, 0, 2, 1)))
+    (128, 64)
+    """
+    x_min, y_min, x_max, y_max = problem.bounds
+    longer = max(x_max - x_min, y_max - y_min)
+    columns, rows = (max(8, round(FIRST_CELLS * side / longer)) for side in (x_max - x_min, y_max - y_min))
+    return in_line(problem, (columns, rows))
+
+
+def next_grid(problem: Problem, last: tuple[int, int]) -> tuple[int, int]:
+    """
+    Return the last node of the grid after one: with twice as many cells along each side, or about that.
+
+    Examples
+    --------
+    >>> next_grid(Problem((0, 0), (1, 1)), (128, 128))
+    (256, 256)
+    """
+    return in_line(problem, (2 * last[0], 2 * last[1]))
+
+
+def in_line(problem: Problem, last: tuple[int, int]) -> tuple[int, int]:
+    """
+    Bring a grid into line with a raster over the bounds: a whole number of cells for each of the raster's.
+
+    Then lines of the raster, where the cost has kinks or jumps, are borders of quarters of cells.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField
+    >>> from cgla_graph.model.risk_raster import RasterRisk
+    >>> field = RiskField(rasters=[RasterRisk(np.zeros((5, 7)), bounds=(0, 0, 1, 1))])
+    >>> in_line(Problem((0, 0), (1, 1), field), (128, 128))
+    (126, 130)
+    """
+    lined = list(last)
+    x_min, y_min, x_max, y_max = problem.bounds
+    for raster in problem.field.rasters[:1]:
+        for axis, (low, high) in enumerate(((x_min, x_max), (y_min, y_max))):
+            size, begin = raster.cell_size[axis], raster.bounds[axis]
+            count = (high - low) / size
+            whole = round(count)
+            # (rounding of the bounds, relative to a cell)
+            if whole >= 1 and abs(count - whole) < IN_LINE and abs((low - begin) / size % 1.0 - 0.5) > 0.5 - IN_LINE:
+                times = round(last[axis] / whole)
+                lined[axis] = times * whole if times >= 1 else last[axis]
+    return lined[0], lined[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +129,18 @@ class Level:
     def lay(cls, problem: Problem, last: tuple[int, int], runs: WholeArray) -> "Level":
         """Build the mesh of some cells and bound the cost on each."""
         mesh = SplineMesh.build(problem.bounds, last, runs, problem.model.area, (problem.start, problem.goal))
-        bounds = np.empty((len(mesh.columns), 4))
+        parts = certificate_kernels.QUARTERS if problem.field.rasters else 1
+        bounds = np.empty((len(mesh.columns), parts, 5))
         certificate_kernels.cost_bounds(
-            mesh.columns, mesh.rows, mesh.origin, mesh.spacing, problem.k, problem.field.table, bounds
+            mesh.columns,
+            mesh.rows,
+            mesh.origin,
+            mesh.spacing,
+            problem.bounds,
+            problem.k,
+            problem.field.table,
+            problem.field.raster_arrays,
+            bounds,
         )
         reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
         return cls(problem, mesh, bounds, node_costs(problem, mesh), reach)
@@ -184,24 +252,34 @@ class Tip:
             cost, gx, gy, drop = cls._bounds(problem, end, radius)
             slope = math.hypot(gx, gy)
             least = cost - slope * radius - drop
-            if least >= 1.0 and slope * radius <= 2.0 * least:
+            # (no paraboloid bounds a raster)
+            if least >= 1.0 and slope * radius <= 2.0 * least and not problem.field.rasters:
                 beta = drop / radius**2 + slope**2 / (4.0 * least)
                 last_way = cost * radius - 0.5 * slope * radius**2 - beta * radius**3 / 3.0
                 if last_way + least * (radius - rim) >= cost * rim + 0.5 * slope * rim**2:
                     return cls(np.array([cost, gx, gy, beta]), least)
         cost, gx, gy, drop = cls._bounds(problem, end, rim)
-        least = max(cost - math.hypot(gx, gy) * rim - drop, 1.0)
+        least = max(cost - math.hypot(gx, gy) * rim - drop, 1.0) + cls._least_of_rasters(problem, end, rim)
         return cls(np.array([least, 0.0, 0.0, 0.0]), least)
 
     @staticmethod
     def _bounds(problem: Problem, end: Point, radius: float) -> FloatArray:
-        """Bound the cost on a disc by a paraboloid: cost, slopes, and how far it drops below its tangent."""
-        bounds, middle = np.empty((1, 4)), np.zeros(1, dtype=np.int32)
+        """Bound the cost of threats on a disc by a paraboloid: cost, slopes, and how far it drops below its tangent."""
+        bounds, middle = np.empty((1, 1, 5)), np.zeros(1, dtype=np.int32)
         # half the diagonal of this cell is the radius
         cell = (math.sqrt(2.0) * radius, math.sqrt(2.0) * radius)
-        certificate_kernels.cost_bounds(middle, middle, end, cell, problem.k, problem.field.table, bounds)
-        found: FloatArray = bounds[0]
+        threats = problem.k, problem.field.table, raster_arrays([])
+        certificate_kernels.cost_bounds(middle, middle, end, cell, problem.bounds, *threats, bounds)
+        found: FloatArray = bounds[0, 0, :4]
         return found
+
+    @staticmethod
+    def _least_of_rasters(problem: Problem, end: Point, radius: float) -> float:
+        """Return what rasters add to the cost at least, on the square around a disc."""
+        x_min, y_min, x_max, y_max = problem.bounds
+        low = max(end[0] - radius, x_min), max(end[1] - radius, y_min)
+        high = min(end[0] + radius, x_max), min(end[1] + radius, y_max)
+        return problem.k * raster_floor(low, high, *end, problem.field.raster_arrays)[-1]
 
 
 @dataclass(frozen=True, eq=False)

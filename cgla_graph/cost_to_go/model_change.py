@@ -24,10 +24,10 @@ class ModelChange:
     Attributes
     ----------
     everything
-        Whether every weight may differ: `k` does, or all threats reach further or less far, because their number does
-        (see `risk_kernels.reach_class`).
-    reach_shrank
-        Whether the threats that stayed reach less far.
+        Whether every weight may differ: `k` or the rasters do, or all threats reach further or less far, because their
+        number does (see `risk_kernels.reach_class`).
+    unrelated
+        Whether old values bound no new ones: the rasters are others, or the threats that stayed reach less far.
     weights_only_grow
         Whether no weight fell: nothing went away, and `k` did not fall.
     came, gone
@@ -49,7 +49,7 @@ class ModelChange:
     """
 
     everything: bool
-    reach_shrank: bool
+    unrelated: bool
     weights_only_grow: bool
     came: FloatArray
     gone: FloatArray
@@ -63,10 +63,12 @@ class ModelChange:
         before, after = Counter(old.field.threats), Counter(new.field.threats)
         gone = _rows(old, before - after)
         opened, redrawn = _redrawn(old, new)
+        same = old.field.rasters == new.field.rasters
+        grew = same and new.k >= old.k and reach_now >= reach
         return cls(
-            everything=old.k != new.k or reach != reach_now,
-            reach_shrank=reach_now < reach,
-            weights_only_grow=new.k >= old.k and reach_now >= reach and not len(gone) and not len(opened),
+            everything=not same or old.k != new.k or reach != reach_now,
+            unrelated=not same or reach_now < reach,
+            weights_only_grow=grew and not len(gone) and not len(opened),
             came=_rows(new, after - before),
             gone=gone,
             opened=opened,

@@ -58,7 +58,7 @@ def lazy_cost_matrix(graph: GeometricGraph, target: Node) -> CostMatrix:
     """
     _, model = _complete(graph)
     at = graph.index_of(target)
-    if not (graph.is_implicit and model.field.is_probability):
+    if not (graph.is_implicit and model.field.is_proper):
         return cost_matrix(graph, target)
     values = np.full(graph.n_nodes, np.inf)
     values[at] = 0.0
@@ -136,7 +136,7 @@ def repair(matrix: CostMatrix, model: CostModel) -> CostMatrix:
     )
     repair_kernels.borrow(nodes, kernel_model, *tree, change.weights_only_grow, values, edges, successors)
     before = _nothing(graph.n_nodes)
-    if not change.reach_shrank:
+    if not change.unrelated:
         shrink = model.k / old_model.k if model.k < old_model.k else 1.0
         error = float(risk_error(old_model.field.table))
         before = matrix.values, shrink, old_model.k, change.gone, error, change.opened
@@ -242,7 +242,7 @@ def linked(matrix: CostMatrix, point: Point) -> tuple[CostMatrix, Node]:
     if graph.n_nodes == matrix.graph.n_nodes:
         return matrix, node
     nodes, _ = _complete(graph)
-    if model.field.is_probability:
+    if model.field.is_proper:
         value, successor = repair_kernels.link(nodes, matrix.values, model.kernel_model())
     else:
         offers = graph.weights_from(index)[:index] + matrix.values
@@ -351,7 +351,7 @@ def _check_model(model: CostModel) -> None:
 
 
 def _is_proper(*models: CostModel) -> bool:
-    return all(model.field.is_probability for model in models)
+    return all(model.field.is_proper for model in models)
 
 
 @lru_cache(maxsize=8)

@@ -62,21 +62,34 @@ def dilated(runs: WholeArray, reach: int) -> WholeArray:
     return merged(np.column_stack([rows, spans]))
 
 
-def halved(runs: WholeArray) -> WholeArray:
+def refined(runs: WholeArray, last: tuple[int, int], finer: tuple[int, int]) -> WholeArray:
     """
-    Return the cells of the grid of half the spacing that overlap some cells; merged.
+    Return the cells of a finer grid that touch some cells; merged, and inside the finer grid.
 
-    Cells are centred on nodes, and node ``(i, j)`` is node ``(2 i, 2 j)`` of the finer grid.
+    Cells are centred on nodes. Both grids are over the same bounds, the nodes `last` and `finer` in the same corner.
 
     Examples
     --------
-    >>> halved(np.array([[1, 3, 4]])).tolist()
+    >>> refined(np.array([[1, 3, 4]]), (4, 4), (8, 8)).tolist()
     [[1, 5, 8], [2, 5, 8], [3, 5, 8]]
     """
-    offsets = np.arange(-1, 2)
-    rows = (2 * runs[:, 0, None] + offsets).ravel()
-    spans = np.repeat(np.column_stack([2 * runs[:, 1] - 1, 2 * runs[:, 2]]), len(offsets), axis=0)
-    return merged(np.column_stack([rows, spans]))
+    first_row, last_row = _touched(runs[:, 0], last[1], finer[1])
+    first, _ = _touched(runs[:, 1], last[0], finer[0])
+    _, final = _touched(runs[:, 2] - 1, last[0], finer[0])
+    parts = []
+    for offset in range(int((last_row - first_row).max(initial=-1)) + 1):
+        here = first_row + offset <= last_row
+        parts.append(np.column_stack([first_row + offset, first, final + 1])[here])
+    return clipped(merged(np.vstack([np.empty((0, 3), dtype=np.int64), *parts])), finer)
+
+
+def _touched(index: WholeArray, last: int, finer: int) -> tuple[WholeArray, WholeArray]:
+    """Return the first and the last cell of a finer axis that touch each cell of an axis, in whole numbers."""
+    # the cell from i - 1/2 to i + 1/2 touches that around j if |j / finer - i / last| is at most half of both widths
+    index = index.astype(np.int64)
+    low = -((last - (2 * index - 1) * finer) // (2 * last))
+    high = ((2 * index + 1) * finer + last) // (2 * last)
+    return low, high
 
 
 def clipped(runs: WholeArray, last: tuple[int, int]) -> WholeArray:

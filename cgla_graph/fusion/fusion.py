@@ -184,7 +184,7 @@ def proper(fields: Sequence[RiskField]) -> Group:
     Examples
     --------
     >>> proper([])
-    (RiskField(threats=(), improper=False),)
+    (RiskField(threats=(), rasters=(), improper=False),)
     """
     if not isinstance(fields, Iterable):
         msg = f"fields are {fields!r}; give a list with the RiskField of each UAV"
@@ -194,8 +194,13 @@ def proper(fields: Sequence[RiskField]) -> Group:
         if not isinstance(field, RiskField):
             msg = f"field {number} is {field!r}; give the RiskField of each UAV"
             raise ProblemError(msg)
-        if not field.is_probability:
+        if not field.is_proper:
             msg = f"field {number} has a peak above 1, where more threats may be less risk; lower it to (0, 1]"
+            raise ProblemError(msg)
+        if field.rasters:
+            msg = (
+                f"field {number} has rasters, which all UAVs know; the other readings of Eq. 5 are about threats alone"
+            )
             raise ProblemError(msg)
     # that nobody knows anything is what one UAV knows that knows nothing
     return known or (RiskField(),)

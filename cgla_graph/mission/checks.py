@@ -149,7 +149,7 @@ def _check_avoidance(rules: Rules) -> None:
 
 
 def _check_probability(rules: Rules, what: str) -> None:
-    if not rules.world.is_probability:
+    if not rules.world.is_proper:
         msg = f"{what} needs a world without peaks above 1; lower them"
         raise MissionError(msg)
 

@@ -79,7 +79,7 @@ def measure(
     risk, exposure, worst = [0.0], [0.0], [0.0]
     for phase in np.unique(phases).tolist():
         field_then = world.field_at(0 if phase == 0 else world.changes[phase - 1])
-        if not field_then.threats:
+        if field_then.is_empty:
             continue
         here = phases == phase
         first, last = starts[here], ends[here]
@@ -105,14 +105,14 @@ def measure(
 def _fine_pieces(
     starts: FloatArray, ends: FloatArray, field_then: RiskField
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Cut segments at the points next to threats, and finer than the least spread; return starts, ends and lengths."""
+    """Cut segments at the points next to threats, and finely enough for all; return starts, ends and lengths."""
     lengths = np.hypot(*(ends - starts).T)
-    finest = min(threat.spread for threat in field_then.threats)
+    finest = field_then.finest
     pieces_begin, pieces_end = [], []
     for start, end, length in zip(starts, ends, lengths.tolist(), strict=True):
         cuts = np.linspace(0.0, 1.0, 2 + int(min(length / finest, MOST_PIECES)))
         if len(cuts) > 2:  # noqa: PLR2004 - a short segment needs no foot points
-            centres = np.array([(threat.x, threat.y) for threat in field_then.threats])
+            centres = field_then.centres
             feet = (centres - start) @ (end - start) / length**2
             cuts = np.unique(np.concatenate([cuts, feet[(feet > 0.0) & (feet < 1.0)]]))
         at = start * (1.0 - cuts[:, None]) + end * cuts[:, None]

@@ -195,7 +195,7 @@ class Replanner:
         solver = self.mission.solver
         if solver.traits.domain == "plane":
             return run(solver, problem, self.mission.lattice)
-        plain = not self._is_fused and self.mission.exclude == "none" and problem.field.is_probability
+        plain = not self._is_fused and self.mission.exclude == "none" and problem.field.is_proper
         if plain and isinstance(solver, CostMatrixReader):
             if (
                 self.mission.lattice.n_points > FULL_UP_TO

@@ -200,13 +200,13 @@ class World:
                 raise MissionError(msg)
         # a peak above 1 is refused now, not at the tick when it appears; an improper field has warned of it already
         timed = [item.threat for item in self.timed if isinstance(item, TimedThreat)]
-        _ = self.field.with_threats(timed) if self.field.is_probability else self.field.with_only(timed)
+        _ = self.field.with_threats(timed) if self.field.is_proper else self.field.with_only(timed)
 
     @cached_property
-    def is_probability(self) -> bool:
+    def is_proper(self) -> bool:
         """Whether no threat, whenever it comes, peaks above 1."""
         peaks = [item.threat.peak for item in self.timed if isinstance(item, TimedThreat)]
-        return self.field.is_probability and all(peak <= 1.0 for peak in peaks)
+        return self.field.is_proper and all(peak <= 1.0 for peak in peaks)
 
     @cached_property
     def changes(self) -> tuple[int, ...]:

@@ -525,7 +525,7 @@ class GeometricGraph:
     @property
     def has_proper_field(self) -> bool:
         """Whether no weight can be below 0: they were given and checked, or no threat peaks above 1."""
-        return self.model is None or self.model.field.is_probability
+        return self.model is None or self.model.field.is_proper
 
     @property
     def has_negative_weights(self) -> bool:

@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any, Literal, Self, TypeAlias
+from typing import Any, Literal, Self, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,10 @@ from cgla_graph._types import FloatArray
 from cgla_graph._validate import finite_number, non_negative_number, point_array, positive_number, together
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_kernels
+from cgla_graph.model.risk_raster import RasterRisk, raster_arrays
+from cgla_graph.model.risk_raster_kernels import Rasters
+
+Member = TypeVar("Member")
 
 #: How Eq. 1 of the paper can be read: see `Threat.from_eq1`.
 Reading: TypeAlias = Literal["membership", "literal", "sigma2", "gauss2d"]
@@ -26,7 +30,7 @@ HIGHEST_PEAK = 1e6
 
 
 #: What kernels compute from the threats themselves, whatever a subclass of `RiskField` says.
-OF_KERNELS = ("density", "gradient", "line_integral", "table", "kernel_field", "is_probability")
+OF_KERNELS = ("density", "gradient", "line_integral", "table", "raster_arrays", "kernel_field", "is_proper")
 
 
 class ImproperFieldWarning(UserWarning):
@@ -166,10 +170,14 @@ class RiskField:
     """
     The risk of several threats, ``F = 1 - prod(1 - f_i)`` (Eq. 2): what one of them does if they act independently.
 
+    Risk that is given on rasters is added to that of the threats.
+
     Parameters
     ----------
     threats
         The threats; an empty field has no risk anywhere.
+    rasters
+        Risk per unit length on grids of cells, whose densities are added.
     improper
         Allow peaks above 1. ``F`` may then leave [0, 1] and even turn negative, which breaks the assumption of
         positive weights under Theorem 1; a warning says so. Only for showing what breaks.
@@ -190,6 +198,7 @@ class RiskField:
     """
 
     threats: tuple[Threat, ...] = ()
+    rasters: tuple[RasterRisk, ...] = field(default=(), kw_only=True)
     improper: bool = field(default=False, kw_only=True)
 
     def __new__(cls, *_: object, **__: object) -> Self:
@@ -203,12 +212,18 @@ class RiskField:
             raise ProblemError(msg)
         return super().__new__(cls)
 
-    def __init__(self, threats: Iterable[Threat] = (), *, improper: bool = False) -> None:
-        """Collect the threats and check their peaks."""
-        self._take(threats, improper=improper, warned=False)
+    def __init__(
+        self, threats: Iterable[Threat] = (), *, rasters: Iterable[RasterRisk] = (), improper: bool = False
+    ) -> None:
+        """Collect the threats and the rasters, and check the peaks."""
+        self._take(threats, rasters, improper=improper, warned=False)
 
-    def _take(self, threats: Iterable[Threat], *, improper: bool, warned: bool) -> None:
-        members = _listed(threats)
+    def _take(self, threats: Iterable[Threat], rasters: Iterable[RasterRisk], *, improper: bool, warned: bool) -> None:
+        members, grids = _listed(threats, "threats", "Threat"), _listed(rasters, "rasters", "RasterRisk")
+        for number, raster in enumerate(grids):
+            if not isinstance(raster, RasterRisk):
+                msg = f"raster {number} is {type(raster).__name__}, not a RasterRisk; write RasterRisk(values, bounds)"
+                raise ProblemError(msg)
         for number, threat in enumerate(members):
             if not isinstance(threat, Threat):
                 msg = f"threat {number} is {threat!r}, not a Threat; write Threat(x=…, y=…, spread=…, peak=…)"
@@ -224,6 +239,7 @@ class RiskField:
             msg = f"{above} of {len(members)} threats peak above 1: no probability, and weights may be negative"
             warnings.warn(msg, ImproperFieldWarning, stacklevel=3)
         object.__setattr__(self, "threats", members)
+        object.__setattr__(self, "rasters", grids)
         object.__setattr__(self, "improper", bool(improper))
 
     def __len__(self) -> int:
@@ -231,15 +247,26 @@ class RiskField:
         return len(self.threats)
 
     @property
-    def is_probability(self) -> bool:
-        """Whether no peak exceeds 1, so that ``F`` stays in [0, 1] and no weight is below the length."""
+    def is_proper(self) -> bool:
+        """Whether no peak exceeds 1, so that ``F`` is nowhere below 0 and no weight below the length."""
         return all(threat.peak <= 1.0 for threat in self.threats)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there are neither threats nor rasters, so that there is no risk anywhere."""
+        return not self.threats and not self.rasters
+
+    @property
+    def finest(self) -> float:
+        """The least spread of a threat or half cell of a raster, map units; infinite in an empty field."""
+        sizes = [threat.spread for threat in self.threats]
+        return min([*sizes, *(0.5 * min(raster.cell_size) for raster in self.rasters)], default=math.inf)
 
     @cached_property
     def table(self) -> FloatArray:
         """The kernels' view of the threats, shape ``(m, 7)``, read-only."""
         rows = np.array([(t.x, t.y, t.spread, t.peak) for t in self.threats], dtype=np.float64).reshape(-1, 4)
-        table = risk_kernels.threat_table(rows, improper=not self.is_probability)
+        table = risk_kernels.threat_table(rows, improper=not self.is_proper)
         table.flags.writeable = False
         return table
 
@@ -248,17 +275,22 @@ class RiskField:
         """Where the threats are, shape ``(m, 2)``, map units, read-only."""
         return self.table[:, :2]
 
+    @cached_property
+    def raster_arrays(self) -> Rasters:
+        """The kernels' view of the rasters, read-only."""
+        return raster_arrays(self.rasters)
+
     def kernel_field(self) -> risk_kernels.Field:
         """Hand the field to a kernel, with scratch memory of its own (one call for each thread)."""
-        return self.table, risk_kernels.workspace(len(self)), not self.is_probability
+        return self.table, risk_kernels.workspace(len(self)), not self.is_proper, self.raster_arrays
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the threats alone: the table is made anew, read-only."""
-        return partial(RiskField, improper=self.improper), (self.threats,)
+        """Pickle threats and rasters alone: what kernels read is made anew, read-only."""
+        return partial(RiskField, rasters=self.rasters, improper=self.improper), (self.threats,)
 
     def with_threats(self, threats: Iterable[Threat]) -> "RiskField":
         """
-        Return a new field that has `threats` as well; it is improper if this one is.
+        Return a new field that has `threats` as well, with the same rasters; it is improper if this one is.
 
         Raises
         ------
@@ -270,11 +302,13 @@ class RiskField:
         >>> len(RiskField([Threat(0, 0, 1)]).with_threats([Threat(1, 1, 1)]))
         2
         """
-        return RiskField((*self.threats, *_listed(threats)), improper=self.improper)
+        return RiskField(
+            (*self.threats, *_listed(threats, "threats", "Threat")), rasters=self.rasters, improper=self.improper
+        )
 
     def with_only(self, threats: Iterable[Threat]) -> "RiskField":
         """
-        Return a new field of `threats` alone; it is improper if this one is, without a warning: this one gave it.
+        Return a new field of `threats` and the same rasters; it is improper if this one is, with no second warning.
 
         Raises
         ------
@@ -287,7 +321,7 @@ class RiskField:
         0
         """
         field = object.__new__(RiskField)
-        field._take(threats, improper=self.improper, warned=True)
+        field._take(threats, self.rasters, improper=self.improper, warned=True)
         return field
 
     def density(self, points: ArrayLike) -> FloatArray:
@@ -317,12 +351,15 @@ class RiskField:
         """
         where = point_array("points", points)
         out = np.empty(where.shape[:-1])
-        risk_kernels.density(where.reshape(-1, 2), self.table, out.reshape(-1))
+        risk_kernels.density(where.reshape(-1, 2), self.table, self.raster_arrays, out.reshape(-1))
         return out
 
     def gradient(self, points: ArrayLike) -> FloatArray:
         """
         Evaluate the gradient of ``F``.
+
+        On a line between cells of a raster it is that of the side right of and above it. Jumps, as between cells that
+        are not interpolated, are no part of it.
 
         Parameters
         ----------
@@ -349,7 +386,7 @@ class RiskField:
         """
         where = point_array("points", points)
         out = np.empty(where.shape)
-        risk_kernels.gradient(where.reshape(-1, 2), self.table, out.reshape(-1, 2))
+        risk_kernels.gradient(where.reshape(-1, 2), self.table, self.raster_arrays, out.reshape(-1, 2))
         return out + 0.0
 
     def contour_radii(self, level: float) -> FloatArray:
@@ -386,8 +423,8 @@ class RiskField:
         """
         Integrate ``F`` along straight segments (Eq. 6).
 
-        Exact up to rounding and negligible tails: within 1e-10 on maps of unit size, however many threats overlap.
-        The same float for both directions of a segment.
+        Exact up to rounding and negligible tails: within 1e-10 on maps of unit size, however many threats overlap;
+        of rasters, within 1e-12 of the integral. The same float for both directions of a segment.
 
         Parameters
         ----------
@@ -417,8 +454,8 @@ class RiskField:
         return out
 
 
-def _listed(threats: object) -> tuple[Threat, ...]:
-    if not isinstance(threats, Iterable):
-        msg = f"threats are {threats!r}; give a list of Threat"
+def _listed(given: Iterable[Member], name: str, kind: str) -> tuple[Member, ...]:
+    if not isinstance(given, Iterable):
+        msg = f"{name} are {given!r}; give a list of {kind}"
         raise ProblemError(msg)
-    return tuple(threats)
+    return tuple(given)

@@ -17,6 +17,7 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray
+from cgla_graph.model.risk_raster_kernels import Rasters, density_at, gradient_at, raster_risk
 
 CUTOFF = 1e-12
 LOG_CUTOFF = math.log(CUTOFF)
@@ -26,8 +27,8 @@ X, Y, REACH2, PRECISION, LOG_PEAK, ROOT, SPREAD = range(7)
 AT, PRECISION_AT, LOG_AMPLITUDE, ROOT_AT, LOW, HIGH, SPREAD_AT, LEFT, ROW = range(9)
 N_NODES = 16
 
-#: `threat_table`, a work space of `workspace`, and whether every peak is at most 1.
-Field: TypeAlias = tuple[FloatArray, FloatArray, bool]
+#: `threat_table`, a work space of `workspace`, whether a peak is above 1, and the rasters.
+Field: TypeAlias = tuple[FloatArray, FloatArray, bool, Rasters]
 
 
 def reach_class(n_threats: int) -> int:
@@ -105,8 +106,8 @@ def erf(x: float) -> float:
 
 
 @kernel
-def density(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
-    """Write ``F = 1 - prod(1 - f_i)`` (Eq. 2) at `points`, shape ``(n, 2)``, to `out`, shape ``(n,)``."""
+def density(points: FloatArray, table: FloatArray, rasters: Rasters, out: FloatArray) -> None:
+    """Write ``F = 1 - prod(1 - f_i)`` (Eq. 2) plus rasters at `points`, shape ``(n, 2)``, to `out`, shape ``(n,)``."""
     for n in range(points.shape[0]):
         clear = 1.0
         for i in range(table.shape[0]):
@@ -114,10 +115,12 @@ def density(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
             dy = points[n, 1] - table[i, Y]
             clear *= 1.0 - math.exp(table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * (dx * dx + dy * dy))
         out[n] = 1.0 - clear
+        if rasters[0].shape[0] > 0:
+            out[n] += density_at(points[n, 0], points[n, 1], rasters)
 
 
 @kernel
-def gradient(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
+def gradient(points: FloatArray, table: FloatArray, rasters: Rasters, out: FloatArray) -> None:
     """Write the gradient of ``F`` at `points`, shape ``(n, 2)``, to `out`, shape ``(n, 2)``."""
     for n in range(points.shape[0]):
         gx, gy, clear = 0.0, 0.0, 1.0
@@ -130,6 +133,10 @@ def gradient(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
             gx = gx * (1.0 - f) + slope * dx
             gy = gy * (1.0 - f) + slope * dy
             clear *= 1.0 - f
+        if rasters[0].shape[0] > 0:
+            more_x, more_y = gradient_at(points[n, 0], points[n, 1], rasters)
+            gx += more_x
+            gy += more_y
         out[n, 0] = gx
         out[n, 1] = gy
 
@@ -316,20 +323,15 @@ def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray, 
 
 
 @kernel
-def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> float:
+def _threat_risk(
+    x1: float, y1: float, x2: float, y2: float, length: float, table: FloatArray, scratch: FloatArray, improper: bool
+) -> float:
     """
-    Integrate the risk field over the straight segment from ``(x1, y1)`` to ``(x2, y2)`` (Eq. 6).
+    Integrate the risk of threats over a segment of some length.
 
     The closed form serves where few threats overlap, quadrature where many do; both are within 1e-12 of the truth
-    on a map of unit size. The ends are put in one order first, so that both directions give the same float.
+    on a map of unit size.
     """
-    table, scratch, improper = field
-    if x2 < x1 or (x2 == x1 and y2 < y1):
-        x1, x2 = x2, x1
-        y1, y2 = y2, y1
-    length = math.hypot(x2 - x1, y2 - y1)
-    if length == 0.0:
-        return 0.0
     ux = (x2 - x1) / length
     uy = (y2 - y1) / length
     active = scratch[2 : 2 + table.shape[0]]
@@ -353,6 +355,29 @@ def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> fl
                 return value
     width = panel_width(m, active)
     return _quadrature(length, m, active, scratch, 0.5 * width if improper else width)
+
+
+@kernel
+def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> float:
+    """
+    Integrate the risk field over the straight segment from ``(x1, y1)`` to ``(x2, y2)`` (Eq. 6).
+
+    The risk of rasters is added to that of threats. The ends are put in one order first, so that both directions give
+    the same float.
+    """
+    table, scratch, improper, rasters = field
+    if x2 < x1 or (x2 == x1 and y2 < y1):
+        x1, x2 = x2, x1
+        y1, y2 = y2, y1
+    length = math.hypot(x2 - x1, y2 - y1)
+    if length == 0.0:
+        return 0.0
+    of_threats = 0.0
+    if table.shape[0] > 0:
+        of_threats = _threat_risk(x1, y1, x2, y2, length, table, scratch, improper)
+    if rasters[0].shape[0] > 0:
+        return of_threats + raster_risk(x1, y1, x2, y2, rasters)
+    return of_threats
 
 
 @kernel

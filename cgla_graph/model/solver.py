@@ -222,12 +222,12 @@ def has_negative_weights(problem: Problem | GraphProblem) -> bool:
     """Return whether Theorem 1's assumption fails: a weight below 0 on a graph, a peak above 1 in the plane."""
     if isinstance(problem, GraphProblem):
         return problem.graph.has_negative_weights
-    return not problem.field.is_probability
+    return not problem.field.is_proper
 
 
 def stay(problem: Problem, solver: str) -> Solution:
     """Answer a problem whose start is its goal: nothing costs less than staying, unless risk may be below 0."""
-    known = problem.field.is_probability
+    known = problem.field.is_proper
     answer = Solution(
         Status.OPTIMAL if known else Status.FOUND, path=np.array([problem.start]), cost=0.0, solver=solver
     )

@@ -190,7 +190,7 @@ def plan_in_space_time(
 def _check(problem: Problem, matrix: CostMatrix) -> None:
     """Refuse a matrix that says nothing about the problem, and a field that breaks the search."""
     graph, remedy = matrix.graph, "compute it on a graph of the problem, such as problem.on_lattice(20).graph"
-    if not problem.field.is_probability:
+    if not problem.field.is_proper:
         msg = f"the risk field has peaks above 1: {NEGATIVE_WEIGHTS}; lower them"
         raise ProblemError(msg)
     if graph.positions is None or graph.model != problem.model:

@@ -132,7 +132,7 @@ def can_run(name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> bool |
     if not isinstance(given.get("weight"), str | None):
         return "cgla takes weights by the name of their attribute"
     graph = given["G"]
-    if isinstance(graph, GeometricGraph) and graph.model is not None and not graph.model.field.is_probability:
+    if isinstance(graph, GeometricGraph) and graph.model is not None and not graph.model.field.is_proper:
         return "weights of an improper risk field may be negative"
     return True
 

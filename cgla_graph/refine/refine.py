@@ -116,7 +116,7 @@ def refine_path(problem: Problem, path: ArrayLike, *, tolerance: float = 1e-6, m
         raise ProblemError(msg)
     given = point_array("path", path)
     judged = problem.evaluate(given)
-    for hindrance in (*judged.violations, *(() if problem.field.is_probability else (NEGATIVE_WEIGHTS,))):
+    for hindrance in (*judged.violations, *(() if problem.field.is_proper else (NEGATIVE_WEIGHTS,))):
         return Refinement(given, judged.cost, message=f"not refined: {hindrance}")
     return _Refiner(problem, given, judged.cost).run(tolerance, max_points)
 

@@ -37,6 +37,7 @@ from cgla_graph.model.risk_kernels import (
     segment_cost,
     threats_in_reach,
 )
+from cgla_graph.model.risk_raster_kernels import Rasters, density_at, raster_moments
 
 # On a panel of at most a quarter of the full width, as on most segments of a fine path, fewer nodes do as well.
 N_FEW = 7
@@ -44,7 +45,7 @@ _FEW_NODES, _FEW_WEIGHTS = np.polynomial.legendre.leggauss(N_FEW)
 
 
 @kernel
-def _density(x: float, y: float, table: FloatArray) -> float:
+def _density(x: float, y: float, table: FloatArray, rasters: Rasters) -> float:
     """Evaluate ``F`` at one point, without the threats that are out of reach."""
     clear = 1.0
     for i in range(table.shape[0]):
@@ -53,7 +54,7 @@ def _density(x: float, y: float, table: FloatArray) -> float:
         squared = dx * dx + dy * dy
         if squared < table[i, REACH2]:
             clear *= 1.0 - math.exp(table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * squared)
-    return 1.0 - clear
+    return 1.0 - clear + (density_at(x, y, rasters) if rasters[0].shape[0] > 0 else 0.0)
 
 
 @kernel
@@ -107,12 +108,12 @@ def cost_and_gradient(points: FloatArray, k: float, field: Field, gradient: Floa
 
     Where two waypoints coincide, the length between them has no derivative; it counts as 0.
     """
-    table = field[0]
+    table, rasters = field[0], field[3]
     n = points.shape[0]
     active = np.empty((table.shape[0], 9))
     cost = 0.0
     gradient[:] = 0.0
-    density = _density(points[0, 0], points[0, 1], table) if k > 0.0 else 0.0
+    density = _density(points[0, 0], points[0, 1], table, rasters) if k > 0.0 else 0.0
     for i in range(n - 1):
         dx = points[i + 1, 0] - points[i, 0]
         dy = points[i + 1, 1] - points[i, 1]
@@ -124,9 +125,12 @@ def cost_and_gradient(points: FloatArray, k: float, field: Field, gradient: Floa
         first_along, second_along, first_across, second_across = -1.0, 1.0, 0.0, 0.0
         if k > 0.0:
             risk, slope, lever = _moments(points[i, 0], points[i, 1], ux, uy, length, table, active)
+            if rasters[0].shape[0] > 0:
+                more, steeper, heavier = raster_moments(points[i, 0], points[i, 1], ux, uy, length, rasters)
+                risk, slope, lever = risk + more, slope + steeper, lever + heavier
             cost += k * risk
             first_along -= k * density
-            density = _density(points[i + 1, 0], points[i + 1, 1], table)
+            density = _density(points[i + 1, 0], points[i + 1, 1], table, rasters)
             second_along += k * density
             first_across, second_across = k * (slope - lever), k * lever
         gradient[i, 0] += first_along * ux - first_across * uy

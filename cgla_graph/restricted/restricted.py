@@ -161,7 +161,7 @@ class Restricted:
 def can_restrict(graph: GeometricGraph) -> bool:
     """Say whether a graph is a complete lattice graph, not weighed yet, under a cost that can be bounded."""
     model = graph.model
-    return bool(graph.is_implicit and graph.lattice and model is not None and model.field.is_probability)
+    return bool(graph.is_implicit and graph.lattice and model is not None and model.field.is_proper)
 
 
 def restricted_optimum(on: GraphProblem, *, seconds: float | None = None) -> Restricted | None:
@@ -369,7 +369,11 @@ class _Search:
         model = self.model
         columns, rows = np.nonzero(where)
         table = np.array(model.field.table)
-        restricted_kernels.cost_rasters(columns, rows, self.origin, half, model.k, table, plain, low, high)
+        corners = self.positions.min(axis=0), self.positions.max(axis=0)
+        bounds = (*_point(corners[0]), *_point(corners[1]))
+        restricted_kernels.cost_rasters(
+            columns, rows, self.origin, half, bounds, model.k, table, model.field.raster_arrays, plain, low, high
+        )
         return [plain, low, high]
 
     def _restricted(

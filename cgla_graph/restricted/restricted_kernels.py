@@ -16,6 +16,8 @@ from cgla_graph.eikonal.marching_kernels import Mesh, spline_value
 from cgla_graph.model.graph_kernels import Model
 from cgla_graph.model.no_fly_kernels import segment_crosses
 from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, REACH2, X, Y, segment_cost
+from cgla_graph.model.risk_raster_kernels import Rasters as RiskRasters
+from cgla_graph.model.risk_raster_kernels import density_at, raster_range
 
 #: x and y of the nodes, map units; column and row in the lattice (-1: off it); bounds of the cost from the root, of
 #: which the first may be subtracted from the second; bound of the cost to the other end; where differences count.
@@ -82,8 +84,10 @@ def cost_rasters(
     rows: IntArray,
     origin: tuple[float, float],
     step: tuple[float, float],
+    bounds: tuple[float, float, float, float],
     k: float,
     table: FloatArray,
+    rasters: RiskRasters,
     plain: FloatArray,
     low: FloatArray,
     high: FloatArray,
@@ -93,6 +97,7 @@ def cost_rasters(
 
     The margin covers what linear interpolation between nodes and along a segment may be off: ``H / 8`` times the sum of
     the squares of both spacings, where ``H`` bounds the Hessian of the cost within `REACH` steps (see `restricted`).
+    Rasters have none: their least and their greatest within `REACH` steps, inside the lattice's `bounds`, are taken.
     """
     reach = REACH * max(step[0], step[1])
     squares = max(step[0], step[1]) ** 2 + step[0] ** 2 + step[1] ** 2
@@ -119,9 +124,17 @@ def cost_rasters(
         hessian = bend + slopes * slopes - slopes2
         cost = 1.0 + k * (1.0 - clear)
         margin = k * (0.125 * hessian * squares + CUT)
-        plain[columns[n], rows[n]] = cost
-        low[columns[n], rows[n]] = max(cost - margin, 1.0) * (1.0 - ROUNDING)
-        high[columns[n], rows[n]] = (cost + margin) * (1.0 + ROUNDING)
+        here, least, greatest = 0.0, 0.0, 0.0
+        if rasters[0].shape[0] > 0:
+            here = density_at(x, y, rasters)
+            least, greatest = raster_range(
+                (max(x - reach, bounds[0]), max(y - reach, bounds[1])),
+                (min(x + reach, bounds[2]), min(y + reach, bounds[3])),
+                rasters,
+            )
+        plain[columns[n], rows[n]] = cost + k * here
+        low[columns[n], rows[n]] = (max(cost - margin, 1.0) + k * least) * (1.0 - ROUNDING)
+        high[columns[n], rows[n]] = (cost + margin + k * greatest) * (1.0 + ROUNDING)
 
 
 @kernel

@@ -8,7 +8,7 @@ import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.certificate.certificate import rounding
-from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution
+from cgla_graph.certificate.subsolution import Level, Subsolution, first_grid, next_grid
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
 from cgla_graph.model.problem import Problem
@@ -48,10 +48,8 @@ class Tube:
     @classmethod
     def first(cls, problem: Problem, aim: float) -> "Tube | None":
         """Lay the first grid, over all of the bounds."""
-        x_min, y_min, x_max, y_max = problem.bounds
-        longer = max(x_max - x_min, y_max - y_min)
-        columns, rows = (max(8, round(FIRST_CELLS * side / longer)) for side in (x_max - x_min, y_max - y_min))
-        return cls.lay(problem, (columns, rows), cell_runs.rectangle((columns, rows)), aim)
+        last = first_grid(problem)
+        return cls.lay(problem, last, cell_runs.rectangle(last), aim)
 
     @property
     def shrink(self) -> float:
@@ -74,8 +72,9 @@ class Tube:
 
     def finer(self, upper: float) -> tuple[tuple[int, int], WholeArray]:
         """Return what the next grid is laid over: its last node and its cells."""
-        last = 2 * self.level.mesh.last[0], 2 * self.level.mesh.last[1]
-        return last, cell_runs.clipped(cell_runs.halved(self.kept(upper)), last)
+        last = self.level.mesh.last
+        finer = next_grid(self.problem, last)
+        return finer, cell_runs.refined(self.kept(upper), last, finer)
 
     def path(self) -> FloatArray:
         """Follow the bound down from the start to the goal; empty if that leads nowhere."""

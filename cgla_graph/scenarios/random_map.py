@@ -254,7 +254,7 @@ def difficulty(scenario: Scenario) -> float:
     (2.0, inf)
     """
     problem = scenario.problem
-    if not problem.field.is_probability:
+    if not problem.field.is_proper:
         msg = f"{scenario.name}: the risk field is improper, and no difficulty is defined for it; lower peaks to 1"
         raise ProblemError(msg)
     straight = problem.evaluate([problem.start, problem.goal])

@@ -4,6 +4,7 @@ import time
 from dataclasses import dataclass
 from typing import ClassVar
 
+from cgla_graph._types import FloatArray
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go, descent, node_costs
 from cgla_graph.eikonal.mesh import SplineMesh
@@ -71,17 +72,45 @@ class FastMarching:
         x_min, y_min, x_max, y_max = problem.bounds
         longer = max(x_max - x_min, y_max - y_min)
         columns, rows = (max(8, round(self.cells * side / longer)) for side in (x_max - x_min, y_max - y_min))
-        last = columns, rows
-        runs = cell_runs.rectangle(last)
-        mesh = SplineMesh.build(problem.bounds, last, runs, problem.model.area, (problem.start, problem.goal))
-        costs = node_costs(problem, mesh)
-        build_seconds = time.perf_counter() - began
-        near = NEAR * max(mesh.spacing)
         second = self.order == 2  # noqa: PLR2004 - one of two
-        times = costs_to_go(problem, mesh, problem.goal, mesh.ends[1], costs, radius=near, second=second)
-        path = descent(problem, mesh, times, radius=NEAR)
+        path, n_nodes, laid = marched(problem, (columns, rows), second=second)
+        build_seconds = laid - began
         if not len(path):
             message = f"no way down to the goal on {columns} x {rows} cells"
-            return Solution(Status.NOT_FOUND, build_seconds=build_seconds, evaluations=mesh.n_nodes, message=message)
+            return Solution(Status.NOT_FOUND, build_seconds=build_seconds, evaluations=n_nodes, message=message)
         cost = problem.evaluate(path).cost
-        return Solution(Status.FOUND, path=path, cost=cost, build_seconds=build_seconds, evaluations=mesh.n_nodes)
+        return Solution(Status.FOUND, path=path, cost=cost, build_seconds=build_seconds, evaluations=n_nodes)
+
+
+def marched(problem: Problem, last: tuple[int, int], *, second: bool = True) -> tuple[FloatArray, int, float]:
+    """
+    March from the goal over a grid, and descend from the start.
+
+    Parameters
+    ----------
+    problem
+        What to plan.
+    last
+        Cells along each side of the bounds.
+    second
+        Whether to use differences of second order.
+
+    Returns
+    -------
+    path, n_nodes, laid
+        Waypoints, shape ``(m, 2)``, empty if there is no way down; nodes of the grid; and when it was laid, by
+        `time.perf_counter`.
+
+    Examples
+    --------
+    >>> path, n_nodes, _ = marched(Problem((0.1, 0.1), (0.9, 0.9)), (16, 16))
+    >>> path[0].tolist(), path[-1].tolist(), n_nodes
+    ([0.1, 0.1], [0.9, 0.9], 361)
+    """
+    ends = problem.start, problem.goal
+    mesh = SplineMesh.build(problem.bounds, last, cell_runs.rectangle(last), problem.model.area, ends)
+    costs = node_costs(problem, mesh)
+    laid = time.perf_counter()
+    near = NEAR * max(mesh.spacing)
+    times = costs_to_go(problem, mesh, problem.goal, mesh.ends[1], costs, radius=near, second=second)
+    return descent(problem, mesh, times, radius=NEAR), mesh.n_nodes, laid

@@ -1,6 +1,7 @@
 """The solver for people who just want the best path: search widely, then refine what was found."""
 
 import dataclasses
+import math
 import time
 from dataclasses import dataclass
 from typing import ClassVar
@@ -12,6 +13,7 @@ from scipy.sparse import csgraph
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import positive_number
 from cgla_graph.certificate.certificate import lower_bound
+from cgla_graph.certificate.subsolution import in_line
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status, TracePoint
@@ -19,6 +21,7 @@ from cgla_graph.model.solver import Traits
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers.base import whole_setting
 from cgla_graph.solvers.continuous import hybrid_roadmap
+from cgla_graph.solvers.continuous.fast_marching import marched
 
 #: Candidates cost at most so much more than the best one before refinement, relative to it.
 SLACK = 0.25
@@ -32,6 +35,9 @@ MOST_POLES = 64
 FEWER, FEWEST_POINTS = 7, 100
 #: Angles that are computed, at most: poles times nodes.
 MOST_ANGLES = 1_000_000
+#: Nodes of the grid that is marched over where there are rasters, at most, cells along its longer side, at least, and
+#: waypoints of a path that is refined there.
+RASTER_NODES, RASTER_LEAST, RASTER_POINTS = 1_000_000, 256, 2000
 
 
 @dataclass(frozen=True)
@@ -45,6 +51,9 @@ class Hybrid:
     that is, if the angles that they sweep around it differ by a full turn (the H-signature of Bhattacharya, Kumar,
     Likhachev, AAAI 2010). The cheapest candidates are refined (`cgla_graph.refine.refine.refine_path`), and the best
     one wins.
+
+    Where there are rasters, the way down the costs-to-go at their resolution is a candidate as well
+    (`fast-marching`).
 
     To have a path soon, a quick search over a seventh of the lattice points comes before all that, where the map has
     few corners.
@@ -128,6 +137,7 @@ class _Search:
         if not guesses:
             return Solution(Status.NOT_FOUND, evaluations=self.evaluations, message="the goal cannot be reached")
         self._offer(guesses[0])
+        first += self._down_the_raster()
         rough = first + [self._refined(path, tolerance=1e-3, max_points=64) for path in guesses]
         least = min(cost for _, cost in rough)
         apart = roadmap.spacing
@@ -137,7 +147,7 @@ class _Search:
             # candidates on different sides of a weak threat end up as the same path
             if cost <= least * (1.0 + CLOSE) and all(line.hausdorff_distance(other) > apart for other in chosen):
                 chosen.append(line)
-                self._refined(path, tolerance=1e-5, max_points=1000)
+                self._refined(path, tolerance=1e-5, max_points=RASTER_POINTS if self.problem.field.rasters else 1000)
         message = f"{len(guesses)} candidates, {len(chosen)} refined to the end"
         return Solution(
             Status.FOUND,
@@ -162,6 +172,17 @@ class _Search:
         self._offer(path)
         return [self._refined(path, tolerance=1e-3, max_points=40)]
 
+    def _down_the_raster(self) -> list[tuple[FloatArray, float]]:
+        """Find the way down the costs-to-go at the resolution of rasters, whose corridors the roadmap may miss."""
+        if not self.problem.field.rasters or self.problem.k == 0.0:
+            return []
+        path, n_nodes, _ = marched(self.problem, _raster_grid(self.problem))
+        self.evaluations += n_nodes
+        if not len(path) or not self.problem.evaluate(path).feasible:
+            return []
+        self._offer(path)
+        return [self._refined(path, tolerance=1e-4, max_points=RASTER_POINTS)]
+
     def _offer(self, path: FloatArray) -> None:
         found = self.problem.evaluate(path)
         self.evaluations += len(path) - 1
@@ -183,7 +204,7 @@ class _Search:
         if not np.isfinite(through[0]):
             return []
         order = np.argsort(through, kind="stable")
-        slack = SLACK if len(self.problem.field) and self.problem.k > 0.0 else SLACK_WITHOUT_RISK
+        slack = SLACK if not self.problem.field.is_empty and self.problem.k > 0.0 else SLACK_WITHOUT_RISK
         order = order[through[order] <= (1.0 + slack) * through[0]]
         poles = _poles(self.problem, through[0])[: MOST_ANGLES // len(through)]
         # the second half is walked from the node to the goal, against the goal's tree
@@ -193,6 +214,17 @@ class _Search:
         first = np.unique(turns, axis=0, return_index=True)[1] if len(poles) else np.zeros(1, dtype=np.int64)
         vias = order[np.sort(first)][: self.settings.candidates]
         return [_through(int(via), before, roadmap.positions) for via in vias]
+
+
+def _raster_grid(problem: Problem) -> tuple[int, int]:
+    """Return a grid with two cells along each of the finest raster's, unless those are too many."""
+    x_min, y_min, x_max, y_max = problem.bounds
+    sides = x_max - x_min, y_max - y_min
+    finest = min(min(raster.cell_size) for raster in problem.field.rasters)
+    spacing = max(0.5 * finest, math.sqrt(sides[0] * sides[1] / RASTER_NODES))
+    # a coarse raster is no smoother than a threat
+    spacing = min(spacing, max(sides) / RASTER_LEAST)
+    return in_line(problem, (max(8, round(sides[0] / spacing)), max(8, round(sides[1] / spacing))))
 
 
 def _poles(problem: Problem, cost: float) -> FloatArray:

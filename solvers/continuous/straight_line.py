@@ -29,5 +29,5 @@ class StraightLine:
         path = np.array([problem.start, problem.goal])
         found = problem.evaluate(path)
         # a bound needs risk of at least 0; a trillionth less covers the rounding of longer sums
-        bound = found.length * (1.0 - 1e-12) if problem.field.is_probability else np.nan
+        bound = found.length * (1.0 - 1e-12) if problem.field.is_proper else np.nan
         return Solution(Status.FOUND, path=path, cost=found.cost, lower_bound=bound)

@@ -65,7 +65,7 @@ class NetworkxAstar:
     def solve(self, problem: GraphProblem) -> Solution:
         """Hand the graph over, which is reported as time to build, and search."""
         graph, positions = problem.graph, problem.graph.positions
-        guided = positions is not None and graph.model is not None and graph.model.field.is_probability
+        guided = positions is not None and graph.model is not None and graph.model.field.is_proper
         spots = dict(zip(graph.labels, positions.tolist(), strict=True)) if guided and positions is not None else {}
 
         def straight_line(node: Node, goal: Node) -> float:

@@ -191,7 +191,7 @@ class _Search:
 
     def run(self) -> PlanWithin:
         """Search, unless the shortest path settles it."""
-        if not self.problem.field.is_probability:
+        if not self.problem.field.is_proper:
             return self._plan(Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS), 0.0, math.nan)
         shortest = self.reweighed.at(0.0)
         if not shortest.status.has_path:

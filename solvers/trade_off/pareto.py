@@ -212,7 +212,7 @@ def pareto(
         msg = f"max_points is {max_points!r}; give a whole number of at least 2"
         raise ProblemError(msg)
     k_max = None if k_max is None else positive_number("k_max", k_max)
-    if not problem.field.is_probability:
+    if not problem.field.is_proper:
         return Front((), Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
     shortest = reweighed.at(0.0)
     if not shortest.status.has_path:

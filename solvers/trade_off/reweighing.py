@@ -124,7 +124,7 @@ class Reweighed:
     def _solve(self, problem: Problem) -> Solution:
         if self._on is None:
             return solve(problem, self.solver, resolution=self.resolution)
-        if not self._lengths.size or not problem.field.is_probability:
+        if not self._lengths.size or not problem.field.is_proper:
             return solve(problem, self.solver, on=problem.on_lattice(self.resolution))
         return problem.judge(self._on_graph(self._lengths + problem.k * self._risks))
 

@@ -285,7 +285,7 @@ def never_steep(*arguments: Any) -> float:  # noqa: ANN401 - those of the kernel
 
 def without_drop(*arguments: Any) -> None:  # noqa: ANN401 - those of the kernel
     certificate_kernels.cost_bounds(*arguments)
-    arguments[-1][:, certificate_kernels.DROP] = 0.0
+    arguments[-1][:, :, certificate_kernels.DROP] = 0.0
 
 
 def no_tip(*_: object) -> float:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from strategies import examples
 
 import cgla_graph as cg
-from cgla_graph._types import Bounds, FloatArray
+from cgla_graph._types import Bounds, FloatArray, WholeArray
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate.subsolution import Block, Level, Tip
 from cgla_graph.eikonal import cell_runs
@@ -20,6 +20,22 @@ SEVERAL = cg.RiskField([cg.Threat(0.5, 0.4, 0.1, 0.9), cg.Threat(0.3, 0.6, 0.15,
 
 
 # The cost on a cell
+
+
+def cost_bounds(
+    columns: WholeArray,
+    rows: WholeArray,
+    origin: tuple[float, float],
+    spacing: tuple[float, float],
+    k: float,
+    field: cg.RiskField,
+    bounds: Bounds = (-1e9, -1e9, 1e9, 1e9),
+) -> FloatArray:
+    parts = certificate_kernels.QUARTERS if field.rasters else 1
+    found = np.empty((len(columns), parts, 5))
+    risk = k, field.table, field.raster_arrays
+    certificate_kernels.cost_bounds(columns, rows, origin, spacing, bounds, *risk, found)
+    return found
 
 
 def cell_points(rng: np.random.Generator, count: int) -> FloatArray:
@@ -36,11 +52,10 @@ def test_the_cost_on_a_cell_is_above_its_bound(field: cg.RiskField, k: float, se
     around = rng.choice([(t.x, t.y) for t in field.threats]) if len(field) else np.zeros(2)
     origin = around + rng.normal(size=2) * rng.choice([0.0, 0.01, 0.3])
     columns, rows = np.array([0, 3, -2], dtype=np.int32), np.array([0, 1, 1], dtype=np.int32)
-    bounds = np.empty((3, 4))
-    certificate_kernels.cost_bounds(columns, rows, (origin[0], origin[1]), spacing, k, field.table, bounds)
+    bounds = cost_bounds(columns, rows, (origin[0], origin[1]), spacing, k, field)[:, 0]
     middles = origin + np.column_stack([columns, rows]) * spacing
     away = cell_points(rng, 60) * spacing
-    for middle, (cost, slope_x, slope_y, drop) in zip(middles, bounds, strict=True):
+    for middle, (cost, slope_x, slope_y, drop, least_of_all) in zip(middles, bounds, strict=True):
         density = oracles.density(field.threats, middle + away)
         here = 1.0 + k * oracles.density(field.threats, middle[None])[0]
         # threats beyond their reach are left out
@@ -48,15 +63,15 @@ def test_the_cost_on_a_cell_is_above_its_bound(field: cg.RiskField, k: float, se
         least = cost + away @ (slope_x, slope_y) - drop
         assert (1.0 + k * density >= least - 1e-12 * (1.0 + k)).all()
         assert drop >= 0.0
+        assert least_of_all == 1.0
 
 
 def test_the_bound_of_the_cost_is_of_second_order() -> None:
     slack = []
     for n in (32, 64, 128, 256):
-        bounds = np.empty((1, 4))
         cell = np.array([n // 4], dtype=np.int32)
-        certificate_kernels.cost_bounds(cell, cell, (0.0, 0.0), (1.0 / n, 1.0 / n), 10.0, SEVERAL.table, bounds)
-        slack.append(float(bounds[0, certificate_kernels.DROP]))
+        bounds = cost_bounds(cell, cell, (0.0, 0.0), (1.0 / n, 1.0 / n), 10.0, SEVERAL)
+        slack.append(float(bounds[0, 0, certificate_kernels.DROP]))
     assert 1.9 < oracles.rate(slack) < 2.5
 
 

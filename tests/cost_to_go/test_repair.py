@@ -259,7 +259,7 @@ def test_what_changed() -> None:
     assert len(grown.redrawn) == 2
     more = CostModel(RiskField([a] * 17), 1.0)
     assert ModelChange.between(CostModel(RiskField([a] * 16), 1.0), more).everything
-    assert ModelChange.between(more, CostModel(RiskField([a] * 16), 1.0)).reach_shrank
+    assert ModelChange.between(more, CostModel(RiskField([a] * 16), 1.0)).unrelated
     assert ModelChange.between(CostModel(k=2.0), CostModel(k=1.0)).everything
     assert not ModelChange.between(CostModel(k=2.0), CostModel(k=1.0)).weights_only_grow
 

@@ -1,5 +1,6 @@
 """Runs of cells against plain sets of cells."""
 
+from fractions import Fraction
 from itertools import pairwise, product
 from typing import TypeAlias
 
@@ -54,17 +55,25 @@ def test_dilation_is_that_of_sets(runs: WholeArray, reach: int) -> None:
     assert are_merged(found)
 
 
-@given(any_runs())
+lasts = st.tuples(st.integers(1, 13), st.integers(1, 13))
+
+
+@given(any_runs(), lasts, lasts)
 @strategies.fast
-def test_halved_cells_are_those_that_overlap(runs: WholeArray) -> None:
-    found = cell_runs.halved(cell_runs.merged(runs))
+def test_refined_cells_are_those_that_touch(runs: WholeArray, last: tuple[int, int], finer: tuple[int, int]) -> None:
+    runs = cell_runs.clipped(cell_runs.merged(runs), last)
+    found = cell_runs.refined(runs, last, finer)
 
-    def overlap(fine: int, coarse: int) -> bool:
-        """Compare the fine cell around ``fine / 2`` with the coarse one around ``coarse``, in quarters."""
-        return max(2 * fine - 1, 4 * coarse - 2) < min(2 * fine + 1, 4 * coarse + 2)
+    def touch(fine: int, coarse: int, axis: int) -> bool:
+        """Compare the fine cell with the coarse one, in fractions of the side that both grids are over."""
+        apart = abs(Fraction(fine, finer[axis]) - Fraction(coarse, last[axis]))
+        return apart <= Fraction(1, 2 * finer[axis]) + Fraction(1, 2 * last[axis])
 
-    candidates = {(2 * i + a, 2 * j + b) for i, j in cells(runs) for a, b in product(range(-3, 4), repeat=2)}
-    wanted = {(i, j) for i, j in candidates if any(overlap(i, a) and overlap(j, b) for a, b in cells(runs))}
+    wanted = {
+        (i, j)
+        for i, j in product(range(finer[0] + 1), range(finer[1] + 1))
+        if any(touch(i, a, 0) and touch(j, b, 1) for a, b in cells(runs))
+    }
     assert cells(found) == wanted
     assert are_merged(found)
 

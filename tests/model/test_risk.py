@@ -320,7 +320,7 @@ def test_the_order_of_the_threats_does_not_matter() -> None:
 # Fields of the user's own
 
 
-@pytest.mark.parametrize("name", ["density", "gradient", "line_integral", "table", "kernel_field", "is_probability"])
+@pytest.mark.parametrize("name", ["density", "gradient", "line_integral", "table", "kernel_field", "is_proper"])
 def test_a_field_that_computes_the_risk_in_another_way_is_refused(name: str) -> None:
     own = type("Storm", (RiskField,), {name: lambda *_: np.ones(1)})
     with pytest.raises(ProblemError, match=f"Storm overrides {name}, which solvers and the oracle would ignore"):
@@ -387,7 +387,7 @@ def test_improper_integral_equals_quad(n: int, sigma: float, reading: Reading, e
 
 def test_an_improper_field_without_high_peaks_is_a_proper_one() -> None:
     field = RiskField([Threat(0.0, 0.0, spread=1.0)], improper=True)
-    assert field.is_probability
+    assert field.is_proper
     plain = RiskField([Threat(0.0, 0.0, spread=1.0)])
     assert field.line_integral((-1, 0), (1, 0.5)) == plain.line_integral((-1, 0), (1, 0.5))
 
@@ -577,10 +577,10 @@ def test_ends_that_do_not_broadcast_are_refused(x: float) -> None:
 
 def test_an_improper_field_stays_improper_until_it_needs_to_be() -> None:
     field = RiskField(improper=True)
-    assert field.is_probability
+    assert field.is_proper
     with pytest.warns(ImproperFieldWarning):
         higher = field.with_threats([Threat(0.0, 0.0, spread=1.0, peak=2.0)])
-    assert (higher.improper, higher.is_probability) == (True, False)
+    assert (higher.improper, higher.is_proper) == (True, False)
 
 
 def test_a_pickled_field_is_the_same_and_read_only() -> None:

@@ -1,0 +1,297 @@
+"""Risk that is given on a grid of cells: people on the ground, casualties, radar, noise, the cost of terrain."""
+
+import hashlib
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import BoolArray, Bounds, FloatArray
+from cgla_graph._validate import bounds_box, non_negative_number, positive_number
+from cgla_graph.errors import ProblemError
+from cgla_graph.model import risk_raster_kernels as kernels
+
+Interpolation: TypeAlias = Literal["bilinear", "nearest"]
+Origin: TypeAlias = Literal["upper", "lower"]
+
+#: Cells of one raster, at most: 160 MB, and as much again while it is read.
+MOST_CELLS = 20_000_000
+#: Densities beyond this leave no digits to lengths.
+GREATEST = 1e100
+#: Corners of a quarter of a circle.
+ROUND = 64
+
+
+@dataclass(frozen=True, eq=False)
+class RasterRisk:
+    """
+    Risk per unit length on a grid of cells.
+
+    Outside its bounds a raster has no risk; its edges belong to it.
+
+    Parameters
+    ----------
+    values
+        Shape ``(rows, columns)``, at least 0. NaN stands for cells without data.
+    bounds
+        ``(x_min, y_min, x_max, y_max)``: the outer edges of the outer cells, map units.
+    interpolation
+        ``bilinear``: the values hold at the cells' centres, with bilinear interpolation between them, and constant
+        across the outer half cells. ``nearest``: each value holds on its whole cell; on the edge of two cells, the
+        lesser one.
+    origin
+        Where row 0 is: ``upper``, at ``y_max`` (as in pictures and GeoTIFF), or ``lower``, at ``y_min``.
+    scale
+        What the values are multiplied by to give risk per unit length, above 0.
+    nodata
+        What NaN stands for, before scaling. None: NaN is refused.
+
+    Raises
+    ------
+    ProblemError
+        If a value is negative or infinite, NaN without `nodata`, all are NaN, the shape is none of a raster or has more
+        than 20 million cells, or a setting is malformed.
+
+    Examples
+    --------
+    >>> people = RasterRisk([[0, 0, 0], [0, 6, 2]], bounds=(0, 0, 3, 2))
+    >>> people.density([(1.5, 0.5), (2.0, 0.5), (1.5, 1.0), (9, 9)])
+    array([6., 4., 3., 0.])
+    >>> RasterRisk([[0, 0, 0], [0, 6, 2]], bounds=(0, 0, 3, 2), interpolation="nearest").density((1.9, 0.9))
+    array(6.)
+    """
+
+    values: FloatArray
+    bounds: Bounds
+    interpolation: Interpolation
+    origin: Origin
+    scale: float
+    nodata: float | None
+
+    def __init__(
+        self,
+        values: ArrayLike,
+        bounds: Bounds,
+        *,
+        interpolation: Interpolation = "bilinear",
+        origin: Origin = "upper",
+        scale: float = 1.0,
+        nodata: float | None = None,
+    ) -> None:
+        """Check everything, and keep a copy of the values."""
+        for name, chosen, allowed in (
+            ("interpolation", interpolation, get_args(Interpolation)),
+            ("origin", origin, get_args(Origin)),
+        ):
+            if chosen not in allowed:
+                msg = f"raster {name} is {chosen!r}; choose one of {', '.join(allowed)}"
+                raise ProblemError(msg)
+        given = _checked(values, "give nodata=… to say what it stands for" if nodata is None else None)
+        for name, one in {
+            "values": given,
+            "bounds": bounds_box(bounds),
+            "interpolation": interpolation,
+            "origin": origin,
+            "scale": positive_number("raster scale", scale),
+            "nodata": None if nodata is None else non_negative_number("raster nodata", nodata),
+        }.items():
+            object.__setattr__(self, name, one)
+        most = float(np.max(self.cells))
+        if not most <= GREATEST:
+            msg = f"the raster's greatest risk is {most:g} per unit length; it must be at most {GREATEST:g}"
+            raise ProblemError(msg)
+
+    def __repr__(self) -> str:
+        """Say what it is, in one line."""
+        rows, columns = self.values.shape
+        most = float(self.cells.max())
+        return f"RasterRisk({rows} x {columns} cells, {self.interpolation}, up to {most:.4g}, bounds={self.bounds})"
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both are the same risk, to the last bit."""
+        return isinstance(other, RasterRisk) and self._digest == other._digest
+
+    def __hash__(self) -> int:
+        """Agree with equality."""
+        return hash(self._digest)
+
+    @cached_property
+    def _digest(self) -> bytes:
+        """What tells rasters apart."""
+        said = repr((self.bounds, self.interpolation, self.cells.shape)).encode()
+        return hashlib.sha256(said + np.ascontiguousarray(self.cells).tobytes()).digest()
+
+    @cached_property
+    def cells(self) -> FloatArray:
+        """Risk per unit length of each cell, shape ``(rows, columns)``, row 0 at ``y_min``; read-only."""
+        filled = np.where(self.missing, 0.0 if self.nodata is None else self.nodata, self.values) * self.scale
+        cells: FloatArray = np.ascontiguousarray(filled[::-1] if self.origin == "upper" else filled)
+        cells.flags.writeable = False
+        return cells
+
+    @property
+    def missing(self) -> BoolArray:
+        """Which of the values are NaN, shape ``(rows, columns)``, as they were given."""
+        return np.isnan(self.values)
+
+    @property
+    def cell_size(self) -> tuple[float, float]:
+        """Width and height of a cell, map units."""
+        x_min, y_min, x_max, y_max = self.bounds
+        rows, columns = self.values.shape
+        return (x_max - x_min) / columns, (y_max - y_min) / rows
+
+    @property
+    def greatest(self) -> float:
+        """The greatest risk per unit length."""
+        return float(self.cells.max())
+
+    def density(self, points: ArrayLike) -> FloatArray:
+        """
+        Evaluate the risk per unit length at points, shape ``(..., 2)``, map units.
+
+        Raises
+        ------
+        ProblemError
+            If `points` is not an array of finite pairs.
+        """
+        from cgla_graph.model.risk import RiskField  # noqa: PLC0415 - a field of this raster alone
+
+        return RiskField(rasters=[self]).density(points)
+
+    def area_above(self, level: float, *, buffer: float = 0.0) -> BaseGeometry:
+        """
+        Return where a cell's own risk is above a level, widened.
+
+        Parameters
+        ----------
+        level
+            Risk per unit length, at least 0.
+        buffer
+            By how much the cells are widened, map units, at least 0: half the width of a corridor that is to stay clear
+            of them. Round corners are polygons around the circle, at most 1/13000 too wide.
+
+        Returns
+        -------
+        area
+            Cells are taken whole, whatever the interpolation. Empty if there are none.
+
+        Raises
+        ------
+        ProblemError
+            If a number is negative.
+
+        Examples
+        --------
+        >>> people = RasterRisk([[0, 0, 0], [0, 6, 2]], bounds=(0, 0, 3, 2))
+        >>> people.area_above(3.0).bounds, round(people.area_above(3.0, buffer=0.5).area, 3)
+        ((1.0, 0.0, 2.0, 1.0), 3.786)
+        >>> people.area_above(6.0).is_empty
+        True
+        """
+        level, reach = non_negative_number("level", level), non_negative_number("buffer", buffer)
+        area = shapely.union_all(_strips(self, self.cells > level))
+        # a polygon around the circle, not inside it
+        reach /= math.cos(math.pi / (4.0 * ROUND))
+        return area.buffer(reach, quad_segs=ROUND) if reach > 0.0 else area
+
+    def header(self, offset: int) -> list[float]:
+        """Return the numbers that kernels know it by (`risk_raster_kernels`); its values begin at `offset`."""
+        x_min, y_min, x_max, y_max = self.bounds
+        rows, columns = self.values.shape
+        width, height = self.cell_size
+        bilinear = self.interpolation == "bilinear"
+        half, more = (0.5, 1) if bilinear else (0.0, 0)
+        # places are off by some ulps of the coordinates
+        near_x, near_y = (
+            2.0**-49 * (max(abs(low), abs(high)) / size + count)
+            for low, high, size, count in ((x_min, x_max, width, columns), (y_min, y_max, height, rows))
+        )
+        in_row = columns + 2 * more
+        return [
+            x_min - half * width, y_min - half * height, width, height, columns + more, rows + more, offset, in_row,
+            float(bilinear), half, near_x, near_y,
+        ]  # fmt: skip
+
+    @property
+    def lines(self) -> FloatArray:
+        """The values that kernels read: the cells, with a frame that repeats the outermost if bilinear."""
+        return np.pad(self.cells, 1, mode="edge") if self.interpolation == "bilinear" else self.cells
+
+
+def raster_arrays(rasters: Iterable[RasterRisk]) -> kernels.Rasters:
+    """
+    Hand rasters to kernels, both arrays read-only.
+
+    Examples
+    --------
+    >>> heads, values = raster_arrays([RasterRisk([[1.0]], bounds=(0, 0, 1, 1))])
+    >>> heads.shape, values.tolist()
+    ((1, 12), [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+    """
+    heads, parts, offset = [], [], 0
+    for raster in rasters:
+        heads.append(raster.header(offset))
+        parts.append(raster.lines.ravel())
+        offset += len(parts[-1])
+    both = np.array(heads, dtype=np.float64).reshape(-1, kernels.HEADER), np.concatenate([np.empty(0), *parts])
+    for array in both:
+        array.flags.writeable = False
+    return both
+
+
+def _checked(values: ArrayLike, remedy: str | None) -> FloatArray:
+    """Check the values of a raster, and return a read-only copy; with a remedy, NaN is refused."""
+    try:
+        given = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        msg = f"the raster's values are no numbers ({error}); give an array of shape (rows, columns)"
+        raise ProblemError(msg) from error
+    if given.ndim != 2 or not given.size:  # noqa: PLR2004 - rows and columns
+        msg = f"the raster's values have shape {given.shape}; give them in shape (rows, columns)"
+        raise ProblemError(msg)
+    if given.size > MOST_CELLS:
+        msg = (
+            f"the raster has {given.shape[0]} x {given.shape[1]} cells, more than {MOST_CELLS}; "
+            "cut out the part that matters, or join cells to larger ones"
+        )
+        raise ProblemError(msg)
+    missing = np.isnan(given)
+    if missing.all():
+        msg = "the raster holds no data: all of its values are NaN or nodata"
+        raise ProblemError(msg)
+    if remedy is not None and missing.any():
+        row, column = np.argwhere(missing)[0].tolist()
+        msg = (
+            f"{int(missing.sum())} cells of the raster have no data, the first in row {row}, column {column}; {remedy}"
+        )
+        raise ProblemError(msg)
+    wrong = (given < 0.0) | np.isinf(given)
+    if wrong.any():
+        row, column = np.argwhere(wrong)[0].tolist()
+        msg = (
+            f"{int(wrong.sum())} values of the raster are no risk, the first is {given[row, column]:g} in row {row}, "
+            f"column {column}; give finite values of at least 0, and NaN where there are no data"
+        )
+        raise ProblemError(msg)
+    given.flags.writeable = False
+    return given
+
+
+def _strips(raster: RasterRisk, chosen: BoolArray) -> list[BaseGeometry]:
+    """Return the chosen cells, those next to each other in a row as one rectangle."""
+    x_min, y_min, _, _ = raster.bounds
+    width, height = raster.cell_size
+    strips: list[BaseGeometry] = []
+    for row in np.flatnonzero(chosen.any(axis=1)).tolist():
+        edges = np.flatnonzero(np.diff(chosen[row], prepend=False, append=False))
+        for first, last in edges.reshape(-1, 2).tolist():
+            low, high = y_min + row * height, y_min + (row + 1) * height
+            strips.append(shapely.box(x_min + first * width, low, x_min + last * width, high))
+    return strips
