@@ -199,7 +199,8 @@ class RasterRisk:
         area = shapely.union_all(_strips(self, self.cells > level))
         # a polygon around the circle, not inside it
         reach /= math.cos(math.pi / (4.0 * ROUND))
-        return area.buffer(reach, quad_segs=ROUND) if reach > 0.0 else area
+        # (a buffer far below the rounding of the coordinates comes back empty)
+        return area.union(area.buffer(reach, quad_segs=ROUND)) if reach > 0.0 else area
 
     def header(self, offset: int) -> list[float]:
         """Return the numbers that kernels know it by (`risk_raster_kernels`); its values begin at `offset`."""

@@ -16,6 +16,7 @@ from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.risk_raster import RasterRisk
 
 Segment: TypeAlias = tuple[FloatArray, FloatArray]
 
@@ -78,6 +79,37 @@ def crowds(draw: st.DrawFn, max_threats: int = 100) -> RiskField:
     peak = np.ones(n) if draw(st.booleans()) else rng.uniform(0.01, 1.0, n)
     rows = np.column_stack([at, spread, peak]).tolist()
     return RiskField([Threat(x, y, spread=s, peak=p) for x, y, s, p in rows])
+
+
+@st.composite
+def rasters(draw: st.DrawFn, interpolation: str | None = None) -> RasterRisk:
+    """Draw rasters on or across the unit square: flat, steep (1 to 1000 between neighbours), or mostly nothing."""
+    rng = np.random.default_rng(draw(seeds))
+    shape = draw(st.integers(1, 7)), draw(st.integers(1, 7))
+    kind = draw(st.sampled_from(["steep", "flat", "holes", "blocks"]))
+    values = rng.uniform(0.0, 2.0, shape)
+    if kind == "steep":
+        values = 10.0 ** rng.uniform(-2.0, 1.0, shape)
+    elif kind == "holes":
+        values[rng.random(shape) < 0.6] = 0.0
+    elif kind == "blocks":
+        values = np.where(rng.random(shape) < 0.5, 0.01, 3.0)
+    low, high = rng.uniform(-0.3, 0.3, 2), rng.uniform(0.7, 1.3, 2)
+    bounds = (0.0, 0.0, 1.0, 1.0) if draw(st.booleans()) else (*low.tolist(), *high.tolist())
+    return RasterRisk(
+        values,
+        bounds,
+        interpolation=interpolation or draw(st.sampled_from(["bilinear", "nearest"])),
+        origin=draw(st.sampled_from(["upper", "lower"])),
+        scale=draw(st.sampled_from([1.0, 0.1])),
+    )
+
+
+@st.composite
+def raster_fields(draw: st.DrawFn, max_threats: int = 2) -> RiskField:
+    """Draw fields with a raster or two, and perhaps threats."""
+    threat_list = draw(st.lists(threats(), max_size=max_threats))
+    return RiskField(threat_list, rasters=draw(st.lists(rasters(), min_size=1, max_size=2)))
 
 
 @st.composite
