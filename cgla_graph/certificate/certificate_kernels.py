@@ -17,7 +17,7 @@ from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.eikonal.marching_kernels import Mesh
 from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, REACH2, X, Y
-from cgla_graph.model.risk_raster_kernels import Rasters, raster_floor
+from cgla_graph.model.risk_raster_kernels import Rasters, raster_floor, raster_range
 
 #: Parts of a cell with rasters: lines of theirs may pass its middle.
 QUARTERS = 4
@@ -112,6 +112,23 @@ def _add_rasters(
     bound[SLOPE_Y] += k * slope_y
     bound[DROP] += k * drop
     bound[LEAST] += k * least
+
+
+@kernel
+def least_around(
+    points: FloatArray,
+    reach: tuple[float, float],
+    bounds: tuple[float, float, float, float],
+    rasters: Rasters,
+    out: FloatArray,
+) -> None:
+    """Write the least value of rasters within `reach` of points, shape ``(n, 2)``, inside the bounds, to `out`."""
+    for n in range(points.shape[0]):
+        x = min(max(points[n, 0], bounds[0]), bounds[2])
+        y = min(max(points[n, 1], bounds[1]), bounds[3])
+        low = max(x - reach[0], bounds[0]), max(y - reach[1], bounds[1])
+        high = min(x + reach[0], bounds[2]), min(y + reach[1], bounds[3])
+        out[n] = raster_range(low, high, rasters)[0]
 
 
 @kernel

@@ -29,6 +29,7 @@ from cgla_graph.eikonal.marching import costs_to_go, node_costs
 from cgla_graph.eikonal.marching_kernels import spline_value
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import raster_arrays
 from cgla_graph.model.risk_raster_kernels import raster_floor
 
@@ -143,7 +144,7 @@ class Level:
             bounds,
         )
         reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
-        return cls(problem, mesh, bounds, node_costs(problem, mesh), reach)
+        return cls(problem, mesh, bounds, _costs_to_solve_for(problem, mesh), reach)
 
     def both(self, aim: float) -> tuple[Subsolution, Subsolution] | None:
         """Bound the cost to the goal and to the start, at the same time; None if no way leads from one to the other."""
@@ -248,38 +249,38 @@ class Tip:
     @classmethod
     def at(cls, problem: Problem, end: Point, rim: float) -> "Tip":
         """Bound the cost to an end from points up to `rim` away, map units."""
+        *_, constant = cls._bounds(problem, end, rim)
         for radius in (2.0 * rim, 1.5 * rim):
-            cost, gx, gy, drop = cls._bounds(problem, end, radius)
+            cost, gx, gy, drop, _ = cls._bounds(problem, end, radius)
             slope = math.hypot(gx, gy)
             least = cost - slope * radius - drop
-            # (no paraboloid bounds a raster)
-            if least >= 1.0 and slope * radius <= 2.0 * least and not problem.field.rasters:
+            # (kinks of a raster may leave less at the end itself than there is anywhere around)
+            if cost > constant and least > 0.0 and slope * radius <= 2.0 * least:
                 beta = drop / radius**2 + slope**2 / (4.0 * least)
                 last_way = cost * radius - 0.5 * slope * radius**2 - beta * radius**3 / 3.0
                 if last_way + least * (radius - rim) >= cost * rim + 0.5 * slope * rim**2:
-                    return cls(np.array([cost, gx, gy, beta]), least)
-        cost, gx, gy, drop = cls._bounds(problem, end, rim)
-        least = max(cost - math.hypot(gx, gy) * rim - drop, 1.0) + cls._least_of_rasters(problem, end, rim)
-        return cls(np.array([least, 0.0, 0.0, 0.0]), least)
+                    return cls(np.array([cost, gx, gy, beta]), max(least, 1.0))
+        return cls(np.array([constant, 0.0, 0.0, 0.0]), constant)
 
     @staticmethod
-    def _bounds(problem: Problem, end: Point, radius: float) -> FloatArray:
-        """Bound the cost of threats on a disc by a paraboloid: cost, slopes, and how far it drops below its tangent."""
+    def _bounds(problem: Problem, end: Point, radius: float) -> tuple[float, float, float, float, float]:
+        """Bound the cost on a disc by a paraboloid, with cost, slopes and drop, and by a number."""
         bounds, middle = np.empty((1, 1, 5)), np.zeros(1, dtype=np.int32)
         # half the diagonal of this cell is the radius
         cell = (math.sqrt(2.0) * radius, math.sqrt(2.0) * radius)
         threats = problem.k, problem.field.table, raster_arrays([])
         certificate_kernels.cost_bounds(middle, middle, end, cell, problem.bounds, *threats, bounds)
-        found: FloatArray = bounds[0, 0, :4]
-        return found
-
-    @staticmethod
-    def _least_of_rasters(problem: Problem, end: Point, radius: float) -> float:
-        """Return what rasters add to the cost at least, on the square around a disc."""
+        cost, gx, gy, drop, _ = bounds[0, 0].tolist()
+        least = max(cost - math.hypot(gx, gy) * radius - drop, 1.0)
+        if not problem.field.rasters:
+            return cost, gx, gy, drop, least
         x_min, y_min, x_max, y_max = problem.bounds
         low = max(end[0] - radius, x_min), max(end[1] - radius, y_min)
         high = min(end[0] + radius, x_max), min(end[1] + radius, y_max)
-        return problem.k * raster_floor(low, high, *end, problem.field.raster_arrays)[-1]
+        found = raster_floor(low, high, *end, problem.field.raster_arrays)
+        value, slope_x, slope_y, lost, floor = (problem.k * one for one in found)
+        # what a raster may fall below its linear function is lost everywhere, at the end too
+        return cost + value - lost, gx + slope_x, gy + slope_y, drop, least + floor
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,3 +311,24 @@ class Block:
         # the rim is half a cell further than its cells, and the end up to half a cell off its own
         tip = Tip.at(level.problem, end, (level.reach + 1) * math.hypot(*mesh.spacing))
         return cls((column, row), distance <= level.reach, tip)
+
+
+def _costs_to_solve_for(problem: Problem, mesh: SplineMesh) -> FloatArray:
+    """
+    Return the cost of a unit of length at each node, shape ``(n,)``; where it jumps, the least nearby.
+
+    A spline through a solution takes a cell or two to get steeper where the cost jumps up. They have to be cells of
+    the higher cost: a node takes the least value of nearest rasters on all cells whose spline it is part of. So what is
+    lost is a strip of one and a half cells along the jump.
+    """
+    field = problem.field
+    jumping = [raster for raster in field.rasters if raster.interpolation == "nearest"]
+    if not jumping:
+        return node_costs(problem, mesh)
+    smooth = RiskField(
+        field.threats, rasters=[raster for raster in field.rasters if raster.interpolation == "bilinear"]
+    )
+    least = np.empty(mesh.n_nodes)
+    reach = 1.5 * mesh.spacing[0], 1.5 * mesh.spacing[1]
+    certificate_kernels.least_around(mesh.node_points, reach, problem.bounds, raster_arrays(jumping), least)
+    return 1.0 + problem.k * (smooth.density(mesh.node_points) + least)

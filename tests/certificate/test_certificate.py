@@ -40,6 +40,9 @@ ROUNDING = 1e-9
 FEW_CELLS = 20_000
 ONE_THREAT = cg.RiskField([cg.Threat(0.5, 0.5, spread=0.1, peak=0.9)])
 SEVERAL = cg.RiskField([cg.Threat(0.5, 0.4, 0.1, 0.9), cg.Threat(0.3, 0.6, 0.15, 0.7), cg.Threat(0.7, 0.7, 0.2)])
+ON_RASTER = cg.RiskField(
+    rasters=[cg.RasterRisk([[0, 1, 0, 0], [2, 0, 1, 0], [1, 3, 0, 1], [0, 1, 1, 0]], (0, 0, 1, 1))]
+)
 SMOOTH = cg.Problem((0.1, 0.15), (0.9, 0.8), SEVERAL, k=10.0)
 
 
@@ -113,6 +116,31 @@ def maps(seed: int) -> cg.Problem:
         except CglaError:
             continue
     return maps(seed + 1)
+
+
+def raster_maps(seed: int) -> cg.Problem:
+    """Draw a map with a raster, over it or across it: smooth, noisy, in blocks; perhaps with threats and areas."""
+    rng = np.random.default_rng(seed)
+    plain = maps(seed + 10_000)
+    low, high = np.array(plain.bounds[:2]), np.array(plain.bounds[2:])
+    size, shape = high - low, tuple(rng.integers(1, 12, 2).tolist())
+    values = 10.0 ** rng.uniform(-rng.choice([0.1, 1.0, 3.0]), 0.0, shape)
+    if rng.random() < 0.4:
+        values = np.kron(values, np.ones(rng.integers(1, 4, 2)))
+    if rng.random() < 0.3:
+        values[rng.random(values.shape) < 0.5] = 0.0
+    bounds = plain.bounds
+    if rng.random() < 0.4:
+        corners_of = low + rng.uniform(-0.3, 1.3, (2, 2)) * size
+        below, above = corners_of.min(axis=0), corners_of.max(axis=0)
+        bounds = (*below.tolist(), *(above + 0.01 * size).tolist())
+    # what is risky is measured in the map's units
+    scale = 10.0 ** rng.uniform(-1.0, 1.0) / float(size.max()) * 30.0
+    raster = cg.RasterRisk(values, bounds, interpolation=rng.choice(["bilinear", "nearest"]), scale=scale)
+    threats = plain.field.threats if rng.random() < 0.4 else ()
+    area = plain.no_fly if rng.random() < 0.4 else None
+    k = float(rng.choice([0.1, 1.0, 10.0]))
+    return cg.Problem(plain.start, plain.goal, cg.RiskField(threats, rasters=[raster]), k, plain.bounds, area)
 
 
 # No path is cheaper than the bound
@@ -206,6 +234,12 @@ def test_no_path_is_cheaper_than_the_bound(seed: int) -> None:
     check_bound(maps(seed), seed)
 
 
+@given(strategies.seeds)
+@examples(30)
+def test_no_path_is_cheaper_than_the_bound_on_rasters(seed: int) -> None:
+    check_bound(raster_maps(seed), seed)
+
+
 def near_optimal() -> list[cg.Problem]:
     """List maps on which the bound is known to be within 2 % of a path."""
     field = cg.RiskField([cg.Threat(0.5, 0.52, 0.1, 0.9)])
@@ -216,6 +250,7 @@ def near_optimal() -> list[cg.Problem]:
         SMOOTH,
         cg.Problem((0.1, 0.5), (0.9, 0.5), None, 0.0, no_fly=wall),
         cg.Problem((0.1, 0.5), (0.9, 0.5), field, 5.0, no_fly=wall),
+        cg.Problem((0.1, 0.1), (0.9, 0.9), ON_RASTER, 10.0),
     ]
 
 
@@ -258,6 +293,16 @@ def check_level(problem: cg.Problem, path: FloatArray, cells: int, *, scale: flo
         assert (scale * bounds <= so_far[asked] + ROUNDING * done[-1]).all()
 
 
+@pytest.mark.slow
+@given(strategies.seeds, st.sampled_from([16, 24, 40, 64]))
+@examples(40)
+def test_from_everywhere_on_a_path_over_rasters_the_rest_costs_no_less(seed: int, cells: int) -> None:
+    problem = raster_maps(seed)
+    path = good_path(problem, 7)
+    if path is not None and len(path) > 1:
+        check_level(problem, path, cells)
+
+
 def segment_costs(problem: cg.Problem, points: FloatArray) -> FloatArray:
     risks = problem.field.line_integral(points[:-1], points[1:])
     return np.asarray(np.hypot(*np.diff(points, axis=0).T) + problem.k * risks)
@@ -292,8 +337,13 @@ def no_tip(*_: object) -> float:
     return 0.0
 
 
-def hidden_risk() -> tuple[cg.Problem, FloatArray]:
-    """Lay narrow threats on nodes: there the risk is far above what a path between them has to take."""
+def hidden_risk(*, raster: bool = False) -> tuple[cg.Problem, FloatArray]:
+    """Lay narrow threats on nodes, or risky cells: there the risk is far above what a path between has to take."""
+    if raster:
+        values = np.where(np.arange(64)[:, None] % 2 == 0, 0.0, 10.0) * np.ones(64)
+        field = cg.RiskField(rasters=[cg.RasterRisk(values, (0, 0, 1, 1), origin="lower")])
+        problem = cg.Problem((0.1, 16.5 / 64), (0.9, 16.5 / 64), field, k=50.0)
+        return problem, np.array([problem.start, problem.goal])
     on_nodes = [cg.Threat(i / 32, j / 32, spread=0.2 / 32) for i in range(12, 20) for j in range(33)]
     problem = cg.Problem((0.1, 8.5 / 32), (0.9, 8.5 / 32), cg.RiskField(on_nodes), k=50.0)
     return problem, np.array([problem.start, problem.goal])
@@ -315,6 +365,7 @@ def check_levels(cases: list[tuple[cg.Problem, FloatArray]]) -> None:
         ("steepness", never_steep, drawn_maps),
         ("rim_excess", no_tip, drawn_maps),
         ("cost_bounds", without_drop, lambda: [hidden_risk()]),
+        ("cost_bounds", without_drop, lambda: [hidden_risk(raster=True)]),
     ],
 )
 def test_a_proof_without_one_of_its_steps_is_caught(
@@ -446,6 +497,26 @@ def test_the_bound_is_the_same_from_both_ends_and_in_the_mirror() -> None:
 
 
 # Convergence
+
+
+@pytest.mark.parametrize(("interpolation", "least_rate"), [("bilinear", 1.2), ("nearest", 0.7)])
+def test_on_rasters_the_bound_rises_to_the_best_path_as_grids_refine(
+    interpolation: Any,  # noqa: ANN401 - one of two words
+    least_rate: float,
+) -> None:
+    """Of first order where the cost jumps: no spline bends as sharply as paths do there."""
+    values = np.random.default_rng(4).random((8, 8)) ** 2
+    field = cg.RiskField(rasters=[cg.RasterRisk(values, (0, 0, 1, 1), interpolation=interpolation)])
+    problem = cg.Problem((0.1, 0.15), (0.9, 0.8), field, k=10.0)
+    best = cg.solve(problem, "hybrid", tolerance=None).cost
+    loss = []
+    for n in (64, 128, 256, 512):
+        level = Level.lay(problem, (n, n), cell_runs.rectangle((n, n)))
+        found = level.bound(to_goal=True, aim=1e-5)
+        assert found is not None
+        loss.append(1.0 - found.bound / best)
+    assert min(loss) > 0.0
+    assert oracles.rate(loss) > least_rate, loss
 
 
 def test_the_bound_rises_to_the_best_path_as_grids_refine() -> None:
