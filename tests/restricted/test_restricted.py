@@ -9,7 +9,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import examples, lattices, plane_problems, seeds
+from strategies import examples, lattices, plane_problems, seeds, with_raster
 
 import cgla_graph as cg
 from cgla_graph.cost_to_go.cost_matrix import Schedule, cost_matrix
@@ -177,6 +177,29 @@ def test_a_bound_that_is_too_high_is_caught(which: str, monkeypatch: pytest.Monk
 
         monkeypatch.setattr(restricted.restricted_kernels, "cost_rasters", cost_rasters)
     assert any(differs(random_problem(seed).on_lattice(24)) for seed in range(60))
+
+
+# On rasters
+
+
+@examples(15)
+@given(seeds, st.integers(12, 30))
+def test_on_rasters_it_is_the_optimum_of_the_full_matrix(seed: int, side: int) -> None:
+    check(with_raster(random_problem(seed), seed).on_lattice(side))
+
+
+def test_a_raster_that_counts_for_less_than_it_may_cost_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sums of values at nodes are no bound: between them, the raster may be lower."""
+    honest = restricted.restricted_kernels.cost_rasters
+
+    def cost_rasters(*arguments: Any) -> None:  # noqa: ANN401 - as there
+        honest(*arguments)
+        *_, plain, low, _ = arguments
+        low[:] = 1.02 * plain
+
+    monkeypatch.setattr(restricted, "SLACK", 0.03)
+    monkeypatch.setattr(restricted.restricted_kernels, "cost_rasters", cost_rasters)
+    assert any(differs(with_raster(random_problem(seed), seed).on_lattice(24)) for seed in range(60))
 
 
 # In the solver

@@ -3,6 +3,7 @@
 import math
 import os
 from collections.abc import Hashable
+from dataclasses import replace
 from typing import TypeAlias
 
 import networkx as nx
@@ -110,6 +111,16 @@ def raster_fields(draw: st.DrawFn, max_threats: int = 2) -> RiskField:
     """Draw fields with a raster or two, and perhaps threats."""
     threat_list = draw(st.lists(threats(), max_size=max_threats))
     return RiskField(threat_list, rasters=draw(st.lists(rasters(), min_size=1, max_size=2)))
+
+
+def with_raster(problem: Problem, seed: int) -> Problem:
+    """Lay a random raster over a problem's bounds, or across them, beside its threats."""
+    rng = np.random.default_rng(seed)
+    values = 10.0 ** rng.uniform(-rng.choice([0.1, 1.0, 3.0]), 0.0, tuple(rng.integers(1, 25, 2).tolist()))
+    x_min, y_min, x_max, y_max = problem.bounds
+    bounds = problem.bounds if rng.random() < 0.6 else (x_min, 0.5 * (y_min + y_max), x_max + 1.0, y_max)
+    raster = RasterRisk(values, bounds, interpolation=rng.choice(["bilinear", "nearest"]))
+    return replace(problem, field=RiskField(problem.field.threats, rasters=[raster]))
 
 
 @st.composite
@@ -302,6 +313,8 @@ def models(draw: st.DrawFn) -> CostModel:
     # 17 threats have a greater reach than 16
     plain = st.lists(plain_threats(), max_size=5).map(RiskField)
     field = draw(st.one_of(plain, fields(max_threats=6), crowds(max_threats=18)))
+    if draw(st.integers(0, 3)) == 0:
+        field = RiskField(field.threats, rasters=[draw(rasters())])
     return CostModel(field, k, draw(areas()) if draw(st.booleans()) else None)
 
 
@@ -334,4 +347,7 @@ def changed(draw: st.DrawFn, model: CostModel) -> CostModel:
             kept = [part for part in model.no_fly.geoms if draw(st.booleans())]
             new = [part for part in no_fly.geoms if all(part.disjoint(other) for other in kept)]
             no_fly = shapely.MultiPolygon(kept + new)
-    return CostModel(RiskField(members), k, no_fly)
+    grids = model.field.rasters
+    if draw(st.integers(0, 5)) == 0:
+        grids = () if grids else (draw(rasters()),)
+    return CostModel(RiskField(members, rasters=grids), k, no_fly)
