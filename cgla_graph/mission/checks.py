@@ -98,7 +98,11 @@ def _check_solver(rules: Rules) -> None:
         msg = f"{setting} needs a graph solver, {solver.traits.name} plans in the plane"
         raise MissionError(msg)
     if (rules.fusion, rules.integral) != ("union", "exact"):
-        _check_probability(rules, f"fusion={rules.fusion!r} with integral={rules.integral!r}")
+        reading = f"fusion={rules.fusion!r} with integral={rules.integral!r}"
+        _check_probability(rules, reading)
+        if rules.world.field.rasters:
+            msg = f"the world has rasters, and {reading} is about threats alone; leave both settings as they are"
+            raise MissionError(msg)
 
 
 def _check_steps(rules: Rules) -> None:

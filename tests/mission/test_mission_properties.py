@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import few, seeds
+from strategies import examples, few, seeds
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, Point
+from cgla_graph.errors import MissionError
 from cgla_graph.mission import replanner, simulation
 from cgla_graph.mission.avoidance import plan_around
 from cgla_graph.mission.mission import Mission
@@ -45,6 +46,14 @@ def scattered(seed: int, *, n_uavs: int, n_threats: int = 6, **settings: Any) ->
         for i in range(n_uavs)
     ]
     return Mission(World(RiskField(threats)), uavs, **{"solver": CGLA, "resolution": 8, **settings})
+
+
+def over_people(mission: Mission, seed: int) -> Mission:
+    """Lay a raster under a mission."""
+    values = 10.0 ** np.random.default_rng(seed).uniform(-2.0, 0.0, (6, 9))
+    raster = cg.RasterRisk(values, mission.world.bounds, interpolation=["bilinear", "nearest"][seed % 2])
+    world = dataclasses.replace(mission.world, field=RiskField(mission.world.field.threats, rasters=[raster]))
+    return dataclasses.replace(mission, world=world)
 
 
 def moved(mission: Mission, place: Any, scale: float = 1.0) -> Mission:  # noqa: ANN401 - a function of points
@@ -239,6 +248,36 @@ def test_repairing_gives_the_same_flight_as_planning_from_scratch(
     )
     flight, scratch = mission.fly(), dataclasses.replace(mission, incremental=False).fly()
     assert_same_but_moved(flight, scratch, lambda spot: spot)
+
+
+@examples(8)
+@given(seeds, st.sampled_from([None, VirtualObstacle()]), st.sampled_from(["cgla", "dijkstra"]))
+def test_over_rasters_as_well(seed: int, rule: VirtualObstacle | None, solver: str) -> None:
+    mission = over_people(
+        scattered(seed, n_uavs=2, solver=cg.solvers.get(solver), virtual_obstacle=rule, collisions="record"), seed
+    )
+    flight, scratch = mission.fly(), dataclasses.replace(mission, incremental=False).fly()
+    assert_same_but_moved(flight, scratch, lambda spot: spot)
+
+
+@examples(8)
+@given(seeds)
+def test_rasters_are_known_from_the_start(seed: int) -> None:
+    """Without threats nothing is left to see: one plan, which is flown."""
+    mission = over_people(scattered(seed, n_uavs=1, n_threats=0), seed)
+    (one,) = mission.fly().uavs.values()
+    assert one.status is MissionStatus.ARRIVED
+    assert len(one.plans) == 1
+    known = Problem(one.uav.start, one.uav.goal, mission.world.field, one.uav.k)
+    on = known.on_lattice(mission.lattice)
+    assert known.evaluate(one.path).cost == pytest.approx(cg.solve(on, "cgla").cost, rel=1e-6)
+    assert one.risk == pytest.approx(known.evaluate(one.path).risk, rel=1e-9)
+
+
+@pytest.mark.parametrize("setting", [{"fusion": "max_integral"}, {"integral": "raster"}])
+def test_other_readings_of_the_weights_take_no_rasters(setting: dict[str, Any]) -> None:
+    with pytest.raises(MissionError, match=r"rasters, .* threats alone"):
+        over_people(scattered(1, n_uavs=2, **setting), 1)
 
 
 def samples(flight: Flight) -> Iterator[tuple[str, str, float]]:

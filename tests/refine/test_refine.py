@@ -63,6 +63,26 @@ def test_the_gradient_is_that_of_the_cost(field: cg.RiskField, k: float, points:
     assert gradient_error(refine_kernels.cost_and_gradient, field, k, points) < 1.0
 
 
+@given(strategies.raster_fields(), st.floats(0.0, 100.0), strategies.seeds)
+@examples(60)
+def test_the_gradient_is_that_of_the_cost_over_rasters(field: cg.RiskField, k: float, seed: int) -> None:
+    """Waypoints in general position: next to a line, a difference sees both sides of it."""
+    points = np.random.default_rng(seed).random((4, 2))
+    problem = cg.Problem((0.0, 0.0), (1.0, 1.0), field, k)
+    found = np.empty_like(points)
+    cost = refine_kernels.cost_and_gradient(points, k, field.kernel_field(), found)
+    assert cost == pytest.approx(problem.evaluate(points).cost, rel=1e-9)
+    for index in np.ndindex(points.shape):
+        slopes = []
+        for step in (1e-5, 1e-6, 1e-7):
+            ahead, back = points.copy(), points.copy()
+            ahead[index] += step
+            back[index] -= step
+            slopes.append((problem.evaluate(ahead).cost - problem.evaluate(back).cost) / (2.0 * step))
+        if np.ptp(slopes) <= 1e-4 * (1.0 + abs(slopes[1])):
+            assert found[index] == pytest.approx(slopes[1], rel=1e-3, abs=1e-3 * (1.0 + k))
+
+
 @pytest.mark.parametrize("fault", ["sign", "half", "ends swapped"])
 def test_a_wrong_gradient_is_told_from_the_right_one(fault: str) -> None:
     def wrong(points: FloatArray, k: float, field: Any, gradient: FloatArray) -> float:  # noqa: ANN401 - a kernel's
