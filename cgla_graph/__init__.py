@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from cgla_graph.mission.world import World as World
     from cgla_graph.model.cost_model import CostModel as CostModel
     from cgla_graph.model.graph import GeometricGraph as GeometricGraph
+    from cgla_graph.model.ground_risk import ground_risk as ground_risk
+    from cgla_graph.model.ground_risk import risk_weight as risk_weight
     from cgla_graph.model.lattice import Lattice as Lattice
     from cgla_graph.model.no_fly import NoFlyArea as NoFlyArea
     from cgla_graph.model.problem import Evaluation as Evaluation
@@ -43,6 +45,8 @@ if TYPE_CHECKING:
     from cgla_graph.solvers.solving import solve as solve
     from cgla_graph.solvers.trade_off.constrained import plan_within_length as plan_within_length
     from cgla_graph.solvers.trade_off.constrained import plan_within_risk as plan_within_risk
+    from cgla_graph.solvers.trade_off.density import below_density as below_density
+    from cgla_graph.solvers.trade_off.density import density_front as density_front
     from cgla_graph.solvers.trade_off.pareto import pareto as pareto
 
 __version__ = "0.1.0"
@@ -73,13 +77,17 @@ _HOMES = {
     "Uav": "mission.uav",
     "VirtualObstacle": "mission.virtual_obstacle",
     "World": "mission.world",
+    "below_density": "solvers.trade_off.density",
     "cost_matrix": "cost_to_go.cost_matrix",
+    "density_front": "solvers.trade_off.density",
+    "ground_risk": "model.ground_risk",
     "load_mission": "scenarios.mission_file",
     "load_scenario": "scenarios.scenario",
     "lower_bound": "certificate.certificate",
     "pareto": "solvers.trade_off.pareto",
     "plan_within_length": "solvers.trade_off.constrained",
     "plan_within_risk": "solvers.trade_off.constrained",
+    "risk_weight": "model.ground_risk",
     "solve": "solvers.solving",
 }
 

@@ -202,6 +202,29 @@ class RasterRisk:
         # (a buffer far below the rounding of the coordinates comes back empty)
         return area.union(area.buffer(reach, quad_segs=ROUND)) if reach > 0.0 else area
 
+    def scaled(self, factor: float) -> "RasterRisk":
+        """
+        Return a raster whose risk is a multiple of this one's.
+
+        Raises
+        ------
+        ProblemError
+            If the factor is not above 0, or too great.
+
+        Examples
+        --------
+        >>> RasterRisk([[2.0]], bounds=(0, 0, 1, 1)).scaled(3.0).greatest
+        6.0
+        """
+        return RasterRisk(
+            self.values,
+            self.bounds,
+            interpolation=self.interpolation,
+            origin=self.origin,
+            scale=self.scale * positive_number("factor", factor),
+            nodata=self.nodata,
+        )
+
     def header(self, offset: int) -> list[float]:
         """Return the numbers that kernels know it by (`risk_raster_kernels`); its values begin at `offset`."""
         x_min, y_min, x_max, y_max = self.bounds

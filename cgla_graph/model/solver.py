@@ -15,6 +15,9 @@ from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
 from cgla_graph.model.weights import beyond_holding
 
+#: What `run` says for a solver without the trait `rasters`.
+NO_RASTERS = "it goes by where threats are, and does not see risk on rasters; hybrid and fast-marching do"
+
 
 @dataclass(frozen=True)
 class Traits:
@@ -53,6 +56,9 @@ class Traits:
         `cgla_graph.model.isolated`), to which it and its problem are sent: their classes have to be in modules. A run
         that exceeds its setting ``seconds`` by more than a tenth and 2 s is stopped; one without such a setting, after
         600 s.
+    rasters
+        Whether it takes risk on rasters (plane solvers; a graph solver sees weights, whatever is in them). To one that
+        reasons about the places of threats, a raster is nothing: `run` answers "unsupported" and does not call it.
 
     Examples
     --------
@@ -72,6 +78,7 @@ class Traits:
     needs_positive: bool = False
     lazy: bool = False
     isolated: bool = False
+    rasters: bool = True
 
 
 @runtime_checkable
@@ -172,8 +179,9 @@ def run(
     Returns
     -------
     solution
-        Judged. Start equal to goal needs no solver, and negative weights are kept from a solver that needs positive
-        ones. Its time is what solving took, without what the solver says it spent on building or on a certificate.
+        Judged. Start equal to goal needs no solver, negative weights are kept from a solver that needs positive ones,
+        and rasters from one that does not see them. Its time is what solving took, without what the solver says it
+        spent on building or on a certificate.
 
     Raises
     ------
@@ -206,6 +214,8 @@ def run(
         problem = problem.weighed() if to_check else problem
     if traits.needs_positive and has_negative_weights(problem):
         return Solution(Status.UNSUPPORTED, solver=traits.name, message=NEGATIVE_WEIGHTS)
+    if isinstance(problem, Problem) and is_blind_to(problem, traits):
+        return Solution(Status.UNSUPPORTED, solver=traits.name, message=NO_RASTERS)
     if isinstance(problem, Problem) and problem.start == problem.goal:
         return stay(problem, traits.name)
     if isinstance(problem, Problem) and getattr(solver, "resolution", 0) is None:
@@ -223,6 +233,18 @@ def has_negative_weights(problem: Problem | GraphProblem) -> bool:
     if isinstance(problem, GraphProblem):
         return problem.graph.has_negative_weights
     return not problem.field.is_proper
+
+
+def is_blind_to(problem: Problem, traits: Traits) -> bool:
+    """
+    Return whether a problem has risk on rasters, which a solver does not see.
+
+    Examples
+    --------
+    >>> is_blind_to(Problem((0, 0), (1, 1)), Traits("mine", "a solver of mine", domain="plane", rasters=False))
+    False
+    """
+    return bool(problem.field.rasters) and not traits.rasters
 
 
 def stay(problem: Problem, solver: str) -> Solution:

@@ -1,0 +1,191 @@
+"""Paths whose corridor stays below a density, and what a lower limit costs: the question that SORA asks."""
+
+import dataclasses
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+
+from cgla_graph._validate import non_negative_number, number_array, whole_number
+from cgla_graph.certificate.certificate import lower_bound
+from cgla_graph.errors import ProblemError
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk_raster import RasterRisk
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import Solver
+from cgla_graph.solvers.solving import solve
+
+#: A certificate that is asked for no more than whether there is a path at all.
+ANY_PATH = 1e9
+
+
+def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> Problem:
+    """
+    Close all cells of the rasters above a level, and what is within half the corridor's width of them.
+
+    A path of the new problem has a corridor in which no cell is above the level. Its certificate bounds all such
+    paths; where that says that there is none, none has one (but for corridors wider by less than 1/13000, see
+    `RasterRisk.area_above`).
+
+    Parameters
+    ----------
+    problem
+        With rasters.
+    level
+        Risk per unit length, at least 0, in the unit that the rasters have with their scale.
+    corridor
+        Whole width, map units, at least 0.
+
+    Returns
+    -------
+    problem
+        The same with more no-fly areas.
+
+    Raises
+    ------
+    ProblemError
+        If there is no raster, a number is negative, or start or goal are in what is closed: there is no such path.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField
+    >>> from cgla_graph.model.risk_raster import RasterRisk
+    >>> town = RasterRisk([[0, 0, 0], [0, 9, 0], [0, 0, 0]], bounds=(0, 0, 3, 3))
+    >>> problem = Problem((0.5, 1.5), (2.5, 1.5), RiskField(rasters=[town]), bounds=(0, 0, 3, 3))
+    >>> around = solve(below_density(problem, 5.0, corridor=0.4), "hybrid")
+    >>> round(around.length, 3)
+    2.785
+    """
+    if not problem.field.rasters:
+        msg = "the problem has no raster whose density could be limited; give RiskField(threats, rasters=[…])"
+        raise ProblemError(msg)
+    level = non_negative_number("level", level)
+    width = non_negative_number("corridor", corridor)
+    closed = [_past_the_rim(raster, problem).area_above(level, buffer=0.5 * width) for raster in problem.field.rasters]
+    for name in ("start", "goal"):
+        here = shapely.Point(getattr(problem, name))
+        if any(shapely.contains_properly(area, here) for area in closed):
+            msg = (
+                f"{name} {getattr(problem, name)} has a density above {level:g} within {0.5 * width:g}: no path stays "
+                "below; raise the level, or narrow the corridor"
+            )
+            raise ProblemError(msg)
+    parts = [problem.no_fly, *closed] if problem.no_fly is not None else closed
+    return dataclasses.replace(problem, no_fly=shapely.union_all(parts))
+
+
+def _past_the_rim(raster: RasterRisk, problem: Problem) -> RasterRisk:
+    """Repeat the outer cells beyond bounds at which the raster ends: paths may touch areas, and follow the rim."""
+    ends = [
+        (raster.bounds[axis] <= problem.bounds[axis], raster.bounds[axis + 2] >= problem.bounds[axis + 2])
+        for axis in range(2)
+    ]
+    more = [(int(low), int(high)) for low, high in ends]
+    (width, height), (left, right), (below, above) = raster.cell_size, *more
+    x_min, y_min, x_max, y_max = raster.bounds
+    bounds = x_min - left * width, y_min - below * height, x_max + right * width, y_max + above * height
+    return RasterRisk(np.pad(raster.cells, (more[1], more[0]), mode="edge"), bounds, origin="lower")
+
+
+@dataclass(frozen=True, eq=False)
+class DensityPoint:
+    """
+    The best path found under one limit.
+
+    Attributes
+    ----------
+    level
+        No cell in the corridor is above it.
+    solution
+        The path, or why there is none.
+    no_path
+        Whether it is proven that there is none.
+    """
+
+    level: float
+    solution: Solution
+    no_path: bool
+
+
+def density_front(
+    problem: Problem,
+    *,
+    corridor: float = 0.0,
+    levels: Sequence[float] | int = 8,
+    solver: str | Solver = "hybrid",
+    **settings: Any,  # noqa: ANN401 - each solver has settings of its own
+) -> list[DensityPoint]:
+    """
+    Find what each limit of the density under the corridor costs.
+
+    Parameters
+    ----------
+    problem
+        With rasters.
+    corridor
+        Whole width, map units, at least 0.
+    levels
+        The limits; or how many, at least 2, spread over the densities of cells by their ranks, from the least limit
+        for which a path is known up to where the limit plays no part.
+    solver, settings
+        As `cgla_graph.solve` takes them.
+
+    Returns
+    -------
+    front
+        A point for each limit, in rising order; costs do not rise. If the least of them is one that was looked for, the
+        first point is the greatest limit that was found to have no path, proven or not.
+
+    Raises
+    ------
+    ProblemError
+        If there is no raster, or a number is out of range.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField
+    >>> from cgla_graph.model.risk_raster import RasterRisk
+    >>> wall = RasterRisk([[0, 4, 0], [0, 2, 0], [0, 8, 0]], bounds=(0, 0, 3, 3))
+    >>> problem = Problem((0.5, 0.5), (2.5, 0.5), RiskField(rasters=[wall]), k=0.0, bounds=(0, 0, 3, 3))
+    >>> [(p.level, p.no_path, round(p.solution.cost, 2)) for p in density_front(problem, levels=[1, 2, 8])]
+    [(1.0, True, inf), (2.0, False, 2.41), (8.0, False, 2.0)]
+    """
+    if isinstance(levels, int):
+        count = whole_number("levels", levels, at_least=2, at_most=1000)
+        return list(_spread(problem, corridor, count, solver, settings))
+    chosen = np.unique(number_array("levels", levels)).tolist()
+    return [_point(problem, level, corridor, solver, settings) for level in chosen]
+
+
+def _point(
+    problem: Problem, level: float, corridor: float, solver: str | Solver, settings: dict[str, Any]
+) -> DensityPoint:
+    try:
+        limited = below_density(problem, level, corridor=corridor)
+    except ProblemError as error:
+        if "no path stays below" not in str(error):
+            raise
+        return DensityPoint(level, Solution(Status.NO_PATH, message=str(error)), no_path=True)
+    found = solve(limited, solver, **settings)
+    none = not found.status.has_path and math.isinf(lower_bound(limited, ANY_PATH).lower_bound)
+    return DensityPoint(level, found, no_path=none)
+
+
+def _spread(
+    problem: Problem, corridor: float, count: int, solver: str | Solver, settings: dict[str, Any]
+) -> Iterator[DensityPoint]:
+    """Find the least limit with a path by halving, then points up to where there is no limit."""
+    every = np.unique(np.concatenate([raster.cells.ravel() for raster in problem.field.rasters]))
+    known = {len(every) - 1: _point(problem, float(every[-1]), corridor, solver, settings)}
+    low, high = -1, len(every) - 1
+    while high - low > 1 and known[high].solution.status.has_path:
+        middle = (low + high) // 2
+        known[middle] = _point(problem, float(every[middle]), corridor, solver, settings)
+        low, high = (low, middle) if known[middle].solution.status.has_path else (middle, high)
+    for index in np.unique(np.linspace(high, len(every) - 1, count).astype(int)).tolist():
+        if index not in known:
+            known[index] = _point(problem, float(every[index]), corridor, solver, settings)
+    yield from (known[index] for index in sorted(known) if index >= low)
