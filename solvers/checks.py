@@ -17,12 +17,15 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.risk_raster import Interpolation, RasterRisk
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.model.solver import GraphSolver, PlaneSolver, Solver
+from cgla_graph.model.solver import NO_RASTERS, GraphSolver, PlaneSolver, Solver, is_blind_to
 from cgla_graph.solvers.solving import solve
 
 #: Statuses that say "there is none" and those that say "I found none".
 NOTHING = {Status.NO_PATH, Status.NOT_FOUND, Status.INFEASIBLE, Status.STUCK}
+#: Cells along each side of the raster that stands for a threat.
+FINE = 40
 
 
 def check_solver(solver: Solver) -> None:
@@ -45,7 +48,9 @@ def check_solver(solver: Solver) -> None:
     the same problem gives the same answer again; nothing passed in is changed; where there is no path it says so
     instead of raising; start equal to goal is a path of no length. Of an exact graph solver: the cost is the optimum.
     Of an anytime solver: the trace falls, and ends at the cost. Of a solver that knows no-fly areas: its path is
-    feasible. A graph solver that is not exact, and one that is not complete, may find nothing.
+    feasible. A graph solver that is not exact, and one that is not complete, may find nothing. Of a solver that takes
+    risk on rasters: if it turns aside for a threat, then for a raster of the same risk as well; of one that does not:
+    it says so.
 
     Examples
     --------
@@ -55,6 +60,8 @@ def check_solver(solver: Solver) -> None:
     traits = solver.traits
     _require(traits.domain in {"graph", "plane"}, f"{traits.name}: unknown domain {traits.domain!r}")
     _check_plane(solver)
+    if traits.rasters:
+        _check_sees_rasters(solver)
     if traits.domain == "graph":
         _check_graph(cast("GraphSolver", solver))
     elif not traits.seeded:
@@ -90,6 +97,25 @@ def plane_problems() -> Iterator[tuple[str, Problem]]:
     )
     wall = shapely.box(0.49, 0.2, 0.51, 1.0)
     yield "a wall", Problem((0.1, 0.7), (0.9, 0.7), no_fly=wall)
+    smooth, whole = _blocks("bilinear"), _blocks("nearest")
+    threat = Threat(0.7, 0.6, 0.1)
+    yield "a bilinear raster", Problem((0.1, 0.5), (0.9, 0.45), RiskField(rasters=[smooth]), k=10.0)
+    yield "a raster of whole cells", Problem((0.1, 0.5), (0.9, 0.45), RiskField(rasters=[whole]), k=10.0)
+    yield (
+        "a bilinear raster and a threat",
+        Problem((0.1, 0.1), (0.9, 0.9), RiskField([threat], rasters=[smooth]), k=5.0),
+    )
+    yield (
+        "a raster of whole cells, a threat and a wall",
+        Problem((0.1, 0.7), (0.9, 0.7), RiskField([threat], rasters=[whole]), k=5.0, no_fly=wall),
+    )
+
+
+def _blocks(interpolation: Interpolation) -> RasterRisk:
+    """Return a raster that does not cover the map, with a block in the middle: far riskier than any threat."""
+    values = np.full((7, 7), 0.05)
+    values[2:5, 2:5] = 3.0
+    return RasterRisk(values, (0.05, 0.1, 0.95, 0.9), interpolation=interpolation)
 
 
 def _require(holds: object, message: str) -> None:
@@ -102,6 +128,10 @@ def _check_plane(solver: Solver) -> None:
     name = solver.traits.name
     for title, problem in plane_problems():
         answer = _same_twice(f"{name} on {title}", partial(solve, problem, solver, resolution=8))
+        if is_blind_to(problem, solver.traits):
+            said = (answer.status, answer.message) == (Status.UNSUPPORTED, NO_RASTERS)
+            _require(said, f"{name} on {title}: {answer.status.label}, though it takes no rasters")
+            continue
         blind = problem.no_fly is not None and not solver.traits.no_fly
         if blind:
             _require(answer.status in {Status.INFEASIBLE, Status.FOUND}, f"{name} on {title}: {answer.status.label}")
@@ -116,6 +146,23 @@ def _check_plane(solver: Solver) -> None:
         _require(answer.cost >= shortest * (1 - 1e-12), f"{name} on {title}: cheaper than the straight line is long")
         if solver.traits.anytime and problem.start != problem.goal:
             _check_trace(f"{name} on {title}", answer)
+
+
+def _check_sees_rasters(solver: Solver) -> None:
+    """Put a raster in a threat's place: a solver that turns aside for one has to do so for the other."""
+    threat = Threat(0.5, 0.5, 0.1)
+    centres = (np.arange(FINE) + 0.5) / FINE
+    values = RiskField([threat]).density(np.stack(np.meshgrid(centres, centres), axis=-1))
+    fields = RiskField([threat]), RiskField(rasters=[RasterRisk(values, (0.0, 0.0, 1.0, 1.0))])
+    problems = [Problem((0.1, 0.2), (0.9, 0.7), field, k=10.0) for field in fields]
+    of_threat, of_raster = (solve(problem, solver, resolution=8) for problem in problems)
+    straight = problems[0].evaluate([problems[0].start, problems[0].goal]).cost
+    if of_threat.status.has_path and of_raster.status.has_path:
+        saved, saved_too = straight - of_threat.cost, straight - of_raster.cost
+        sees = saved_too >= 0.5 * saved
+        _require(
+            sees, f"{solver.traits.name}: saves {saved:.3g} around a threat, {saved_too:.3g} around it as a raster"
+        )
 
 
 def _check_trace(place: str, answer: Solution) -> None:

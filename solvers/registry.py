@@ -12,6 +12,8 @@ from cgla_graph.errors import SolverSettingError, SolverUnavailableError, Unknow
 from cgla_graph.model.solver import Solver, Traits
 
 ENTRY_POINT_GROUP = "cgla_graph.solvers"
+#: What pip calls packages whose modules have another name.
+_OF_PIP: Mapping[str, str] = {"skimage": "scikit-image"}
 
 _BUILT_IN: Mapping[str, str] = {
     "cgla": "cgla_graph.solvers.exact.cgla:Cgla",
@@ -23,6 +25,7 @@ _BUILT_IN: Mapping[str, str] = {
     "rustworkx": "cgla_graph.solvers.exact.rustworkx_search:Rustworkx",
     "eight-direction": "cgla_graph.solvers.grid.eight_direction:EightDirection",
     "lazy-theta-star": "cgla_graph.solvers.grid.lazy_theta_star:LazyThetaStar",
+    "skimage-route": "cgla_graph.solvers.grid.skimage_route:SkimageRoute",
     "refine": "cgla_graph.solvers.refine:Refine",
     "hybrid": "cgla_graph.solvers.continuous.hybrid:Hybrid",
     "fast-marching": "cgla_graph.solvers.continuous.fast_marching:FastMarching",
@@ -149,7 +152,7 @@ def missing(name: str) -> str | None:
     True
     """
     try:
-        lacking = [package for package in traits(name).needs if not _is_installed(package)]
+        lacking = [_OF_PIP.get(package, package) for package in traits(name).needs if not _is_installed(package)]
     except SolverUnavailableError as error:
         return str(error)
     return f"needs {', '.join(lacking)}, which is not installed (pip install {' '.join(lacking)})" if lacking else None
@@ -225,7 +228,12 @@ def describe(name: str) -> dict[str, str]:
         kind = solver_class(name)
     except SolverUnavailableError:
         return {"name": name, "domain": "", "promises": "", "settings": "", "available": str(lacking), "summary": ""}
-    promises = {"exact": kind.traits.exact, "anytime": kind.traits.anytime, "seeded": kind.traits.seeded}
+    promises = {
+        "exact": kind.traits.exact,
+        "anytime": kind.traits.anytime,
+        "seeded": kind.traits.seeded,
+        "no rasters": not kind.traits.rasters,
+    }
     return {
         "name": name,
         "domain": kind.traits.domain,

@@ -75,7 +75,10 @@ class VisibilityGraph:
     corners: int = 16
 
     traits: ClassVar[Traits] = Traits(
-        "visibility-graph", "the shortest path around threats as polygons (Bellingham)", domain="plane"
+        "visibility-graph",
+        "the shortest path around threats as polygons (Bellingham)",
+        domain="plane",
+        rasters=False,
     )
 
     def __post_init__(self) -> None:

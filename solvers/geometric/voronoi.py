@@ -86,6 +86,7 @@ class VoronoiRoadmap:
         domain="plane",
         complete=False,
         needs_positive=True,
+        rasters=False,
     )
 
     def __post_init__(self) -> None:

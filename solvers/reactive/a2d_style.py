@@ -13,7 +13,7 @@ from cgla_graph.solvers.base import positive_setting, whole_setting
 from cgla_graph.solvers.geometry import wrapped
 from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Surroundings
 
-#: How much the threshold rises where nothing else helps, and its greatest value.
+#: How much the threshold rises where nothing else helps, and its greatest value (with rasters, that of their risk).
 RAISED, GREATEST = 1.5, 1.0
 #: The waypoints that are not gone near to again, and how near is too near, in steps.
 RECENT, TOO_NEAR = 10, 0.5
@@ -231,7 +231,7 @@ class A2dStyle(Reactive[Trail]):
             raise Stuck(msg)
         fresh = open_ & ~self._was_there(around, trail, headings)
         risk = np.where(fresh if fresh.any() else open_, around.risk(ends), math.inf)
-        raised = min(GREATEST, RAISED * trail.threshold)
+        raised = min(_greatest(around), RAISED * trail.threshold)
         # the boundary that was followed is none at another threshold
         trail = replace(trail, threshold=raised, resume=self._resume(around, trail), walk=None)
         return self._stepped(around, trail, float(headings[risk.argmin()]))
@@ -240,8 +240,9 @@ class A2dStyle(Reactive[Trail]):
         """Raise the threshold as far as the step towards the goal needs: the goal cannot be reached below it."""
         heading = around.goal_heading(trail.position)
         threshold = trail.threshold
-        while threshold < GREATEST:
-            threshold = min(GREATEST, RAISED * threshold)
+        greatest = _greatest(around)
+        while threshold < greatest:
+            threshold = min(greatest, RAISED * threshold)
             raised = replace(trail, threshold=threshold, resume=self._resume(around, trail), walk=None)
             if self._free(around, raised, np.array([heading]))[0]:
                 return self._stepped(around, raised, heading)
@@ -257,3 +258,8 @@ class A2dStyle(Reactive[Trail]):
         position = around.spot_ahead(trail.position, heading, around.step)
         recent = (*trail.recent, trail.position)[-RECENT:]
         return replace(trail, position=position, heading=wrapped(heading), recent=recent)
+
+
+def _greatest(around: Surroundings) -> float:
+    """Return what no risk exceeds."""
+    return GREATEST + sum(raster.greatest for raster in around.problem.field.rasters)

@@ -113,7 +113,11 @@ class BcvStyle(Reactive[BcvMemory]):
     risk_aversion: float = 5.0
 
     traits: ClassVar[Traits] = Traits(
-        "bcv-style", "behaviours and virtual goals, in the style of Wu et al. 2011", domain="plane", complete=False
+        "bcv-style",
+        "behaviours and virtual goals, in the style of Wu et al. 2011",
+        domain="plane",
+        complete=False,
+        rasters=False,
     )
 
     def __post_init__(self) -> None:

@@ -102,6 +102,7 @@ class BendyRuler(Reactive[BendyMemory]):
         "probes around itself that keep a margin (ArduPilot's public description)",
         domain="plane",
         complete=False,
+        rasters=False,
     )
 
     def __post_init__(self) -> None:

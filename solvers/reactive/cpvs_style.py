@@ -109,7 +109,11 @@ class CpvsStyle(FuzzySteering[SubgoalMemory]):
     onward: bool = True
 
     traits: ClassVar[Traits] = Traits(
-        "cpvs-style", "fuzzy rules from sub-goal to sub-goal (not the original)", domain="plane", complete=False
+        "cpvs-style",
+        "fuzzy rules from sub-goal to sub-goal (not the original)",
+        domain="plane",
+        complete=False,
+        rasters=False,
     )
 
     def begin(self, around: Surroundings) -> SubgoalMemory:

@@ -63,7 +63,11 @@ class FbcriStyle(FuzzySteering[FuzzyMemory]):
     """
 
     traits: ClassVar[Traits] = Traits(
-        "fbcri-style", "fuzzy rules with feedback, step by step (not the original)", domain="plane", complete=False
+        "fbcri-style",
+        "fuzzy rules with feedback, step by step (not the original)",
+        domain="plane",
+        complete=False,
+        rasters=False,
     )
 
     def begin(self, around: Surroundings) -> FuzzyMemory:

@@ -114,7 +114,11 @@ class Milp(Reactive[MilpMemory]):
     nodes: int = 50
 
     traits: ClassVar[Traits] = Traits(
-        "milp", "receding horizon by mixed-integer programming", domain="plane", complete=False
+        "milp",
+        "receding horizon by mixed-integer programming",
+        domain="plane",
+        complete=False,
+        rasters=False,
     )
 
     def __post_init__(self) -> None:

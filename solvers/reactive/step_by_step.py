@@ -13,7 +13,7 @@ from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.errors import CglaError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.model.solver import Move, Traits
+from cgla_graph.model.solver import NO_RASTERS, Move, Traits, is_blind_to
 from cgla_graph.solvers.base import positive_setting, whole_setting
 from cgla_graph.solvers.geometry import bearing, unit_vectors
 
@@ -200,6 +200,8 @@ class Reactive(ABC, Generic[M]):
 
     def move(self, problem: Problem, memory: Hashable | None, step: float) -> Move:
         """Decide one step (see `cgla_graph.model.solver.StepByStep`)."""
+        if is_blind_to(problem, self.traits):
+            return Move(np.array([problem.start]), memory, NO_RASTERS)
         around = Surroundings(problem, step)
         track = memory if isinstance(memory, _Track) else self._first(around)
         # a mission may have moved the UAV by rounding

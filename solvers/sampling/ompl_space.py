@@ -106,8 +106,9 @@ class PruningCost(SegmentCost):
         super().__init__(si, problem, meter)
         self.most_asked += BOUNDS_A_SAMPLE * samples_per_batch
         x_min, y_min, x_max, y_max = problem.bounds
-        # no segment costs more than 1 + k times its length
-        self.slack = ROUNDING * (1.0 + problem.k) * math.hypot(x_max - x_min, y_max - y_min)
+        # no segment costs more than this for each unit of its length
+        dearest = 1.0 + problem.k * (1.0 + sum(raster.greatest for raster in problem.field.rasters))
+        self.slack = ROUNDING * dearest * math.hypot(x_max - x_min, y_max - y_min)
         self.setCostThreshold(ob.Cost(math.dist(problem.start, problem.goal) * (1.0 + ROUNDING)))
 
     def motionCostHeuristic(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
