@@ -62,9 +62,10 @@ class SkimageRoute:
 
     Examples
     --------
-    >>> from cgla_graph.solvers import registry
-    >>> registry.setting_names(SkimageRoute)
-    ['cells', 'fully_connected', 'geometric']
+    In free space it makes one bend.
+
+    >>> round(SkimageRoute(cells=3).solve(Problem((0.5, 0.5), (2.5, 1.5), bounds=(0, 0, 3, 3))).cost, 4)
+    2.4142
     """
 
     cells: int | None = None

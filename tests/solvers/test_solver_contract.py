@@ -121,6 +121,34 @@ def test_a_broken_plane_solver_is_caught(fault: str) -> None:
         check_solver(BrokenPlane(fault))
 
 
+@dataclass(frozen=True)
+class Blindfolded:
+    """A solver of the plane that forgets about rasters, or says less of them than it should."""
+
+    traits: ClassVar[Traits] = Traits("broken", "sees no rasters", domain="plane")
+
+    def solve(self, problem: cg.Problem) -> Solution:
+        known = cg.Problem(
+            problem.start, problem.goal, cg.RiskField(problem.field.threats), problem.k, problem.bounds, problem.no_fly
+        )
+        found = cg.solve(known, "lazy-theta-star", resolution=15)
+        cost = problem.evaluate(found.path).cost if found.status.has_path else found.cost
+        return Solution(found.status, path=found.path, cost=cost, message=found.message)
+
+
+def test_a_solver_that_ignores_rasters_is_caught() -> None:
+    with pytest.raises(AssertionError, match=r"broken: saves .* around a threat, .* around it as a raster"):
+        check_solver(Blindfolded())
+
+
+def test_a_solver_that_says_that_it_sees_no_rasters_keeps_the_contract() -> None:
+    @dataclass(frozen=True)
+    class Honest(Blindfolded):
+        traits: ClassVar[Traits] = Traits("honest", "sees no rasters, and says so", domain="plane", rasters=False)
+
+    check_solver(Honest())
+
+
 def test_the_straight_line_bounds_every_path_from_below() -> None:
     field = cg.RiskField([cg.Threat(0.5, 0.5, spread=0.1)])
     problem = cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=10.0)
