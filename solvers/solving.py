@@ -134,6 +134,9 @@ def refined(problem: Problem, solution: Solution, *, tolerance: float = 1e-6, ma
             if moment.cost < solution.trace[-1].cost
         ),
     )
+    if trace and answer.cost < trace[-1].cost:
+        # over rasters, leaving waypoints out at the end may gain more than rounding
+        trace = (*trace, TracePoint(seconds, evaluations, answer.cost))
     message = f"refined: {answer.message}"
     return problem.judge(
         dataclasses.replace(

@@ -16,6 +16,7 @@ import shapely
 
 import cgla_graph as cg
 from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solver import NO_RASTERS, is_blind_to
 from cgla_graph.solvers import registry
 
 #: How many problems.
@@ -111,8 +112,19 @@ def far_away(rng: Rng) -> cg.Problem:
     return cg.Problem(start, goal, cg.RiskField(threats), k=weight(rng), no_fly=area, bounds=bounds)  # type: ignore[arg-type]
 
 
+def over_a_raster(rng: Rng) -> cg.Problem:
+    """Put threats and an area on a raster of any coarseness, whose cells differ a millionfold."""
+    shape = rng.integers(1, [3, 60][int(rng.integers(2))], 2)
+    values = 10.0 ** rng.uniform(-4.0, 2.0, shape) * (rng.random(shape) < rng.choice([0.3, 1.0]))
+    low, high = rng.uniform(-0.3, 0.3, 2), rng.uniform(0.5, 1.3, 2)
+    bounds = (0.0, 0.0, 1.0, 1.0) if rng.random() < 0.5 else (*low.tolist(), *high.tolist())
+    raster = cg.RasterRisk(values, bounds, interpolation=["nearest", "bilinear"][int(rng.integers(2))])  # type: ignore[arg-type]
+    with_raster = cg.RiskField(field(rng, most=2).threats, rasters=[raster])
+    return cg.Problem(*ends(rng, WALL), with_raster, k=weight(rng), no_fly=[None, WALL][int(rng.integers(2))])
+
+
 KINDS: list[Callable[[Rng], cg.Problem]] = [
-    *(anywhere, free, close, crowded, on_the_edge, walled_in, many_areas, far_away)
+    *(anywhere, free, close, crowded, on_the_edge, walled_in, many_areas, far_away, over_a_raster)
 ]
 
 
@@ -164,19 +176,15 @@ def faults(problem: cg.Problem, found: dict[str, Solution]) -> Iterator[str]:
     reached = [name for name, answer in found.items() if answer.status.has_path]
     bound = max((answer.lower_bound for answer in found.values() if answer.lower_bound > 0.0), default=0.0)
     for name, answer in found.items():
-        traits, status = registry.traits(name), answer.status
         if answer.solver != name:
             yield f"{name}: calls itself {answer.solver}"
-        if status.has_path:
+        if answer.status.has_path:
             yield from (f"{name}: {fault}" for fault in faults_of_path(problem, answer, bound))
-            continue
-        if not (status in NOTHING or (status is Status.INFEASIBLE and not traits.no_fly)):
-            yield f"{name}: {status.label}: {answer.message}"
-        if status in {Status.NOT_FOUND, Status.STUCK} and not answer.message:
-            yield f"{name}: does not say why it is {status.label}"
-        if status in NOTHING and not math.isinf(answer.cost):
-            yield f"{name}: a cost of {answer.cost} without a path"
-        if name == "visibility-graph" and status is Status.NO_PATH and reached:
+        elif not is_blind_to(problem, registry.traits(name)):
+            yield from (f"{name}: {fault}" for fault in faults_without_path(name, answer))
+        if is_blind_to(problem, registry.traits(name)) and answer.message != NO_RASTERS:
+            yield f"{name}: {answer.status.label}, though it sees no rasters"
+        if name == "visibility-graph" and answer.status is Status.NO_PATH and reached:
             yield f"{name}: says that there is no path, and {', '.join(reached)} found one"
     exact = [answer for name, answer in found.items() if registry.traits(name).exact]
     if len({answer.status for answer in exact}) > 1:
@@ -184,6 +192,17 @@ def faults(problem: cg.Problem, found: dict[str, Solution]) -> Iterator[str]:
     optima = [answer.cost for answer in exact if answer.status.has_path]
     if optima and not max(optima) <= min(optima) * (1.0 + 1e-9):
         yield f"optima of one lattice differ: {sorted(optima)}"
+
+
+def faults_without_path(name: str, answer: Solution) -> Iterator[str]:
+    """Say what is not true of an answer that has no path."""
+    status = answer.status
+    if not (status in NOTHING or (status is Status.INFEASIBLE and not registry.traits(name).no_fly)):
+        yield f"{status.label}: {answer.message}"
+    if status in {Status.NOT_FOUND, Status.STUCK} and not answer.message:
+        yield f"does not say why it is {status.label}"
+    if status in NOTHING and not math.isinf(answer.cost):
+        yield f"a cost of {answer.cost} without a path"
 
 
 def faults_of_path(problem: cg.Problem, answer: Solution, bound: float) -> Iterator[str]:
