@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cgla_graph._types import FloatArray
+from cgla_graph.certificate.subsolution import in_line
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go, descent, node_costs
 from cgla_graph.eikonal.mesh import SplineMesh
@@ -16,6 +17,8 @@ from cgla_graph.solvers.base import whole_setting
 
 #: Spacings from the goal within which costs begin as those of straight lines, and the descent ends.
 NEAR = 4.0
+#: Cells along the longer side of the bounds, where nobody asks for others: usually, and at most.
+CELLS, MOST_CELLS = 256, 2048
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,8 @@ class FastMarching:
     Attributes
     ----------
     cells
-        Along the longer side of the bounds.
+        Along the longer side of the bounds; None: 256, or over a raster as many as its own, if those are more, up to
+        2048.
     order
         Of the differences: 1, or 2 where smoothness allows.
 
@@ -52,7 +56,7 @@ class FastMarching:
     1.352
     """
 
-    cells: int = 256
+    cells: int | None = None
     order: int = 2
 
     traits: ClassVar[Traits] = Traits(
@@ -61,7 +65,8 @@ class FastMarching:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        whole_setting("fast-marching", "cells", self.cells, at_least=8, at_most=4096)
+        if self.cells is not None:
+            whole_setting("fast-marching", "cells", self.cells, at_least=8, at_most=4096)
         if self.order not in {1, 2}:
             msg = f"fast-marching: order is {self.order!r}; give 1 or 2"
             raise SolverSettingError(msg)
@@ -69,9 +74,7 @@ class FastMarching:
     def solve(self, problem: Problem) -> Solution:
         """March from the goal, and descend from the start."""
         began = time.perf_counter()
-        x_min, y_min, x_max, y_max = problem.bounds
-        longer = max(x_max - x_min, y_max - y_min)
-        columns, rows = (max(8, round(self.cells * side / longer)) for side in (x_max - x_min, y_max - y_min))
+        columns, rows = self._grid(problem)
         second = self.order == 2  # noqa: PLR2004 - one of two
         path, n_nodes, laid = marched(problem, (columns, rows), second=second)
         build_seconds = laid - began
@@ -80,6 +83,19 @@ class FastMarching:
             return Solution(Status.NOT_FOUND, build_seconds=build_seconds, evaluations=n_nodes, message=message)
         cost = problem.evaluate(path).cost
         return Solution(Status.FOUND, path=path, cost=cost, build_seconds=build_seconds, evaluations=n_nodes)
+
+    def _grid(self, problem: Problem) -> tuple[int, int]:
+        """Return how many cells there are along each side."""
+        x_min, y_min, x_max, y_max = problem.bounds
+        sides = x_max - x_min, y_max - y_min
+        cells: float = CELLS
+        if self.cells is not None:
+            cells = self.cells
+        elif problem.field.rasters:
+            finest = min(min(raster.cell_size) for raster in problem.field.rasters)
+            cells = min(max(CELLS, max(sides) / finest), MOST_CELLS)
+        columns, rows = (max(8, round(cells * side / max(sides))) for side in sides)
+        return in_line(problem, (columns, rows)) if self.cells is None else (columns, rows)
 
 
 def marched(problem: Problem, last: tuple[int, int], *, second: bool = True) -> tuple[FloatArray, int, float]:

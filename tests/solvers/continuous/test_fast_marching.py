@@ -89,3 +89,15 @@ def test_an_elongated_map() -> None:
 def test_its_settings_are_checked(settings: dict[str, int]) -> None:
     with pytest.raises(cg.CglaError, match=next(iter(settings))):
         FastMarching(**settings)
+
+
+@pytest.mark.parametrize(
+    ("shape", "grid"), [(None, 256 * 256), ((10, 10), 260 * 260), ((300, 600), 300 * 600), ((90, 9000), 2048 * 20)]
+)
+def test_over_a_raster_cells_are_as_fine_as_its_own(shape: tuple[int, int] | None, grid: int) -> None:
+    bounds = (0.0, 0.0, 1.0, 1.0) if shape is None else (0.0, 0.0, 0.1 * shape[1], 0.1 * shape[0])
+    rasters = [] if shape is None else [cg.RasterRisk(np.ones(shape), bounds)]
+    problem = cg.Problem(bounds[:2], bounds[2:], cg.RiskField(rasters=rasters), k=1.0, bounds=bounds)
+    answer = cg.solve(problem, "fast-marching")
+    assert answer.evaluations == pytest.approx(grid, rel=0.3)
+    assert answer.cost == pytest.approx((2.0 if rasters else 1.0) * answer.length, rel=1e-9)
