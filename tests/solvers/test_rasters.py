@@ -102,6 +102,15 @@ def test_the_manual_names_them() -> None:
         assert ("no rasters" in registry.describe(name)["promises"]) == (name in BLIND)
 
 
+def test_a_threshold_of_risk_rises_as_far_as_the_raster_does() -> None:
+    """A ridge from border to border, far above what threats can be: it has to be crossed."""
+    values = np.zeros((10, 10))
+    values[:, 4:6] = 7.0
+    ridge = cg.RiskField(rasters=[cg.RasterRisk(values, (0, 0, 1, 1))])
+    answer = cg.solve(cg.Problem((0.1, 0.5), (0.9, 0.5), ridge, k=1.0), "a2d-style")
+    assert answer.status is Status.FOUND, answer.message
+
+
 @pytest.mark.ompl
 def test_bit_star_ends_where_its_bounds_are_the_costs_of_huge_risk() -> None:
     """Its bounds keep away from the costs by more than their rounding, which grows with the greatest risk."""
