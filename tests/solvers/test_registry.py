@@ -43,14 +43,14 @@ def no_ompl(monkeypatch: pytest.MonkeyPatch) -> None:
 
 #: The solvers that need OMPL.
 OMPL = {"rrt-star", "informed-rrt-star", "sorrt-star", "bit-star", "fmt-star", "bfmt-star", "ompl-prm-star"}
-#: Those of the extra ``graphs``.
-GRAPH_LIBRARIES = {"networkit", "igraph", "rustworkx"}
+#: Those of the extras ``graphs`` and ``skimage``.
+OF_EXTRAS = {"networkit", "igraph", "rustworkx", "skimage-route"}
 
 
 def test_the_promised_names_are_there() -> None:
     native = {"cgla", "dijkstra", "networkx", "networkx-astar", "eight-direction", "lazy-theta-star", "straight-line"}
     of_the_plane = {"refine", "hybrid", "fast-marching", "prm-star"}
-    assert native | of_the_plane | OMPL | GRAPH_LIBRARIES <= set(registry.names(installed=False))
+    assert native | of_the_plane | OMPL | OF_EXTRAS <= set(registry.names(installed=False))
 
 
 @pytest.mark.parametrize("name", registry.names(installed=False))
@@ -139,7 +139,7 @@ def test_a_seed_that_is_too_large(seed: int) -> None:
 @pytest.mark.usefixtures("no_ompl")
 def test_without_ompl_its_solvers_are_named_with_the_reason() -> None:
     gone = set(registry.names(installed=False)) - set(registry.names())
-    assert OMPL <= gone <= OMPL | GRAPH_LIBRARIES
+    assert OMPL <= gone <= OMPL | OF_EXTRAS
     for name in OMPL:
         assert "ompl" in str(registry.missing(name))
         assert "pip install ompl" in str(registry.missing(name))
@@ -147,6 +147,13 @@ def test_without_ompl_its_solvers_are_named_with_the_reason() -> None:
             registry.get(name)
         assert isinstance(caught.value, ImportError)
     assert registry.missing("cgla") is None
+
+
+def test_who_lacks_scikit_image_is_told_what_pip_calls_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        registry, "find_spec", lambda name: None if name == "skimage" else importlib.util.find_spec(name)
+    )
+    assert registry.missing("skimage-route") == "needs scikit-image, which is not installed (pip install scikit-image)"
 
 
 BLOCKED = """
@@ -175,7 +182,7 @@ def test_a_process_without_ompl_runs_everything_else(tmp_path: Path) -> None:
     rows = json.loads(done.stdout)["rows"]
     states = {row["solver"]: row["status"] for row in rows}
     assert {states.pop(name) for name in OMPL} == {"unavailable"}
-    assert {states.pop(name) for name in GRAPH_LIBRARIES} <= {"unavailable", "optimal"}
+    assert {states.pop(name) for name in OF_EXTRAS} <= {"unavailable", "optimal", "found"}
     stuck = {name for name, state in states.items() if state == "stuck"}
     assert set(states.values()) <= {"optimal", "found", "stuck"}
     assert not any(registry.traits(name).complete for name in stuck)
