@@ -97,8 +97,21 @@ def _world_document(world: World) -> dict[str, Any]:
             threats.append({**numbered, **life, "moves": item.moves})
         elif isinstance(item, TimedArea):
             areas.append({"number": number, **life, "geometry": shapely.geometry.mapping(item.polygon)})
+    # as of the chart, only what there is: values of a raster would drown the log
+    rasters = [
+        {
+            "number": number,
+            "bounds": raster.bounds,
+            "rows": raster.values.shape[0],
+            "columns": raster.values.shape[1],
+            "interpolation": raster.interpolation,
+            "greatest": raster.greatest,
+        }
+        for number, raster in enumerate(world.field.rasters)
+    ]
     charted = 0 if world.no_fly is None else len(shapely.get_parts(world.no_fly))
-    return {"threats": threats, "areas": areas, "charted_areas": charted}
+    found: dict[str, Any] = {"threats": threats, "areas": areas, "charted_areas": charted}
+    return {**found, "rasters": rasters} if rasters else found
 
 
 def log_lines(spec: MissionSpec, flight: Flight, first: int = 0, end: int | None = None) -> Iterator[dict[str, Any]]:

@@ -27,6 +27,7 @@ from cgla_graph.comparisons.plots.scene import (
     clip_to_bounds,
     colour_of,
     dashes_of,
+    data_keys,
     draw_area,
     draw_ends,
     draw_ring,
@@ -150,6 +151,7 @@ class Film:
             yield area_key(), "no-fly area"
         if mission.world.timed:
             yield patch_key(**TIMED_LOOK), "comes and goes"
+        yield from data_keys(self.view.scene(0).problem)
 
     def _draw_truth(self, tick: int) -> None:
         """Draw the risk and the areas as they are from a tick on, and all starts and goals."""

@@ -1,6 +1,7 @@
 """The picture of a flight: the true risk, every trace, and the moment when two UAVs were closest."""
 
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +26,7 @@ from cgla_graph.comparisons.plots.scene import (
     clip_to_bounds,
     colour_of,
     dashes_of,
+    data_keys,
     draw_area,
     draw_ends,
     draw_mark,
@@ -116,6 +118,9 @@ def _level(panels: Sequence[Axes]) -> None:
     images = [panel.images[0] for panel in panels]
     top = max((image.get_clim()[1] for image in images), default=1.0)
     for image in images:
+        # of rasters with few very risky cells, steps of colour are not equal: then they are not on any panel
+        if type(image.norm) is not type(images[0].norm):
+            image.set_norm(copy(images[0].norm))
         image.set_clim(0.0, top)
 
 
@@ -279,6 +284,7 @@ def _legend_rows(views: Sequence[MissionRun], moments: Sequence[float], scale: f
         yield area_key(), "no-fly area"
     if first.mission.world.timed:
         yield patch_key(**TIMED_LOOK), "comes and goes"
+    yield from data_keys(first.scene(0).problem)
 
 
 def telling_tick(view: MissionRun) -> float:

@@ -23,6 +23,7 @@ from cgla_graph.comparisons.plots.scene import (
     axis_labels,
     clip_to_bounds,
     cost_unit,
+    data_keys,
     draw_area,
     draw_mark,
     draw_risk,
@@ -149,6 +150,7 @@ class BaseMap:
         if not problem.model.area.is_empty:
             clip_to_bounds(self.axes, problem.bounds, draw_area(self.axes, problem.model.area.geometry, scale), scale)
             yield area_key(), "no-fly area"
+        yield from data_keys(problem)
 
 
 def _frame_map(axes: Axes, scenario: Scenario, entries: Sequence[Entry]) -> tuple[tuple[float, float], float]:

@@ -1,5 +1,6 @@
 """What all pictures of maps share: units, the risk and its colours, no-fly areas, UAVs, and what comes and goes."""
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from typing import Any, TypeAlias
@@ -10,26 +11,32 @@ from matplotlib import patheffects
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
-from matplotlib.colors import Colormap, ListedColormap
+from matplotlib.colors import Colormap, ListedColormap, Normalize, PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, PathPatch, Rectangle
 from matplotlib.path import Path as Outline
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.comparisons.plots.looks import COLOURS, DASHES, Dashes
+from cgla_graph.comparisons.risk_samples import greatest_cells, missing_cells, risk_samples, sample_edges
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import TimedArea, TimedThreat, World
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.scenarios.scenario import Scenario
 
 _HALO = [patheffects.withStroke(linewidth=2.2, foreground="white", alpha=0.9)]
-_GRID = 300  # samples of the risk field along the longer side
 #: Settings of something that is drawn, as matplotlib names them.
 Look: TypeAlias = dict[str, Any]
-
+_GRID = 300  # samples of the risk field along the longer side
+_FINE_GRID = 720  # the same where there are rasters: about a pixel each
+_FEW_CELLS = 40  # a raster of so many cells a side, at most, has lines between them
+#: How places without data look, and how they are explained.
+NO_DATA_LOOK: Look = {"facecolor": "none", "edgecolor": "0.6", "hatch": "....", "linewidth": 0.0}
 #: The colour of what is close, and of what comes and goes: no UAV has either.
 NEAR_COLOUR, TIMED_COLOUR = "#D55E00", "#8A3A00"
 #: A threat is outlined at this many spreads from its centre.
@@ -105,17 +112,19 @@ def draw_risk(figure: Figure, axes: Axes, scenario: Scenario, *, wide: bool) -> 
     corner, width, height = (x_min * scale, y_min * scale), (x_max - x_min) * scale, (y_max - y_min) * scale
     axes.add_patch(Rectangle(corner, width, height, facecolor="white", zorder=0))
     axes.add_patch(Rectangle(corner, width, height, facecolor="none", edgecolor="0.2", linewidth=0.8, zorder=2.5))
-    density, top = _density(scenario)
-    if not top > 0.0:
+    _draw_cells(axes, scenario.problem, scale)
+    risk = risk_samples(scenario.problem, _FINE_GRID if scenario.problem.field.rasters else _GRID)
+    if not risk.top > 0.0:
         return None
+    heavy = risk.power < 1.0
     image = axes.imshow(
-        density,
+        risk.density,
         cmap=risk_colours(),
-        vmin=0.0,
-        vmax=top,
+        norm=PowerNorm(risk.power, 0.0, risk.top) if heavy else Normalize(0.0, risk.top),
         origin="lower",
         extent=(corner[0], corner[0] + width, corner[1], corner[1] + height),
-        interpolation="bilinear",
+        # edges of cells are sharp
+        interpolation="nearest" if scenario.problem.field.rasters else "bilinear",
         aspect="equal",
         zorder=1,
     )
@@ -123,25 +132,74 @@ def draw_risk(figure: Figure, axes: Axes, scenario: Scenario, *, wide: bool) -> 
         image,
         cax=figure.add_axes((0.0, 0.0, 0.1, 0.1)),
         orientation="horizontal" if wide else "vertical",
-        extend="min" if density.min() < -1e-9 else "neither",  # noqa: PLR2004 - more than rounding
-        ticks=MaxNLocator(5, steps=[1, 2, 5, 10]),
+        extend="min" if risk.density.min() < -1e-9 else "neither",  # noqa: PLR2004 - more than rounding
+        ticks=FixedLocator(_heavy_ticks(risk.top)) if heavy else MaxNLocator(5, steps=[1, 2, 5, 10]),
+        format=FuncFormatter(lambda value, _: f"{value:g}") if heavy else None,
     )
-    bar.set_label("risk per unit length", labelpad=2.0 if wide else 8.0)
+    if heavy:
+        bar.minorticks_off()
+    bar.set_label(f"risk per unit length{', colours by its cube root' if heavy else ''}", labelpad=2.0 if wide else 8.0)
     return bar
 
 
-def _density(scenario: Scenario) -> tuple[FloatArray, float]:
-    """Sample the risk field over the bounds, shape ``(rows, columns)``; its greatest value with centres seen."""
-    field, (x_min, y_min, x_max, y_max) = scenario.problem.field, scenario.problem.bounds
-    step = max(x_max - x_min, y_max - y_min) / _GRID
-    x, y = (
-        low + (np.arange(n) + 0.5) * (high - low) / n
-        for low, high, n in ((lo, hi, max(2, round((hi - lo) / step))) for lo, hi in ((x_min, x_max), (y_min, y_max)))
-    )
-    density = field.density(np.stack(np.meshgrid(x, y), axis=-1))
-    centres = [(t.x, t.y) for t in field.threats if x_min <= t.x <= x_max and y_min <= t.y <= y_max]
-    peaks = field.density(centres) if centres else np.zeros(1)
-    return density, float(max(density.max(), peaks.max()))
+def _heavy_ticks(top: float) -> list[float]:
+    """
+    Choose round numbers that are about evenly spread over the cube roots up to a number.
+
+    Examples
+    --------
+    >>> _heavy_ticks(20.9)
+    [0.0, 0.2, 1.0, 4.0, 10.0, 20.0]
+    """
+    ticks = [0.0, *(float(f"{top * share**3:.0e}") for share in (0.2, 0.4, 0.6, 0.8))]
+    unit = 10.0 ** math.floor(math.log10(top))
+    return [*ticks, float(f"{math.floor(top / unit) * unit:.12g}")]
+
+
+def _draw_cells(axes: Axes, problem: Problem, scale: float) -> None:
+    """Hatch where a raster has no data, and draw lines between its cells where they are few."""
+    # patches both, which an animation takes away again
+    frame = shapely.box(*problem.bounds)
+    for raster in problem.field.rasters:
+        rows, columns = raster.values.shape
+        if max(rows, columns) <= _FEW_CELLS:
+            x, y = _lines(raster)
+            sides = [((at, y[0]), (at, y[-1])) for at in x] + [((x[0], at), (x[-1], at)) for at in y]
+            clipped = [np.array(line.coords) * scale for line in map(shapely.LineString, sides)]
+            lines = Outline.make_compound_path(*map(Outline, clipped))
+            grid = axes.add_patch(PathPatch(lines, facecolor="none", edgecolor="0.75", linewidth=0.3, zorder=1.1))
+            clip_to_bounds(axes, problem.bounds, [grid], scale)
+        if raster.missing.any():
+            area = shapely.intersection(_no_data(raster, problem), frame)
+            if not area.is_empty:
+                axes.add_patch(PathPatch(outline(area, scale), **NO_DATA_LOOK, zorder=1.2))
+
+
+def _lines(raster: RasterRisk) -> tuple[FloatArray, FloatArray]:
+    """Return the x and the y of the lines between cells, and of the outer edges."""
+    x_min, y_min, x_max, y_max = raster.bounds
+    rows, columns = raster.values.shape
+    return np.linspace(x_min, x_max, columns + 1), np.linspace(y_min, y_max, rows + 1)
+
+
+def _no_data(raster: RasterRisk, problem: Problem) -> BaseGeometry:
+    """Return where a raster has no data: its cells, or of very many, the samples that hold one without data."""
+    gone, (x, y) = missing_cells(raster), _lines(raster)
+    if max(gone.shape) > _GRID:
+        x, y = sample_edges(problem, _GRID)
+        gone = greatest_cells(raster, gone.astype(np.float64), x, y) > 0.0
+    strips = []
+    for row in np.flatnonzero(gone.any(axis=1)).tolist():
+        edges = np.flatnonzero(np.diff(gone[row], prepend=False, append=False)).reshape(-1, 2).tolist()
+        strips += [shapely.box(x[first], y[row], x[last], y[row + 1]) for first, last in edges]
+    return shapely.union_all(strips)
+
+
+def data_keys(problem: Problem) -> Iterator[tuple[Artist, str]]:
+    """Yield the row of a legend that says where rasters have no data, if there is such a place."""
+    for raster in [raster for raster in problem.field.rasters if raster.missing.any()][:1]:
+        taken = "" if raster.nodata is None else f", taken for {raster.nodata * raster.scale:g}"
+        yield patch_key(**NO_DATA_LOOK), f"no data{taken}"
 
 
 @cache

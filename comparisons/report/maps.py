@@ -11,11 +11,14 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
+from cgla_graph.comparisons.risk_samples import risk_samples
 from cgla_graph.model.problem import Problem
 from cgla_graph.scenarios.scenario import Scenario
 
 #: Samples of the risk along the longer side of a map.
 RISK_SAMPLES = 96
+#: The same where there are rasters, whose cells are finer than threats.
+MOST_SAMPLES = 240
 #: Cells along the longer side of a map whose no-fly area has too many corners for outlines.
 WALL_CELLS = 240
 #: Steps of a coordinate along the longer side of a map: five digits, far below a pixel.
@@ -31,6 +34,9 @@ def map_key(scenario: Scenario) -> str:
     problem = scenario.problem
     digest = hashlib.sha256(repr((problem.bounds, scenario.y_down)).encode())
     digest.update(np.ascontiguousarray(problem.field.table).tobytes())
+    for raster in problem.field.rasters:
+        digest.update(repr((raster.bounds, raster.interpolation, raster.cells.shape)).encode())
+        digest.update(raster.cells.tobytes())
     digest.update(b"" if problem.no_fly is None else shapely.to_wkb(problem.no_fly))
     return digest.hexdigest()
 
@@ -61,19 +67,16 @@ def map_document(scenario: Scenario) -> dict[str, Any]:
 
 
 def _risk(problem: Problem) -> dict[str, Any] | None:
-    """Sample the risk at the centres of a raster, rows from the least y on, in 256 steps from `low` to `top`."""
-    field, (x_min, y_min, x_max, y_max) = problem.field, problem.bounds
-    if not len(field):
+    """Sample the risk, rows from the least y on, in 256 steps of colour from `low` to `top`."""
+    if problem.field.is_empty:
         return None
-    x, y = _centres(problem, RISK_SAMPLES)
-    density = field.density(np.stack(np.meshgrid(x, y), axis=-1))
-    centres = [(t.x, t.y) for t in field.threats if x_min <= t.x <= x_max and y_min <= t.y <= y_max]
-    peaks = field.density(centres) if centres else np.zeros(1)
-    low, top = min(0.0, float(density.min())), max(float(density.max()), float(peaks.max()))
-    if not top > low:
+    found = risk_samples(problem, MOST_SAMPLES if problem.field.rasters else RISK_SAMPLES)
+    if not found.top > found.low:
         return None
-    levels = np.clip(np.rint((density - low) / (top - low) * 255.0), 0, 255).astype(np.uint8)
-    return {"rows": len(y), "columns": len(x), "low": low, "top": top, "levels": _base64(levels)}
+    levels = np.clip(np.rint(found.shades * 255.0), 0, 255).astype(np.uint8)
+    rows, columns = levels.shape
+    shown = {"low": found.low, "top": found.top, "power": found.power}
+    return {"rows": rows, "columns": columns, **shown, "levels": _base64(levels)}
 
 
 def _no_fly(problem: Problem) -> dict[str, Any]:

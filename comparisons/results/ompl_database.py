@@ -231,10 +231,13 @@ def _whole(value: int | None) -> int | None:
 def _setup(scenario: Scenario) -> str:
     problem, (columns, rows) = scenario.problem, scenario.lattice.shape
     corners = 0 if problem.no_fly is None else int(shapely.get_num_coordinates(problem.no_fly))
+    field = problem.field
+    rasters = [f"raster {number}: {raster}" for number, raster in enumerate(field.rasters)]
     lines = [
         scenario.full_title,
         f"from {problem.start} to {problem.goal} within {problem.bounds}, k = {problem.k:g}",
-        f"threats: {len(problem.field.threats)}, corners of the no-fly area: {corners}",
+        f"threats: {len(field.threats)}, corners of the no-fly area: {corners}",
+        *rasters,
         f"lattice: {columns} x {rows} points, {scenario.lattice.kind}",
         scenario.notes,
     ]

@@ -5,8 +5,10 @@ JSON has no word for tuples, infinity or a lattice: each becomes an object with 
 ``{"!float": "inf"}``. So every JSON reader takes it, and nothing that is read can run.
 """
 
+import base64
 import json
 import math
+import zlib
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any, TypeAlias, TypeVar, cast
@@ -22,6 +24,7 @@ from cgla_graph.errors import CglaError, StudyError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.projection import LocalProjection
 from cgla_graph.scenarios.scenario import Scenario
@@ -198,6 +201,7 @@ def scenario_document(scenario: Scenario) -> Document:
     [0.9, 0.9]
     """
     problem = scenario.problem
+    rasters = [_raster_document(raster) for raster in problem.field.rasters]
     return {
         "name": scenario.name,
         "title": scenario.title,
@@ -209,6 +213,8 @@ def scenario_document(scenario: Scenario) -> Document:
             "k": problem.k,
             "bounds": list(problem.bounds),
             "threats": [[threat.x, threat.y, threat.spread, threat.peak] for threat in problem.field.threats],
+            # a problem without rasters is written as it was before there were any
+            **({"rasters": rasters} if rasters else {}),
             "improper": problem.field.improper,
             "no_fly": None if problem.no_fly is None else _hexadecimal(problem.no_fly),
         },
@@ -223,7 +229,7 @@ def scenario_document(scenario: Scenario) -> Document:
 
 def scenario_from(document: Document) -> Scenario:
     """
-    Build the scenario of a document; areas of equal documents are one geometry.
+    Build the scenario of a document; areas of equal documents are one geometry, and so are rasters one object.
 
     Raises
     ------
@@ -244,7 +250,11 @@ def _scenario(document: Document) -> Scenario:
     given = document["problem"]
     threats = [Threat(x, y, spread=spread, peak=peak) for x, y, spread, peak in given["threats"]]
     # the warning of a field that is no probability was given when the scenario was made
-    field = RiskField(improper=True).with_only(threats) if given["improper"] else RiskField(threats)
+    rasters = [_raster(dumps(raster)) for raster in given.get("rasters", ())]
+    improper = bool(given["improper"])
+    field = RiskField(rasters=rasters, improper=improper).with_only(threats)
+    if not improper:
+        field = RiskField(threats, rasters=rasters)
     return Scenario(
         name=_text(document["name"]),
         title=_text(document["title"]),
@@ -433,6 +443,36 @@ def _settings(document: object) -> dict[str, Any]:
 
 def _origin(projection: LocalProjection) -> list[float]:
     return [projection.longitude, projection.latitude]
+
+
+def _raster_document(raster: RasterRisk) -> Document:
+    """Write a raster with the values as they were given, every bit of them."""
+    # the same bytes on machines of either order
+    data = np.ascontiguousarray(raster.values, dtype="<f8").tobytes()
+    return {
+        "shape": list(raster.values.shape),
+        "values": base64.b64encode(zlib.compress(data, 6)).decode("ascii"),
+        "bounds": list(raster.bounds),
+        "interpolation": raster.interpolation,
+        "origin": raster.origin,
+        "scale": raster.scale,
+        "nodata": raster.nodata,
+    }
+
+
+@lru_cache(maxsize=4)
+def _raster(text: str) -> RasterRisk:
+    """Read a raster; that of many scenarios on one map is one object."""
+    given = json.loads(text)
+    try:
+        data = zlib.decompress(base64.b64decode(_text(given["values"]), validate=True))
+    except zlib.error as error:
+        msg = f"the values of a raster are damaged ({error})"
+        raise ValueError(msg) from error
+    rows, columns = given["shape"]
+    values = np.frombuffer(data, dtype="<f8").reshape(rows, columns)
+    settings = {key: given[key] for key in ("interpolation", "origin", "scale", "nodata")}
+    return RasterRisk(values, given["bounds"], **settings)
 
 
 def _hexadecimal(geometry: BaseGeometry) -> str:

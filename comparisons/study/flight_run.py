@@ -14,6 +14,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
 from cgla_graph.comparisons.study.documents import Document, decode, dumps, encode
+from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.mission_file import MissionFile
 
 #: The columns of `flights.jsonl` and `flights.csv`, one row a flight.
@@ -192,6 +193,8 @@ def _described(value: Any) -> Any:  # noqa: ANN401 - any part of a mission
     """Write any part of a mission as JSON; nobody reads it again."""
     if isinstance(value, BaseGeometry):
         return shapely.to_wkb(value, hex=True)
+    if isinstance(value, RiskField):
+        return {"RiskField": _described(_field_parts(value))}
     if dataclasses.is_dataclass(value):
         fields = {one.name: getattr(value, one.name) for one in dataclasses.fields(value)}
         return {type(value).__name__: _described(fields)}
@@ -202,3 +205,21 @@ def _described(value: Any) -> Any:  # noqa: ANN401 - any part of a mission
     if isinstance(value, list | tuple):
         return [_described(item) for item in value]
     return encode(value if not isinstance(value, float) or math.isfinite(value) else float(value))
+
+
+def _field_parts(field: RiskField) -> dict[str, Any]:
+    """Return what tells a risk field from another one."""
+    # as before there were rasters: missions without any that are compared already stay the same
+    parts: dict[str, Any] = {"threats": field.threats, "improper": field.improper}
+    if field.rasters:
+        parts["rasters"] = [
+            # what makes rasters equal; all values as text would be tens of megabytes
+            [
+                raster.bounds,
+                raster.interpolation,
+                raster.values.shape,
+                hashlib.sha256(np.ascontiguousarray(raster.cells, dtype="<f8").tobytes()).hexdigest(),
+            ]
+            for raster in field.rasters
+        ]
+    return parts

@@ -260,7 +260,9 @@ class Content:
         entrants = [entrant_from(document) for document in asked["entrants"]]
         flying = set(asked["mission_entrants"])
         return Study(
-            scenarios=[_scenario(document, asked["areas"]) for document in asked["scenarios"]],
+            scenarios=[
+                _scenario(document, asked["areas"], asked.get("rasters", {})) for document in asked["scenarios"]
+            ],
             entrants=entrants,
             seeds=tuple(asked["seeds"]),
             tolerance=decode(asked["tolerance"]),
@@ -551,7 +553,9 @@ def _told(setting: Limits | float | None) -> str:
 
 def _differing(old: Document, new: Document) -> list[str]:
     """Name what differs between two documents; title and notes are words only."""
-    differing = [key for key in new if key not in {"title", "notes"} and dumps(old[key]) != dumps(new[key])]
+    # a key may be in one of them alone, as that of rasters
+    keys = [key for key in {**new, **old} if key not in {"title", "notes"}]
+    differing = [key for key in keys if dumps(old.get(key)) != dumps(new.get(key))]
     if "problem" in differing:
         differing.remove("problem")
         differing += [f"problem.{key}" for key in _differing(old["problem"], new["problem"])]
@@ -583,6 +587,8 @@ def _session_line(
             msg = f"the study has more than one {what} of the name {twice[0]!r}; give each its own"
             raise StudyError(msg)
     areas: dict[str, str] = {}
+    rasters: dict[str, str] = {}
+    scenarios = [_with_maps_apart(scenario_document(scenario), areas, rasters) for scenario in study.scenarios]
     return {
         "kind": SESSION,
         "key": number,
@@ -593,7 +599,8 @@ def _session_line(
         "seconds": encode(study.limits.seconds),
         "megabytes": encode(study.limits.megabytes),
         "areas": areas,
-        "scenarios": [_with_area_apart(scenario_document(scenario), areas) for scenario in study.scenarios],
+        **({"rasters": rasters} if rasters else {}),
+        "scenarios": scenarios,
         "entrants": [entrant_document(entrant) for entrant in study.entrants],
         "cells": [
             [list(seeds_of(scenario, entrant, study.seeds)) for entrant in study.entrants]
@@ -605,17 +612,26 @@ def _session_line(
     }
 
 
-def _with_area_apart(document: Document, areas: dict[str, str]) -> Document:
-    """Take the no-fly area out of a scenario's document: many scenarios on one map share it."""
-    area = document["problem"]["no_fly"]
-    if area is None:
-        return document
-    digest = hashlib.sha256(area.encode()).hexdigest()
-    areas[digest] = area
-    return {**document, "problem": {**document["problem"], "no_fly": digest}}
+def _with_maps_apart(document: Document, areas: dict[str, str], rasters: dict[str, str]) -> Document:
+    """Take no-fly area and values of rasters out of a scenario's document: many scenarios on one map share them."""
+    problem = dict(document["problem"])
+    if problem["no_fly"] is not None:
+        problem["no_fly"] = _put_apart(problem["no_fly"], areas)
+    if "rasters" in problem:
+        problem["rasters"] = [{**one, "values": _put_apart(one["values"], rasters)} for one in problem["rasters"]]
+    return {**document, "problem": problem}
 
 
-def _scenario(document: Document, areas: Mapping[str, str]) -> Scenario:
-    digest = document["problem"]["no_fly"]
-    area = None if digest is None else areas[digest]
-    return scenario_from({**document, "problem": {**document["problem"], "no_fly": area}})
+def _put_apart(text: str, apart: dict[str, str]) -> str:
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    apart[digest] = text
+    return digest
+
+
+def _scenario(document: Document, areas: Mapping[str, str], rasters: Mapping[str, str]) -> Scenario:
+    problem = dict(document["problem"])
+    if problem["no_fly"] is not None:
+        problem["no_fly"] = areas[problem["no_fly"]]
+    if "rasters" in problem:
+        problem["rasters"] = [{**one, "values": rasters[one["values"]]} for one in problem["rasters"]]
+    return scenario_from({**document, "problem": problem})

@@ -146,9 +146,11 @@
       sizex: xMax - xMin, sizey: yMax - yMin, sizing: 'stretch', layer: 'below',
     };
   }
+  /** How strong the colour is at a share of the scale; negative risk has strengths below 0. */
+  const strength = (risk, share) => risk.low < 0 ? (risk.low + share * (risk.top - risk.low)) / risk.top : share;
   function mapImages(map) {
     const { risk, walls } = map, colours = riskColours(), grey = css('wall').match(/[\d.]+/g).slice(0, 3).map(Number);
-    const shade = level => [...colours((risk.low + level / 255 * (risk.top - risk.low)) / risk.top), 255];
+    const shade = level => [...colours(strength(risk, level / 255)), 255];
     return [
       ...(risk ? [rasterImage(risk, risk.levels, shade, map)] : []),
       ...(walls ? [rasterImage(walls, walls.quarters, quarters => [...grey, Math.round(255 * quarters / 4)], map)] : []),
@@ -158,12 +160,15 @@
     const bar = $('#risk-bar');
     bar.hidden = !risk;
     if (!risk) return;
-    const context = $('canvas', bar).getContext('2d'), colours = riskColours(), [low, top] = all('span', bar);
+    const context = $('canvas', bar).getContext('2d'), colours = riskColours(), [low, top, unit] = all('span', bar);
     for (let x = 0; x < 256; x++) {
-      context.fillStyle = `rgb(${colours((risk.low + x / 255 * (risk.top - risk.low)) / risk.top)})`;
+      context.fillStyle = `rgb(${colours(strength(risk, x / 255))})`;
       context.fillRect(x, 0, 1, 1);
     }
     [low.textContent, top.textContent] = [figure(risk.low, 3).replace(/^0\.0+$/, '0'), figure(risk.top, 3)];
+    // few cells far riskier than all others: the colours' steps are not equal
+    const half = risk.top * 0.5 ** (1 / risk.power);
+    unit.textContent = `risk per unit length${risk.power < 1 ? ` (colours by its cube root: ${figure(half, 3)} in the middle)` : ''}`;
   }
 
   // plotly takes the letter of an exponent for a command of the path

@@ -14,7 +14,7 @@ import shapely
 from exact import bits
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import fields, lattices, polygons, usual
+from strategies import fields, lattices, polygons, raster_fields, usual
 
 from cgla_graph._types import Bounds
 from cgla_graph.certificate.certificate import Certificate
@@ -36,10 +36,12 @@ from cgla_graph.errors import StudyError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.projection import LocalProjection
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, shipped
 
+START, GOAL = (0.1, 0.1), (0.9, 0.9)
 #: With lone surrogates, as odd file names have them.
 texts = st.text(st.characters(codec=None, exclude_categories=()), max_size=8)
 numbers = st.floats() | st.integers()
@@ -236,3 +238,36 @@ def test_bounds_are_exact() -> None:
     bounds: Bounds = (0.1, 0.0, 0.1 + 0.2, 1e-320)
     lattice = Lattice(3, bounds=bounds)
     assert decode(through_json({"of": encode(lattice)})["of"]).bounds == bounds
+
+
+@given(raster_fields())
+def test_rasters_survive_to_the_last_bit(field: RiskField) -> None:
+    problem = Problem(START, GOAL, field, k=2.0)
+    scenario = Scenario("people", "", problem, Lattice(3, bounds=problem.bounds))
+    back = scenario_from(json.loads(dumps(scenario_document(scenario)))).problem
+    assert back == problem
+    for old, new in zip(field.rasters, back.field.rasters, strict=True):
+        assert bits(new.values) == bits(old.values)
+        assert (new.bounds, new.interpolation, new.origin, new.scale, new.nodata) == (
+            *(old.bounds, old.interpolation, old.origin, old.scale, old.nodata),
+        )
+
+
+def test_cells_without_data_stay_without() -> None:
+    raster = RasterRisk([[np.nan, 1.0]], (0, 0, 1, 1), nodata=0.5)
+    problem = Problem(START, GOAL, RiskField(rasters=[raster]))
+    back = scenario_from(scenario_document(Scenario("people", "", problem, Lattice(3, bounds=problem.bounds))))
+    assert back.problem.field.rasters[0].missing.tolist() == [[True, False]]
+    assert back.problem.field.rasters[0].nodata == 0.5
+
+
+def test_a_problem_without_rasters_is_written_as_before_there_were_any() -> None:
+    assert "rasters" not in scenario_document(load_scenario("paper"))["problem"]
+
+
+def test_damaged_values_of_a_raster_are_refused() -> None:
+    problem = Problem(START, GOAL, RiskField(rasters=[RasterRisk([[1.0]], (0, 0, 1, 1))]))
+    document = scenario_document(Scenario("people", "", problem, Lattice(3, bounds=problem.bounds)))
+    document["problem"]["rasters"][0]["values"] = "AAAA"
+    with pytest.raises(StudyError, match="malformed"):
+        scenario_from(document)

@@ -1,0 +1,156 @@
+"""The risk of a map as a picture of few samples, for plots and the report: no narrow cell is missed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField
+from cgla_graph.model.risk_raster import RasterRisk
+
+#: Where the greatest risk of a raster is so many times the median of what is above 0, equal steps would hide the rest.
+HEAVY = 15.0
+#: What such a risk is raised to, relative to the greatest, to choose its colour.
+POWER = 1.0 / 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class RiskSamples:
+    """
+    Samples of the risk over the bounds.
+
+    Attributes
+    ----------
+    density
+        Shape ``(rows, columns)``, row 0 at the least y. Of cells finer than a sample, the greatest in it.
+    low, top
+        Least (0 unless it is negative) and greatest risk per unit length, centres of threats seen.
+    power
+        What a risk relative to `top` is raised to, to choose its colour: 1, or `POWER` where few cells are far riskier
+        than all others.
+    """
+
+    density: FloatArray
+    low: float
+    top: float
+    power: float
+
+    @property
+    def shades(self) -> FloatArray:
+        """Return how strong each sample's colour is, from 0 to 1; in steps from `low` on where that is negative."""
+        return np.asarray(((self.density - self.low) / (self.top - self.low)).clip(0.0, 1.0) ** self.power)
+
+
+def risk_samples(problem: Problem, most: int) -> RiskSamples:
+    """
+    Sample the risk of a problem.
+
+    Parameters
+    ----------
+    problem
+        Its bounds are sampled.
+    most
+        Samples along the longer side.
+
+    Examples
+    --------
+    One cell of a thousand is riskier than all others by far; three samples a side still show it.
+
+    >>> people = np.ones((30, 30))
+    >>> people[17, 4] = 1000.0
+    >>> raster = RasterRisk(people, (0, 0, 1, 1), origin="lower", interpolation="nearest")
+    >>> samples = risk_samples(Problem((0, 0), (1, 1), RiskField(rasters=[raster])), 3)
+    >>> samples.density[:, 0].tolist(), samples.power == POWER
+    ([1.0, 1000.0, 1.0], True)
+    """
+    field, (x_min, y_min, x_max, y_max) = problem.field, problem.bounds
+    xs, ys = sample_edges(problem, most)
+    x, y = 0.5 * (xs[1:] + xs[:-1]), 0.5 * (ys[1:] + ys[:-1])
+    places = np.stack(np.meshgrid(x, y), axis=-1)
+    # (one field without rasters, and each raster alone: the greatest cell of one lies on the others' densities)
+    density = RiskField((), improper=True).with_only(field.threats).density(places) if field.threats else np.zeros(1)
+    density = np.broadcast_to(density, places.shape[:-1]).copy()
+    on_rasters = np.zeros(density.shape)
+    for raster in field.rasters:
+        on_rasters += np.maximum(raster.density(places), greatest_cells(raster, raster.cells, xs, ys))
+    density += on_rasters
+    centres = [(t.x, t.y) for t in field.threats if x_min <= t.x <= x_max and y_min <= t.y <= y_max]
+    peaks = field.density(centres) if centres else np.zeros(1)
+    low, top = min(0.0, float(density.min())), max(float(density.max()), float(peaks.max()))
+    risky = on_rasters[on_rasters > 0.0]
+    is_heavy = low == 0.0 and risky.size > 0 and float(risky.max()) > HEAVY * float(np.median(risky))
+    return RiskSamples(density, low, top, POWER if is_heavy else 1.0)
+
+
+def sample_edges(problem: Problem, most: int) -> tuple[FloatArray, FloatArray]:
+    """
+    Return the x and the y of the edges of samples, about square, `most` along the longer side.
+
+    Examples
+    --------
+    >>> [len(edges) for edges in sample_edges(Problem((0, 0), (1, 1), bounds=(0, 0, 2, 1)), 8)]
+    [9, 5]
+    """
+    x_min, y_min, x_max, y_max = problem.bounds
+    step = max(x_max - x_min, y_max - y_min) / most
+    x, y = (
+        np.linspace(low, high, max(2, round((high - low) / step)) + 1) for low, high in ((x_min, x_max), (y_min, y_max))
+    )
+    return x, y
+
+
+def greatest_cells(raster: RasterRisk, cells: FloatArray, xs: FloatArray, ys: FloatArray) -> FloatArray:
+    """
+    Return the greatest cell in each sample, 0 where there is none.
+
+    A cell is in the sample that its centre is in. Where cells are wider than samples, no sample has one: there the
+    density in the middle of a sample says all.
+
+    Parameters
+    ----------
+    raster
+        Where the cells are.
+    cells
+        Numbers of at least 0, shape ``(rows, columns)``, row 0 at the least y.
+    xs, ys
+        Edges of the samples, rising.
+
+    Examples
+    --------
+    >>> raster = RasterRisk([[1, 2, 3, 4]], (0, 0, 4, 1))
+    >>> edges = np.array([0.0, 2.0, 4.0, 6.0])
+    >>> greatest_cells(raster, raster.cells, edges, np.array([0.0, 1.0])).tolist()
+    [[2.0, 4.0, 0.0]]
+    """
+    x_min, y_min, _, _ = raster.bounds
+    width, height = raster.cell_size
+    rows = _first_cells(ys, y_min, height, cells.shape[0])
+    columns = _first_cells(xs, x_min, width, cells.shape[1])
+    # one row and one column of nothing more, as an end must be a place in the array
+    padded = np.pad(cells, ((0, 1), (0, 1)))
+    found = np.maximum.reduceat(padded, _pairs(rows), axis=0)[::2]
+    found = np.maximum.reduceat(found, _pairs(columns), axis=1)[:, ::2]
+    some = np.outer(rows[1:] > rows[:-1], columns[1:] > columns[:-1])
+    return np.where(some, found, 0.0)
+
+
+def missing_cells(raster: RasterRisk) -> BoolArray:
+    """
+    Tell which cells have no data, row 0 at the least y.
+
+    Examples
+    --------
+    >>> missing_cells(RasterRisk([[np.nan], [1.0]], (0, 0, 1, 2), nodata=0.0)).tolist()
+    [[False], [True]]
+    """
+    return raster.missing[::-1] if raster.origin == "upper" else raster.missing
+
+
+def _first_cells(edges: FloatArray, low: float, size: float, count: int) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    """Return the first cell whose centre is at or behind each edge."""
+    return np.clip(np.ceil((edges - low) / size - 0.5), 0, count).astype(np.intp)
+
+
+def _pairs(firsts: np.ndarray[tuple[int], np.dtype[np.intp]]) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    return np.stack([firsts[:-1], firsts[1:]], axis=1).ravel()
