@@ -36,8 +36,8 @@ def ground_risk(
     unit
         What it counts: ``people/km2`` or ``people/m2`` (as `RasterRisk.from_file` gives them with ``kind="count"``).
     failures_per_hour
-        Losses of control that end in a crash, per flight hour, above 0. SORA's targets, for want of data: 0.1 at SAIL I,
-        a tenth of that with each level, 1e-6 at SAIL VI.
+        Losses of control that end in a crash, per flight hour, above 0. SORA's targets, for want of data: 0.1 at SAIL
+        I, a tenth of that with each level, 1e-6 at SAIL VI.
     speed
         Over ground, metres a second, above 0.
     lethal_area

@@ -2,10 +2,11 @@
 
 import hashlib
 import math
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Literal, TypeAlias, get_args
+from functools import cached_property, partial
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 import shapely
@@ -13,9 +14,11 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray
-from cgla_graph._validate import bounds_box, non_negative_number, positive_number
+from cgla_graph._validate import bounds_box, non_negative_number, point_array, positive_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_raster_kernels as kernels
+from cgla_graph.model.projection import LocalProjection
+from cgla_graph.model.raster_file import Coordinates, Kind, cells_in_metres, read_cells
 
 Interpolation: TypeAlias = Literal["bilinear", "nearest"]
 Origin: TypeAlias = Literal["upper", "lower"]
@@ -107,11 +110,83 @@ class RasterRisk:
             msg = f"the raster's greatest risk is {most:g} per unit length; it must be at most {GREATEST:g}"
             raise ProblemError(msg)
 
+    @classmethod
+    def from_file(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        bounds: Bounds | None = None,
+        kind: Kind = "density",
+        interpolation: Interpolation = "bilinear",
+        origin: Origin = "upper",
+        scale: float = 1.0,
+        nodata: float | None = None,
+        coordinates: Coordinates | None = None,
+        projection: LocalProjection | None = None,
+    ) -> "RasterRisk":
+        r"""
+        Read a raster: GeoTIFF (``pip install 'cgla-graph[geo]'``), ``.asc``, ``.csv``, ``.csv.gz``, ``.npy``, ``.npz``.
+
+        Longitudes and latitudes become metres, and the sum of density times area stays what it was.
+
+        Parameters
+        ----------
+        path
+            The file.
+        bounds
+            The outer edges of the outer cells, where the file does not say so itself (GeoTIFF and ``.asc`` do).
+        kind
+            ``density``: values are per unit of length or area. ``count``: each is of its whole cell, as people; it is
+            divided by the cell's area, in map units squared.
+        interpolation, origin
+            As of `RasterRisk`.
+        scale
+            What the densities are multiplied by, above 0.
+        nodata
+            What cells stand for that have no data, in the file's own units, before scaling. None: they are refused.
+        coordinates
+            ``plane`` or ``lonlat`` (degrees); None for what a GeoTIFF says, and else for a plane.
+        projection
+            Of longitudes and latitudes to metres; None for one around the middle of the raster.
+
+        Raises
+        ------
+        ProblemError
+            If the file cannot be read, is malformed, too large (20 million cells) or holds no risk; the message names
+            it, what is wrong and the remedy.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> from pathlib import Path
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = Path(folder, "people.csv")
+        ...     _ = file.write_text("0,8\n4,0\n")
+        ...     people = RasterRisk.from_file(file, bounds=(0, 0, 4, 4), kind="count")
+        >>> people.cells.tolist()
+        [[1.0, 0.0], [0.0, 2.0]]
+        """
+        if coordinates is None and projection is not None:
+            coordinates = "lonlat"
+        cells = read_cells(path, most=MOST_CELLS, bounds=bounds, coordinates=coordinates, origin=origin)
+        laid = cells_in_metres(path, cells, kind=kind, nodata=nodata, projection=projection, most=MOST_CELLS)
+        try:
+            # on the plane and of densities, the cells without data are kept
+            return cls(laid.values, laid.bounds, interpolation=interpolation, scale=scale, nodata=nodata)
+        except ProblemError as error:
+            msg = f"{path}: {error}"
+            raise ProblemError(msg) from error
+
     def __repr__(self) -> str:
         """Say what it is, in one line."""
         rows, columns = self.values.shape
         most = float(self.cells.max())
         return f"RasterRisk({rows} x {columns} cells, {self.interpolation}, up to {most:.4g}, bounds={self.bounds})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle what was given: the cells are made anew, read-only."""
+        given = {name: getattr(self, name) for name in ("interpolation", "origin", "scale", "nodata")}
+        return partial(RasterRisk, **given), (self.values, self.bounds)
 
     def __eq__(self, other: object) -> bool:
         """Whether both are the same risk, to the last bit."""
@@ -161,9 +236,10 @@ class RasterRisk:
         ProblemError
             If `points` is not an array of finite pairs.
         """
-        from cgla_graph.model.risk import RiskField  # noqa: PLC0415 - a field of this raster alone
-
-        return RiskField(rasters=[self]).density(points)
+        where = point_array("points", points)
+        out = np.empty(where.shape[:-1])
+        kernels.densities(where.reshape(-1, 2), raster_arrays([self]), out.reshape(-1))
+        return out
 
     def area_above(self, level: float, *, buffer: float = 0.0) -> BaseGeometry:
         """

@@ -88,6 +88,13 @@ def density_at(x: float, y: float, rasters: Rasters) -> float:
 
 
 @kernel
+def densities(points: FloatArray, rasters: Rasters, out: FloatArray) -> None:
+    """Write the densities at `points`, shape ``(n, 2)``, to `out`, shape ``(n,)``."""
+    for n in range(points.shape[0]):
+        out[n] = density_at(points[n, 0], points[n, 1], rasters)
+
+
+@kernel
 def gradient_at(x: float, y: float, rasters: Rasters) -> tuple[float, float]:
     """Sum the gradients of all rasters at one place: on a line, that of the patch right of and above it."""
     heads, values = rasters

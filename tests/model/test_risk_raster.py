@@ -299,9 +299,16 @@ def test_fields_with_rasters_survive_copies_and_pickles(field: cg.RiskField) -> 
     for other in (pickle.loads(pickle.dumps(field)), copy.deepcopy(field)):  # noqa: S301 - our own
         assert other == field
         assert other.line_integral((0, 0), (1, 1)) == field.line_integral((0, 0), (1, 1))
+        assert not any(array.flags.writeable for raster in other.rasters for array in (raster.values, raster.cells))
     assert field.with_threats([]).rasters == field.with_only([]).rasters == field.rasters
     assert not field.is_empty
     assert field.is_proper
+
+
+def test_a_pickle_holds_the_values_once() -> None:
+    raster = RasterRisk(np.ones((100, 100)), (0, 0, 1, 1))
+    assert raster.greatest == 1.0
+    assert len(pickle.dumps(raster)) < 1.1 * raster.values.nbytes
 
 
 @given(strategies.rasters(), st.floats(0.0, 2.0), st.floats(0.0, 0.3), strategies.seeds)
