@@ -12,7 +12,7 @@ import sys
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -30,6 +30,7 @@ from cgla_graph.comparisons.commands.parameters import (
     OneScenarioOrGraphArg,
     OutOption,
     OverwriteOption,
+    ProfileOption,
     RefineOption,
     ResolutionOption,
     ResumeOption,
@@ -41,6 +42,9 @@ from cgla_graph.comparisons.commands.parameters import (
     WeightOption,
     WorkersOption,
 )
+
+if TYPE_CHECKING:
+    from cgla_graph.comparisons.study.runner import Run
 
 DONE, MISSING, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -238,6 +242,7 @@ def plan(
         float | None, typer.Option("--max-length", metavar="L", help="find the least risk on a path at most that long")
     ] = None,
     out: OutOption = None,
+    profile: ProfileOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
     bounds: BoundsOption = None,
@@ -262,6 +267,7 @@ def plan(
         of_map = {
             "--max-risk": max_risk,
             "--max-length": max_length,
+            "--profile": profile,
             "--start": start,
             "--goal": goal,
             "--bounds": bounds,
@@ -286,6 +292,7 @@ def plan(
     entrant = options.read_entrant("hybrid" if solver is None else solver, refine=refine)
     opened = options.open_one("plan", scenario, start, goal, resolution, bounds)
     folder = files.make_folder(out) if out else None
+    _check_profile(profile)
     limited = max_risk is not None or max_length is not None
     with console.running_solvers():
         if limited:
@@ -294,9 +301,10 @@ def plan(
         else:
             run = next(iter(runner.compare([opened], [entrant], 1, tolerance=bound)))
     written = output.write_plan(folder, run) if folder and run.solution.status.has_path else []
+    profiled = _write_profile(profile, run)
     document = {
         **output.plan_document(run),
-        "files": [str(path) for path in written],
+        "files": [str(path) for path in [*written, *profiled]],
     }
     if limited:
         document["within"] = trade_off.within_document(within)
@@ -309,8 +317,26 @@ def plan(
         if limited:
             trade_off.print_within(run.scenario, within)
         _say_files(written, folder)
+        _say_files(profiled, profile.parent if profile else None)
     if not run.solution.status.has_path:
         raise typer.Exit(MISSING)
+
+
+def _check_profile(target: Path | None) -> None:
+    """Check the file of --profile before any work is done."""
+    if target is not None:
+        from cgla_graph.comparisons.profile import check_profile_file
+
+        check_profile_file(target)
+
+
+def _write_profile(target: Path | None, run: "Run") -> list[Path]:
+    """Write the profile of a path, if that was asked for and there is one."""
+    if target is None or not run.solution.status.has_path:
+        return []
+    from cgla_graph.comparisons.profile import write_profile
+
+    return [write_profile(target, run.scenario, run.solution.path)]
 
 
 def _refuse(given: Mapping[str, Any], why: str) -> None:

@@ -34,6 +34,10 @@ DirectedOption = Annotated[
 ]
 StudyArg = Annotated[Path, typer.Argument(metavar="DIR", help="folder of a study, as compare --out makes it")]
 OutOption = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="write files and pictures into DIR")]
+ProfileOption = Annotated[
+    Path | None,
+    typer.Option("--profile", metavar="FILE", help="write risk and cost along the path: .csv, or .png, .svg, .pdf"),
+]
 ResumeOption = Annotated[
     bool, typer.Option("--resume", help="go on with the study in --out; nothing that is done is made again")
 ]
