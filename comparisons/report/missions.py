@@ -69,6 +69,7 @@ def _map(mission: ComparedMission, flight: FlightRun) -> dict[str, Any]:
         "solver": flight.solver,
         "caption": f"{flight.solver}{'' if flight.seed is None else f', seed {flight.seed}'}: {flight.status}",
         "threats": [(*place((x, y)), round(spread * scale, 1)) for x, y, spread in mission.threats],
+        "shade": mission.shade,
         "areas": [points(outline) for outline in mission.areas],
         "tracks": [
             {

@@ -1,7 +1,9 @@
 """Flights of a comparison: one solver's flight of one variant of a mission, as plain numbers, names and tracks."""
 
+import base64
 import dataclasses
 import hashlib
+import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,13 +12,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
+from PIL import Image
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
+from cgla_graph.comparisons.risk_samples import risk_samples
 from cgla_graph.comparisons.study.documents import Document, decode, dumps, encode
+from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.mission_file import MissionFile
 
+#: Of the picture of a mission's rasters: samples along the longer side, colour, and its opacity at the greatest risk.
+_SHADE_SAMPLES, _VIOLET, _OPAQUE = 120, (122, 79, 208), 220.0
 #: The columns of `flights.jsonl` and `flights.csv`, one row a flight.
 COLUMNS = (
     *("mission", "variant", "solver", "seed", "status", "arrived", "uavs", "cost", "length", "risk", "risk_sum"),
@@ -134,6 +141,8 @@ class ComparedMission:
         What it is loaded from: a shipped name, or a file.
     digest
         Tells it from another mission of that name.
+    shade
+        The risk of its rasters and threats at first, a PNG in base64; empty where there are no rasters.
     """
 
     name: str
@@ -145,6 +154,7 @@ class ComparedMission:
     areas: Sequence[Sequence[Point]]
     where: str
     digest: str
+    shade: str = ""
 
     @classmethod
     def of(cls, mission: MissionFile) -> "ComparedMission":
@@ -163,6 +173,7 @@ class ComparedMission:
             [[(x, y) for x, y in outline] for outline in outlines],
             str(path.absolute()) if path.suffix.lower() == ".toml" else mission.where,
             mission_digest(mission),
+            _shade(world.field_at(0), world.bounds),
         )
 
     def document(self) -> Document:
@@ -172,7 +183,25 @@ class ComparedMission:
     @classmethod
     def from_document(cls, document: Document) -> "ComparedMission":
         """Read it; what is malformed raises whatever it does."""
-        return cls(**{one.name: decode(document[one.name]) for one in dataclasses.fields(cls)})
+        # before there were rasters, nothing was said of a shade
+        given = {"shade": "", **document}
+        return cls(**{one.name: decode(given[one.name]) for one in dataclasses.fields(cls)})
+
+
+def _shade(field: RiskField, bounds: Bounds) -> str:
+    """Draw the risk of a field with rasters: the stronger the violet, the riskier."""
+    if not field.rasters:
+        return ""
+    x_min, y_min, x_max, y_max = bounds
+    risk = risk_samples(Problem((x_min, y_min), (x_max, y_max), field, bounds=bounds), _SHADE_SAMPLES)
+    if not risk.top > risk.low:
+        return ""
+    pixels = np.empty((*risk.shades.shape, 4), dtype=np.uint8)
+    pixels[..., :3] = _VIOLET
+    pixels[..., 3] = np.rint(_OPAQUE * risk.shades)[::-1]
+    image = io.BytesIO()
+    Image.fromarray(pixels).save(image, format="png")
+    return base64.b64encode(image.getvalue()).decode("ascii")
 
 
 def mission_digest(mission: MissionFile) -> str:

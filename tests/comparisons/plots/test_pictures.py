@@ -36,6 +36,7 @@ from cgla_graph.errors import OutputError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
+from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.projection import LocalProjection
 from cgla_graph.scenarios.scenario import Scenario, load_scenario
@@ -706,3 +707,37 @@ def test_a_figure_that_cannot_be_drawn(tmp_path: Path) -> None:
     figure.add_artist(Text(0.5, 0.5, "$\\nonsense$", parse_math=True))
     assert_refused(figure, tmp_path / "map.png", "nonsense")
     assert names(tmp_path) == []
+
+
+def people(**settings: object) -> RiskField:
+    values = [[1.0, 2.0, np.nan], [4.0, 0.0, 3.0]]
+    return RiskField(rasters=[RasterRisk(values, (0, 0, 1, 1), nodata=0.5, **settings)])
+
+
+@pytest.mark.parametrize("interpolation", ["bilinear", "nearest"])
+def test_a_raster_is_drawn_with_its_scale_and_what_it_lacks(interpolation: str) -> None:
+    figure = plots.map_figure(scenario(field=people(interpolation=interpolation)), [])
+    assert_tidy(figure)
+    (image,) = figure.axes[0].images
+    assert image.get_clim() == (0.0, 4.0)
+    assert figure.axes[1].get_ylabel() == "risk per unit length"
+    assert "no data, taken for 0.5" in [text.get_text() for text in figure.legends[0].get_texts()]
+    assert any(patch.get_hatch() == "...." for patch in figure.axes[0].patches)
+
+
+def test_cells_without_data_are_hatched_where_they_are() -> None:
+    figure = plots.map_figure(scenario(field=people(origin="lower")), [])
+    (gone,) = [patch for patch in figure.axes[0].patches if patch.get_hatch() == "...."]
+    assert gone.get_path().get_extents().extents == pytest.approx([2.0 / 3.0, 0.0, 1.0, 0.5])
+
+
+def test_one_hot_cell_does_not_drown_the_others() -> None:
+    values = np.ones((900, 900))
+    values[123, 456] = 1000.0
+    field = RiskField(rasters=[RasterRisk(values, (0, 0, 1, 1), interpolation="nearest")])
+    figure = plots.map_figure(scenario(field=field), [])
+    assert_tidy(figure)
+    (image,) = figure.axes[0].images
+    assert image.get_array().max() == 1000.0
+    assert image.norm(1.0) == pytest.approx(0.1)
+    assert figure.axes[1].get_ylabel() == "risk per unit length, colours by its cube root"

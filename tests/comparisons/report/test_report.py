@@ -22,7 +22,15 @@ from strategies import few
 import cgla_graph as cg
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.profiles import instance_costs
-from cgla_graph.comparisons.report.maps import MOST_CORNERS, MOST_WAYPOINTS, SLACK, STEPS, map_document, path_steps
+from cgla_graph.comparisons.report.maps import (
+    MOST_CORNERS,
+    MOST_WAYPOINTS,
+    SLACK,
+    STEPS,
+    map_document,
+    map_key,
+    path_steps,
+)
 from cgla_graph.comparisons.report.page import report_html, write_report
 from cgla_graph.comparisons.report.parts import failure_grid, failures, rank_picture, ranking_table
 from cgla_graph.comparisons.report.payload import thinned
@@ -33,6 +41,7 @@ from cgla_graph.comparisons.tables.leaderboard_columns import leaderboard_notes
 from cgla_graph.comparisons.tables.overview import overview
 from cgla_graph.errors import OutputError
 from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario, load_scenario
 
@@ -303,6 +312,24 @@ def test_the_shading_is_the_risk() -> None:
     shown = risk["low"] + levels / 255.0 * (risk["top"] - risk["low"])
     assert np.abs(shown - exact).max() <= 0.5 / 255.0 * (risk["top"] - risk["low"]) + 1e-12
     assert risk["top"] == pytest.approx(1.0)
+
+
+def test_a_raster_alone_is_shaded_and_its_hottest_cell_is_seen() -> None:
+    values = np.ones((700, 700))
+    values[600, 50] = 500.0
+    cooler = values.copy()
+    cooler[600, 50] = 400.0
+    scenarios = [
+        Scenario(
+            "a", "", dataclasses.replace(UNIT, field=cg.RiskField(rasters=[raster])), Lattice(4, bounds=UNIT.bounds)
+        )
+        for raster in (RasterRisk(one, UNIT.bounds, interpolation="nearest") for one in (values, cooler))
+    ]
+    risk = map_document(scenarios[0])["risk"]
+    levels = np.frombuffer(base64.b64decode(risk["levels"]), dtype=np.uint8)
+    assert (risk["top"], risk["power"]) == (500.0, 1.0 / 3.0)
+    assert (levels.max(), np.median(levels)) == (255, round(255.0 * (1.0 / 500.0) ** (1.0 / 3.0)))
+    assert map_key(scenarios[0]) != map_key(scenarios[1])
 
 
 def test_a_map_without_risk_has_no_shading() -> None:

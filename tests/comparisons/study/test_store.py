@@ -31,6 +31,9 @@ from cgla_graph.comparisons.study.store import FILE, OMPL_FILE, PROOF, StudyStor
 from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError, OutputError, StudyError
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField
+from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import load_scenario
@@ -174,6 +177,22 @@ def test_scenarios_on_one_map_share_its_area(folder: Path, tmp_path: Path) -> No
     again = load(folder).scenarios
     assert [bits(one) for one in again] == [bits(one) for one in scenarios]
     assert len({id(one.problem.no_fly) for one in again}) == 1
+
+
+def test_scenarios_share_a_raster_and_another_one_is_told_apart(folder: Path) -> None:
+    def over(value: float, *names: str) -> Study:
+        field = RiskField(rasters=[RasterRisk([[1.0, value]], (0, 0, 1, 1))])
+        scenarios = [dataclasses.replace(named(name), problem=Problem((0, 0), (1, 1), field)) for name in names]
+        return Study(scenarios, [Entrant.parse("straight-line")])
+
+    StudyStore.create(folder, over(2.0, "first", "second")).close()
+    assert len(session_of(folder)["rasters"]) == 1
+    again = load(folder).scenarios
+    assert again[0].problem.field.rasters[0] is again[1].problem.field.rasters[0]
+    StudyStore.resume(folder, over(2.0, "first")).close()
+    for other in (over(3.0, "first"), Study([named("first")], [Entrant.parse("straight-line")])):
+        with pytest.raises(StudyError, match=r"problem\.rasters"):
+            StudyStore.resume(folder, other)
 
 
 def test_odd_names_are_kept(folder: Path) -> None:

@@ -1,0 +1,92 @@
+"""The profile of a path: exact sums, fine steps, and files that are whole."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from strategies import raster_fields
+from typer.testing import CliRunner
+
+from cgla_graph.comparisons import files
+from cgla_graph.comparisons.commands.app import app
+from cgla_graph.comparisons.profile import COLUMNS, MOST_ROWS, profile_of, write_profile
+from cgla_graph.errors import OutputError, ProblemError
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.risk_raster import RasterRisk
+from cgla_graph.model.solution import Solution, Status
+from cgla_graph.scenarios.projection import LocalProjection
+from cgla_graph.scenarios.scenario import Scenario
+
+PATH = np.array([(0.1, 0.1), (0.4, 0.7), (0.4, 0.7), (0.9, 0.9)])
+FIELD = RiskField([Threat(0.5, 0.5, 0.1)], rasters=[RasterRisk([[1.0, 3.0], [0.0, 2.0]], (0, 0, 1, 1))])
+PROBLEM = Problem((0.1, 0.1), (0.9, 0.9), FIELD, k=3.0)
+SCENARIO = Scenario("people", "on the ground", PROBLEM, Lattice(4, bounds=PROBLEM.bounds))
+
+
+@given(raster_fields())
+def test_it_ends_at_what_the_oracle_says(field: RiskField) -> None:
+    problem = Problem((0.1, 0.1), (0.9, 0.9), field, k=2.0)
+    profile, found = profile_of(problem, PATH), problem.evaluate(PATH)
+    last = (profile.distance[-1], profile.risk[-1], profile.cost[-1])
+    assert last == pytest.approx((found.length, found.risk, found.cost), rel=1e-9, abs=1e-9)
+    assert (np.diff(profile.distance) >= 0.0).all()
+    assert np.array_equal(profile.density, field.density(profile.points))
+
+
+def test_every_waypoint_is_in_it_and_steps_are_fine() -> None:
+    profile = profile_of(PROBLEM, PATH)
+    assert {tuple(place) for place in PATH.tolist()} <= {tuple(place) for place in profile.points.tolist()}
+    assert np.diff(profile.distance).max() <= 0.01 + 1e-12
+
+
+def test_rows_stay_few_on_very_fine_cells() -> None:
+    field = RiskField(rasters=[RasterRisk(np.ones((1, 200_000)), (0, 0, 1, 1))])
+    profile = profile_of(Problem((0, 0), (1, 1), field), [(0, 0), (1, 1)])
+    assert MOST_ROWS // 2 < len(profile.points) <= MOST_ROWS + 2
+
+
+def test_a_path_of_one_point_has_one_row_and_none_is_refused() -> None:
+    assert profile_of(PROBLEM, PATH[:1]).cost.tolist() == [0.0]
+    with pytest.raises(ProblemError, match="at least one waypoint"):
+        profile_of(PROBLEM, np.empty((0, 2)))
+
+
+@pytest.mark.parametrize("ending", [".csv", ".png", ".svg", ".pdf"])
+def test_the_same_path_gives_the_same_file(tmp_path: Path, ending: str) -> None:
+    first, again = (write_profile(tmp_path / f"{name}{ending}", SCENARIO, PATH).read_bytes() for name in "ab")
+    assert first == again
+    assert {path.suffix for path in tmp_path.iterdir()} == {ending}
+
+
+def test_the_table_has_degrees_where_the_map_has(tmp_path: Path) -> None:
+    on_earth = Scenario("a", "", PROBLEM, SCENARIO.lattice, projection=LocalProjection(24.0, 60.0))
+    text = write_profile(tmp_path / "a.csv", on_earth, PATH).read_text(encoding="utf-8")
+    rows = list(csv.DictReader(text.splitlines()))
+    assert list(rows[0]) == [*COLUMNS, "longitude", "latitude"]
+    assert float(rows[-1]["cost"]) == pytest.approx(PROBLEM.evaluate(PATH).cost)
+
+
+def test_an_unknown_ending_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="end it in"):
+        write_profile(tmp_path / "a.txt", SCENARIO, PATH)
+
+
+def test_paths_over_rasters_are_written_as_others_are() -> None:
+    on_earth = Scenario("a", "", PROBLEM, SCENARIO.lattice, projection=LocalProjection(24.0, 60.0))
+    found = PROBLEM.judge(Solution(Status.FOUND, path=PATH, cost=PROBLEM.evaluate(PATH).cost))
+    assert len(files.path_csv(SCENARIO, found).splitlines()) == 1 + len(PATH)
+    assert '"risk": ' in files.path_geojson(on_earth, found)
+
+
+def test_the_command_writes_it_and_refuses_other_endings_at_once(tmp_path: Path) -> None:
+    target = tmp_path / "along.csv"
+    asked = ["plan", "one-threat", "--solver", "straight-line", "--no-certificate", "--profile"]
+    done = CliRunner().invoke(app, [*asked, str(target)])
+    assert (done.exit_code, "along.csv" in done.output) == (0, True)
+    assert target.read_text(encoding="utf-8").startswith(",".join(COLUMNS))
+    refused = CliRunner().invoke(app, [*asked, str(tmp_path / "along.txt")])
+    assert isinstance(refused.exception, OutputError)
