@@ -2,12 +2,13 @@
 
 import dataclasses
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from reprlib import repr as short
 
 import shapely
+from pydantic import ValidationError
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
@@ -15,15 +16,19 @@ from cgla_graph._validate import four_numbers, point
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
+from cgla_graph.model.raster_file import in_degrees
+from cgla_graph.model.risk_raster import MOST_CELLS as LARGEST
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.grid_map import GridMap
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around
-from cgla_graph.scenarios.map_tables import NoFlyTable
+from cgla_graph.scenarios.map_tables import NoFlyTable, RasterTable
 from cgla_graph.scenarios.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
 from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, load_scenario, scenario_of
 
 #: The complete graph of a grid map joins its cells up to this many; a larger map gets a lattice of 50 a side.
 MOST_CELLS = 6000
+#: Endings of rasters that are scenarios by themselves; .npz and .csv are those of graphs.
+RASTERS = (".tif", ".tiff", ".asc", ".npy")
 
 
 def open_scenarios(
@@ -35,8 +40,9 @@ def open_scenarios(
     Parameters
     ----------
     spec
-        A shipped scenario's name, a ``.toml`` scenario, a ``.geojson`` of no-fly areas, a ``.map``, or a ``.scen``
-        with rows counted from 0: ``FILE.scen:ROW``, ``FILE.scen:FIRST-LAST``, or all of them without rows.
+        A shipped scenario's name, a ``.toml`` scenario, a ``.geojson`` of no-fly areas, a raster of risk (``.tif``,
+        ``.tiff``, ``.asc`` or ``.npy``; start and goal are needed, and k is 1), a ``.map``, or a ``.scen`` with rows
+        counted from 0: ``FILE.scen:ROW``, ``FILE.scen:FIRST-LAST``, or all of them without rows.
     start, goal
         Instead of the scenario's own, in the coordinates of the file (degrees where it holds longitudes and
         latitudes).
@@ -70,7 +76,9 @@ def open_scenarios(
     if bounds is not None and kind in {".map", ".scen"}:
         msg = f"{path}: a grid map has the bounds of its cells; leave out others"
         raise ScenarioError(msg)
-    if kind in {".geojson", ".json"}:
+    if kind in RASTERS:
+        yield raster_scenario(path, start=start, goal=goal, bounds=bounds)
+    elif kind in {".geojson", ".json"}:
         yield _areas_scenario(path, start, goal, bounds)
     elif kind == ".map":
         yield _map_scenario(path, start, goal)
@@ -78,6 +86,67 @@ def open_scenarios(
         yield from (_moved(scenario, start, goal) for scenario in _row_scenarios(path, rows))
     else:
         yield load_scenario(spec, start=start, goal=goal, bounds=bounds)
+
+
+def raster_scenario(
+    path: Path,
+    *,
+    start: Point | None,
+    goal: Point | None,
+    bounds: Bounds | None = None,
+    k: float = 1.0,
+    no_fly: Sequence[Path] = (),
+    settings: Mapping[str, object] | None = None,
+) -> Scenario:
+    """
+    Make a scenario of a raster of risk alone, and of files of no-fly areas beside it.
+
+    Parameters
+    ----------
+    path
+        The raster. A GeoTIFF says itself whether it is in degrees; all others are on a plane, unless there are no-fly
+        areas, which are in degrees.
+    start, goal
+        In the coordinates of the file; both are needed.
+    bounds
+        No path leaves these; of ``.npy``, the edges of the raster as well.
+    k
+        Risk weight.
+    no_fly
+        GeoJSON files.
+    settings
+        Other keys of ``[[rasters]]`` in scenario files: kind, scale, nodata, interpolation, origin.
+
+    Raises
+    ------
+    ScenarioError
+        If something is missing or malformed.
+    """
+    if start is None or goal is None:
+        msg = f"{path}: a raster has no ends; give --start and --goal (longitude, latitude where it has degrees)"
+        raise ScenarioError(msg)
+    try:
+        box = None if bounds is None else list(four_numbers("bounds", bounds))
+        own = box if path.suffix.lower() == ".npy" else None
+        lonlat = bool(no_fly) or in_degrees(path, most=LARGEST)
+        table = ScenarioTable(
+            title=f"risk of {path.name}",
+            coordinates="lonlat" if lonlat else "plane",
+            start=list(point("start", start)),
+            goal=list(point("goal", goal)),
+            k=k,
+            bounds=box,
+            rasters=[RasterTable.model_validate({"file": path.name, "bounds": own, **(settings or {})})],
+            no_fly=NoFlyTable(geojson=[str(file.absolute()) for file in no_fly]),
+        )
+    except ValidationError as error:
+        fault = error.errors()[0]
+        msg = f"{path}: {'.'.join(map(str, fault['loc']))} is {short(fault['input'])}; {fault['msg']}"
+        raise ScenarioError(msg) from error
+    except CglaError as error:
+        raise ScenarioError(str(error) if str(path) in str(error) else f"{path}: {error}") from error
+    scenario = scenario_of(table, path.parent, path.stem, str(path))
+    return dataclasses.replace(scenario, lattice=_even_lattice(scenario.problem.bounds, 900))
 
 
 def _split_rows(spec: str) -> tuple[str, tuple[int, int] | None]:

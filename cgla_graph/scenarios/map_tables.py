@@ -15,13 +15,15 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
-from cgla_graph.errors import ScenarioError
+from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.lattice import Lattice, LatticeKind
+from cgla_graph.model.projection import LocalProjection, places_around, project_area, projected_bounds
+from cgla_graph.model.raster_file import Kind, RasterCells, cells_in_metres, read_cells
 from cgla_graph.model.risk import Reading, Threat
+from cgla_graph.model.risk_raster import MOST_CELLS, Interpolation, Origin, RasterRisk
 from cgla_graph.scenarios.drawing import Stream, drawn_threats
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
-from cgla_graph.scenarios.projection import LocalProjection, places_around, project_area, projected_bounds
 
 #: How many spreads around its centre a threat is seen: a box around threats has room to go around them; and beyond so
 #: many, it is not felt.
@@ -96,6 +98,22 @@ class NoFlyTable(Table):
     geojson: list[str] = Field(default_factory=list, description="paths of GeoJSON files (lon/lat), from this file")
 
 
+class RasterTable(Table):
+    """Risk on a grid of cells, in a file beside this one."""
+
+    file: str = Field(min_length=1, description="path of a .tif, .asc, .csv, .csv.gz, .npy or .npz, from this file")
+    kind: Kind = Field("density", description="count: values are of whole cells, and divided by their areas")
+    scale: float = Field(1.0, gt=0, description="what densities are multiplied by to give risk per unit length")
+    interpolation: Interpolation = "bilinear"
+    origin: Origin = Field("upper", description="where row 0 is, of a .csv, .npy or .npz")
+    nodata: float | None = Field(
+        None, ge=0, description="what cells without data stand for, in the file's units (default: they are refused)"
+    )
+    bounds: Annotated[list[float], Field(min_length=4, max_length=4)] | None = Field(
+        None, description="x_min, y_min, x_max, y_max of a file that does not say them (.csv, .npy, .npz)"
+    )
+
+
 class LatticeTable(Table):
     """The lattice of graph solvers."""
 
@@ -120,11 +138,13 @@ class MapTable(Table):
     )
     bounds: Annotated[list[float], Field(min_length=4, max_length=4)] | None = Field(
         None,
-        description="x_min, y_min, x_max, y_max (default: 0, 0, 1, 1; of lonlat: around no-fly areas and threats)",
+        description="x_min, y_min, x_max, y_max (default: 0, 0, 1, 1, or the rasters'; of lonlat: around no-fly "
+        "areas, threats and rasters)",
     )
     improper: bool = Field(default=False, description="allow peaks above 1, to see what breaks")
     threats: list[ThreatTable] = Field(default_factory=list)
     random_threats: RandomThreatsTable | None = None
+    rasters: list[RasterTable] = Field(default_factory=list)
     no_fly: NoFlyTable = Field(default_factory=NoFlyTable)
     lattice: LatticeTable = Field(default_factory=LatticeTable)
 
@@ -168,11 +188,11 @@ class MapBuilder:
         """
         The bounds in the file's own coordinates: the given ones, or what a map in degrees is about.
 
-        That is a box around its no-fly areas and threats, wide enough for starts and goals that are near.
+        That is a box around its no-fly areas, threats and rasters, wide enough for starts and goals that are near.
         """
         given = self.table.bounds
         if self.is_plane:
-            west, south, east, north = given or (0.0, 0.0, 1.0, 1.0)
+            west, south, east, north = given or self._around_rasters() or (0.0, 0.0, 1.0, 1.0)
             return west, south, east, north
         areas = shapely.get_coordinates(self.no_fly_shapes)
         if given is not None:
@@ -184,11 +204,21 @@ class MapBuilder:
         if len(areas):
             self._check_threats(box_around(areas))
         threats = [places_around((one.x, one.y), SEEN * one.spread_of()) for one in self.table.threats]
-        points = np.concatenate([areas, *threats])
+        corners = [np.reshape(cells.bounds, (2, 2)) for cells in self.cells]
+        points = np.concatenate([areas, *threats, *corners])
         if not len(points):
             msg = "there is nothing to lay bounds around; add bounds = [west, south, east, north], degrees"
             raise ValueError(msg)
         return widened(box_around(points), self.table.ends())
+
+    def _around_rasters(self) -> Bounds | None:
+        """Return the box around all rasters of a map in the plane, if there are any."""
+        if not self.cells:
+            return None
+        every = np.array([cells.bounds for cells in self.cells])
+        west, south = every[:, :2].min(axis=0).tolist()
+        east, north = every[:, 2:].max(axis=0).tolist()
+        return west, south, east, north
 
     def _check_threats(self, box: Bounds) -> None:
         for number, one in enumerate(self.table.threats):
@@ -254,6 +284,64 @@ class MapBuilder:
         """Return all no-fly areas in map units."""
         areas = self._projected(self.no_fly_shapes)
         return shapely.GeometryCollection(areas) if areas else None
+
+    @cached_property
+    def cells(self) -> list[RasterCells]:
+        """The rasters' cells, in the file's own coordinates."""
+        found = []
+        for number, entry in enumerate(self.table.rasters):
+            given = entry.bounds
+            box: Bounds | None = None if given is None else (given[0], given[1], given[2], given[3])
+            try:
+                cells = read_cells(
+                    self.folder / entry.file,
+                    most=MOST_CELLS,
+                    bounds=box,
+                    coordinates=self.table.coordinates,
+                    origin=entry.origin,
+                )
+            except ProblemError as error:
+                msg = f"rasters.{number}: {error}"
+                raise ScenarioError(msg) from error
+            found.append(cells)
+        return found
+
+    def rasters(self) -> list[RasterRisk]:
+        """
+        Return the rasters in map units.
+
+        Raises
+        ------
+        ScenarioError
+            If a file cannot be read, is malformed, or lies outside the bounds.
+        """
+        return [self._raster(number, entry) for number, entry in enumerate(self.table.rasters)]
+
+    def _raster(self, number: int, entry: RasterTable) -> RasterRisk:
+        """Return one raster in map units."""
+        file = self.folder / entry.file
+        try:
+            laid = cells_in_metres(
+                file,
+                self.cells[number],
+                kind=entry.kind,
+                nodata=entry.nodata,
+                projection=self.projection,
+                most=MOST_CELLS,
+            )
+            raster = RasterRisk(
+                laid.values, laid.bounds, interpolation=entry.interpolation, scale=entry.scale, nodata=entry.nodata
+            )
+        except ProblemError as error:
+            msg = f"rasters.{number}: {error}"
+            raise ScenarioError(msg) from error
+        west, south, east, north = self.bounds
+        x_min, y_min, x_max, y_max = raster.bounds
+        if x_max <= west or east <= x_min or y_max <= south or north <= y_min:
+            own = self.cells[number].bounds
+            msg = f"rasters.{number}: {file} lies at {own}, outside the bounds {self.box}; correct either"
+            raise ScenarioError(msg)
+        return raster
 
     def threats(self) -> list[Threat]:
         """Return the threats in map units, those written first."""

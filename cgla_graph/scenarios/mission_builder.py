@@ -21,7 +21,7 @@ from cgla_graph.scenarios.mission_tables import SOLVER, MissionTable, SharingTab
 from cgla_graph.scenarios.scenario import ScenarioTable, open_table
 
 #: What a mission that takes a scenario's map may not say again.
-OF_THE_MAP = ("coordinates", "bounds", "improper", "threats", "random_threats", "no_fly")
+OF_THE_MAP = ("coordinates", "bounds", "improper", "threats", "random_threats", "rasters", "no_fly")
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,8 @@ class MissionBuilder:
         _ = self.written_uavs
         # those of a scenario are its very threats: the ones drawn keep clear of its own start and goal
         with nullcontext() if self.scenario is None else told(f"scenario {self.table.scenario!r}"):
-            field = RiskField(self.ground.threats(), improper=self.ground.table.improper)
+            threats, rasters = self.ground.threats(), self.ground.rasters()
+            field = RiskField(threats, rasters=rasters, improper=self.ground.table.improper)
             bounds, no_fly = self.ground.bounds, self.ground.no_fly()
         timed = [*self.timed_threats(), *self.timed_areas()]
         return World(field, bounds=bounds, no_fly=no_fly, timed=timed)

@@ -13,9 +13,9 @@ from cgla_graph._validate import four_numbers, point
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
+from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, Pair, read_table
-from cgla_graph.scenarios.projection import LocalProjection
 from cgla_graph.scenarios.shipped import ShippedFiles
 from cgla_graph.scenarios.text_files import read_text
 
@@ -289,7 +289,7 @@ def scenario_of(
         problem = Problem(
             start=start,
             goal=goal,
-            field=RiskField(builder.threats(), improper=table.improper),
+            field=RiskField(builder.threats(), rasters=builder.rasters(), improper=table.improper),
             k=table.k,
             bounds=builder.bounds,
             no_fly=builder.no_fly(),

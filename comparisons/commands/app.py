@@ -24,8 +24,13 @@ from cgla_graph.comparisons.commands.parameters import (
     FromOption,
     GoalOption,
     GraphArg,
+    InterpolationOption,
     JsonOption,
+    KindOption,
+    KOption,
     NoCertificateOption,
+    NodataOption,
+    NoFlyOption,
     OneScenarioArg,
     OneScenarioOrGraphArg,
     OutOption,
@@ -34,6 +39,7 @@ from cgla_graph.comparisons.commands.parameters import (
     RefineOption,
     ResolutionOption,
     ResumeOption,
+    ScaleOption,
     ScenarioArg,
     StartOption,
     StudyArg,
@@ -108,6 +114,7 @@ def compare(
     start: StartOption = None,
     goal: GoalOption = None,
     bounds: BoundsOption = None,
+    k: KOption = None,
     resolution: ResolutionOption = None,
     refine: RefineOption = False,
     tolerance: ToleranceOption = None,
@@ -169,6 +176,7 @@ def compare(
             "--start": start,
             "--goal": goal,
             "--bounds": bounds,
+            "--k": k,
             "--resolution": resolution,
             "--refine": refine,
             "--tolerance": tolerance,
@@ -199,6 +207,7 @@ def compare(
         start=start,
         goal=goal,
         bounds=bounds,
+        k=k,
         resolution=resolution,
         refine=refine,
         tolerance=tolerance,
@@ -246,6 +255,12 @@ def plan(
     start: StartOption = None,
     goal: GoalOption = None,
     bounds: BoundsOption = None,
+    k: KOption = None,
+    no_fly: NoFlyOption = None,
+    kind: KindOption = None,
+    scale: ScaleOption = None,
+    nodata: NodataOption = None,
+    interpolation: InterpolationOption = None,
     resolution: ResolutionOption = None,
     refine: RefineOption = False,
     tolerance: ToleranceOption = None,
@@ -271,6 +286,12 @@ def plan(
             "--start": start,
             "--goal": goal,
             "--bounds": bounds,
+            "--k": k,
+            "--no-fly": no_fly,
+            "--kind": kind,
+            "--scale": scale,
+            "--nodata": nodata,
+            "--interpolation": interpolation,
             "--resolution": resolution,
             "--refine": refine,
             "--tolerance": tolerance,
@@ -284,13 +305,23 @@ def plan(
             raise typer.Exit(MISSING)
         return
     _refuse(of_graph, f"{scenario} is {NO_GRAPH}")
-    from cgla_graph.comparisons.commands import output
+    from cgla_graph.comparisons.commands import one_map, output
     from cgla_graph.comparisons.commands import pareto as trade_off
     from cgla_graph.comparisons.study import options, runner
 
     bound = options.read_tolerance(tolerance, certify=not no_certificate)
     entrant = options.read_entrant("hybrid" if solver is None else solver, refine=refine)
-    opened = options.open_one("plan", scenario, start, goal, resolution, bounds)
+    opened = one_map.open_map(
+        "plan",
+        scenario,
+        start=start,
+        goal=goal,
+        resolution=resolution,
+        bounds=bounds,
+        k=k,
+        no_fly=no_fly,
+        raster={"kind": kind, "scale": scale, "nodata": nodata, "interpolation": interpolation},
+    )
     folder = files.make_folder(out) if out else None
     _check_profile(profile)
     limited = max_risk is not None or max_length is not None
@@ -418,6 +449,12 @@ def pareto(
     start: StartOption = None,
     goal: GoalOption = None,
     bounds: BoundsOption = None,
+    k: KOption = None,
+    no_fly: NoFlyOption = None,
+    kind: KindOption = None,
+    scale: ScaleOption = None,
+    nodata: NodataOption = None,
+    interpolation: InterpolationOption = None,
     resolution: ResolutionOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -428,11 +465,22 @@ def pareto(
     (pareto.csv) and a picture (pareto.png). With --solver cgla they are all that the lattice has.
     """
     from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.commands import one_map
     from cgla_graph.comparisons.commands import pareto as trade_off
     from cgla_graph.comparisons.study import options
 
     entrant = options.read_entrant(solver)
-    opened = options.open_one("pareto", scenario, start, goal, resolution, bounds)
+    opened = one_map.open_map(
+        "pareto",
+        scenario,
+        start=start,
+        goal=goal,
+        resolution=resolution,
+        bounds=bounds,
+        k=k,
+        no_fly=no_fly,
+        raster={"kind": kind, "scale": scale, "nodata": nodata, "interpolation": interpolation},
+    )
     folder = files.make_folder(out) if out else None
     with console.running_solvers():
         front = trade_off.front_of(opened, entrant)
@@ -462,6 +510,12 @@ def certify(
     start: StartOption = None,
     goal: GoalOption = None,
     bounds: BoundsOption = None,
+    k: KOption = None,
+    no_fly: NoFlyOption = None,
+    kind: KindOption = None,
+    scale: ScaleOption = None,
+    nodata: NodataOption = None,
+    interpolation: InterpolationOption = None,
     resolution: ResolutionOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -473,9 +527,19 @@ def certify(
     """
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.commands import certify as proofs
-    from cgla_graph.comparisons.study import options
+    from cgla_graph.comparisons.commands import one_map
 
-    opened = options.open_one("certify", scenario, start, goal, resolution, bounds)
+    opened = one_map.open_map(
+        "certify",
+        scenario,
+        start=start,
+        goal=goal,
+        resolution=resolution,
+        bounds=bounds,
+        k=k,
+        no_fly=no_fly,
+        raster={"kind": kind, "scale": scale, "nodata": nodata, "interpolation": interpolation},
+    )
     folder = files.make_folder(out) if out else None
     with console.running_solvers():
         run = proofs.certify(opened, path, tolerance=tolerance, max_cells=max_cells)

@@ -22,8 +22,8 @@ from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.certificate import COLUMNS, certificate_table, grid_rows, proof_of, verdict
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
 from cgla_graph.model.problem import Problem
+from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.scenarios.projection import LocalProjection
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.scenarios.text_files import read_text
 from cgla_graph.solvers import registry

@@ -8,6 +8,7 @@ from typing import Any
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.commands import output
+from cgla_graph.comparisons.commands.one_map import with_k
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.performance import performances
 from cgla_graph.comparisons.missions import compare as mission_compare
@@ -139,7 +140,7 @@ def read_request(
     how
         Where from to go on, if at all.
     more
-        The other options: budget, start, goal, bounds, resolution, refine, tolerance, certify.
+        The other options: budget, start, goal, bounds, k, resolution, refine, tolerance, certify.
 
     Raises
     ------
@@ -183,6 +184,7 @@ def _request(
     start: str | None = None,
     goal: str | None = None,
     bounds: str | None = None,
+    k: float | None = None,
     resolution: int | None = None,
     refine: bool = False,
     tolerance: float | None = None,
@@ -191,10 +193,18 @@ def _request(
     """Make a study of options."""
     bound = options.read_tolerance(tolerance, certify=certify)
     entrants = options.read_entrants(solvers, budget=budget, refine=refine)
-    for_maps = {"start": start, "goal": goal, "bounds": bounds, "resolution": resolution, "refine": refine}
+    for_maps = {
+        "start": start,
+        "goal": goal,
+        "bounds": bounds,
+        "k": k is not None,
+        "resolution": resolution,
+        "refine": refine,
+    }
     maps, missions = mission_compare.split(specs or ["paper"], **for_maps)
+    opened = (with_k(one, k) for one in options.open_all(maps, start, goal, resolution, bounds))
     study = Study(
-        scenarios=options.number_names(options.open_all(maps, start, goal, resolution, bounds)),
+        scenarios=options.number_names(opened),
         entrants=entrants,
         seeds=range(1, n_seeds + 1),
         tolerance=bound,

@@ -9,17 +9,20 @@ ScenarioArg = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="SCENARIO",
-        help="shipped name, mission, .toml, .geojson, .map, .scen (FILE.scen:FIRST-LAST), or a graph, as of plan",
+        help="shipped name, mission, .toml, .geojson, .tif, .asc, .map, .scen (FILE.scen:FIRST-LAST), or a graph, "
+        "as of plan",
     ),
 ]
 OneScenarioArg = Annotated[
-    str, typer.Argument(metavar="SCENARIO", help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW")
+    str,
+    typer.Argument(metavar="SCENARIO", help="shipped name, .toml, .geojson, .tif, .asc, .npy, .map, or FILE.scen:ROW"),
 ]
 OneScenarioOrGraphArg = Annotated[
     str,
     typer.Argument(
         metavar="SCENARIO",
-        help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW; or a graph: .graphml, .json, .csv, .mtx, .npz",
+        help="shipped name, .toml, .geojson, .tif, .asc, .npy, .map, or FILE.scen:ROW; or a graph: .graphml, .json, "
+        ".csv, .mtx, .npz",
     ),
 ]
 GraphArg = Annotated[str, typer.Argument(metavar="GRAPH", help=".graphml, .json (node-link), .csv, .mtx or .npz")]
@@ -61,6 +64,25 @@ BoundsOption = Annotated[
     typer.Option(
         "--bounds", metavar="W,S,E,N", help="no path leaves these, instead of the map's: least x, y, greatest x, y"
     ),
+]
+KOption = Annotated[
+    float | None, typer.Option("--k", metavar="K", help="risk weight, instead of the scenario's: length + k * risk")
+]
+NoFlyOption = Annotated[
+    Path | None, typer.Option("--no-fly", metavar="FILE.geojson", help="of a raster: no-fly areas beside it")
+]
+KindOption = Annotated[
+    str | None,
+    typer.Option("--kind", metavar="KIND", help="of a raster: density, or count (of each cell, as people)"),
+]
+ScaleOption = Annotated[
+    float | None, typer.Option("--scale", metavar="S", help="of a raster: what its densities are multiplied by")
+]
+NodataOption = Annotated[
+    float | None, typer.Option("--nodata", metavar="V", help="of a raster: what cells without data stand for")
+]
+InterpolationOption = Annotated[
+    str | None, typer.Option("--interpolation", metavar="HOW", help="of a raster: bilinear or nearest")
 ]
 ResolutionOption = Annotated[
     int | None, typer.Option("--resolution", metavar="N", help="points a side of a closed lattice")

@@ -153,7 +153,7 @@ def test_commands_are_real(place: str, words: list[str]) -> None:
     named = [given.get("scenario"), given.get("mission"), *(given.get("scenarios") or [])]
     for spec in filter(None, named):
         assert spec in {*shipped(), *shipped_missions()} or re.search(
-            r"\.(toml|geojson|map|scen|csv)(:[\d-]+)?$", spec
+            r"\.(toml|geojson|map|scen|csv|asc|tif|npy)(:[\d-]+)?$", spec
         ), place
 
 

@@ -1,0 +1,407 @@
+"""Metres around a point of the Earth: planners need a plane, maps give degrees."""
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Self, TypeVar
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import Bounds, FloatArray, Point
+from cgla_graph._validate import point_array
+from cgla_graph.errors import ProblemError
+
+if TYPE_CHECKING:
+    import pyproj
+
+#: Straight edges in longitude and latitude bend when projected; points this close keep them within a metre.
+EDGE_DEGREES = 0.05
+EDGE_METRES = 1.0
+
+GeometryT = TypeVar("GeometryT", bound=BaseGeometry)
+
+# Half a meridian of WGS84 (20 003 931.46 m), rounded up: no two points of the Earth are farther apart.
+FARTHEST = 20_003_932.0
+# From the centre of WGS84 to a pole, metres; one over its square is the greatest curvature, that at the equator.
+POLAR_RADIUS = 6_356_752.314245
+# More than lengths of geodesics and the points that they lead to are off by (15 nanometres).
+GEODESIC_ERROR = 1e-6
+
+
+@dataclass(frozen=True)
+class LocalProjection:
+    """
+    The azimuthal equidistant projection of WGS84 around an origin.
+
+    Distances and directions from the origin are exact, and so is the scale along every line through it.
+    Across such lines the map is stretched: by at most 0.0042 % at 100 km from the origin (4 m in 100 km)
+    and 0.038 % at 300 km, at every latitude (it grows with the square of the distance; see `stretch`).
+
+    Parameters
+    ----------
+    longitude
+        Longitude of the origin, degrees east, in [-180, 180].
+    latitude
+        Latitude of the origin, degrees north, in [-90, 90].
+
+    Raises
+    ------
+    ProblemError
+        If a coordinate of the origin is no number, not finite or out of range.
+
+    Examples
+    --------
+    A degree of latitude is longer near the pole than at the equator, because the Earth is flattened:
+
+    >>> north = LocalProjection(longitude=25.0, latitude=60.0).forward([25.0, 61.0])
+    >>> equator = LocalProjection(longitude=25.0, latitude=0.0).forward([25.0, 1.0])
+    >>> round(float(north[1])), round(float(equator[1]))
+    (111421, 110574)
+    """
+
+    longitude: float
+    latitude: float
+
+    def __post_init__(self) -> None:
+        """Check the origin and keep it as plain floats."""
+        origin = _degrees((self.longitude, self.latitude), "origin")
+        if origin.shape != (2,):
+            message = (
+                f"the origin of a projection is one longitude and one latitude, "
+                f"got an array of shape {origin.shape}: pass two numbers"
+            )
+            raise ProblemError(message)
+        object.__setattr__(self, "longitude", float(origin[0]))
+        object.__setattr__(self, "latitude", float(origin[1]))
+
+    @classmethod
+    def centred_on(cls, lonlat_bounds: Bounds) -> Self:
+        """
+        Return the projection whose origin is the middle of some bounds.
+
+        Parameters
+        ----------
+        lonlat_bounds
+            West, south, east, north, degrees: what ``shapely.total_bounds`` gives. West greater than east
+            means a box across the antimeridian (RFC 7946, section 5.2).
+
+        Raises
+        ------
+        ProblemError
+            If a bound is not finite or out of range, or south is greater than north.
+
+        Examples
+        --------
+        >>> LocalProjection.centred_on((20.0, 59.0, 30.0, 61.0))
+        LocalProjection(longitude=25.0, latitude=60.0)
+        >>> LocalProjection.centred_on((178.0, -20.0, -178.0, -16.0))
+        LocalProjection(longitude=180.0, latitude=-18.0)
+        """
+        if len(lonlat_bounds) != 4:  # noqa: PLR2004 - four sides
+            message = (
+                f"bounds are (west, south, east, north), got {len(lonlat_bounds)} numbers: pass four numbers, degrees"
+            )
+            raise ProblemError(message)
+        corners = _degrees((lonlat_bounds[:2], lonlat_bounds[2:]), "bounds")
+        (west, south), (east, north) = corners.tolist()
+        if south > north:
+            message = (
+                f"bounds have south {south!r} greater than north {north!r}: "
+                f"give them as (west, south, east, north), degrees"
+            )
+            raise ProblemError(message)
+        middle = 0.5 * (west + east + (360.0 if west > east else 0.0))
+        return cls(
+            longitude=middle - 360.0 if middle > 180.0 else middle,  # noqa: PLR2004
+            latitude=0.5 * (south + north),
+        )
+
+    @classmethod
+    def between(cls, start: Point, goal: Point) -> Self:
+        """
+        Return the projection whose origin is halfway between two points, on the geodesic that joins them.
+
+        That geodesic is straight on the plane, and as long as on the Earth.
+
+        Parameters
+        ----------
+        start, goal
+            Longitude and latitude of each, degrees.
+
+        Raises
+        ------
+        ProblemError
+            If a coordinate is no number, not finite or out of range.
+
+        Examples
+        --------
+        >>> middle = LocalProjection.between((24.0, 60.0), (26.0, 60.0))
+        >>> round(middle.longitude, 6), round(middle.latitude, 4)
+        (25.0, 60.0038)
+        """
+        (west, south), (east, north) = _degrees((start, goal), "the ends").tolist()
+        azimuth, _, distance = _geod().inv(west, south, east, north)
+        longitude, latitude, _ = _geod().fwd(west, south, azimuth, 0.5 * distance)
+        return cls(longitude=longitude, latitude=latitude)
+
+    def stretch(self, distance: float) -> float:
+        """
+        Bound how many times as long as on the Earth a line is on the plane.
+
+        On the Earth, ``distance = r`` from the origin, a step across the line from the origin is ``m(r) / r`` times as
+        long as on the plane, where ``m`` is the reduced length of geodesics: ``m'' = -K m``, ``m(0) = 0``,
+        ``m'(0) = 1``, with the Gaussian curvature ``K`` of the ellipsoid. A step along that line is as long as on the
+        plane. On WGS84, ``0 < K <= 1 / b^2`` with the polar radius ``b`` (equality holds at the equator), so that by
+        Sturm's comparison ``b sin(r / b) <= m(r) <= r`` as long as ``r < pi b``. The scale is thus between 1 and
+        ``(r / b) / sin(r / b)``, which grows with ``r``, at every latitude and in every direction.
+
+        Parameters
+        ----------
+        distance
+            How far from the origin the line goes, metres.
+
+        Returns
+        -------
+        stretch
+            At least 1; infinite where there is no bound, near the point opposite to the origin and beyond it.
+
+        Examples
+        --------
+        >>> projection = LocalProjection(25.0, 60.0)
+        >>> [f"{projection.stretch(metres) - 1.0:.2e}" for metres in (0.0, 1e5, 3e5)]
+        ['0.00e+00', '4.12e-05', '3.71e-04']
+        """
+        angle = distance / POLAR_RADIUS
+        if angle == 0.0:
+            return 1.0
+        return max(1.0, angle / math.sin(angle)) if angle < math.pi else math.inf
+
+    def bound_on_earth(self, bound: float, start: Point, goal: Point, bounds: Bounds) -> float:
+        """
+        Turn a lower bound of the cost of every path on the plane into one of every path on the Earth.
+
+        A line on the Earth, and the integral of a risk along it, are at least ``1 / stretch(r)`` times what they are on
+        the plane, if it stays within ``r`` of the origin. A path that goes farther is no shorter than from the start
+        out to that distance and back to the goal, as distances from the origin are exact. With
+        ``r = (bound + |start| + |goal|) / 2`` that is the bound itself; no path is farther out than the corners of the
+        bounds, though. And no path is shorter than the geodesic that joins its ends.
+
+        Parameters
+        ----------
+        bound
+            Of ``length + k * risk``, metres, with a risk of at least 0; what is not finite stays as it is.
+        start, goal
+            The ends, metres.
+        bounds
+            No path leaves these, metres.
+
+        Returns
+        -------
+        bound
+            Metres on the Earth.
+
+        Examples
+        --------
+        >>> around = LocalProjection.between((24.94, 60.17), (23.76, 61.5))
+        >>> start, goal = around.forward([(24.94, 60.17), (23.76, 61.5)]).tolist()
+        >>> straight = math.dist(start, goal)
+        >>> bounds = (-2e5, -2e5, 2e5, 2e5)
+        >>> [round(around.bound_on_earth(length, start, goal, bounds), 3) for length in (straight, 1.1 * straight)]
+        [161490.12, 177618.066]
+        """
+        if not math.isfinite(bound) or bound <= 0.0:
+            return bound
+        x_min, y_min, x_max, y_max = bounds
+        corner = math.hypot(max(-x_min, x_max), max(-y_min, y_max))
+        reach = 0.5 * (bound + math.hypot(*start) + math.hypot(*goal))
+        geodesic = geodesic_length(*(tuple(end) for end in self.inverse((start, goal)).tolist()))
+        return max(0.0, max(bound / self.stretch(min(reach, corner)), geodesic) - GEODESIC_ERROR)
+
+    def forward(self, lonlat: ArrayLike) -> FloatArray:
+        """
+        Return the metres of points given in degrees.
+
+        Parameters
+        ----------
+        lonlat
+            Longitude in [-180, 180] and latitude in [-90, 90] of every point, shape (..., 2), degrees.
+
+        Returns
+        -------
+            Metres east and north of the origin, shape (..., 2).
+
+        Raises
+        ------
+        ProblemError
+            If the last axis is not 2 long, or a coordinate is no number, not finite or out of range.
+
+        Examples
+        --------
+        >>> LocalProjection(25.0, 60.0).forward([[25.0, 60.0], [26.0, 60.0]]).round(1)
+        array([[    0. ,     0. ],
+               [55797.9,   421.7]])
+        """
+        points = _degrees(lonlat, "lonlat")
+        flat = points.reshape(-1, 2)
+        origin = np.broadcast_to((self.longitude, self.latitude), flat.shape)
+        azimuth, _, distance = _geod().inv(origin[:, 0], origin[:, 1], flat[:, 0], flat[:, 1])
+        angle = np.radians(azimuth)
+        east_north = np.stack([distance * np.sin(angle), distance * np.cos(angle)], axis=-1)
+        return east_north.reshape(points.shape)
+
+    def inverse(self, metres: ArrayLike) -> FloatArray:
+        """
+        Return the degrees of points given in metres: the inverse of `forward`.
+
+        Parameters
+        ----------
+        metres
+            Metres east and north of the origin, shape (..., 2).
+
+        Returns
+        -------
+            Longitude in [-180, 180] and latitude in [-90, 90], shape (..., 2), degrees.
+
+        Raises
+        ------
+        ProblemError
+            If the last axis is not 2 long, a coordinate is no number or not finite, or a point is farther
+            from the origin than half of a meridian (20 003 932 m).
+
+        Examples
+        --------
+        >>> projection = LocalProjection(25.0, 60.0)
+        >>> projection.inverse(projection.forward([24.5, 60.25]))
+        array([24.5 , 60.25])
+        """
+        points = point_array("metres", metres)
+        flat = points.reshape(-1, 2)
+        distance = np.hypot(flat[:, 0], flat[:, 1])
+        if np.any(distance > FARTHEST):
+            message = (
+                f"metres holds {flat[np.argmax(distance)].tolist()}; no place on the Earth is farther than "
+                f"{FARTHEST:.0f} metres: pass metres that come from forward()"
+            )
+            raise ProblemError(message)
+        origin = np.broadcast_to((self.longitude, self.latitude), flat.shape)
+        azimuth = np.degrees(np.arctan2(flat[:, 0], flat[:, 1]))
+        longitude, latitude, _ = _geod().fwd(origin[:, 0], origin[:, 1], azimuth, distance)
+        return np.stack([longitude, latitude], axis=-1).reshape(points.shape)
+
+
+def project_area(area: GeometryT, projection: LocalProjection) -> GeometryT:
+    """
+    Project a lon/lat polygon to metres, its straight edges included.
+
+    Parameters
+    ----------
+    area
+        Longitudes may go on beyond 180 degrees, so that an area across the antimeridian is in one piece.
+    projection
+        The projection.
+
+    Returns
+    -------
+    area
+        In metres.
+
+    Examples
+    --------
+    >>> box = shapely.box(24, 60, 25, 61)
+    >>> round(project_area(box, LocalProjection.centred_on(box.bounds)).area / 1e9, 1)
+    6.1
+    """
+
+    def metres(degrees: FloatArray) -> FloatArray:
+        return projection.forward(np.column_stack([wrapped(degrees[:, 0]), degrees[:, 1]]))
+
+    return shapely.transform(shapely.segmentize(area, EDGE_DEGREES), metres)
+
+
+def places_around(place: Point, distance: float) -> FloatArray:
+    """
+    Return the points so far east, north, west and south of a point, degrees, shape ``(4, 2)``.
+
+    Parameters
+    ----------
+    place
+        Longitude and latitude, degrees.
+    distance
+        Metres; a quarter of the way around the Earth at most.
+
+    Examples
+    --------
+    >>> places_around((25.0, 60.0), 55_800.0).round(2).tolist()
+    [[26.0, 60.0], [25.0, 60.5], [24.0, 60.0], [25.0, 59.5]]
+    """
+    quarter = min(distance, 0.5 * FARTHEST)
+    longitude, latitude, _ = _geod().fwd(
+        np.full(4, place[0]), np.full(4, place[1]), [90.0, 0.0, -90.0, 180.0], np.full(4, quarter)
+    )
+    return np.column_stack([longitude, latitude])
+
+
+def geodesic_length(start: Point, goal: Point) -> float:
+    """
+    Return the length of the shortest line on WGS84 between two points given in degrees, metres.
+
+    Examples
+    --------
+    >>> round(geodesic_length((24.94, 60.17), (23.76, 61.50)), 3)
+    161490.12
+    """
+    return float(_geod().inv(*start, *goal)[2])
+
+
+def wrapped(longitude: FloatArray) -> FloatArray:
+    """
+    Bring longitudes into -180 to 180 degrees, those that are there already to the last bit.
+
+    Examples
+    --------
+    >>> wrapped(np.array([180.0, 181.5])).tolist()
+    [180.0, -178.5]
+    """
+    return np.where(np.abs(longitude) <= 180.0, longitude, (longitude + 180.0) % 360.0 - 180.0)  # noqa: PLR2004
+
+
+def projected_bounds(box: Bounds, projection: LocalProjection) -> Bounds:
+    """
+    Return the least box in metres around a box of longitudes and latitudes, and a metre more.
+
+    Its sides bend when projected: between the points laid on them they bulge by up to a metre.
+
+    Examples
+    --------
+    >>> box = (24.0, 60.0, 25.0, 61.0)
+    >>> [round(side / 1e3, 1) for side in projected_bounds(box, LocalProjection.centred_on(box))]
+    [-27.9, -55.7, 27.9, 55.8]
+    """
+    west, south, east, north = project_area(shapely.box(*box), projection).bounds
+    return west - EDGE_METRES, south - EDGE_METRES, east + EDGE_METRES, north + EDGE_METRES
+
+
+@cache
+def _geod() -> "pyproj.Geod":
+    """Return the geodesics of WGS84."""
+    # PROJ's own "aeqd" projects by the same geodesics, but puts all within 0.6 mm of the origin on it.
+    import pyproj  # noqa: PLC0415 - slow to import, and most problems need no map
+
+    return pyproj.Geod(ellps="WGS84")
+
+
+def _degrees(values: ArrayLike, name: str) -> FloatArray:
+    """Return longitudes and latitudes in range, shape (..., 2), degrees, or raise `ProblemError`."""
+    points = point_array(name, values)
+    wrong = np.argwhere((np.abs(points) > (180.0, 90.0)).any(axis=-1))
+    if len(wrong):
+        where = tuple(int(i) for i in wrong[0])
+        message = (
+            f"{name} holds {points[where].tolist()} at index {where or 0}; longitude must be in [-180, 180] and "
+            f"latitude in [-90, 90]: give degrees, longitude first"
+        )
+        raise ProblemError(message)
+    return points
