@@ -33,8 +33,8 @@ from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import raster_arrays
 from cgla_graph.model.risk_raster_kernels import raster_floor
 
-#: Times that the equation is solved on one grid, at most.
-MOST_ROUNDS = 8
+#: Times that the equation is solved on one grid, at most; more where cells of rasters are steep against each other.
+MOST_ROUNDS, MOST_ROUNDS_ON_RASTERS = 8, 16
 #: Cells along the longer side of the first grid; every further grid has twice as many.
 FIRST_CELLS = 128
 #: Cells from an end to the rim of its block on the first grid. It grows with the cube root of the refinement, as then
@@ -173,7 +173,7 @@ class Level:
         radius = (self.reach + 1.5) * max(mesh.spacing)
         near = np.hypot(*(mesh.node_points - source).T) <= radius
         best: Subsolution | None = None
-        for _ in range(MOST_ROUNDS):
+        for _ in range(MOST_ROUNDS_ON_RASTERS if problem.field.rasters else MOST_ROUNDS):
             times = costs_to_go(
                 problem,
                 mesh,

@@ -19,8 +19,11 @@ import typer
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.commands.parameters import (
     BoundsOption,
+    CorridorOption,
     DaskOption,
+    DensityOption,
     DirectedOption,
+    FatalityOption,
     FromOption,
     GoalOption,
     GraphArg,
@@ -28,6 +31,7 @@ from cgla_graph.comparisons.commands.parameters import (
     JsonOption,
     KindOption,
     KOption,
+    MetreOption,
     NoCertificateOption,
     NodataOption,
     NoFlyOption,
@@ -50,7 +54,9 @@ from cgla_graph.comparisons.commands.parameters import (
 )
 
 if TYPE_CHECKING:
+    from cgla_graph.comparisons.study.entrant import Entrant
     from cgla_graph.comparisons.study.runner import Run
+    from cgla_graph.scenarios.scenario import Scenario
 
 DONE, MISSING, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -250,12 +256,16 @@ def plan(
     max_length: Annotated[
         float | None, typer.Option("--max-length", metavar="L", help="find the least risk on a path at most that long")
     ] = None,
+    max_density: DensityOption = None,
+    corridor: CorridorOption = None,
     out: OutOption = None,
     profile: ProfileOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
     bounds: BoundsOption = None,
     k: KOption = None,
+    prevented_fatality: FatalityOption = None,
+    metre_price: MetreOption = None,
     no_fly: NoFlyOption = None,
     kind: KindOption = None,
     scale: ScaleOption = None,
@@ -271,7 +281,8 @@ def plan(
     Plan one path.
 
     Prints its numbers, and how far it is from the best possible; with --out, writes its waypoints (CSV, and GeoJSON
-    on lon/lat maps) and a picture. With --max-risk or --max-length, a budget takes the place of the weight k. On the
+    on lon/lat maps) and a picture. With --max-risk or --max-length, a budget takes the place of the weight k; with
+    --max-density, no cell of a raster within half the --corridor is above it. On the
     file of a graph, plans between two of its nodes, --from A --to B, with each of the solvers that --solver names.
     """
     from cgla_graph.comparisons import files
@@ -282,11 +293,15 @@ def plan(
         of_map = {
             "--max-risk": max_risk,
             "--max-length": max_length,
+            "--max-density": max_density,
+            "--corridor": corridor,
             "--profile": profile,
             "--start": start,
             "--goal": goal,
             "--bounds": bounds,
             "--k": k,
+            "--prevented-fatality": prevented_fatality,
+            "--metre-price": metre_price,
             "--no-fly": no_fly,
             "--kind": kind,
             "--scale": scale,
@@ -305,7 +320,7 @@ def plan(
             raise typer.Exit(MISSING)
         return
     _refuse(of_graph, f"{scenario} is {NO_GRAPH}")
-    from cgla_graph.comparisons.commands import one_map, output
+    from cgla_graph.comparisons.commands import density, one_map, output
     from cgla_graph.comparisons.commands import pareto as trade_off
     from cgla_graph.comparisons.study import options, runner
 
@@ -318,10 +333,11 @@ def plan(
         goal=goal,
         resolution=resolution,
         bounds=bounds,
-        k=k,
+        k=one_map.priced(k, prevented_fatality, metre_price),
         no_fly=no_fly,
         raster={"kind": kind, "scale": scale, "nodata": nodata, "interpolation": interpolation},
     )
+    opened = one_map.below(opened, max_density, corridor)
     folder = files.make_folder(out) if out else None
     _check_profile(profile)
     limited = max_risk is not None or max_length is not None
@@ -331,6 +347,8 @@ def plan(
             run = trade_off.run_of(opened, entrant, within.solution)
         else:
             run = next(iter(runner.compare([opened], [entrant], 1, tolerance=bound)))
+        if max_density is not None:
+            run = density.with_proof(run)
     written = output.write_plan(folder, run) if folder and run.solution.status.has_path else []
     profiled = _write_profile(profile, run)
     document = {
@@ -445,6 +463,7 @@ def pareto(
     solver: Annotated[
         str, typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:A=1:B=2")
     ] = "hybrid",
+    corridor: CorridorOption = None,
     out: OutOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
@@ -462,7 +481,8 @@ def pareto(
     Show what less risk costs in length, and which k asks for it.
 
     Prints the paths that are the cheapest under some k, and the k for which each is; with --out, writes them
-    (pareto.csv) and a picture (pareto.png). With --solver cgla they are all that the lattice has.
+    (pareto.csv) and a picture (pareto.png). With --solver cgla they are all that the lattice has. With --corridor W,
+    shows what each limit of the density under a corridor costs instead (density.csv).
     """
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.commands import one_map
@@ -482,6 +502,9 @@ def pareto(
         raster={"kind": kind, "scale": scale, "nodata": nodata, "interpolation": interpolation},
     )
     folder = files.make_folder(out) if out else None
+    if corridor is not None:
+        _density_front(opened, entrant, corridor, folder, as_json=as_json)
+        return
     with console.running_solvers():
         front = trade_off.front_of(opened, entrant)
     written = trade_off.write_front(folder, opened, front) if folder and front.points else []
@@ -492,6 +515,25 @@ def pareto(
         trade_off.print_front(opened, entrant, front)
         _say_files(written, folder)
     if not front.points:
+        raise typer.Exit(MISSING)
+
+
+def _density_front(
+    opened: "Scenario", entrant: "Entrant", corridor: float, folder: Path | None, *, as_json: bool
+) -> None:
+    """Show what each limit of the density under a corridor costs."""
+    from cgla_graph.comparisons.commands import density
+
+    with console.running_solvers():
+        front = density.front_of(opened, entrant, corridor)
+    written = density.write_front(folder, front) if folder else []
+    if as_json:
+        document = density.front_document(opened, entrant, corridor, front)
+        _print_json({**document, "files": [str(path) for path in written]})
+    else:
+        console.out_table(density.front_table(opened, entrant, corridor, front))
+        _say_files(written, folder)
+    if not any(point.solution.status.has_path for point in front):
         raise typer.Exit(MISSING)
 
 

@@ -8,9 +8,11 @@ from typing import Any
 
 from cgla_graph.comparisons.study import options
 from cgla_graph.errors import CglaError
+from cgla_graph.model.ground_risk import risk_weight
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.scenarios.loading import RASTERS, raster_scenario
 from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.solvers.trade_off.density import below_density
 
 
 def is_raster(spec: str) -> bool:
@@ -82,6 +84,49 @@ def open_map(
         if resolution is None
         else dataclasses.replace(scenario, lattice=Lattice(resolution, bounds=scenario.problem.bounds))
     )
+
+
+def priced(k: float | None, prevented_fatality: float | None, metre_price: float | None) -> float | None:
+    """
+    Return the risk weight that is given, or the one that two prices make.
+
+    Examples
+    --------
+    >>> priced(None, 2e6, 0.01), priced(5.0, None, None)
+    (200000000.0, 5.0)
+
+    Raises
+    ------
+    CglaError
+        If both are given, or only one of the prices, or a price is not above 0.
+    """
+    if prevented_fatality is None and metre_price is None:
+        return k
+    if k is not None:
+        msg = "--k and prices are both given; give one of them"
+        raise CglaError(msg)
+    if prevented_fatality is None or metre_price is None:
+        msg = "--prevented-fatality and --metre-price go together: k is the one over the other; give both"
+        raise CglaError(msg)
+    return risk_weight(prevented_fatality=prevented_fatality, metre=metre_price)
+
+
+def below(scenario: Scenario, max_density: float | None, corridor: float | None) -> Scenario:
+    """
+    Return the scenario without what is above a density, or too near to it (`cgla_graph.below_density`).
+
+    Raises
+    ------
+    CglaError
+        If there is a corridor without a density, or the scenario has no raster, or no path stays below.
+    """
+    if max_density is None:
+        if corridor is not None:
+            msg = f"--corridor {corridor:g} without --max-density; say how dense it may get under the corridor"
+            raise CglaError(msg)
+        return scenario
+    problem = below_density(scenario.problem, max_density, corridor=corridor or 0.0)
+    return dataclasses.replace(scenario, problem=problem)
 
 
 def with_k(scenario: Scenario, k: float | None) -> Scenario:

@@ -68,6 +68,20 @@ BoundsOption = Annotated[
 KOption = Annotated[
     float | None, typer.Option("--k", metavar="K", help="risk weight, instead of the scenario's: length + k * risk")
 ]
+FatalityOption = Annotated[
+    float | None,
+    typer.Option("--prevented-fatality", metavar="P", help="what preventing a fatality is worth; with --metre-price"),
+]
+MetreOption = Annotated[
+    float | None,
+    typer.Option("--metre-price", metavar="P", help="price of a metre flown: k is the one price over the other"),
+]
+DensityOption = Annotated[
+    float | None, typer.Option("--max-density", metavar="D", help="of rasters: no cell under the corridor is above it")
+]
+CorridorOption = Annotated[
+    float | None, typer.Option("--corridor", metavar="W", help="whole width of the corridor (default: 0), map units")
+]
 NoFlyOption = Annotated[
     Path | None, typer.Option("--no-fly", metavar="FILE.geojson", help="of a raster: no-fly areas beside it")
 ]

@@ -23,10 +23,10 @@ from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError, StudyError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
+from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, TracePoint
-from cgla_graph.scenarios.projection import LocalProjection
 from cgla_graph.scenarios.scenario import Scenario
 
 #: What `json` reads and writes.

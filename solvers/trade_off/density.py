@@ -170,8 +170,19 @@ def _point(
             raise
         return DensityPoint(level, Solution(Status.NO_PATH, message=str(error)), no_path=True)
     found = solve(limited, solver, **settings)
-    none = not found.status.has_path and math.isinf(lower_bound(limited, ANY_PATH).lower_bound)
-    return DensityPoint(level, found, no_path=none)
+    return DensityPoint(level, found, no_path=not found.status.has_path and is_proven_closed(limited))
+
+
+def is_proven_closed(problem: Problem) -> bool:
+    """
+    Tell whether the certificate proves that no path joins start and goal.
+
+    Examples
+    --------
+    >>> is_proven_closed(Problem((0.1, 0.1), (0.9, 0.9)))
+    False
+    """
+    return math.isinf(lower_bound(problem, ANY_PATH).lower_bound)
 
 
 def _spread(

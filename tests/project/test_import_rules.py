@@ -37,6 +37,7 @@ FLOORS = (
     ("solvers", "solvers.checks"),
     ("solvers.trade_off",),
     ("comparisons.files", "comparisons.console", "comparisons.numbers", "comparisons.store"),
+    ("comparisons.risk_samples", "comparisons.profile"),
     ("comparisons.workers",),
     ("comparisons.statistics",),
     ("comparisons.study",),

@@ -13,8 +13,8 @@ from map_files import AREAS, name_of
 from numpy.typing import ArrayLike
 
 from cgla_graph.errors import ScenarioError
+from cgla_graph.model.projection import LocalProjection, project_area
 from cgla_graph.scenarios.geojson import line_feature_collection, read_areas
-from cgla_graph.scenarios.projection import LocalProjection, project_area
 
 #: How many areas files have, and the name of the first.
 CONTENTS = {

@@ -25,6 +25,7 @@ from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.virtual_obstacle import VirtualObstacle
 from cgla_graph.mission.world import TimedArea, TimedThreat
 from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.scenarios.mission_file import (
     MissionFile,
@@ -36,7 +37,6 @@ from cgla_graph.scenarios.mission_file import (
     shipped_missions,
 )
 from cgla_graph.scenarios.mission_tables import FlySettings, MissionTable, VariantTable
-from cgla_graph.scenarios.projection import LocalProjection
 from cgla_graph.scenarios.scenario import ScenarioTable, load_scenario, shipped
 from cgla_graph.solvers import get
 

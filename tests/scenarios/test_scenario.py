@@ -14,11 +14,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgla_graph.errors import MissionError, ScenarioError
+from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField, SmallSpreadWarning, Threat
 from cgla_graph.scenarios import scenario as module
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.mission_file import mission_from_toml
-from cgla_graph.scenarios.projection import LocalProjection
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml, schema, shipped, shipped_text
 from cgla_graph.solvers.solving import solve
 

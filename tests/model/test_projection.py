@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
-from cgla_graph.scenarios.projection import LocalProjection, project_area
+from cgla_graph.model.projection import LocalProjection, project_area
 
 GEOD = pyproj.Geod(ellps="WGS84")
 longitudes = st.floats(-180.0, 180.0)
