@@ -256,7 +256,7 @@ class _Search:
             level = Level.lay(problem, last, runs)
             self.cells = len(level.mesh.columns)
             self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.upper))
-            bounds = level.both(FRACTION * self.tolerance)
+            bounds = level.both(FRACTION * self.tolerance, charge=True)
             if bounds is None:
                 # what finer grids leave out is more expensive than a known path
                 self.best = self.known

@@ -13,6 +13,13 @@ first enters the block of cells around the goal at ``y`` costs at least ``phi(st
 
 **Where the spline is too steep**, mostly where fronts meet, the cost is lowered by as much and the equation solved
 again, a few times: what is lost is of second order in the spacing where paths are smooth.
+
+**A few cells that stay too steep** need not lower the bound everywhere. Let ``|grad phi| <= c`` but for some cells,
+where ``|grad phi| <= s c``. Follow a path to the first of them that it enters, B, at ``a``, and go on where it leaves B
+for the last time, at ``b``: in between it costs at least ``(phi(a) - phi(b)) / s``, so ``phi(a) - phi(b)`` less at most
+``(1 - 1 / s)`` times the oscillation of ``phi`` over B. After ``b`` it never meets B again, and so on with the next one
+that it enters. So a path costs at least ``phi(x) - phi(y)`` less the sum of those charges over all such cells. (What
+such a bound falls by along a segment is no bound of the segment's cost.)
 """
 
 import math
@@ -35,6 +42,8 @@ from cgla_graph.model.risk_raster_kernels import raster_floor
 
 #: Times that the equation is solved on one grid, at most; more where cells of rasters are steep against each other.
 MOST_ROUNDS, MOST_ROUNDS_ON_RASTERS = 8, 16
+#: Cells that may stay too steep, at most, and the rounding of what they are charged for.
+MOST_CHARGED, ROUNDING = 2000, 1e-12
 #: Cells along the longer side of the first grid; every further grid has twice as many.
 FIRST_CELLS = 128
 #: Cells from an end to the rim of its block on the first grid. It grows with the cube root of the refinement, as then
@@ -146,17 +155,27 @@ class Level:
         reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
         return cls(problem, mesh, bounds, _costs_to_solve_for(problem, mesh), reach)
 
-    def both(self, aim: float) -> tuple[Subsolution, Subsolution] | None:
+    def both(self, aim: float, *, charge: bool = False) -> tuple[Subsolution, Subsolution] | None:
         """Bound the cost to the goal and to the start, at the same time; None if no way leads from one to the other."""
         # kernels let other threads run
         with ThreadPoolExecutor(1) as thread:
-            other = thread.submit(self.bound, to_goal=False, aim=aim)
-            to_goal, to_start = self.bound(to_goal=True, aim=aim), other.result()
+            other = thread.submit(self.bound, to_goal=False, aim=aim, charge=charge)
+            to_goal, to_start = self.bound(to_goal=True, aim=aim, charge=charge), other.result()
         return None if to_goal is None or to_start is None else (to_goal, to_start)
 
-    def bound(self, *, to_goal: bool, aim: float) -> Subsolution | None:
+    def bound(self, *, to_goal: bool, aim: float, charge: bool = False) -> Subsolution | None:
         """
         Bound the cost from everywhere to one end: solve, check, lower the cost where it is too steep, and again.
+
+        Parameters
+        ----------
+        to_goal
+            Which end.
+        aim
+            Gains below this part of the bound are not worth another round.
+        charge
+            Whether a few cells may stay too steep, for which the bound is lowered everywhere. Then differences of its
+            values bound nothing.
 
         Returns
         -------
@@ -173,6 +192,7 @@ class Level:
         radius = (self.reach + 1.5) * max(mesh.spacing)
         near = np.hypot(*(mesh.node_points - source).T) <= radius
         best: Subsolution | None = None
+        reached = -math.inf
         for _ in range(MOST_ROUNDS_ON_RASTERS if problem.field.rasters else MOST_ROUNDS):
             times = costs_to_go(
                 problem,
@@ -187,13 +207,32 @@ class Level:
                 return None
             steepest = certificate_kernels.steepness(times, mesh.kernel_mesh, mesh.last, checked, self.bounds, steep)
             found = self._shifted(times / max(steepest, 1.0), source, other, piece, block)
-            gained = found.bound - best.bound if best is not None else math.inf
-            if best is None or gained > 0.0:
+            gained, reached = found.bound - reached, max(reached, found.bound)
+            if charge and 1.0 + aim < steepest < math.inf and not block.holds[piece]:
+                scale, lost = self._charged(times, steep, steepest, found.bound)
+                eased = self._shifted(times / scale, source, other, piece, block)
+                if eased.bound - lost > found.bound:
+                    found = Subsolution(eased.bound - lost, eased.values - lost)
+            if best is None or found.bound > best.bound:
                 best = found
-            if steepest < 1.0 + aim or 0.0 <= gained < aim * best.bound:
+            if steepest < 1.0 + aim or 0.0 <= gained < aim * reached:
                 break
             certificate_kernels.soften(steep, mesh.controls, factors)
         return best
+
+    def _charged(self, times: FloatArray, steep: FloatArray, steepest: float, bound: float) -> tuple[float, float]:
+        """Choose by how much a spline is lowered as a whole, and return that and the charge for the cells above."""
+        above = np.flatnonzero(steep > 1.0)
+        worst = above[np.argsort(steep[above])[::-1]][:MOST_CHARGED]
+        around = times[self.mesh.controls[worst]].reshape(-1, 3, 3)
+        # the Bézier control values of each piece
+        values = 0.25 * (around[:, 1:2, 1:2] + around[:, 1:2, :] + around[:, :, 1:2] + around)
+        spans = (values.max(axis=(1, 2)) - values.min(axis=(1, 2))) * (1.0 + ROUNDING)
+        # with each scale, the cells before it stay too steep; with 1, all of them
+        scales = steep[worst] if len(above) > MOST_CHARGED else np.append(steep[worst], 1.0)
+        charges = (1.0 - scales / steepest) * np.concatenate([[0.0], np.cumsum(spans)])[: len(scales)]
+        chosen = int(np.argmax((bound * steepest - charges) / scales))
+        return float(scales[chosen]), float(charges[chosen] / scales[chosen])
 
     def _shifted(self, values: FloatArray, source: Point, other: Point, piece: int, block: "Block") -> Subsolution:
         """Shift a spline that is nowhere too steep so that it bounds the cost to the source itself."""

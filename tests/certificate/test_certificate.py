@@ -282,9 +282,10 @@ def check_level(problem: cg.Problem, path: FloatArray, cells: int, *, scale: flo
     mesh = SplineMesh.build(problem.bounds, (columns, rows), runs, problem.model.area, ends)
     assert (mesh.controls == level.mesh.controls).all()
     pieces = np.array(mesh.ends)
-    for end, so_far in ((problem.goal, done[-1] - done), (problem.start, done)):
+    ways = [(problem.goal, done[-1] - done, charge) for charge in (False, True)]
+    for end, so_far, charge in [*ways, (problem.start, done, True)]:
         to_goal = end is problem.goal
-        field = level.bound(to_goal=to_goal, aim=1e-3)
+        field = level.bound(to_goal=to_goal, aim=1e-3, charge=charge)
         assert field is not None, "there is a path, but the certificate says there is none"
         assert scale * field.bound <= done[-1] * (1.0 + ROUNDING)
         asked = ~Block.around(level, end).holds[pieces]
@@ -378,6 +379,31 @@ def test_a_proof_without_one_of_its_steps_is_caught(
     monkeypatch.setattr(subsolution, "certificate_kernels", SimpleNamespace(**{**KERNELS, name: broken}))
     with pytest.raises(AssertionError):
         check_levels(cases())
+
+
+def test_cells_that_are_steep_and_free_of_charge_are_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = [(problem, good_path(problem, 7)) for problem in map(raster_maps, range(40))]
+    cases = [(problem, path) for problem, path in drawn if path is not None and len(path) > 1]
+    check_levels(cases)
+    monkeypatch.setattr(Level, "_charged", lambda *_: (1.0, 0.0))
+    with pytest.raises(AssertionError):
+        check_levels(cases)
+
+
+def test_charges_let_a_few_steep_cells_be() -> None:
+    """Without them, all of the map pays for the steepest cell."""
+    bounds = []
+    for seed in range(4):
+        values = np.random.default_rng(seed).lognormal(0.0, 1.5, (20, 20))
+        field = cg.RiskField(rasters=[cg.RasterRisk(values, (0, 0, 1, 1))])
+        problem = cg.Problem((0.05, 0.03), (0.95, 0.94), field, k=3.0)
+        level = Level.lay(problem, (160, 160), cell_runs.rectangle((160, 160)))
+        found = [level.bound(to_goal=True, aim=1e-4, charge=charge) for charge in (False, True)]
+        bounds.append([one.bound for one in found if one is not None])
+        assert bounds[-1][1] <= cg.solve(problem, "hybrid", tolerance=None).cost * (1.0 + ROUNDING)
+    plain, charged = np.array(bounds).T
+    assert (charged >= plain).all()
+    assert (charged > plain).sum() >= 2
 
 
 # Values that are known
