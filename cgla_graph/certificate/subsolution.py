@@ -289,17 +289,20 @@ class Tip:
     def at(cls, problem: Problem, end: Point, rim: float) -> "Tip":
         """Bound the cost to an end from points up to `rim` away, map units."""
         *_, constant = cls._bounds(problem, end, rim)
+        best, high = cls(np.array([constant, 0.0, 0.0, 0.0]), constant), constant * rim
         for radius in (2.0 * rim, 1.5 * rim):
             cost, gx, gy, drop, _ = cls._bounds(problem, end, radius)
             slope = math.hypot(gx, gy)
             least = cost - slope * radius - drop
-            # (kinks of a raster may leave less at the end itself than there is anywhere around)
-            if cost > constant and least > 0.0 and slope * radius <= 2.0 * least:
-                beta = drop / radius**2 + slope**2 / (4.0 * least)
-                last_way = cost * radius - 0.5 * slope * radius**2 - beta * radius**3 / 3.0
-                if last_way + least * (radius - rim) >= cost * rim + 0.5 * slope * rim**2:
-                    return cls(np.array([cost, gx, gy, beta]), max(least, 1.0))
-        return cls(np.array([constant, 0.0, 0.0, 0.0]), constant)
+            if not (least > 0.0 and slope * radius <= 2.0 * least):
+                continue
+            beta = drop / radius**2 + slope**2 / (4.0 * least)
+            last_way = cost * radius - 0.5 * slope * radius**2 - beta * radius**3 / 3.0
+            # on the rim, but for the slope, which is as much above on one side as below on the other
+            level = cost * rim - beta * rim**3 / 3.0
+            if last_way + least * (radius - rim) >= cost * rim + 0.5 * slope * rim**2 and level > high:
+                best, high = cls(np.array([cost, gx, gy, beta]), max(least, 1.0)), level
+        return best
 
     @staticmethod
     def _bounds(problem: Problem, end: Point, radius: float) -> tuple[float, float, float, float, float]:
