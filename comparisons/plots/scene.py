@@ -149,7 +149,7 @@ def _heavy_ticks(top: float) -> list[float]:
     Examples
     --------
     >>> _heavy_ticks(20.9)
-    [0.0, 0.2, 1.0, 4.0, 10.0, 20.0]
+    [0.0, 0.2, 1.0, 5.0, 10.0, 20.0]
     """
     ticks = [0.0, *(float(f"{top * share**3:.0e}") for share in (0.2, 0.4, 0.6, 0.8))]
     unit = 10.0 ** math.floor(math.log10(top))

@@ -93,10 +93,10 @@ def check(matrix: CostMatrix, model: CostModel) -> None:
 @many
 @given(data=st.data())
 def test_repair_is_planning_from_scratch(data: st.DataObject) -> None:
-    before = data.draw(models())
+    before = data.draw(models(rastered=True))
     graph = data.draw(graphs(before))
     target = data.draw(st.integers(0, graph.n_nodes - 1))
-    after = data.draw(changed(before))
+    after = data.draw(changed(before, rastered=True))
     plan: Callable[..., CostMatrix] = data.draw(st.sampled_from([cost_matrix, lazy_cost_matrix]))
     matrix = plan(graph, target)
     was = bits(matrix)
@@ -110,7 +110,7 @@ def test_repair_is_planning_from_scratch(data: st.DataObject) -> None:
 @usual
 @given(data=st.data())
 def test_lazy_cost_matrix_is_the_cost_matrix(data: st.DataObject) -> None:
-    model = data.draw(models())
+    model = data.draw(models(rastered=True))
     graph = data.draw(graphs(model))
     check(lazy_cost_matrix(graph, data.draw(st.integers(0, graph.n_nodes - 1))), model)
 
@@ -118,10 +118,10 @@ def test_lazy_cost_matrix_is_the_cost_matrix(data: st.DataObject) -> None:
 @examples(15)
 @given(data=st.data())
 def test_ten_repairs_in_a_row(data: st.DataObject) -> None:
-    model = data.draw(models())
+    model = data.draw(models(rastered=True))
     matrix = lazy_cost_matrix(data.draw(graphs(model)), 0)
     for _ in range(10):
-        model = data.draw(changed(model))
+        model = data.draw(changed(model, rastered=True))
         matrix = repair(matrix, model)
     check(matrix, model)
 
@@ -343,7 +343,7 @@ def test_risk_out_of_reach_of_a_change_keeps_its_bits(field: RiskField, more: li
 @usual
 @given(data=st.data())
 def test_linked_is_a_graph_with_one_more_node(data: st.DataObject) -> None:
-    model = data.draw(models())
+    model = data.draw(models(rastered=True))
     graph = data.draw(graphs(model))
     target = data.draw(st.integers(0, graph.n_nodes - 1))
     matrix = lazy_cost_matrix(graph, target)
@@ -399,11 +399,11 @@ def test_linked_values_are_those_of_an_early_stop() -> None:
 @many
 @given(data=st.data())
 def test_reweigh_is_weighing_from_scratch(data: st.DataObject) -> None:
-    before = data.draw(models())
+    before = data.draw(models(rastered=True))
     graph = data.draw(graphs(before))
     weights = graph.weight_matrix()
     was = weights.tobytes()
-    after = data.draw(changed(before))
+    after = data.draw(changed(before, rastered=True))
     result = reweigh(graph, after)
     fresh = graph.under(after).weight_matrix()
     np.testing.assert_allclose(result.weight_matrix(), fresh, rtol=0.0, atol=EXACT)
@@ -441,7 +441,7 @@ def test_reweigh_on_threads_gives_the_same_floats() -> None:
 @usual
 @given(data=st.data())
 def test_with_node_is_a_graph_with_one_more_node(data: st.DataObject) -> None:
-    model = data.draw(models())
+    model = data.draw(models(rastered=True))
     graph = data.draw(graphs(model))
     stored = data.draw(st.booleans())
     if stored:

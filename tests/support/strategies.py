@@ -308,19 +308,20 @@ def plain_threats(draw: st.DrawFn) -> Threat:
 
 
 @st.composite
-def models(draw: st.DrawFn) -> CostModel:
+def models(draw: st.DrawFn, *, rastered: bool = False) -> CostModel:
+    """Draw cost models, some of them with a raster if `rastered`."""
     k = draw(st.sampled_from([10.0, 100.0, 1.0, 0.0]))
     # 17 threats have a greater reach than 16
     plain = st.lists(plain_threats(), max_size=5).map(RiskField)
     field = draw(st.one_of(plain, fields(max_threats=6), crowds(max_threats=18)))
-    if draw(st.integers(0, 3)) == 0:
+    if rastered and draw(st.integers(0, 3)) == 0:
         field = RiskField(field.threats, rasters=[draw(rasters())])
     return CostModel(field, k, draw(areas()) if draw(st.booleans()) else None)
 
 
 @st.composite
-def changed(draw: st.DrawFn, model: CostModel) -> CostModel:
-    """Draw another model: threats come, go, move and change places; areas pop up and vanish; k changes."""
+def changed(draw: st.DrawFn, model: CostModel, *, rastered: bool = False) -> CostModel:
+    """Draw another model: threats come, go, move and change places; areas pop up and vanish; k (and rasters) change."""
     members = list(model.field.threats)
     events = st.sampled_from(["come", "go", "move", "double", "shuffle"])
     for event in draw(st.lists(events, min_size=draw(st.integers(0, 1)), max_size=3)):
@@ -348,6 +349,6 @@ def changed(draw: st.DrawFn, model: CostModel) -> CostModel:
             new = [part for part in no_fly.geoms if all(part.disjoint(other) for other in kept)]
             no_fly = shapely.MultiPolygon(kept + new)
     grids = model.field.rasters
-    if draw(st.integers(0, 5)) == 0:
+    if rastered and draw(st.integers(0, 5)) == 0:
         grids = () if grids else (draw(rasters()),)
     return CostModel(RiskField(members, rasters=grids), k, no_fly)
