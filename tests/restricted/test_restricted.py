@@ -182,7 +182,7 @@ def test_a_bound_that_is_too_high_is_caught(which: str, monkeypatch: pytest.Monk
 # On rasters
 
 
-@examples(15)
+@examples(8)
 @given(seeds, st.integers(12, 30))
 def test_on_rasters_it_is_the_optimum_of_the_full_matrix(seed: int, side: int) -> None:
     check(with_raster(random_problem(seed), seed).on_lattice(side))

@@ -49,7 +49,7 @@ def is_joined(problem: cg.Problem, level: float) -> bool:
 
 
 @given(strategies.seeds, st.integers(1, 8), st.sampled_from([0.1, 0.5]))
-@examples(25)
+@examples(15)
 def test_a_corridor_stays_below_or_there_is_none(seed: int, level: int, width: float) -> None:
     problem = town(seed)
     (point,) = density_front(problem, corridor=width, levels=[float(level)], tolerance=None)
@@ -60,6 +60,7 @@ def test_a_corridor_stays_below_or_there_is_none(seed: int, level: int, width: f
         assert below_density(problem, level, corridor=width).evaluate(point.solution.path).feasible
 
 
+@pytest.mark.slow
 @given(strategies.seeds)
 @examples(4)
 def test_a_front_begins_at_the_least_limit_and_falls(seed: int) -> None:
