@@ -76,8 +76,8 @@ class FastMarching:
         began = time.perf_counter()
         columns, rows = self._grid(problem)
         second = self.order == 2  # noqa: PLR2004 - one of two
-        path, n_nodes, laid = marched(problem, (columns, rows), second=second)
-        build_seconds = laid - began
+        found = marched(problem, (columns, rows), second=second)
+        path, n_nodes, build_seconds = found.path, found.mesh.n_nodes, found.laid - began
         if not len(path):
             message = f"no way down to the goal on {columns} x {rows} cells"
             return Solution(Status.NOT_FOUND, build_seconds=build_seconds, evaluations=n_nodes, message=message)
@@ -98,7 +98,28 @@ class FastMarching:
         return in_line(problem, (columns, rows)) if self.cells is None else (columns, rows)
 
 
-def marched(problem: Problem, last: tuple[int, int], *, second: bool = True) -> tuple[FloatArray, int, float]:
+@dataclass(frozen=True, eq=False)
+class Marched:
+    """
+    What marching from the goal of a problem found.
+
+    Attributes
+    ----------
+    path
+        The way down from the start, shape ``(m, 2)``, map units; empty if there is none.
+    mesh, times
+        The grid, and the cost to the goal at each of its nodes, shape ``(n + 1,)``, the last one no node.
+    laid
+        When the grid was laid, by `time.perf_counter`.
+    """
+
+    path: FloatArray
+    mesh: SplineMesh
+    times: FloatArray
+    laid: float
+
+
+def marched(problem: Problem, last: tuple[int, int], *, second: bool = True) -> Marched:
     """
     March from the goal over a grid, and descend from the start.
 
@@ -111,16 +132,10 @@ def marched(problem: Problem, last: tuple[int, int], *, second: bool = True) -> 
     second
         Whether to use differences of second order.
 
-    Returns
-    -------
-    path, n_nodes, laid
-        Waypoints, shape ``(m, 2)``, empty if there is no way down; nodes of the grid; and when it was laid, by
-        `time.perf_counter`.
-
     Examples
     --------
-    >>> path, n_nodes, _ = marched(Problem((0.1, 0.1), (0.9, 0.9)), (16, 16))
-    >>> path[0].tolist(), path[-1].tolist(), n_nodes
+    >>> found = marched(Problem((0.1, 0.1), (0.9, 0.9)), (16, 16))
+    >>> found.path[0].tolist(), found.path[-1].tolist(), found.mesh.n_nodes
     ([0.1, 0.1], [0.9, 0.9], 361)
     """
     ends = problem.start, problem.goal
@@ -129,4 +144,4 @@ def marched(problem: Problem, last: tuple[int, int], *, second: bool = True) -> 
     laid = time.perf_counter()
     near = NEAR * max(mesh.spacing)
     times = costs_to_go(problem, mesh, problem.goal, mesh.ends[1], costs, radius=near, second=second)
-    return descent(problem, mesh, times, radius=NEAR), mesh.n_nodes, laid
+    return Marched(descent(problem, mesh, times, radius=NEAR), mesh, times, laid)

@@ -21,7 +21,7 @@ from cgla_graph.model.solver import Traits
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers.base import whole_setting
 from cgla_graph.solvers.continuous import hybrid_roadmap
-from cgla_graph.solvers.continuous.fast_marching import marched
+from cgla_graph.solvers.continuous.fast_marching import NEAR, Marched, marched
 
 #: Candidates cost at most so much more than the best one before refinement, relative to it.
 SLACK = 0.25
@@ -173,15 +173,17 @@ class _Search:
         return [self._refined(path, tolerance=1e-3, max_points=40)]
 
     def _down_the_raster(self) -> list[tuple[FloatArray, float]]:
-        """Find the way down the costs-to-go at the resolution of rasters, whose corridors the roadmap may miss."""
+        """Find ways down the costs-to-go at the resolution of rasters, whose corridors the roadmap may miss."""
         if not self.problem.field.rasters or self.problem.k == 0.0:
             return []
-        path, n_nodes, _ = marched(self.problem, _raster_grid(self.problem))
-        self.evaluations += n_nodes
-        if not len(path) or not self.problem.evaluate(path).feasible:
-            return []
-        self._offer(path)
-        return [self._refined(path, tolerance=1e-4, max_points=RASTER_POINTS)]
+        found = marched(self.problem, _raster_grid(self.problem))
+        self.evaluations += found.mesh.n_nodes
+        refined = []
+        for path in (found.path, _from_node_to_node(self.problem, found)):
+            if len(path) and self.problem.evaluate(path).feasible:
+                self._offer(path)
+                refined.append(self._refined(path, tolerance=1e-4, max_points=RASTER_POINTS))
+        return refined
 
     def _offer(self, path: FloatArray) -> None:
         found = self.problem.evaluate(path)
@@ -224,7 +226,47 @@ def _raster_grid(problem: Problem) -> tuple[int, int]:
     spacing = max(0.5 * finest, math.sqrt(sides[0] * sides[1] / RASTER_NODES))
     # a coarse raster is no smoother than a threat
     spacing = min(spacing, max(sides) / RASTER_LEAST)
-    return in_line(problem, (max(8, round(sides[0] / spacing)), max(8, round(sides[1] / spacing))))
+    # an even number for each of the raster's, so that nodes are in the middle of its cells: in the floor of a valley
+    columns, rows = in_line(problem, (max(4, round(0.5 * sides[0] / spacing)), max(4, round(0.5 * sides[1] / spacing))))
+    return 2 * columns, 2 * rows
+
+
+def _from_node_to_node(problem: Problem, found: Marched) -> FloatArray:
+    """
+    Follow costs-to-go down from node to node of the grid; empty if that leads nowhere.
+
+    Where a valley is steep and narrow, the way down a spline leaves its floor, and nodes do not.
+    """
+    mesh = found.mesh
+    columns, rows = mesh.last
+    inside = (
+        (mesh.node_columns >= 0) & (mesh.node_columns <= columns) & (mesh.node_rows >= 0) & (mesh.node_rows <= rows)
+    )
+    where = mesh.node_columns[inside], mesh.node_rows[inside]
+    # a frame that nothing leads to
+    times = np.full((columns + 3, rows + 3), np.inf)
+    np.minimum.at(times, (where[0] + 1, where[1] + 1), found.times[:-1][inside])
+    origin, spacing = np.array(mesh.origin), np.array(mesh.spacing)
+    here, goal = (tuple((np.rint((end - origin) / spacing) + 1).astype(int)) for end in (problem.start, problem.goal))
+    moves = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)])
+    nodes = [here]
+    while here != goal:
+        there = np.array(here) + moves
+        nearer = times[there[:, 0], there[:, 1]]
+        lower = nearer < times[here]
+        if not lower.any():
+            # at the foot of the valley, near the goal, or nowhere
+            break
+        ends = origin + (there[lower] - 1) * spacing
+        weights = problem.model.weights(np.broadcast_to(origin + (np.array(here) - 1) * spacing, ends.shape), ends)
+        here = tuple(there[lower][np.argmin(nearer[lower] + weights)].tolist())
+        nodes.append(here)
+    if len(nodes) == 1 or max(abs(here[0] - goal[0]), abs(here[1] - goal[1])) > NEAR:
+        return np.empty((0, 2))
+    steps = np.diff(np.array(nodes), axis=0)
+    # where it turns
+    turns = np.array(nodes)[np.concatenate([[True], (steps[1:] != steps[:-1]).any(axis=1), [True]])]
+    return np.vstack([problem.start, origin + (turns - 1) * spacing, problem.goal])
 
 
 def _poles(problem: Problem, cost: float) -> FloatArray:

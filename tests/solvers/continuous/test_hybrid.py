@@ -244,3 +244,25 @@ def test_odd_maps() -> None:
     found = cg.solve(thin, QUICK)
     assert found.cost == pytest.approx(refine_path(thin, found.path).cost, rel=1e-4)
     assert found.cost <= cg.solve(thin, "straight-line").cost
+
+
+@pytest.mark.parametrize("interpolation", ["bilinear", "nearest"])
+def test_corridors_a_cell_wide_are_found(interpolation: Any) -> None:  # noqa: ANN401 - one of two words
+    """A way that winds between walls, on a raster whose cells the roadmap's lattice misses."""
+    side, rows = 90, range(1, 89, 8)
+    values = np.full((side, side), 1000.0)
+    way: list[tuple[float, float]] = []
+    for number, row in enumerate(rows):
+        values[row, 1 : side - 1] = 0.0
+        ends = [1, side - 2] if number % 2 == 0 else [side - 2, 1]
+        way += [(column + 0.5, row + 0.5) for column in ends]
+        if number + 1 < len(rows):
+            values[row : row + 8, ends[1]] = 0.0
+    box = (0.0, 0.0, float(side), float(side))
+    field = cg.RiskField(rasters=[cg.RasterRisk(values, box, origin="lower", interpolation=interpolation)])
+    problem = cg.Problem(way[0], way[-1], field, k=1.0, bounds=box)
+    along = problem.evaluate(way)
+    assert along.risk == 0.0
+    found = cg.solve(problem, "hybrid", tolerance=None)
+    assert found.cost <= along.cost
+    assert found.length > 0.9 * along.length
