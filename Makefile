@@ -29,8 +29,8 @@ lint: $(INSTALLED)
 
 check: lint
 	$(PYTEST)
-	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(PYTEST) \
-		tests/model/test_risk.py tests/model/test_no_fly.py tests/model/test_graph.py tests/cost_to_go/test_cost_matrix.py \
+	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(PYTEST) -m "not slow" \
+		tests/model/test_risk.py tests/model/test_risk_raster.py tests/model/test_no_fly.py tests/model/test_graph.py tests/cost_to_go/test_cost_matrix.py \
 		tests/eikonal/test_mesh.py tests/eikonal/test_marching_kernels.py tests/certificate/test_certificate_kernels.py \
 		tests/cost_to_go/test_repair.py tests/fusion/test_fusion.py tests/motion/test_trajectory.py tests/motion/test_space_time.py
 

@@ -15,6 +15,7 @@ from cgla_graph.solvers import registry
 
 #: Small budgets, and lattices fine enough to see a block.
 QUICK: dict[str, dict[str, Any]] = {
+    "hybrid": {"tolerance": 0.1},
     "rrt-star": {"iterations": 600},
     "informed-rrt-star": {"iterations": 600},
     "sorrt-star": {"iterations": 600},

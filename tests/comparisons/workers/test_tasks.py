@@ -40,7 +40,7 @@ def tasks_of(needs: dict[int, list[int]], begun: list[int]) -> list[Task]:
 
 
 @pytest.mark.slow
-@examples(60)
+@examples(30)
 @given(seed=st.integers(0, 2**32), size=st.integers(0, 12), workers=st.integers(0, 3), data=st.data())
 def test_each_is_made_once_after_what_it_needs(seed: int, size: int, workers: int, data: st.DataObject) -> None:
     draw = random.Random(seed)  # noqa: S311 - no secret
