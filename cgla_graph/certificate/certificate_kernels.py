@@ -84,7 +84,7 @@ def cost_bounds(
             bound = out[p, part]
             bound[COST], bound[SLOPE_X], bound[SLOPE_Y] = 1.0 + k * (1.0 - clear), k * gx, k * gy
             bound[DROP], bound[LEAST] = drop, 1.0
-            if rasters[0].shape[0] > 0:
+            if rasters.shape[0] > 0:
                 _add_rasters((x, y), spacing, part, bounds, k, rasters, bound)
 
 

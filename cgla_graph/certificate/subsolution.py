@@ -37,7 +37,7 @@ from cgla_graph.eikonal.marching_kernels import spline_value
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
-from cgla_graph.model.risk_raster import raster_arrays
+from cgla_graph.model.risk_raster import raster_array
 from cgla_graph.model.risk_raster_kernels import raster_floor
 
 #: Times that the equation is solved on one grid, at most; more where cells of rasters are steep against each other.
@@ -149,7 +149,7 @@ class Level:
             problem.bounds,
             problem.k,
             problem.field.table,
-            problem.field.raster_arrays,
+            problem.field.raster_array,
             bounds,
         )
         reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
@@ -310,7 +310,7 @@ class Tip:
         bounds, middle = np.empty((1, 1, 5)), np.zeros(1, dtype=np.int32)
         # half the diagonal of this cell is the radius
         cell = (math.sqrt(2.0) * radius, math.sqrt(2.0) * radius)
-        threats = problem.k, problem.field.table, raster_arrays([])
+        threats = problem.k, problem.field.table, raster_array([])
         certificate_kernels.cost_bounds(middle, middle, end, cell, problem.bounds, *threats, bounds)
         cost, gx, gy, drop, _ = bounds[0, 0].tolist()
         least = max(cost - math.hypot(gx, gy) * radius - drop, 1.0)
@@ -319,7 +319,7 @@ class Tip:
         x_min, y_min, x_max, y_max = problem.bounds
         low = max(end[0] - radius, x_min), max(end[1] - radius, y_min)
         high = min(end[0] + radius, x_max), min(end[1] + radius, y_max)
-        found = raster_floor(low, high, *end, problem.field.raster_arrays)
+        found = raster_floor(low, high, *end, problem.field.raster_array)
         value, slope_x, slope_y, lost, floor = (problem.k * one for one in found)
         # what a raster may fall below its linear function is lost everywhere, at the end too
         return cost + value - lost, gx + slope_x, gy + slope_y, drop, least + floor
@@ -372,5 +372,5 @@ def _costs_to_solve_for(problem: Problem, mesh: SplineMesh) -> FloatArray:
     )
     least = np.empty(mesh.n_nodes)
     reach = 1.5 * mesh.spacing[0], 1.5 * mesh.spacing[1]
-    certificate_kernels.least_around(mesh.node_points, reach, problem.bounds, raster_arrays(jumping), least)
+    certificate_kernels.least_around(mesh.node_points, reach, problem.bounds, raster_array(jumping), least)
     return 1.0 + problem.k * (smooth.density(mesh.node_points) + least)

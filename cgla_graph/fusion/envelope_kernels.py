@@ -33,7 +33,6 @@ from cgla_graph.model.risk_kernels import (
     segment_risk,
     threats_in_reach,
 )
-from cgla_graph.model.risk_raster_kernels import HEADER
 
 #: The table of all different threats (see `risk_kernels.threat_table`), shape ``(u, 7)``; how often each field has
 #: each of them, shape ``(n, u)``; the fields' own tables one below the other, and the ``n + 1`` rows where they begin.
@@ -44,7 +43,7 @@ Fields: TypeAlias = tuple[FloatArray, IntArray, FloatArray, IntArray]
 Work: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray]
 
 #: Fused fields have no rasters.
-NO_HEADS, NO_VALUES = np.empty((0, HEADER)), np.empty(0)
+NO_RASTERS = np.empty(0)
 #: Fields that differ by less count as equal: over a whole segment a fifth of the error that is promised.
 NO_DIFFERENCE = 2e-10
 #: So do fields whose difference integrates to less on one panel, relative to the length of the segment.
@@ -325,13 +324,13 @@ def envelope_risk(x1: float, y1: float, x2: float, y2: float, fields: Fields, wo
             for piece in range(n_pieces):
                 now = _winner(0.5 * (cuts[piece] + cuts[piece + 1]), n_winners, m, counts, work)
                 if known and now != largest:
-                    field = tables[rows[largest] : rows[largest + 1]], scratch, False, (NO_HEADS, NO_VALUES)
+                    field = tables[rows[largest] : rows[largest + 1]], scratch, False, NO_RASTERS
                     total += _piece(x1, y1, ux, uy, begun, cuts[piece], field)
                     begun = cuts[piece]
                 largest = now
                 known = True
         start = end
-    field = tables[rows[largest] : rows[largest + 1]], scratch, False, (NO_HEADS, NO_VALUES)
+    field = tables[rows[largest] : rows[largest + 1]], scratch, False, NO_RASTERS
     if begun == 0.0:
         return segment_risk(x1, y1, x2, y2, field)
     return total + _piece(x1, y1, ux, uy, begun, length, field)

@@ -14,7 +14,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph._validate import finite_number, non_negative_number, point_array, positive_number, together
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_kernels
-from cgla_graph.model.risk_raster import RasterRisk, raster_arrays
+from cgla_graph.model.risk_raster import RasterRisk, raster_array
 from cgla_graph.model.risk_raster_kernels import Rasters
 
 Member = TypeVar("Member")
@@ -30,7 +30,7 @@ HIGHEST_PEAK = 1e6
 
 
 #: What kernels compute from the threats themselves, whatever a subclass of `RiskField` says.
-OF_KERNELS = ("density", "gradient", "line_integral", "table", "raster_arrays", "kernel_field", "is_proper")
+OF_KERNELS = ("density", "gradient", "line_integral", "table", "raster_array", "kernel_field", "is_proper")
 
 
 class ImproperFieldWarning(UserWarning):
@@ -276,13 +276,13 @@ class RiskField:
         return self.table[:, :2]
 
     @cached_property
-    def raster_arrays(self) -> Rasters:
+    def raster_array(self) -> Rasters:
         """The kernels' view of the rasters, read-only."""
-        return raster_arrays(self.rasters)
+        return raster_array(self.rasters)
 
     def kernel_field(self) -> risk_kernels.Field:
         """Hand the field to a kernel, with scratch memory of its own (one call for each thread)."""
-        return self.table, risk_kernels.workspace(len(self)), not self.is_proper, self.raster_arrays
+        return self.table, risk_kernels.workspace(len(self)), not self.is_proper, self.raster_array
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle threats and rasters alone: what kernels read is made anew, read-only."""
@@ -351,7 +351,7 @@ class RiskField:
         """
         where = point_array("points", points)
         out = np.empty(where.shape[:-1])
-        risk_kernels.density(where.reshape(-1, 2), self.table, self.raster_arrays, out.reshape(-1))
+        risk_kernels.density(where.reshape(-1, 2), self.table, self.raster_array, out.reshape(-1))
         return out
 
     def gradient(self, points: ArrayLike) -> FloatArray:
@@ -386,7 +386,7 @@ class RiskField:
         """
         where = point_array("points", points)
         out = np.empty(where.shape)
-        risk_kernels.gradient(where.reshape(-1, 2), self.table, self.raster_arrays, out.reshape(-1, 2))
+        risk_kernels.gradient(where.reshape(-1, 2), self.table, self.raster_array, out.reshape(-1, 2))
         return out + 0.0
 
     def contour_radii(self, level: float) -> FloatArray:

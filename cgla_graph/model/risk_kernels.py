@@ -115,7 +115,7 @@ def density(points: FloatArray, table: FloatArray, rasters: Rasters, out: FloatA
             dy = points[n, 1] - table[i, Y]
             clear *= 1.0 - math.exp(table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * (dx * dx + dy * dy))
         out[n] = 1.0 - clear
-        if rasters[0].shape[0] > 0:
+        if rasters.shape[0] > 0:
             out[n] += density_at(points[n, 0], points[n, 1], rasters)
 
 
@@ -133,7 +133,7 @@ def gradient(points: FloatArray, table: FloatArray, rasters: Rasters, out: Float
             gx = gx * (1.0 - f) + slope * dx
             gy = gy * (1.0 - f) + slope * dy
             clear *= 1.0 - f
-        if rasters[0].shape[0] > 0:
+        if rasters.shape[0] > 0:
             more_x, more_y = gradient_at(points[n, 0], points[n, 1], rasters)
             gx += more_x
             gy += more_y
@@ -323,21 +323,28 @@ def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray, 
 
 
 @kernel
-def _threat_risk(
-    x1: float, y1: float, x2: float, y2: float, length: float, table: FloatArray, scratch: FloatArray, improper: bool
-) -> float:
+def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> float:
     """
-    Integrate the risk of threats over a segment of some length.
+    Integrate the risk field over the straight segment from ``(x1, y1)`` to ``(x2, y2)`` (Eq. 6).
 
-    The closed form serves where few threats overlap, quadrature where many do; both are within 1e-12 of the truth
-    on a map of unit size.
+    Of threats, the closed form serves where few overlap, quadrature where many do; both are within 1e-12 of the truth
+    on a map of unit size. The risk of rasters is added. The ends are put in one order first, so that both directions
+    give the same float.
     """
+    if x2 < x1 or (x2 == x1 and y2 < y1):
+        x1, x2 = x2, x1
+        y1, y2 = y2, y1
+    length = math.hypot(x2 - x1, y2 - y1)
+    if length == 0.0:
+        return 0.0
+    table, scratch, improper, rasters = field
+    of_rasters = raster_risk(x1, y1, x2, y2, rasters) if rasters.shape[0] > 0 else 0.0
     ux = (x2 - x1) / length
     uy = (y2 - y1) / length
     active = scratch[2 : 2 + table.shape[0]]
     m = threats_in_reach(x1, y1, ux, uy, length, table, active)
     if m == 0:
-        return 0.0
+        return of_rasters
     if not improper:
         # A term of the closed form costs about as much as one threat in one panel of the quadrature.
         log_cutoff = LOG_CUTOFF - 2.0 * math.log(m)
@@ -352,32 +359,9 @@ def _threat_risk(
         if 2 * n_pairs <= 3 * m:
             value = _closed_form(length, m, active, scratch[2 + table.shape[0] :], log_cutoff, 4 * m)
             if value >= 0.0:
-                return value
+                return value + of_rasters
     width = panel_width(m, active)
-    return _quadrature(length, m, active, scratch, 0.5 * width if improper else width)
-
-
-@kernel
-def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> float:
-    """
-    Integrate the risk field over the straight segment from ``(x1, y1)`` to ``(x2, y2)`` (Eq. 6).
-
-    The risk of rasters is added to that of threats. The ends are put in one order first, so that both directions give
-    the same float.
-    """
-    table, scratch, improper, rasters = field
-    if x2 < x1 or (x2 == x1 and y2 < y1):
-        x1, x2 = x2, x1
-        y1, y2 = y2, y1
-    length = math.hypot(x2 - x1, y2 - y1)
-    if length == 0.0:
-        return 0.0
-    of_threats = 0.0
-    if table.shape[0] > 0:
-        of_threats = _threat_risk(x1, y1, x2, y2, length, table, scratch, improper)
-    if rasters[0].shape[0] > 0:
-        return of_threats + raster_risk(x1, y1, x2, y2, rasters)
-    return of_threats
+    return _quadrature(length, m, active, scratch, 0.5 * width if improper else width) + of_rasters
 
 
 @kernel

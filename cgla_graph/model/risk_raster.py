@@ -3,7 +3,7 @@
 import hashlib
 import math
 import os
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, Literal, TypeAlias, get_args
@@ -238,7 +238,7 @@ class RasterRisk:
         """
         where = point_array("points", points)
         out = np.empty(where.shape[:-1])
-        kernels.densities(where.reshape(-1, 2), raster_arrays([self]), out.reshape(-1))
+        kernels.densities(where.reshape(-1, 2), raster_array([self]), out.reshape(-1))
         return out
 
     def area_above(self, level: float, *, buffer: float = 0.0) -> BaseGeometry:
@@ -325,25 +325,25 @@ class RasterRisk:
         return np.pad(self.cells, 1, mode="edge") if self.interpolation == "bilinear" else self.cells
 
 
-def raster_arrays(rasters: Iterable[RasterRisk]) -> kernels.Rasters:
+def raster_array(rasters: Sequence[RasterRisk]) -> kernels.Rasters:
     """
-    Hand rasters to kernels, both arrays read-only.
+    Hand rasters to kernels as one array, read-only.
 
     Examples
     --------
-    >>> heads, values = raster_arrays([RasterRisk([[1.0]], bounds=(0, 0, 1, 1))])
-    >>> heads.shape, values.tolist()
-    ((1, 12), [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+    >>> raster_array([RasterRisk([[1.0, 2.0]], bounds=(0, 0, 2, 1), interpolation="nearest")])[12:].tolist()
+    [1.0, 2.0]
     """
-    heads, parts, offset = [], [], 0
+    heads: list[float] = []
+    parts: list[FloatArray] = []
+    offset = kernels.HEADER * len(rasters)
     for raster in rasters:
-        heads.append(raster.header(offset))
+        heads += raster.header(offset)
         parts.append(raster.lines.ravel())
         offset += len(parts[-1])
-    both = np.array(heads, dtype=np.float64).reshape(-1, kernels.HEADER), np.concatenate([np.empty(0), *parts])
-    for array in both:
-        array.flags.writeable = False
-    return both
+    array = np.concatenate([np.array(heads), *parts])
+    array.flags.writeable = False
+    return array
 
 
 def _checked(values: ArrayLike, remedy: str | None) -> FloatArray:

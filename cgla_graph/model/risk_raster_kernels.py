@@ -1,7 +1,7 @@
 """
 Compiled kernels of risk on rasters: density, gradient, line integral, and the least and greatest on a rectangle.
 
-All rasters of a field are two arrays: a row of `HEADER` numbers each, and their values one after the other. Places are
+All rasters of a field are one array: `HEADER` numbers of each, then their values one after the other. Places are
 measured in cells, from the first grid line on: ``u = (x - x_first) / width``. Between lines ``i`` and ``i + 1``, and
 lines ``j`` and ``j + 1``, is one **patch**. A raster read as ``nearest`` has a patch for each cell, on which it is
 constant. One read as ``bilinear`` has its lines through the centres of cells, one more on each side that repeats the
@@ -26,8 +26,15 @@ from cgla_graph._types import FloatArray
 X_FIRST, Y_FIRST, WIDTH, HEIGHT, COLUMNS, ROWS, OFFSET, IN_ROW, BILINEAR, MARGIN, NEAR_X, NEAR_Y = range(12)
 HEADER = 12
 
-#: The rows of headers, shape ``(r, 12)``, and all values, shape ``(n,)``, risk per unit length.
-Rasters: TypeAlias = tuple[FloatArray, FloatArray]
+#: The headers of all rasters, and all values, risk per unit length, shape ``(n,)``; empty if there is none. It is one
+#: array, as every array that is handed on costs time, with no rasters too.
+Rasters: TypeAlias = FloatArray
+
+
+@kernel
+def _count(rasters: Rasters) -> int:
+    """Return how many there are: the values of the first begin after the last header."""
+    return int(rasters[OFFSET]) // HEADER if rasters.shape[0] > 0 else 0
 
 
 @kernel
@@ -71,19 +78,18 @@ def _is_inside(u: float, v: float, head: FloatArray) -> bool:
 @kernel
 def density_at(x: float, y: float, rasters: Rasters) -> float:
     """Sum the densities of all rasters at one place; outside its bounds a raster has none."""
-    heads, values = rasters
     total = 0.0
-    for r in range(heads.shape[0]):
-        head = heads[r]
+    for r in range(_count(rasters)):
+        head = rasters[HEADER * r : HEADER * (r + 1)]
         u = (x - head[X_FIRST]) / head[WIDTH]
         v = (y - head[Y_FIRST]) / head[HEIGHT]
         if not _is_inside(u, v, head):
             continue
         if head[BILINEAR] > 0.0:
             i, j = _patch(u, int(head[COLUMNS])), _patch(v, int(head[ROWS]))
-            total += _bilinear(u, v, i, j, int(head[OFFSET]), int(head[IN_ROW]), values)
+            total += _bilinear(u, v, i, j, int(head[OFFSET]), int(head[IN_ROW]), rasters)
         else:
-            total += _least_touching(u, v, head, values)
+            total += _least_touching(u, v, head, rasters)
     return total
 
 
@@ -97,18 +103,17 @@ def densities(points: FloatArray, rasters: Rasters, out: FloatArray) -> None:
 @kernel
 def gradient_at(x: float, y: float, rasters: Rasters) -> tuple[float, float]:
     """Sum the gradients of all rasters at one place: on a line, that of the patch right of and above it."""
-    heads, values = rasters
     gx, gy = 0.0, 0.0
-    for r in range(heads.shape[0]):
-        head = heads[r]
+    for r in range(_count(rasters)):
+        head = rasters[HEADER * r : HEADER * (r + 1)]
         u = (x - head[X_FIRST]) / head[WIDTH]
         v = (y - head[Y_FIRST]) / head[HEIGHT]
         if head[BILINEAR] > 0.0 and _is_inside(u, v, head):
             i, j, in_row = _patch(u, int(head[COLUMNS])), _patch(v, int(head[ROWS])), int(head[IN_ROW])
             at = int(head[OFFSET]) + j * in_row + i
             a, b = u - i, v - j
-            right = (values[at + 1] - values[at]) * (1.0 - b) + (values[at + in_row + 1] - values[at + in_row]) * b
-            up = (values[at + in_row] - values[at]) * (1.0 - a) + (values[at + in_row + 1] - values[at + 1]) * a
+            right = (rasters[at + 1] - rasters[at]) * (1.0 - b) + (rasters[at + in_row + 1] - rasters[at + in_row]) * b
+            up = (rasters[at + in_row] - rasters[at]) * (1.0 - a) + (rasters[at + in_row + 1] - rasters[at + 1]) * a
             gx += right / head[WIDTH]
             gy += up / head[HEIGHT]
     return gx, gy
@@ -196,15 +201,14 @@ def _along(u: float, du: float, v: float, dv: float, head: FloatArray, values: F
 @kernel
 def raster_risk(x1: float, y1: float, x2: float, y2: float, rasters: Rasters) -> float:
     """Integrate all rasters over a segment: exact up to rounding."""
-    heads, values = rasters
     mean = 0.0
-    for r in range(heads.shape[0]):
-        head = heads[r]
+    for r in range(_count(rasters)):
+        head = rasters[HEADER * r : HEADER * (r + 1)]
         u = (x1 - head[X_FIRST]) / head[WIDTH]
         v = (y1 - head[Y_FIRST]) / head[HEIGHT]
         du = (x2 - head[X_FIRST]) / head[WIDTH] - u
         dv = (y2 - head[Y_FIRST]) / head[HEIGHT] - v
-        mean += _along(u, du, v, dv, head, values)
+        mean += _along(u, du, v, dv, head, rasters)
     return math.hypot(x2 - x1, y2 - y1) * mean
 
 
@@ -218,10 +222,9 @@ def raster_moments(
     Where ``F`` jumps by ``J`` across a line with normal ``e``, ``dF/dn`` has a part ``J (n . e) / (u . e)`` at that
     place: turning the segment moves the crossing.
     """
-    heads, values = rasters
     risk, slope, lever = 0.0, 0.0, 0.0
-    for r in range(heads.shape[0]):
-        head = heads[r]
+    for r in range(_count(rasters)):
+        head = rasters[HEADER * r : HEADER * (r + 1)]
         width, height = head[WIDTH], head[HEIGHT]
         u = (x1 - head[X_FIRST]) / width
         v = (y1 - head[Y_FIRST]) / height
@@ -251,12 +254,12 @@ def raster_moments(
                 middle, share = 0.5 * (t + after), (after - t) * length
                 at = first + j * in_row + i
                 if bilinear:
-                    start = _bilinear(u + t * du, v + t * dv, i, j, first, in_row, values)
-                    here = _bilinear(u + middle * du, v + middle * dv, i, j, first, in_row, values)
-                    there = _bilinear(u + after * du, v + after * dv, i, j, first, in_row, values)
+                    start = _bilinear(u + t * du, v + t * dv, i, j, first, in_row, rasters)
+                    here = _bilinear(u + middle * du, v + middle * dv, i, j, first, in_row, rasters)
+                    there = _bilinear(u + after * du, v + after * dv, i, j, first, in_row, rasters)
                     mean = (start + 4.0 * here + there) / 6.0
-                    low, high = values[at + 1] - values[at], values[at + in_row + 1] - values[at + in_row]
-                    left, right = values[at + in_row] - values[at], values[at + in_row + 1] - values[at + 1]
+                    low, high = rasters[at + 1] - rasters[at], rasters[at + in_row + 1] - rasters[at + in_row]
+                    left, right = rasters[at + in_row] - rasters[at], rasters[at + in_row + 1] - rasters[at + 1]
                     # across the segment, the slope is linear along it
                     steep = (ux / height) * (left + (u + t * du - i) * (right - left))
                     steep -= (uy / width) * (low + (v + t * dv - j) * (high - low))
@@ -265,9 +268,9 @@ def raster_moments(
                     slope += share * (steep + 0.5 * bend * size)
                     lever += share * (steep * middle + bend * size * (0.5 * t + size / 3.0))
                 else:
-                    mean = values[at]
+                    mean = rasters[at]
                     if along_x or along_y:
-                        mean = _least_touching(u + middle * du, v + middle * dv, head, values)
+                        mean = _least_touching(u + middle * du, v + middle * dv, head, rasters)
                     start, there = mean, mean
                 slope += (start - before) * shift
                 lever += (start - before) * shift * t
@@ -312,10 +315,9 @@ def raster_floor(
     value, slope_x, slope_y, drop, least
         Sums over all rasters, risk per unit length (slopes: per squared unit length).
     """
-    heads, values = rasters
     value, slope_x, slope_y, drop, least = 0.0, 0.0, 0.0, 0.0, 0.0
-    for r in range(heads.shape[0]):
-        head = heads[r]
+    for r in range(_count(rasters)):
+        head = rasters[HEADER * r : HEADER * (r + 1)]
         margin, columns, rows = head[MARGIN], int(head[COLUMNS]), int(head[ROWS])
         # (the stored places may be off by some ulps)
         near_x, near_y = 4.0 * head[NEAR_X], 4.0 * head[NEAR_Y]
@@ -339,25 +341,25 @@ def raster_floor(
         if head[BILINEAR] == 0.0:
             for j in range(j_low, j_high + 1):
                 for i in range(i_low, i_high + 1):
-                    here = min(here, values[first + j * in_row + i])
+                    here = min(here, rasters[first + j * in_row + i])
             value += here
             least += here
             continue
         u = min(max((x - head[X_FIRST]) / head[WIDTH], u_low), u_high)
         v = min(max((y - head[Y_FIRST]) / head[HEIGHT], v_low), v_high)
         i, j = _patch(u, columns), _patch(v, rows)
-        middle = _bilinear(u, v, i, j, first, in_row, values)
-        right = _bilinear(u_high, v, i_high, j, first, in_row, values)
-        left = _bilinear(u_low, v, i_low, j, first, in_row, values)
-        upper = _bilinear(u, v_high, i, j_high, first, in_row, values)
-        lower = _bilinear(u, v_low, i, j_low, first, in_row, values)
+        middle = _bilinear(u, v, i, j, first, in_row, rasters)
+        right = _bilinear(u_high, v, i_high, j, first, in_row, rasters)
+        left = _bilinear(u_low, v, i_low, j, first, in_row, rasters)
+        upper = _bilinear(u, v_high, i, j_high, first, in_row, rasters)
+        lower = _bilinear(u, v_low, i, j_low, first, in_row, rasters)
         steep_x, steep_y = (right - left) / (u_high - u_low), (upper - lower) / (v_high - v_low)
         worst = 0.0
         for b in range(j_low, j_high + 2):
             vb = min(max(float(b), v_low), v_high)
             for a in range(i_low, i_high + 2):
                 ua = min(max(float(a), u_low), u_high)
-                at = _bilinear(ua, vb, min(a, i_high), min(b, j_high), first, in_row, values)
+                at = _bilinear(ua, vb, min(a, i_high), min(b, j_high), first, in_row, rasters)
                 here = min(here, at)
                 worst = max(worst, middle + steep_x * (ua - u) + steep_y * (vb - v) - at)
         value += middle
@@ -371,10 +373,9 @@ def raster_floor(
 @kernel
 def raster_range(low: tuple[float, float], high: tuple[float, float], rasters: Rasters) -> tuple[float, float]:
     """Bound all rasters from below and from above on the rectangle between two corners."""
-    heads, values = rasters
     least, greatest = 0.0, 0.0
-    for r in range(heads.shape[0]):
-        head = heads[r]
+    for r in range(_count(rasters)):
+        head = rasters[HEADER * r : HEADER * (r + 1)]
         margin, columns, rows = head[MARGIN], int(head[COLUMNS]), int(head[ROWS])
         near_x, near_y = 4.0 * head[NEAR_X], 4.0 * head[NEAR_Y]
         u_low = (low[0] - head[X_FIRST]) / head[WIDTH] - near_x
@@ -388,7 +389,7 @@ def raster_range(low: tuple[float, float], high: tuple[float, float], rasters: R
         smallest, largest = math.inf, 0.0
         for j in range(_patch(v_low, rows), _patch(v_high, rows) + more):
             for i in range(_patch(u_low, columns), _patch(u_high, columns) + more):
-                here = values[int(head[OFFSET]) + j * int(head[IN_ROW]) + i]
+                here = rasters[int(head[OFFSET]) + j * int(head[IN_ROW]) + i]
                 smallest, largest = min(smallest, here), max(largest, here)
         inside = (
             u_low >= margin - 2.0 * near_x

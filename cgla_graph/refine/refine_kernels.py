@@ -54,7 +54,7 @@ def _density(x: float, y: float, table: FloatArray, rasters: Rasters) -> float:
         squared = dx * dx + dy * dy
         if squared < table[i, REACH2]:
             clear *= 1.0 - math.exp(table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * squared)
-    return 1.0 - clear + (density_at(x, y, rasters) if rasters[0].shape[0] > 0 else 0.0)
+    return 1.0 - clear + (density_at(x, y, rasters) if rasters.shape[0] > 0 else 0.0)
 
 
 @kernel
@@ -125,7 +125,7 @@ def cost_and_gradient(points: FloatArray, k: float, field: Field, gradient: Floa
         first_along, second_along, first_across, second_across = -1.0, 1.0, 0.0, 0.0
         if k > 0.0:
             risk, slope, lever = _moments(points[i, 0], points[i, 1], ux, uy, length, table, active)
-            if rasters[0].shape[0] > 0:
+            if rasters.shape[0] > 0:
                 more, steeper, heavier = raster_moments(points[i, 0], points[i, 1], ux, uy, length, rasters)
                 risk, slope, lever = risk + more, slope + steeper, lever + heavier
             cost += k * risk

@@ -372,7 +372,7 @@ class _Search:
         corners = self.positions.min(axis=0), self.positions.max(axis=0)
         bounds = (*_point(corners[0]), *_point(corners[1]))
         restricted_kernels.cost_rasters(
-            columns, rows, self.origin, half, bounds, model.k, table, model.field.raster_arrays, plain, low, high
+            columns, rows, self.origin, half, bounds, model.k, table, model.field.raster_array, plain, low, high
         )
         return [plain, low, high]
 

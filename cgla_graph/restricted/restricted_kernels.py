@@ -125,7 +125,7 @@ def cost_rasters(
         cost = 1.0 + k * (1.0 - clear)
         margin = k * (0.125 * hessian * squares + CUT)
         here, least, greatest = 0.0, 0.0, 0.0
-        if rasters[0].shape[0] > 0:
+        if rasters.shape[0] > 0:
             here = density_at(x, y, rasters)
             least, greatest = raster_range(
                 (max(x - reach, bounds[0]), max(y - reach, bounds[1])),

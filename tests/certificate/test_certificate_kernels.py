@@ -33,7 +33,7 @@ def cost_bounds(
 ) -> FloatArray:
     parts = certificate_kernels.QUARTERS if field.rasters else 1
     found = np.empty((len(columns), parts, 5))
-    risk = k, field.table, field.raster_arrays
+    risk = k, field.table, field.raster_array
     certificate_kernels.cost_bounds(columns, rows, origin, spacing, bounds, *risk, found)
     return found
 

@@ -165,7 +165,7 @@ def test_moments_are_derivatives_of_the_integral(raster: RasterRisk, seed: int) 
     start, end = random_points(seed, 2)
     length = math.dist(start, end)
     along = (end - start) / length
-    across, arrays = np.array([-along[1], along[0]]), cg.RiskField(rasters=[raster]).raster_arrays
+    across, arrays = np.array([-along[1], along[0]]), cg.RiskField(rasters=[raster]).raster_array
     risk, slope, lever = kernels.raster_moments(*start, *along, length, arrays)
     assert risk == pytest.approx(kernels.raster_risk(*start, *end, arrays), rel=1e-10, abs=1e-13)
 
@@ -195,7 +195,7 @@ def test_no_density_on_a_rectangle_is_below_its_floor_or_outside_its_range(field
         low = np.array([x_min, y_min]) + size * rng.integers(0, 4, 2) / 2
         high = low + 0.5 * size
     middle = rng.uniform(low, high)
-    arrays = field.raster_arrays
+    arrays = field.raster_array
     value, slope_x, slope_y, drop, least = kernels.raster_floor(tuple(low), tuple(high), *middle, arrays)
     corners = np.array([(x, y) for x in (low[0], middle[0], high[0]) for y in (low[1], middle[1], high[1])])
     points = np.vstack([rng.uniform(low, high, (200, 2)), corners])
@@ -211,7 +211,7 @@ def test_no_density_on_a_rectangle_is_below_its_floor_or_outside_its_range(field
 def test_the_drop_of_an_aligned_rectangle_falls_with_its_area() -> None:
     """Inside one patch a bilinear function is above its tangent but for its mixed term."""
     raster = RasterRisk(np.random.default_rng(3).random((4, 4)), (0, 0, 4, 4))
-    arrays = cg.RiskField(rasters=[raster]).raster_arrays
+    arrays = cg.RiskField(rasters=[raster]).raster_array
     drops = []
     for size in (0.4, 0.2, 0.1, 0.05):
         low, high = (0.6, 0.7), (0.6 + size, 0.7 + size)
@@ -275,7 +275,7 @@ def test_nothing_that_was_passed_in_is_changed_or_shared() -> None:
     raster = RasterRisk(values, (0, 0, 1, 1))
     values[:] = 5.0
     assert raster.greatest == 1.0
-    for array in (raster.values, raster.cells, *cg.RiskField(rasters=[raster]).raster_arrays):
+    for array in (raster.values, raster.cells, cg.RiskField(rasters=[raster]).raster_array):
         assert not array.flags.writeable
 
 
