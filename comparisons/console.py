@@ -1,5 +1,6 @@
 """Standard output and standard error: results go to the one, progress and words to the other."""
 
+import gc
 import os
 import shutil
 import sys
@@ -86,11 +87,16 @@ def running_solvers() -> Iterator[None]:
     Send what solvers print to standard error, their compiled parts' output as well: standard output is ours.
 
     That kernels have to be compiled first is said there, too: nothing that is timed waits for it, but the user does.
+    The garbage collector, which the command line leaves off until there is work, is turned on.
     """
     from cgla_graph._kernel import is_kept  # noqa: PLC0415 - the same
     from cgla_graph.certificate import certificate_kernels  # noqa: PLC0415 - `cgla --help` answers at once
     from cgla_graph.model import risk_kernels  # noqa: PLC0415 - `cgla --help` answers at once
 
+    if not gc.isenabled():
+        # what is there by now stays: it need not be looked through ever again
+        gc.freeze()
+        gc.enable()
     if not (is_kept(risk_kernels.segment_cost) and is_kept(certificate_kernels.steepness)):
         say("compiling kernels: once after an installation, for up to a minute")
     with ExitStack() as stack:

@@ -11,7 +11,6 @@ from cgla_graph.model.problem import FULL_UP_TO, Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solver import Solver
 from cgla_graph.refine.refine import refine_path
-from cgla_graph.restricted.restricted import load_kernels
 
 SolverT = TypeVar("SolverT", bound=Solver)
 
@@ -82,6 +81,8 @@ def warm_up_restricted(solver: Solver, n_nodes: int) -> None:
     >>> warm_up_restricted(Cgla(), n_nodes=400)
     """
     if solver.traits.lazy and n_nodes > FULL_UP_TO:
+        from cgla_graph.restricted.restricted import load_kernels  # noqa: PLC0415 - slow to import, and rarely used
+
         load_kernels()
 
 

@@ -169,7 +169,7 @@ def lower_bound(
         raise ProblemError(msg)
     if not problem.field.is_proper:
         return Certificate(math.nan, math.inf, tolerance, 0.0, 0, f"no bound: {NEGATIVE_WEIGHTS}", 0.0)
-    _load_kernels()
+    load_kernels()
     began = time.perf_counter()
     upper = _cost_of_given(problem, path) if path is not None else _cost_of_own(problem)
     found = _Search(problem, tolerance, max_cells, upper, is_own=path is None).run()
@@ -177,8 +177,14 @@ def lower_bound(
 
 
 @cache
-def _load_kernels() -> None:
-    """Have the kernels compiled, or loaded, once in a process: the time of a proof is that of proving."""
+def load_kernels() -> None:
+    """
+    Have the kernels compiled, or loaded, once in a process: the time of a proof is that of proving.
+
+    Examples
+    --------
+    >>> load_kernels()
+    """
     threat = Threat(0.5, 0.5, 0.1)
     problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([threat]), k=10.0, no_fly=shapely.box(0.4, 0.6, 0.5, 0.7))
     last = 16, 16

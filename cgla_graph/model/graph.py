@@ -8,9 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import compress
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-import networkx as nx
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
@@ -35,6 +34,9 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.weights import DenseWeights, ImplicitWeights, SparseWeights, Weights
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,6 +229,7 @@ class GeometricGraph:
 
         Examples
         --------
+        >>> import networkx as nx
         >>> ring = nx.cycle_graph(["a", "b", "c"])
         >>> nx.set_edge_attributes(ring, 2.0, "weight")
         >>> GeometricGraph.from_networkx(ring).weights_from(0).tolist()
@@ -685,6 +688,8 @@ class GeometricGraph:
         >>> GeometricGraph.from_matrix([[0, 3], [3, 0]], labels="ab").to_networkx().edges["a", "b"]["weight"]
         3.0
         """
+        import networkx as nx  # noqa: PLC0415 - slow to import, and most programs have no use for it
+
         graph: nx.Graph[Any] = nx.DiGraph() if self.directed else nx.Graph()
         graph.add_nodes_from(self.labels)
         if self.positions is not None:

@@ -10,7 +10,7 @@ import re
 import zipfile
 import zlib
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from reprlib import repr as short
@@ -28,18 +28,9 @@ from cgla_graph.errors import ScenarioError
 from cgla_graph.model.adjacency import Node, compressed
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.weights import SparseWeights
+from cgla_graph.scenarios.graph_endings import ENDINGS, MOST_TEXT
 from cgla_graph.scenarios.text_files import read_text
 
-#: What files of graphs end in, and what is in them. A ``.json`` may hold no-fly areas as well.
-ENDINGS: Mapping[str, str] = {
-    ".graphml": "a GraphML file",
-    ".json": "a node-link JSON file",
-    ".csv": "an edge list",
-    ".mtx": "a Matrix Market file",
-    ".npz": "a sparse matrix of scipy.sparse.save_npz",
-}
-#: Texts become many small objects: this many bytes take a few GB.
-MOST_TEXT = 200_000_000
 #: Matrices are held as they are.
 MOST_BYTES = 4_000_000_000
 MOST_NODES = 10_000_000
@@ -154,26 +145,6 @@ def text_of(label: Node) -> str:
     """
     text = str(label)
     return text if text.isprintable() and text else repr(text)
-
-
-def is_graph_file(spec: str) -> bool:
-    """
-    Say whether an argument names a file of a graph: by its ending, of a ``.json`` by what is in it.
-
-    Examples
-    --------
-    >>> is_graph_file("roads.graphml"), is_graph_file("paper"), is_graph_file("zones.geojson")
-    (True, False, False)
-    """
-    path = Path(spec)
-    kind = path.suffix.lower()
-    if kind != ".json":
-        return kind in ENDINGS
-    try:
-        found = json.loads(_text(path, kind))
-    except (ScenarioError, OSError, ValueError, RecursionError, MemoryError):
-        return False
-    return isinstance(found, dict) and "nodes" in found
 
 
 def read_graph(path: Path, *, weight: str | None = None, directed: bool = False) -> GraphFile:

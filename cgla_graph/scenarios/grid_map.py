@@ -8,9 +8,8 @@ of the file, so y grows downward.
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 import shapely
-from scipy import ndimage, sparse
-from scipy.sparse import csgraph
 from shapely.geometry import MultiPolygon, Polygon
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
@@ -123,7 +122,7 @@ class GridMap:
         >>> GridMap("strip", np.array([[False, False, False, True, False]])).far_pair()
         ((2.5, 0.5), (0.5, 0.5))
         """
-        labels, _ = ndimage.label(~self.blocked)
+        labels, _ = scipy.ndimage.label(~self.blocked)
         sizes = np.bincount(labels.ravel())
         sizes[0] = 0
         if sizes.max() < 2:  # noqa: PLR2004 - a pair
@@ -164,6 +163,6 @@ def _farthest(region: BoolArray, cell: int) -> int:
     across, down = region[:, :-1] & region[:, 1:], region[:-1] & region[1:]
     tails = np.concatenate([nodes[:, :-1][across], nodes[:-1][down]])
     heads = np.concatenate([nodes[:, 1:][across], nodes[1:][down]])
-    sides = sparse.csr_array((np.ones(tails.size), (tails, heads)), shape=(region.size, region.size))
-    steps = csgraph.dijkstra(sides, directed=False, indices=[cell], unweighted=True)
+    sides = scipy.sparse.csr_array((np.ones(tails.size), (tails, heads)), shape=(region.size, region.size))
+    steps = scipy.sparse.csgraph.dijkstra(sides, directed=False, indices=[cell], unweighted=True)
     return int(np.argmax(np.where(np.isfinite(steps), steps, -1.0)))

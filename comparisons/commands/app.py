@@ -5,6 +5,7 @@ Everything heavy is imported where it is used, so that ``cgla --help`` answers a
 """
 
 import dataclasses
+import gc
 import io
 import json
 import shlex
@@ -160,7 +161,7 @@ def compare(
     """
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.commands import compare as comparison
-    from cgla_graph.scenarios.graph_file import is_graph_file
+    from cgla_graph.scenarios.graph_endings import is_graph_file
 
     if example or schema:
         from cgla_graph.comparisons.study.study_file import EXAMPLE, study_schema
@@ -286,7 +287,7 @@ def plan(
     file of a graph, plans between two of its nodes, --from A --to B, with each of the solvers that --solver names.
     """
     from cgla_graph.comparisons import files
-    from cgla_graph.scenarios.graph_file import is_graph_file
+    from cgla_graph.scenarios.graph_endings import is_graph_file
 
     of_graph = {"--from": source, "--to": target, "--weight": weight, "--directed": directed}
     if is_graph_file(scenario):
@@ -320,8 +321,7 @@ def plan(
             raise typer.Exit(MISSING)
         return
     _refuse(of_graph, f"{scenario} is {NO_GRAPH}")
-    from cgla_graph.comparisons.commands import density, one_map, output
-    from cgla_graph.comparisons.commands import pareto as trade_off
+    from cgla_graph.comparisons.commands import one_map, output
     from cgla_graph.comparisons.study import options, runner
 
     bound = options.read_tolerance(tolerance, certify=not no_certificate)
@@ -343,11 +343,15 @@ def plan(
     limited = max_risk is not None or max_length is not None
     with console.running_solvers():
         if limited:
+            from cgla_graph.comparisons.commands import pareto as trade_off
+
             within = trade_off.plan_of(opened, entrant, max_risk, max_length, bound)
             run = trade_off.run_of(opened, entrant, within.solution)
         else:
             run = next(iter(runner.compare([opened], [entrant], 1, tolerance=bound)))
         if max_density is not None:
+            from cgla_graph.comparisons.commands import density
+
             run = density.with_proof(run)
     written = output.write_plan(folder, run) if folder and run.solution.status.has_path else []
     profiled = _write_profile(profile, run)
@@ -873,6 +877,8 @@ def main() -> None:
     """Run the command line: wrong input is one line on standard error and exit code 2, never a traceback."""
     from cgla_graph.errors import CglaError
 
+    # imports make objects by the hundred thousand and no garbage; `console.running_solvers` collects again
+    gc.disable()
     for stream in (sys.stdout, sys.stderr):
         # a terminal of few letters gets escapes instead of a failure
         if isinstance(stream, io.TextIOWrapper):

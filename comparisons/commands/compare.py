@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.commands import output
+from cgla_graph.comparisons.commands import study_output
 from cgla_graph.comparisons.commands.one_map import with_k
+from cgla_graph.comparisons.commands.output import certificate_document
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.performance import performances
 from cgla_graph.comparisons.missions import compare as mission_compare
@@ -273,9 +274,11 @@ def compare_all(request: Request, how: How) -> Compared:
         stored = load(how.folder)
         done.runs, done.missions, done.flights = stored.runs, stored.missions, stored.flights
         done.left = stored.n_cells + stored.n_flights - len(stored.runs) - len(stored.flights)
-        done.written += [how.folder / FILE, *output.write_study(stored)]
+        done.written += [how.folder / FILE, *study_output.write_study(stored)]
         if not done.interrupted:
-            done.written += output.write_all_pictures(how.folder, done.runs, request.pictures, request.highlighted)
+            done.written += study_output.write_all_pictures(
+                how.folder, done.runs, request.pictures, request.highlighted
+            )
     else:
         done.missions = [ComparedMission.of(mission) for mission in study.missions]
         order = {cell: number for number, cell in enumerate([*cells, *flights])}
@@ -299,7 +302,7 @@ def comparison_document(done: Compared) -> dict[str, Any]:
     return {
         "rows": rows_of(done.runs),
         "summary": [one.document() for group in groups for one in performances(group)],
-        "certificates": [output.certificate_document(group[0]) for group in groups],
+        "certificates": [certificate_document(group[0]) for group in groups],
         "flights": [flight.row() for flight in done.flights],
         "files": [str(path) for path in done.written],
         "interrupted": done.interrupted,
@@ -310,7 +313,7 @@ def print_compared(request: Request, done: Compared) -> None:
     """Print the tables of each scenario, unless a file names them; what they amount to; and those of missions."""
     single = len(request.study.scenarios) == 1
     if not request.is_file or single:
-        output.print_comparison(done.runs, request.study.entrants)
+        study_output.print_comparison(done.runs, request.study.entrants)
     if done.runs and not single:
         print_leaderboard(done.runs, leaderboard_of(done.runs))
     print_flights(done.missions, done.flights)

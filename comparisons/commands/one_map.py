@@ -12,7 +12,6 @@ from cgla_graph.model.ground_risk import risk_weight
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.scenarios.loading import RASTERS, raster_scenario
 from cgla_graph.scenarios.scenario import Scenario
-from cgla_graph.solvers.trade_off.density import below_density
 
 
 def is_raster(spec: str) -> bool:
@@ -125,6 +124,8 @@ def below(scenario: Scenario, max_density: float | None, corridor: float | None)
             msg = f"--corridor {corridor:g} without --max-density; say how dense it may get under the corridor"
             raise CglaError(msg)
         return scenario
+    from cgla_graph.solvers.trade_off.density import below_density  # noqa: PLC0415 - few plans have a limit
+
     problem = below_density(scenario.problem, max_density, corridor=corridor or 0.0)
     return dataclasses.replace(scenario, problem=problem)
 

@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.statistics.cost_table import cost_table, same_cost
@@ -103,7 +103,7 @@ def success_curve(solutions: Sequence[Solution]) -> SuccessCurve:
 @lru_cache
 def _band_width(n: int) -> float:
     """Return the quantile of Kolmogorov's statistic of `n` values: slow to find, and the same for most solvers."""
-    return float(stats.kstwo.ppf(CONFIDENCE, n))
+    return float(scipy.stats.kstwo.ppf(CONFIDENCE, n))
 
 
 def performance_profile(costs: Mapping[str, Sequence[float]]) -> dict[str, StepFunction]:

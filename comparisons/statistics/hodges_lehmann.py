@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
-from scipy import special
+import scipy
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph.comparisons.statistics.intervals import CONFIDENCE, Estimate
@@ -88,7 +88,7 @@ def walsh_rank(n: int) -> int:
     if n <= EXACT:
         return int(np.searchsorted(np.cumsum(signed_rank_distribution(n)), tail, side="right"))
     spread = math.sqrt(n * (n + 1) * (2 * n + 1) / 24.0)
-    return max(0, math.floor(n * (n + 1) / 4.0 + special.ndtri(tail) * spread))
+    return max(0, math.floor(n * (n + 1) / 4.0 + scipy.special.ndtri(tail) * spread))
 
 
 @lru_cache(maxsize=EXACT)

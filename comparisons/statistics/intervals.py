@@ -12,7 +12,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy import special, stats
+import scipy
 
 from cgla_graph._types import FloatArray
 from cgla_graph.model.solution import Solution
@@ -80,7 +80,7 @@ def interval_ranks(n: int) -> tuple[int, int] | None:
     >>> interval_ranks(5), interval_ranks(6), interval_ranks(20)
     (None, (1, 6), (6, 15))
     """
-    rank = int(stats.binom.ppf((1.0 - CONFIDENCE) / 2.0, n, 0.5)) if n else 0
+    rank = int(scipy.stats.binom.ppf((1.0 - CONFIDENCE) / 2.0, n, 0.5)) if n else 0
     return (rank, n + 1 - rank) if rank else None
 
 
@@ -149,8 +149,8 @@ def success_interval(successes: int, n: int) -> Interval:
         raise ValueError(msg)
     tail = (1.0 - CONFIDENCE) / 2.0
     # in closed form, as tables of thousands of rates ask for it: scipy's binomtest searches for the ends
-    low = 0.0 if successes == 0 else float(special.betaincinv(successes, n - successes + 1, tail))
-    high = 1.0 if successes == n else float(special.betaincinv(successes + 1, n - successes, 1.0 - tail))
+    low = 0.0 if successes == 0 else float(scipy.special.betaincinv(successes, n - successes + 1, tail))
+    high = 1.0 if successes == n else float(scipy.special.betaincinv(successes + 1, n - successes, 1.0 - tail))
     return Interval(low, high)
 
 

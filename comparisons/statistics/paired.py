@@ -11,7 +11,7 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from scipy import special, stats
+import scipy
 
 from cgla_graph.comparisons.statistics.cost_table import cost_row, cost_table, log_ratios
 from cgla_graph.comparisons.statistics.hodges_lehmann import EXACT, hodges_lehmann, subset_sums
@@ -149,7 +149,7 @@ def signed_rank(differences: Sequence[float]) -> SignedRank:
         raise ValueError(msg)
     n = len(values)
     # twice the ranks: whole numbers, also of ties
-    doubled = np.rint(2.0 * stats.rankdata(np.abs(values))).astype(np.int64)
+    doubled = np.rint(2.0 * scipy.stats.rankdata(np.abs(values))).astype(np.int64)
     doubled, signs = doubled[values != 0.0], np.sign(values[values != 0.0])
     excess = int(signs @ doubled)
     effect = excess / (n * (n + 1))
@@ -157,7 +157,7 @@ def signed_rank(differences: Sequence[float]) -> SignedRank:
         less = (int(doubled.sum()) - abs(excess)) // 2
         return SignedRank(min(1.0, 2.0 * float(subset_sums(doubled)[: less + 1].sum())), effect)
     z = abs(excess) / math.sqrt(float(doubled @ doubled))
-    return SignedRank(2.0 * float(special.ndtr(-z)), effect)
+    return SignedRank(2.0 * float(scipy.special.ndtr(-z)), effect)
 
 
 def mcnemar(only_first: int, only_second: int) -> float:
@@ -190,7 +190,7 @@ def mcnemar(only_first: int, only_second: int) -> float:
         msg = f"the counts are {only_first} and {only_second}; give counts from 0"
         raise ValueError(msg)
     n = only_first + only_second
-    return float(stats.binomtest(only_first, n).pvalue) if n else 1.0
+    return float(scipy.stats.binomtest(only_first, n).pvalue) if n else 1.0
 
 
 def against(costs: Mapping[str, Sequence[float]], reference: str) -> list[Paired]:

@@ -4,7 +4,7 @@ import dataclasses
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from cgla_graph._types import Bounds, Point
 from cgla_graph.comparisons.study.entrant import Entrant, check_settings, every_solver, parse_budget
@@ -13,10 +13,12 @@ from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.scenarios.loading import open_scenarios
-from cgla_graph.scenarios.mission_file import MissionFile
 from cgla_graph.scenarios.scenario import Scenario
 
-NamedT = TypeVar("NamedT", Scenario, MissionFile)
+if TYPE_CHECKING:
+    from cgla_graph.scenarios.mission_file import MissionFile
+
+NamedT = TypeVar("NamedT", Scenario, "MissionFile")
 
 
 def read_entrants(text: str | None, *, budget: str | None = None, refine: bool = False) -> list[Entrant]:

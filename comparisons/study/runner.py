@@ -9,19 +9,18 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from cgla_graph.certificate.certificate import Certificate, lower_bound
+from cgla_graph.certificate.certificate import Certificate, load_kernels, lower_bound
 from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.errors import CglaError
-from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import BOUND_TOLERANCE, GraphProblem, Problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.continuous.hybrid import Hybrid
 from cgla_graph.solvers.solving import solve, weighed
-from cgla_graph.solvers.warm_up import small_problem, warm_up_restricted
 from cgla_graph.solvers.warm_up import warm_up as warm_up_solver
+from cgla_graph.solvers.warm_up import warm_up_restricted
 
 #: How close to each other the lower bound of a scenario and its best path shall be, as a ratio, unless told otherwise.
 TOLERANCE = 0.005
@@ -277,5 +276,5 @@ def warm_up_proof() -> None:
     """Load what proves lower bounds, so that the first certificate says how long its own proof took."""
     # what is wrong with it is told by the certificate of the first scenario
     with suppress(Exception):
-        problem = small_problem()
-        certify(Scenario("small", "", problem, Lattice(2, bounds=problem.bounds)), 0.5)
+        warm_up_solver(Hybrid(tolerance=None))
+        load_kernels()

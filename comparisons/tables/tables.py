@@ -19,8 +19,9 @@ from cgla_graph.comparisons.numbers import (
     rounded_down,
 )
 from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS
-from cgla_graph.comparisons.study.rows import Summary, scenario_bound, summaries
+from cgla_graph.comparisons.study.rows import Summary, summaries
 from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.tables.bound_note import bound_note
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.scenarios.scenario import Scenario
 
@@ -43,24 +44,6 @@ def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[st
         "of several seeds: the median run; seed spread: how much more the most expensive costs than the cheapest",
     ]
     return FittedTable(title, ("solver", "status"), heads, _SPARE, [*explained, *notes, *remarks], rows)
-
-
-def bound_note(runs: Sequence[Run], unit: str = "") -> str:
-    """Say in one line what gaps of a scenario are relative to; empty where no bound is known and none was asked for."""
-    bound = scenario_bound(runs)
-    proof = next((run.certificate for run in runs if run.certificate is not None), None)
-    if proof is None:
-        known = f"how far above the lower bound {rounded_down(bound, 6)}{unit} that a solver proved"
-        return "" if math.isnan(bound) else known
-    if math.isnan(proof.lower_bound):
-        return f"not known, as no lower bound could be proven: {proof.message}"
-    if math.isinf(proof.lower_bound):
-        return f"none, as it is proven that there is no path: {proof.message}"
-    grid = f"grid step {proof.spacing:.3g}{unit}, " if proof.spacing > 0.0 else ""
-    missed = "" if proof.reached else f"; not as tight as asked for: {proof.message}"
-    return (
-        f"how far above the proven lower bound {rounded_down(bound, 6)}{unit} ({grid}{duration(proof.seconds)}){missed}"
-    )
 
 
 def performance_table(found: Sequence[Performance]) -> FittedTable:

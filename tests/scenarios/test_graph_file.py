@@ -24,7 +24,8 @@ from cgla_graph._types import FloatArray
 from cgla_graph.errors import ScenarioError
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.scenarios import graph_file
-from cgla_graph.scenarios.graph_file import is_graph_file, read_graph, text_of
+from cgla_graph.scenarios.graph_endings import is_graph_file
+from cgla_graph.scenarios.graph_file import read_graph, text_of
 
 Edges = dict[tuple[str, str], float]
 

@@ -21,7 +21,7 @@ from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.claims import terminal
 from cgla_graph.comparisons.claims.claim import Table
-from cgla_graph.comparisons.commands import output
+from cgla_graph.comparisons.commands import study_output
 from cgla_graph.comparisons.commands.pareto import front_table
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
@@ -127,7 +127,7 @@ def test_tables_fit(set_width: Callable[[int], None], width: int, capfd: pytest.
 @pytest.mark.parametrize("width", WIDTHS)
 def test_a_comparison_fits(set_width: Callable[[int], None], width: int, capfd: pytest.CaptureFixture[str]) -> None:
     set_width(width)
-    output.print_comparison(runs(), [])
+    study_output.print_comparison(runs(), [])
     text = capfd.readouterr().out
     assert "how soon" in text
     assert "…" not in text
