@@ -4,16 +4,12 @@ import dataclasses
 import difflib
 import importlib
 from collections.abc import Mapping
-from importlib.metadata import EntryPoint, entry_points
-from importlib.util import find_spec
+from importlib.metadata import EntryPoint
 from typing import Any, cast
 
 from cgla_graph.errors import SolverSettingError, SolverUnavailableError, UnknownSolverError
 from cgla_graph.model.solver import Solver, Traits
-
-ENTRY_POINT_GROUP = "cgla_graph.solvers"
-#: What pip calls packages whose modules have another name.
-_OF_PIP: Mapping[str, str] = {"skimage": "scikit-image"}
+from cgla_graph.solvers import listing
 
 _BUILT_IN: Mapping[str, str] = {
     "cgla": "cgla_graph.solvers.exact.cgla:Cgla",
@@ -52,12 +48,6 @@ _BUILT_IN: Mapping[str, str] = {
 }
 
 
-def _plug_ins() -> dict[str, EntryPoint]:
-    """Find the solvers of other distributions; a built-in wins over a plug-in of the same name."""
-    found = {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
-    return {name: point for name, point in sorted(found.items()) if name not in _BUILT_IN}
-
-
 def names(*, installed: bool = True) -> list[str]:
     """
     List the solvers by name, built-in ones first.
@@ -72,7 +62,7 @@ def names(*, installed: bool = True) -> list[str]:
     >>> names()[:2]
     ['cgla', 'dijkstra']
     """
-    every = [*_BUILT_IN, *_plug_ins()]
+    every = [*_BUILT_IN, *listing.plug_ins()]
     return [name for name in every if not installed or missing(name) is None]
 
 
@@ -96,7 +86,7 @@ def solver_class(name: str) -> type[Solver]:
         module, _, attribute = _BUILT_IN[name].partition(":")
         return cast("type[Solver]", getattr(importlib.import_module(module), attribute))
     # looking through all installed distributions takes milliseconds: only for names that are not built in
-    plug_ins = _plug_ins()
+    plug_ins = listing.plug_ins()
     if name in plug_ins:
         return _load(plug_ins[name])
     every = [*_BUILT_IN, *plug_ins]
@@ -152,18 +142,9 @@ def missing(name: str) -> str | None:
     True
     """
     try:
-        lacking = [_OF_PIP.get(package, package) for package in traits(name).needs if not _is_installed(package)]
+        return listing.lacking(traits(name).needs)
     except SolverUnavailableError as error:
         return str(error)
-    return f"needs {', '.join(lacking)}, which is not installed (pip install {' '.join(lacking)})" if lacking else None
-
-
-def _is_installed(package: str) -> bool:
-    try:
-        return find_spec(package) is not None
-    except ModuleNotFoundError:
-        # the package above a missing submodule is missing itself
-        return False
 
 
 def get(name: str, **settings: Any) -> Solver:  # noqa: ANN401 - each solver has settings of its own

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cgla_graph.errors import MissionError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.validate import told
 from cgla_graph.mission.world import World
@@ -15,14 +14,12 @@ from cgla_graph.model.projection import LocalProjection
 from cgla_graph.scenarios.map_tables import read_table
 from cgla_graph.scenarios.mission_builder import MissionBuilder, Variant
 from cgla_graph.scenarios.mission_tables import MissionTable
-from cgla_graph.scenarios.scenario import ScenarioTable, shipped
-from cgla_graph.scenarios.shipped import ShippedFiles
+from cgla_graph.scenarios.scenario import ScenarioTable
+from cgla_graph.scenarios.shipped import MISSIONS, shipped_mission
 from cgla_graph.scenarios.text_files import read_text
 
 #: What prints the schema of mission files.
 SCHEMA = "cgla missions --schema"
-#: Those that are shipped.
-SHIPPED = ShippedFiles("mission", "missions", ".toml", MissionError)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +169,7 @@ def shipped_missions() -> list[str]:
     >>> shipped_missions()[:2]
     ['fig4', 'fig5']
     """
-    return sorted(SHIPPED.names(), key=_rank)
+    return MISSIONS.names()
 
 
 def load_mission(name: str | Path) -> MissionFile:
@@ -211,10 +208,7 @@ def mission_text(name: str) -> str:
     >>> "stepnum = 5" in mission_text("fig7")
     True
     """
-    known = shipped_missions()
-    is_scenario = name in shipped()
-    hint = f"it is a scenario, for cgla plan and compare; missions: {', '.join(known)}." if is_scenario else ""
-    return SHIPPED.text(name, known, hint)
+    return shipped_mission(name)
 
 
 def is_mission_file(spec: str | Path) -> bool:
@@ -245,12 +239,3 @@ def is_mission_file(spec: str | Path) -> bool:
     except (ValueError, RecursionError):
         return False
     return not (MissionTable.model_fields.keys() - ScenarioTable.model_fields.keys()).isdisjoint(document)
-
-
-def _rank(name: str) -> tuple[int, float, str]:
-    """Sort figures by their number and before all others, and parts of one figure by theirs."""
-    if not name.startswith("fig"):
-        return 1, 0, name
-    figure, _, part = name.removeprefix("fig").partition("-")
-    words = ("five", "seven")
-    return 0, int(figure) + (words.index(part) / len(words) if part in words else 0.0), name

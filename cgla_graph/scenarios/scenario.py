@@ -16,13 +16,11 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, Pair, read_table
-from cgla_graph.scenarios.shipped import ShippedFiles
+from cgla_graph.scenarios.shipped import SCENARIOS, shipped_scenario
 from cgla_graph.scenarios.text_files import read_text
 
 #: What prints the schema of scenario files.
 SCHEMA = "cgla scenarios --schema"
-#: Those that are shipped.
-SHIPPED = ShippedFiles("scenario", "maps", ".toml, .geojson, .map or .scen", ScenarioError)
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +188,7 @@ def shipped() -> list[str]:
     >>> shipped()[0]
     'paper'
     """
-    return sorted(SHIPPED.names(), key=lambda name: name != "paper")
+    return SCENARIOS.names()
 
 
 def load_scenario(
@@ -265,7 +263,7 @@ def shipped_text(name: str) -> str:
     >>> "k = 10.0" in shipped_text("paper")
     True
     """
-    return SHIPPED.text(name, shipped())
+    return shipped_scenario(name)
 
 
 def scenario_of(

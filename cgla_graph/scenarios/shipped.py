@@ -1,9 +1,17 @@
-"""The files that the toolkit ships: scenarios and missions, by name."""
+"""
+The files that the toolkit ships: scenarios and missions, by name.
+
+What lists them needs no more than this, and answers at once: nothing is built.
+"""
 
 import difflib
+import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any
+
+from cgla_graph.errors import MissionError, ScenarioError
 
 
 @dataclass(frozen=True)
@@ -21,26 +29,29 @@ class ShippedFiles:
         How files of the user's own end, in words.
     error
         Raised for a name that is not there.
+    rank
+        What names are sorted by.
 
     Examples
     --------
-    >>> "paper" in ShippedFiles("scenario", "maps", ".toml", ValueError).names()
-    True
+    >>> SCENARIOS.names()[0], MISSIONS.names()[0]
+    ('paper', 'fig4')
     """
 
     kind: str
     folder: str
     endings: str
     error: type[Exception]
+    rank: Callable[[str], Any]
 
     def names(self) -> list[str]:
-        """List the names in the order of the alphabet."""
-        return sorted(
-            file.name.removesuffix(".toml") for file in self._folder().iterdir() if file.name.endswith(".toml")
-        )
+        """List the names, those of the paper first."""
+        names = (file.name.removesuffix(".toml") for file in self._folder().iterdir() if file.name.endswith(".toml"))
+        return sorted(names, key=self.rank)
 
-    def text(self, name: str, order: list[str], hint: str = "") -> str:
-        """Return the file of that name; if there is none, say which are near, or all in that order, or a `hint`."""
+    def text(self, name: str, hint: str = "") -> str:
+        """Return the file of that name; if there is none, say which are near, or all of them, or a `hint`."""
+        order = self.names()
         if name not in order:
             near = difflib.get_close_matches(name, order, n=3, cutoff=0.4)
             remedy = hint or (f"did you mean {' or '.join(near)}?" if near else f"shipped: {', '.join(order)}.")
@@ -48,5 +59,98 @@ class ShippedFiles:
             raise self.error(msg)
         return str((self._folder() / f"{name}.toml").read_text(encoding="utf-8"))
 
+    def documents(self) -> dict[str, dict[str, Any]]:
+        """Return what is in each file, by name."""
+        return {name: tomllib.loads(self.text(name)) for name in self.names()}
+
     def _folder(self) -> Any:  # noqa: ANN401 - importlib's Traversable moved between versions
         return resources.files("cgla_graph.scenarios") / self.folder
+
+
+def _figure(name: str) -> tuple[int, float, str]:
+    """Sort figures by their number and before all others, and parts of one figure by theirs."""
+    if not name.startswith("fig"):
+        return 1, 0, name
+    figure, _, part = name.removeprefix("fig").partition("-")
+    words = ("five", "seven")
+    return 0, int(figure) + (words.index(part) / len(words) if part in words else 0.0), name
+
+
+SCENARIOS = ShippedFiles(
+    "scenario", "maps", ".toml, .geojson, .map or .scen", ScenarioError, lambda name: (name != "paper", name)
+)
+MISSIONS = ShippedFiles("mission", "missions", ".toml", MissionError, _figure)
+
+
+def scenario_list() -> list[dict[str, str]]:
+    """
+    List the scenarios: name, title and notes of each.
+
+    Examples
+    --------
+    >>> scenario_list()[0]["title"]
+    "the paper's map, reconstructed: ten threats"
+    """
+    return [
+        {"name": name, "title": file.get("title", ""), "notes": file.get("notes", "")}
+        for name, file in SCENARIOS.documents().items()
+    ]
+
+
+def mission_list() -> list[dict[str, Any]]:
+    """
+    List the missions: name, title, number of UAVs, names of variants, and notes of each.
+
+    Examples
+    --------
+    >>> mission_list()[-1]["name"], mission_list()[-1]["uavs"]
+    ('swarm', 20)
+    """
+    return [
+        {
+            "name": name,
+            "title": file.get("title", ""),
+            "uavs": len(file.get("uavs", ())) + file.get("random_uavs", {}).get("count", 0),
+            "variants": [variant["name"] for variant in file.get("variants", ())],
+            "notes": file.get("notes", ""),
+        }
+        for name, file in MISSIONS.documents().items()
+    ]
+
+
+def shipped_scenario(name: str) -> str:
+    """
+    Return the file of a shipped scenario.
+
+    Raises
+    ------
+    ScenarioError
+        If there is none of that name; the message offers the nearest, or says that it is a mission.
+
+    Examples
+    --------
+    >>> "k = 10.0" in shipped_scenario("paper")
+    True
+    """
+    hint = f"it is a mission: cgla fly {name}." if name in MISSIONS.names() else ""
+    return SCENARIOS.text(name, hint)
+
+
+def shipped_mission(name: str) -> str:
+    """
+    Return the file of a shipped mission.
+
+    Raises
+    ------
+    MissionError
+        If there is none of that name; the message offers the nearest, or says that it is a scenario.
+
+    Examples
+    --------
+    >>> "stepnum = 5" in shipped_mission("fig7")
+    True
+    """
+    known = ", ".join(MISSIONS.names())
+    is_scenario = name in SCENARIOS.names()
+    hint = f"it is a scenario, for cgla plan and compare; missions: {known}." if is_scenario else ""
+    return MISSIONS.text(name, hint)

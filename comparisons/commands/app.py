@@ -779,9 +779,13 @@ def solvers(as_json: JsonOption = False) -> None:
 
     Says what each is and promises, its settings, and what is missing where one cannot run.
     """
-    from cgla_graph.solvers import registry
+    from cgla_graph.solvers import listing
 
-    lines = [registry.describe(name) for name in registry.names(installed=False)]
+    lines = [listing.describe(name) for name in listing.built_in()]
+    for name in listing.plug_ins():
+        from cgla_graph.solvers import registry
+
+        lines.append(registry.describe(name))
     _print_listing("solvers", list(lines[0]), lines, as_json)
 
 
@@ -798,16 +802,16 @@ def scenarios(
 
     With --show, prints the file of one as a start for your own; with --schema, the JSON schema of such files.
     """
-    from cgla_graph.scenarios import scenario
+    from cgla_graph.scenarios import shipped
 
     if schema:
-        _print_json(scenario.schema())
+        from cgla_graph.scenarios.scenario import schema as schema_of
+
+        _print_json(schema_of())
     elif show is not None:
-        console.out(scenario.shipped_text(show))
+        console.out(shipped.shipped_scenario(show))
     else:
-        opened = [scenario.load_scenario(name) for name in scenario.shipped()]
-        lines = [{"name": one.name, "title": one.title, "notes": one.notes} for one in opened]
-        _print_listing("scenarios", ["name", "title"], lines, as_json)
+        _print_listing("scenarios", ["name", "title"], shipped.scenario_list(), as_json)
 
 
 @app.command()
@@ -823,30 +827,28 @@ def missions(
 
     With --show, prints the file of one as a start for your own; with --schema, the JSON schema of such files.
     """
-    from cgla_graph.scenarios import mission_file
+    from cgla_graph.scenarios import shipped
 
     if schema:
-        _print_json(mission_file.mission_schema())
+        from cgla_graph.scenarios.mission_file import mission_schema
+
+        _print_json(mission_schema())
     elif show is not None:
-        console.out(mission_file.mission_text(show))
+        console.out(shipped.shipped_mission(show))
     else:
-        opened = [mission_file.load_mission(name) for name in mission_file.shipped_missions()]
-        lines: list[dict[str, Any]] = [
-            {
-                "name": one.name,
-                "title": one.title,
-                "uavs": len(next(iter(one.variants.values())).uavs),
-                "variants": [name for name in one.variants if name],
-                "notes": one.notes,
-            }
-            for one in opened
-        ]
-        _print_listing("missions", ["name", "title", "uavs", "variants"], lines, as_json)
+        lines = shipped.mission_list()
+        _print_listing("missions", ["name", "title", "uavs", "variants"], lines, as_json, {"title": 30, "variants": 20})
 
 
-def _print_listing(what: str, heads: Sequence[str], lines: Sequence[Mapping[str, Any]], as_json: bool) -> None:
-    """Print records: all of each as JSON, or these columns as a table."""
-    from cgla_graph.comparisons.tables import tables
+def _print_listing(
+    what: str,
+    heads: Sequence[str],
+    lines: Sequence[Mapping[str, Any]],
+    as_json: bool,
+    widest: Mapping[str, int] | None = None,
+) -> None:
+    """Print records: all of each as JSON, or these columns as a table, some of them no wider than that."""
+    from cgla_graph.comparisons.tables.listing import listing
 
     if as_json:
         _print_json({what: lines})
@@ -855,7 +857,7 @@ def _print_listing(what: str, heads: Sequence[str], lines: Sequence[Mapping[str,
         {head: ", ".join(line[head]) if isinstance(line[head], list) else line[head] for head in heads}
         for line in lines
     ]
-    console.out_table(tables.listing(what, heads, plain))
+    console.out_table(listing(what, heads, plain, widest))
 
 
 def _print_json(document: dict[str, Any]) -> None:
@@ -909,4 +911,7 @@ def main() -> None:
         console.say(f"cgla: standard output: {error.strerror or error}; choose another place for it")
         console.forget_stdout()
         code = WRONG_INPUT
+    # whoever called this may go on
+    gc.unfreeze()
+    gc.enable()
     sys.exit(code or DONE)

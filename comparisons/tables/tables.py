@@ -1,11 +1,7 @@
 """Tables for the terminal."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
-
-from rich.table import Table
-from rich.text import Text
+from collections.abc import Sequence
 
 from cgla_graph.comparisons.leaderboard.performance import TARGET_PERCENTS, Performance
 from cgla_graph.comparisons.numbers import (
@@ -100,13 +96,3 @@ def _cells(summary: Summary) -> list[str]:
         f"{summary.evaluations:,.0f}",
         percent(summary.spread),
     ]
-
-
-def listing(title: str, heads: Sequence[str], lines: Iterable[Mapping[str, Any]]) -> Table:
-    """Show records as a plain table, one column for each head; the first, names to be typed, is not folded."""
-    table = Table(title=title, title_justify="left", title_style="bold")
-    for number, head in enumerate(heads):
-        table.add_column(head, overflow="fold", no_wrap=number == 0)
-    for line in lines:
-        table.add_row(*(Text(str(line[head])) for head in heads))
-    return table

@@ -722,6 +722,7 @@ def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureF
 
 def test_the_command_lists_missions(cgla: Call) -> None:
     answer = cgla("missions")
+    assert max(map(len, answer.out.splitlines())) <= 80
     assert answer.code == 0
     assert all(name in answer.out for name in shipped_missions())
     lines = cgla("missions", "--json").document()["missions"]

@@ -15,7 +15,7 @@ import pytest
 
 from cgla_graph.errors import SolverSettingError, SolverUnavailableError, UnknownSolverError
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers import registry
+from cgla_graph.solvers import listing, registry
 
 PlugIns = Callable[..., None]
 
@@ -25,8 +25,8 @@ def plug_ins(monkeypatch: pytest.MonkeyPatch) -> PlugIns:
     """Install entry points, given as ``name="module:attribute"``."""
 
     def install(**values: str) -> None:
-        points = [EntryPoint(name, value, registry.ENTRY_POINT_GROUP) for name, value in values.items()]
-        monkeypatch.setattr(registry, "entry_points", lambda **_: points)
+        points = [EntryPoint(name, value, listing.ENTRY_POINT_GROUP) for name, value in values.items()]
+        monkeypatch.setattr(listing, "entry_points", lambda **_: points)
 
     return install
 
@@ -38,7 +38,7 @@ def no_ompl(monkeypatch: pytest.MonkeyPatch) -> None:
     def find(name: str, package: str | None = None) -> ModuleSpec | None:
         return None if name.partition(".")[0] == "ompl" else importlib.util.find_spec(name, package)
 
-    monkeypatch.setattr(registry, "find_spec", find)
+    monkeypatch.setattr(listing, "find_spec", find)
 
 
 #: The solvers that need OMPL.
@@ -151,7 +151,7 @@ def test_without_ompl_its_solvers_are_named_with_the_reason() -> None:
 
 def test_who_lacks_scikit_image_is_told_what_pip_calls_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        registry, "find_spec", lambda name: None if name == "skimage" else importlib.util.find_spec(name)
+        listing, "find_spec", lambda name: None if name == "skimage" else importlib.util.find_spec(name)
     )
     assert registry.missing("skimage-route") == "needs scikit-image, which is not installed (pip install scikit-image)"
 

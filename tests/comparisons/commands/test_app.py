@@ -35,7 +35,7 @@ from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.scenario import load_scenario, schema, shipped, shipped_text
-from cgla_graph.solvers import registry
+from cgla_graph.solvers import listing, registry
 
 ENDS = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\n"
 SMALL = f"{ENDS}k = 5.0\nthreats = [{{ x = 0.5, y = 0.5, spread = 0.1 }}]\n[lattice]\nresolution = 4\n"
@@ -151,7 +151,7 @@ def test_solvers(cgla: Call) -> None:
 
 @pytest.mark.slow
 def test_solvers_without_ompl(cgla: Call, small: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "find_spec", lambda name: None if name == "ompl" else object())
+    monkeypatch.setattr(listing, "find_spec", lambda name: None if name == "ompl" else object())
     lines = {line["name"]: line["available"] for line in cgla("solvers", "--json").document()["solvers"]}
     lacking = {name for name in lines if "ompl" in registry.traits(name).needs}
     assert "rrt-star" in lacking
@@ -169,8 +169,8 @@ def test_solvers_without_ompl(cgla: Call, small: Path, monkeypatch: pytest.Monke
 
 
 def test_solvers_with_a_broken_plug_in(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    point = EntryPoint("broken", "no_such_module_of_anyone:Solver", registry.ENTRY_POINT_GROUP)
-    monkeypatch.setattr(registry, "entry_points", lambda **_: [point])
+    point = EntryPoint("broken", "no_such_module_of_anyone:Solver", listing.ENTRY_POINT_GROUP)
+    monkeypatch.setattr(listing, "entry_points", lambda **_: [point])
     lines = {line["name"]: line["available"] for line in cgla("solvers", "--json").document()["solvers"]}
     assert "no_such_module_of_anyone" in lines["broken"]
 

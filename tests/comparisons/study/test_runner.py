@@ -24,7 +24,7 @@ from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
-from cgla_graph.solvers import registry
+from cgla_graph.solvers import listing, registry
 from cgla_graph.solvers.solving import solve
 
 SMALL = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\nthreats = [{ x = 0.5, y = 0.5, spread = 0.1 }]\n"
@@ -387,7 +387,7 @@ def test_a_solver_that_lacks_a_package_is_a_row(enter: Enter) -> None:
 def test_a_plug_in_that_cannot_be_imported_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "_BUILT_IN", {"cgla": registry._BUILT_IN["cgla"]})
     point = types.SimpleNamespace(name="broken", value="nowhere:Solver", load=lambda: __import__("nowhere_at_all"))
-    monkeypatch.setattr(registry, "entry_points", lambda **_: [point])
+    monkeypatch.setattr(listing, "entry_points", lambda **_: [point])
     runs = list(compare([small()], every_solver(), 1, tolerance=None))
     assert [run.solution.status.label for run in runs] == ["optimal", "unavailable"]
 

@@ -230,9 +230,9 @@ def test_a_text_stays_a_text_in_the_label(value: str) -> None:
 
 
 def test_solvers_that_are_not_installed_enter(monkeypatch: pytest.MonkeyPatch) -> None:
-    from cgla_graph.solvers import registry  # noqa: PLC0415 - to be replaced
+    from cgla_graph.solvers import listing  # noqa: PLC0415 - to be replaced
 
-    monkeypatch.setattr(registry, "_is_installed", lambda *_: False)
+    monkeypatch.setattr(listing, "_is_installed", lambda *_: False)
     study = study_from_toml("scenarios = ['paper']\nsolvers = ['bit-star', { name = 'rrt-star', seed = 3 }]")
     assert [tuple(cell) for cell in study.cells()] == [("paper", "bit-star", None), ("paper", "rrt-star:seed=3", None)]
 

@@ -17,7 +17,8 @@ from cgla_graph.comparisons.leaderboard.performance import performances
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.comparisons.tables.bound_note import bound_note
-from cgla_graph.comparisons.tables.tables import comparison_table, listing, performance_table
+from cgla_graph.comparisons.tables.listing import listing
+from cgla_graph.comparisons.tables.tables import comparison_table, performance_table
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario, scenario_from_toml
 
