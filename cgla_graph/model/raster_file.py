@@ -6,10 +6,10 @@ import math
 import os
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, Literal, NoReturn, TypeAlias, get_args
+from typing import IO, Any, Literal, NoReturn, TypeAlias, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from cgla_graph.model.projection import LocalProjection, wrapped
 
 Kind: TypeAlias = Literal["density", "count"]
 Coordinates: TypeAlias = Literal["plane", "lonlat"]
+ReadT = TypeVar("ReadT")
 
 #: Endings of files that hold rasters.
 GEOTIFF = (".tif", ".tiff")
@@ -111,9 +112,9 @@ def read_cells(
     return RasterCells(said[::-1] if origin == "lower" else said, box, kind)
 
 
-def in_degrees(path: str | os.PathLike[str], *, most: int) -> bool:
+def in_degrees(path: str | os.PathLike[str]) -> bool:
     """
-    Tell whether a raster says of itself that it is in degrees: a GeoTIFF alone does.
+    Tell whether a raster says of itself that it is in degrees: a GeoTIFF alone does. None of its cells is read.
 
     Raises
     ------
@@ -121,7 +122,7 @@ def in_degrees(path: str | os.PathLike[str], *, most: int) -> bool:
         As `read_cells`.
     """
     file = Path(path)
-    return _ending(file) in GEOTIFF and file.is_file() and _read(file, ".tif", most)[2] == "lonlat"
+    return _ending(file) in GEOTIFF and file.is_file() and _told_by(file, lambda: _geotiff(file, None)[2]) == "lonlat"
 
 
 def cells_in_metres(
@@ -136,7 +137,8 @@ def cells_in_metres(
     """
     Turn the cells of a file into densities on a plane: counts are divided by areas, degrees become metres.
 
-    The sum of density times area stays what it was, to rounding: the count of a raster of counts.
+    The sum of density times area stays what it was, to rounding: the count of a raster of counts. Cells without data
+    that stand for 0 stay without data; of a raster in degrees, the new ones that have none below them.
 
     Parameters
     ----------
@@ -168,6 +170,7 @@ def cells_in_metres(
         wrong = f"{int(missing.sum())} of its cells have no data, the first in row {row}, column {column}"
         _fail(file, wrong, "say what they stand for with nodata, as nodata = 0")
     fill = 0.0 if nodata is None else non_negative_number("nodata", nodata)
+    filled = np.where(missing, fill, cells.values) if fill > 0.0 else cells.values
     if cells.coordinates == "plane":
         if projection is not None:
             _fail(file, "a projection is for longitudes and latitudes, and this raster is on a plane", "leave it out")
@@ -176,14 +179,12 @@ def cells_in_metres(
         x_min, y_min, x_max, y_max = cells.bounds
         rows, columns = cells.values.shape
         area = (x_max - x_min) / columns * ((y_max - y_min) / rows)
-        return RasterCells(np.where(missing, fill, cells.values) / area, cells.bounds, "plane")
+        return RasterCells(filled / area, cells.bounds, "plane")
     west, south, east, north = cells.bounds
     if projection is None:
         middle = wrapped(np.array([0.5 * (west + east)]))
         projection = LocalProjection(float(middle[0]), 0.5 * (south + north))
-    return _projected(
-        file, RasterCells(np.where(missing, fill, cells.values), cells.bounds, "lonlat"), kind, projection, most
-    )
+    return _projected(file, RasterCells(filled, cells.bounds, "lonlat"), kind, projection, most)
 
 
 def _projected(file: Path, cells: RasterCells, kind: Kind, projection: LocalProjection, most: int) -> RasterCells:
@@ -213,7 +214,7 @@ def _projected(file: Path, cells: RasterCells, kind: Kind, projection: LocalProj
         areas = _quadrangles(x, y)
         part = cells.values[first:last]
         densities[first:last] = part / areas if kind == "count" else part
-        total += float((part if kind == "count" else part * areas).sum())
+        total += float(np.nansum(part if kind == "count" else part * areas))
     # the edges of the raster bend
     outline = np.concatenate([metres[0], metres[-1], metres[:, 0], metres[:, -1]])
     (x_min, y_min), (x_max, y_max) = outline.min(axis=0).tolist(), outline.max(axis=0).tolist()
@@ -240,7 +241,7 @@ def _projected(file: Path, cells: RasterCells, kind: Kind, projection: LocalProj
         across, up = max(1, int(across / shrink)), max(1, int(up / shrink))
     fine = 4 if across * up <= CHUNK // 2 else 2
     laid = _sampled(densities, cells.bounds, projection, (x_min, y_min, x_max, y_max), (up, across), fine)
-    found = float(laid.sum()) * (x_max - x_min) / across * ((y_max - y_min) / up)
+    found = float(np.nansum(laid)) * (x_max - x_min) / across * ((y_max - y_min) / up)
     if total > 0.0 and found <= 0.0:
         _fail(file, "its cells are too narrow to be seen on a grid of metres", "cut out the part that matters")
     laid *= total / found if found > 0.0 else 1.0
@@ -250,7 +251,11 @@ def _projected(file: Path, cells: RasterCells, kind: Kind, projection: LocalProj
 def _sampled(
     densities: FloatArray, source: Bounds, projection: LocalProjection, box: Bounds, shape: tuple[int, int], fine: int
 ) -> FloatArray:
-    """Return the mean over `fine` x `fine` sub-points of each cell, row 0 in the north; outside the source it is 0."""
+    """
+    Return the mean over `fine` x `fine` sub-points of each cell, row 0 in the north; outside the source it is 0.
+
+    NaN stands for 0, and stays where there is nothing else.
+    """
     from scipy.interpolate import RectBivariateSpline  # noqa: PLC0415 - slow to import
 
     west, south, east, north = source
@@ -277,7 +282,10 @@ def _sampled(
         row = np.floor((north - latitudes) * (rows / (north - south))).astype(np.int64)
         inside = (column < columns) & (row >= 0) & (row < rows)
         seen = np.where(inside, densities[np.clip(row, 0, rows - 1), np.minimum(column, columns - 1)], 0.0)
-        laid[first:last] = seen.reshape(last - first, fine, across, fine).mean(axis=(1, 3))
+        blocks = seen.reshape(last - first, fine, across, fine)
+        gone = np.isnan(blocks)
+        laid[first:last] = np.where(gone, 0.0, blocks).mean(axis=(1, 3))
+        laid[first:last][gone.all(axis=(1, 3))] = np.nan
     return laid
 
 
@@ -300,14 +308,18 @@ def _ending(file: Path) -> str:
 
 def _read(file: Path, ending: str, most: int) -> tuple[FloatArray, Bounds | None, Coordinates | None]:
     """Read any file: its values, its own bounds and what coordinates these are, if it says so."""
+    if ending in GEOTIFF:
+        return _told_by(file, lambda: _geotiff(file, most))
+    if ending == ".asc":
+        return _told_by(file, lambda: _ascii_grid(file, most))
+    readers = {".npy": _npy, ".npz": _npz}
+    return _told_by(file, lambda: readers.get(ending, _csv)(file, most)), None, None
+
+
+def _told_by(file: Path, read: Callable[[], ReadT]) -> ReadT:
+    """Read from a file; what goes wrong is told in one line."""
     try:
-        if ending in GEOTIFF:
-            return _geotiff(file, most)
-        if ending == ".asc":
-            return _ascii_grid(file, most)
-        if ending == ".npy":
-            return _npy(file, most), None, None
-        return (_npz(file, most) if ending == ".npz" else _csv(file, most)), None, None
+        return read()
     except (EOFError, zipfile.BadZipFile, zlib.error, UnicodeDecodeError) as error:
         _fail(file, f"it is damaged or of another kind ({_line(error)})", "write it once more")
     except (OSError, MemoryError) as error:
@@ -318,8 +330,8 @@ def _read(file: Path, ending: str, most: int) -> tuple[FloatArray, Bounds | None
         _fail(file, f"it is damaged or of another kind ({_line(error)})", "write it once more")
 
 
-def _geotiff(file: Path, most: int) -> tuple[FloatArray, Bounds | None, Coordinates | None]:
-    """Read a GeoTIFF of one band."""
+def _geotiff(file: Path, most: int | None) -> tuple[FloatArray, Bounds | None, Coordinates | None]:
+    """Read a GeoTIFF of one band; no more than what is said about it if `most` is None."""
     import warnings  # noqa: PLC0415 - of rasterio alone
 
     try:
@@ -331,6 +343,8 @@ def _geotiff(file: Path, most: int) -> tuple[FloatArray, Bounds | None, Coordina
         try:
             # by its full path and of one driver, so that no name leads elsewhere
             with rasterio.open(str(file.resolve()), driver="GTiff") as opened:
+                if most is None:
+                    return np.empty((0, 0)), None, None if opened.crs is None else _about(file, opened.crs)
                 _require_size(file, opened.height, opened.width, most)
                 if opened.count != 1:
                     _fail(file, f"it has {opened.count} bands", "write the one that counts into a file of its own")

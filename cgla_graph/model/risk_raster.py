@@ -171,7 +171,6 @@ class RasterRisk:
         cells = read_cells(path, most=MOST_CELLS, bounds=bounds, coordinates=coordinates, origin=origin)
         laid = cells_in_metres(path, cells, kind=kind, nodata=nodata, projection=projection, most=MOST_CELLS)
         try:
-            # on the plane and of densities, the cells without data are kept
             return cls(laid.values, laid.bounds, interpolation=interpolation, scale=scale, nodata=nodata)
         except ProblemError as error:
             msg = f"{path}: {error}"

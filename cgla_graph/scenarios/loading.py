@@ -128,7 +128,7 @@ def raster_scenario(
     try:
         box = None if bounds is None else list(four_numbers("bounds", bounds))
         own = box if path.suffix.lower() == ".npy" else None
-        lonlat = bool(no_fly) or in_degrees(path, most=LARGEST)
+        lonlat = bool(no_fly) or in_degrees(path)
         table = ScenarioTable(
             title=f"risk of {path.name}",
             coordinates="lonlat" if lonlat else "plane",

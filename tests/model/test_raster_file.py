@@ -5,6 +5,7 @@ import io
 import re
 import zipfile
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -230,3 +231,20 @@ def test_what_is_asked_for_is_checked(tmp_path: Path) -> None:
     refused(file, "coordinates is 'utm'", bounds=BOX, coordinates="utm")
     refused(file, "km from the middle of the map", bounds=(0, 0, 90, 60), coordinates="lonlat")
     refused(tmp_path / "none.npy", "no such file", bounds=BOX)
+
+
+@pytest.mark.parametrize("kind", ["count", "density"])
+def test_cells_without_data_stay_so_in_degrees(kind: Literal["count", "density"], tmp_path: Path) -> None:
+    """Pictures mark them, and they change no number."""
+    values = np.arange(1.0, 31.0).reshape(5, 6)
+    holes = np.where(np.indices(values.shape).sum(axis=0) < 3, np.nan, values)
+    box = (24.0, 60.0, 24.6, 60.2)
+    found = []
+    for name, array in (("holes", holes), ("zeros", np.nan_to_num(holes))):
+        np.save(tmp_path / f"{name}.npy", array)
+        file = tmp_path / f"{name}.npy"
+        found.append(RasterRisk.from_file(file, bounds=box, kind=kind, nodata=0.0, coordinates="lonlat"))
+    assert found[0] == found[1]
+    share = found[0].missing.mean()
+    assert 0.0 < share <= np.isnan(holes).mean()
+    assert not found[0].cells[::-1][found[0].missing].any()
