@@ -8,7 +8,7 @@ INSTALLED := $(VENV)/installed
 PYTEST := $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --quiet
 export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels
 
-.PHONY: compare test fuzz lint check bench claims clean
+.PHONY: compare test fuzz lint check docs bench claims clean
 
 compare: $(INSTALLED)
 	$(BIN)/cgla compare --out results --overwrite
@@ -34,6 +34,11 @@ check: lint
 		tests/eikonal/test_mesh.py tests/eikonal/test_marching_kernels.py tests/certificate/test_certificate_kernels.py \
 		tests/cost_to_go/test_repair.py tests/fusion/test_fusion.py tests/motion/test_trajectory.py tests/motion/test_space_time.py
 
+# the site, in build/docs; warnings are errors. The second time, what has not changed is not made again
+docs: $(VENV)/installed-docs
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --nitpicky --quiet --jobs 2 \
+		--doctree-dir build/doctrees docs build/docs
+
 bench: $(INSTALLED)
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-columns=min,median,rounds -s
 
@@ -50,5 +55,9 @@ $(INSTALLED): pyproject.toml
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
 	touch $@
 
+$(VENV)/installed-docs: $(INSTALLED)
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	touch $@
+
 clean:
-	rm -rf $(VENV) build dist results *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf $(VENV) build docs/generated dist results *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks

@@ -155,7 +155,7 @@ def get(name: str, **settings: Any) -> Solver:  # noqa: ANN401 - each solver has
     ----------
     name
         As in `names`.
-    settings
+    **settings
         The fields of its dataclass.
 
     Returns

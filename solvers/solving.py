@@ -43,7 +43,7 @@ def solve(
     refine
         Whether to refine the solver's path in the plane (`cgla_graph.refine.refine.refine_path`). The time and the
         evaluations that this takes are added to the solver's.
-    settings
+    **settings
         Settings of a solver given by name, or of the default one.
 
     Returns

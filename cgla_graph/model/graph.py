@@ -256,11 +256,13 @@ class GeometricGraph:
         ----------
         graph
             An `igraph.Graph`; it is not changed.
+        weight, pos
+            As in `from_networkx`: the edges' attribute, and the vertices'.
         labels
             A node for each vertex, all different. If left out, the vertices' attribute ``name`` where igraph has one,
             else 0, 1, ….
-        weight, pos, field, k, no_fly
-            As in `from_networkx`: the edges' attribute, the vertices' attribute, and what Eq. 5 needs.
+        field, k, no_fly
+            As in `from_networkx`: what Eq. 5 needs.
 
         Returns
         -------

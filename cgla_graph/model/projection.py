@@ -231,7 +231,8 @@ class LocalProjection:
 
         Returns
         -------
-            Metres east and north of the origin, shape (..., 2).
+        metres
+            East and north of the origin, shape (..., 2).
 
         Raises
         ------
@@ -263,6 +264,7 @@ class LocalProjection:
 
         Returns
         -------
+        lonlat
             Longitude in [-180, 180] and latitude in [-90, 90], shape (..., 2), degrees.
 
         Raises

@@ -124,7 +124,7 @@ def plan_within_risk(
     tolerance
         Ratio above 0 that the lower bound of the cost (`cgla_graph.certificate.certificate.lower_bound`) aims at, with
         a solver that is not exact on a lattice. None: prove only what the straight line does.
-    settings
+    **settings
         Settings of a solver given by name.
 
     Returns

@@ -47,7 +47,8 @@ def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> P
     Raises
     ------
     ProblemError
-        If there is no raster, a number is negative, or start or goal are in what is closed: there is no such path.
+        If there is no raster, the problem has a clearance, a number is negative, or start or goal are in what is
+        closed: there is no such path.
 
     Examples
     --------
@@ -61,6 +62,9 @@ def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> P
     """
     if not problem.field.rasters:
         msg = "the problem has no raster whose density could be limited; give RiskField(threats, rasters=[…])"
+        raise ProblemError(msg)
+    if problem.clearance > 0.0:
+        msg = f"a limit of density has a corridor of its own; leave out the clearance of {problem.clearance:g}"
         raise ProblemError(msg)
     level = non_negative_number("level", level)
     width = non_negative_number("corridor", corridor)
@@ -130,7 +134,7 @@ def density_front(
     levels
         The limits; or how many, at least 2, spread over the densities of cells by their ranks, from the least limit
         for which a path is known up to where the limit plays no part.
-    solver, settings
+    solver, **settings
         As `cgla_graph.solve` takes them.
 
     Returns

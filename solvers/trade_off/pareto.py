@@ -180,7 +180,7 @@ def pareto(
     k_max
         The greatest weight; None: grow it tenfold until that lowers the risk by no more than a thousandth of the
         shortest path's.
-    settings
+    **settings
         Settings of a solver given by name.
 
     Returns

@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
 INDEX = ROOT / "docs" / "README.md"
 #: The entrance first, then the manual.
-PAGES = (README, INDEX, *sorted(path for path in INDEX.parent.glob("*.md") if path != INDEX))
+PAGES = (README, INDEX, *sorted(path for path in INDEX.parent.rglob("*.md") if path != INDEX))
 
 #: A comment that steers a block: ``file: NAME``, ``slow`` or ``not run: WHY``.
 NOTE = re.compile(r"<!-- (.+) -->")
@@ -89,7 +89,10 @@ class Page:
                 end = next(n for n in range(at + 1, len(lines)) if lines[n] == "```")
                 text = "".join(f"{line}\n" for line in lines[at + 1 : end])
                 block = Block(self.path, at + 1, lines[at].removeprefix("```"), text, _notes_above(lines, at))
-                if block.language == "text" and not block.notes:
+                if block.language.startswith("{"):
+                    # a figure: the site's build runs it
+                    pass
+                elif block.language == "text" and not block.notes:
                     assert found, f"{block.place} is printed by nothing"
                     assert found[-1].output is None, f"{block.place}: {found[-1].place} prints it twice"
                     found[-1] = found[-1]._replace(output=text)

@@ -1,0 +1,110 @@
+"""How Sphinx builds the site: `make docs`. Nothing is fetched, neither here nor by whoever reads it."""
+
+import re
+import sys
+from pathlib import Path
+
+import matplotlib as mpl
+from sphinx.application import Sphinx
+
+import cgla_graph
+
+DOCS = Path(__file__).resolve().parent
+sys.path.insert(0, str(DOCS / "_extensions"))
+mpl.use("agg")
+
+project = "CGLA Graph"
+version = release = cgla_graph.__version__
+project_copyright = "its authors, MIT licence"
+
+extensions = [
+    "myst_parser",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.viewcode",
+    "matplotlib.sphinxext.plot_directive",
+    "mathml",
+    "solver_pages",
+]
+root_doc = "index"
+# the index shows it
+exclude_patterns = ["README.md", "_extensions", "figures"]
+html_math_renderer = "mathml"
+
+myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
+myst_heading_anchors = 4
+# a page says what its figures are of below them
+plot_html_show_source_link = False
+plot_html_show_formats = False
+plot_formats = [("png", 144)]
+plot_basedir = str(DOCS)
+plot_rcparams = {"figure.constrained_layout.use": True, "font.size": 10}
+plot_apply_rcparams = True
+
+templates_path = ["_templates"]
+autosummary_generate = True
+autodoc_typehints = "signature"
+autodoc_member_order = "groupwise"
+autodoc_preserve_defaults = True
+python_use_unqualified_type_names = True
+python_maximum_signature_line_length = 88
+default_role = "code"
+numpydoc_show_class_members = False
+numpydoc_use_plots = False
+numpydoc_xref_param_type = False
+# all checks, but for
+numpydoc_validation_checks = {
+    "all",
+    "ES01",  # one sentence may be all there is to say
+    "EX01",  # methods are shown at work in the example of their class
+    "PR01",  # fields of dataclasses are attributes; what the one line of a method says needs no table
+    "PR04",  # types are in signatures, once
+    "RT01",  # as PR01
+    "SA01",  # the tables of the reference say what belongs together
+    "YD01",  # as PR01
+}
+
+# its signature is that of its `__init__`, not of the `__new__` that pickles need
+numpydoc_validation_exclude = {r"\.RiskField$"}
+
+nitpick_ignore_regex = [
+    # names of others: there is nothing here to link them to
+    ("py:.*", r"(collections|datetime|matplotlib|networkx|numpy|nx|os|pathlib|scipy|shapely)\..*"),
+    # a hint with a comma in quotation marks, taken apart by Sphinx
+    ("py:class", r"tuple\[float"),
+    # what is handed on from one function to the next, and nobody makes or takes apart
+    ("py:class", r"cgla_graph\.comparisons\.(study\.study\.(Flight)?Cell|workers\.tasks\.ResultStore)"),
+    ("py:class", r"cgla_graph\.(mission\.simulation\.Simulation|mission\.rules\.Rules|model\.weights\.Weights)"),
+]
+
+html_theme = "furo"
+html_title = "CGLA Graph"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_show_sphinx = False
+html_copy_source = False
+html_theme_options = {
+    "light_css_variables": {"color-brand-primary": "#1f5f8b", "color-brand-content": "#1f5f8b"},
+    "dark_css_variables": {"color-brand-primary": "#7fb8de", "color-brand-content": "#7fb8de"},
+}
+
+#: The line below a page's title that leads back, for who reads it where the code is.
+_WAY_BACK = re.compile(r"^\[Manual\]\([./]*README\.md\).*\n\n?", re.MULTILINE)
+
+
+def _for_the_site(_app: Sphinx, _name: str, source: list[str]) -> None:
+    """Leave out what only readers of the bare files need, and turn links to the index into ones to the site's."""
+    text = _WAY_BACK.sub("", source[0])
+    source[0] = re.sub(r"\]\(((?:\.\./)?)README\.md(#[\w-]+)?\)", r"](\1index.rst\2)", text)
+
+
+def _without_fields(_app: Sphinx, _kind: str, _name: str, member: object, _skip: bool, _options: object) -> bool | None:
+    """Leave out the fields of a named tuple, which its docstring tells as attributes."""
+    return True if type(member).__name__ == "_tuplegetter" else None
+
+
+def setup(app: Sphinx) -> None:
+    """Prepare pages before they are parsed, and choose what is told of a class."""
+    app.connect("source-read", _for_the_site)
+    app.connect("autodoc-skip-member", _without_fields)
