@@ -131,7 +131,7 @@ def lower_bound(
     Parameters
     ----------
     problem
-        The problem; its no-fly area counts.
+        The problem; its no-fly area counts, and its clearance.
     tolerance
         Refine the grid until ``upper_bound / lower_bound - 1`` is at most this.
     path
@@ -247,6 +247,8 @@ class _Search:
     def run(self) -> Certificate:
         """Refine until the tolerance or a limit is reached."""
         problem = self.problem
+        # a path that keeps its clearance to the last digit counts, too
+        closed = problem.relaxed()
         self.known = self.upper
         shrink = 1.0 - rounding(problem)
         # (of the two ends' distance itself)
@@ -259,7 +261,7 @@ class _Search:
         runs = cell_runs.rectangle(last)
         before = -math.inf
         while True:
-            level = Level.lay(problem, last, runs)
+            level = Level.lay(closed, last, runs)
             self.cells = len(level.mesh.columns)
             self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.upper))
             bounds = level.both(FRACTION * self.tolerance, charge=True)

@@ -11,12 +11,14 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
-from cgla_graph._validate import bounds_box, point, point_array
+from cgla_graph._validate import bounds_box, non_negative_number, point, point_array
 from cgla_graph.errors import NodeNotFoundError, ProblemError
 from cgla_graph.model.adjacency import CornerRule, Node
-from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.clearance import ROUNDING, widened
+from cgla_graph.model.cost_model import CostModel, indexed_area
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.risk import RiskField, SmallSpreadWarning
 from cgla_graph.model.solution import Solution, Status
 
@@ -53,7 +55,7 @@ class Evaluation:
 
     @property
     def feasible(self) -> bool:
-        """Whether the path stays inside the bounds and crosses no no-fly area."""
+        """Whether the path stays inside the bounds, crosses no no-fly area and keeps the clearance."""
         return not self.violations
 
 
@@ -74,11 +76,15 @@ class Problem:
         ``(x_min, y_min, x_max, y_max)``, map units; no path may leave them.
     no_fly
         Shapely polygons that no path may cross; touching their boundary is allowed. None: no such area.
+    clearance
+        How far every path has to stay from the no-fly area, map units, at least 0. Solvers keep out of the area widened
+        by that, its round corners by polygons (`model`), so that they stay up to 0.12 % farther away; the oracle
+        measures the distance itself, and a proven bound holds for every path that keeps it.
 
     Raises
     ------
     ProblemError
-        If a part is malformed, or start or goal are outside the bounds or inside the no-fly area.
+        If a part is malformed, or start or goal are outside the bounds, or inside the no-fly area or too near to it.
 
     Examples
     --------
@@ -95,9 +101,11 @@ class Problem:
     k: float = 0.0
     bounds: Bounds = (0.0, 0.0, 1.0, 1.0)
     no_fly: BaseGeometry | None = None
+    clearance: float = 0.0
 
     def __post_init__(self) -> None:
         """Check everything once, so that no solver has to."""
+        object.__setattr__(self, "clearance", non_negative_number("clearance", self.clearance))
         if self.field is None:
             object.__setattr__(self, "field", RiskField())
         object.__setattr__(self, "bounds", bounds_box(self.bounds))
@@ -111,9 +119,19 @@ class Problem:
         object.__setattr__(self, "k", self.model.k)
         for name in ("start", "goal"):
             if self.model.area.contains(getattr(self, name)):
-                msg = f"{name} {getattr(self, name)} is inside the no-fly area; move it to the boundary or outside"
-                raise ProblemError(msg)
+                raise ProblemError(self._too_near(name))
         self._warn_of_small_spreads()
+
+    def _too_near(self, name: str) -> str:
+        """Say why start or goal may not be where it is."""
+        place = getattr(self, name)
+        away = self.area.path_clearance([place])
+        if away == 0.0 and self.area.contains(place):
+            return f"{name} {place} is inside the no-fly area; move it to the boundary or outside"
+        return (
+            f"{name} {place} is {away:.6g} from the no-fly area, and the clearance is {self.clearance:g} (at round "
+            "corners up to 0.12 % more); move it, or lower the clearance"
+        )
 
     def _warn_of_small_spreads(self) -> None:
         """Warn of a threat that is too small for the map, as one whose spread is in degrees on a map in metres."""
@@ -131,8 +149,39 @@ class Problem:
 
     @cached_property
     def model(self) -> CostModel:
-        """What a segment costs here."""
-        return CostModel(self.field, self.k, self.no_fly)
+        """What a segment costs here: infinitely much where it comes nearer to the no-fly area than the clearance."""
+        if self.clearance == 0.0 or self.no_fly is None:
+            return CostModel(self.field, self.k, self.no_fly)
+        return CostModel(self.field, self.k, widened(self.no_fly, self.clearance))
+
+    @property
+    def area(self) -> NoFlyArea:
+        """The no-fly area itself, without the clearance around it."""
+        return indexed_area(self.no_fly)
+
+    def relaxed(self) -> "Problem":
+        """
+        Return a problem without clearance in which every feasible path of this one is feasible: bounds hold for it.
+
+        Examples
+        --------
+        >>> import shapely
+        >>> box = shapely.box(0.4, -0.3, 0.6, 0.3)
+        >>> problem = Problem((0, 0), (1, 0), bounds=(0, -1, 1, 1), no_fly=box, clearance=0.1)
+        >>> bool(problem.relaxed().model.area.geometry.within(problem.model.area.geometry))
+        True
+        """
+        if self.clearance == 0.0 or self.no_fly is None:
+            return self
+        least = self.clearance - self._slack
+        closed = widened(self.no_fly, least, inside=True) if least > 0.0 else self.no_fly
+        return replace(self, no_fly=closed, clearance=0.0)
+
+    @property
+    def _slack(self) -> float:
+        """By how much a path may be nearer to the no-fly area than the clearance, as numbers are rounded."""
+        x_min, y_min, x_max, y_max = self.bounds
+        return ROUNDING * max(x_max - x_min, y_max - y_min)
 
     @property
     def shorter_side(self) -> float:
@@ -198,19 +247,23 @@ class Problem:
             starts = ends = waypoints
         length = float(np.hypot(*(ends - starts).T).sum())
         risk = float(self.field.line_integral(starts, ends).sum())
+        clearance = self.area.path_clearance(waypoints)
         return Evaluation(
             length=length,
             risk=risk,
             cost=length + self.k * risk,
-            clearance=self.model.area.path_clearance(waypoints),
-            violations=tuple(self._violations(waypoints, self.model.area.crosses(starts, ends))),
+            clearance=clearance,
+            violations=tuple(self._violations(waypoints, self.area.crosses(starts, ends), clearance)),
         )
 
-    def _violations(self, waypoints: FloatArray, crossing: BoolArray) -> list[str]:
+    def _violations(self, waypoints: FloatArray, crossing: BoolArray, clearance: float) -> list[str]:
         outside = ~self.in_bounds(waypoints)
-        return [f"waypoint {i} leaves the bounds" for i in np.nonzero(outside)[0][:1]] + [
+        found = [f"waypoint {i} leaves the bounds" for i in np.nonzero(outside)[0][:1]] + [
             f"segment {i} crosses the no-fly area" for i in np.nonzero(crossing)[0][:1]
         ]
+        if clearance < self.clearance - self._slack and not crossing.any():
+            found.append(f"it comes within {clearance:.6g} of the no-fly area, and the clearance is {self.clearance:g}")
+        return found
 
     def judge(self, solution: Solution) -> Solution:
         """
@@ -269,7 +322,7 @@ class Problem:
         """
         lattice = resolution if isinstance(resolution, Lattice) else Lattice(resolution, bounds=self.bounds)
         nodes = (self.start, self.goal, *extra)
-        graph = GeometricGraph.complete(lattice, self.field, self.k, no_fly=self.no_fly, extra=nodes)
+        graph = GeometricGraph.complete(lattice, self.field, self.k, no_fly=self.model.no_fly, extra=nodes)
         return GraphProblem(graph, graph.node_at(self.start), graph.node_at(self.goal))
 
     def on_eight_connected(
@@ -281,7 +334,7 @@ class Problem:
             lattice,
             self.field,
             self.k,
-            no_fly=self.no_fly,
+            no_fly=self.model.no_fly,
             extra=(self.start, self.goal),
             corner_rule=corner_rule,
         )

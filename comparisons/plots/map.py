@@ -3,6 +3,7 @@
 import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import shapely
@@ -147,9 +148,15 @@ class BaseMap:
         for name, end, marker, size in (("start", problem.start, "o", around), ("goal", problem.goal, "*", 12.0)):
             place = np.multiply(end, scale)
             yield draw_mark(self.axes, place, marker, size, markeredgecolor="black", clip_on=False, zorder=5), name
-        if not problem.model.area.is_empty:
-            clip_to_bounds(self.axes, problem.bounds, draw_area(self.axes, problem.model.area.geometry, scale), scale)
+        if not problem.area.is_empty:
+            clip_to_bounds(self.axes, problem.bounds, draw_area(self.axes, problem.area.geometry, scale), scale)
             yield area_key(), "no-fly area"
+        if problem.clearance > 0.0 and not problem.area.is_empty:
+            look: dict[str, Any] = {"color": "0.35", "linestyle": (0, (2, 2)), "linewidth": 0.8}
+            for ring in shapely.get_rings(shapely.get_parts(problem.model.area.geometry)):
+                lines = self.axes.plot(*(shapely.get_coordinates(ring) * scale).T, **look, zorder=2.5)
+                clip_to_bounds(self.axes, problem.bounds, lines, scale)
+            yield Line2D([], [], **look), f"clearance {problem.clearance:g}{' m' if self.scenario.projection else ''}"
         yield from data_keys(problem)
 
 

@@ -83,7 +83,7 @@ def _no_fly(problem: Problem) -> dict[str, Any]:
     """Draw the no-fly area by its outlines; one of too many corners by a raster of the share of each cell it covers."""
     if problem.no_fly is None:
         return {"no_fly": [], "walls": None}
-    area = shapely.intersection(shapely.force_2d(problem.model.area.geometry), shapely.box(*problem.bounds))
+    area = shapely.intersection(shapely.force_2d(problem.area.geometry), shapely.box(*problem.bounds))
     simple = shapely.simplify(area, SLACK * _side(problem))
     if shapely.get_num_coordinates(simple) > MOST_CORNERS:
         return {"no_fly": [], "walls": _walls(area, problem)}

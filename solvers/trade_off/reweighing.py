@@ -145,7 +145,7 @@ def _chosen(solver: str | Solver | None, settings: dict[str, Any]) -> Solver:
 def _matrices(problem: Problem, graph: GeometricGraph) -> tuple[FloatArray, FloatArray]:
     """Weigh all pairs by length alone, and by risk alone."""
     lengths, heavy = (
-        graph.under(CostModel(problem.field, k, problem.no_fly)).weight_matrix() for k in (0.0, RISK_ALONE)
+        graph.under(CostModel(problem.field, k, problem.model.no_fly)).weight_matrix() for k in (0.0, RISK_ALONE)
     )
     flyable = np.isfinite(lengths)
     risks = np.zeros_like(lengths)
