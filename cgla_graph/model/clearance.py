@@ -4,6 +4,7 @@ import math
 from functools import lru_cache
 from typing import Final
 
+import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
@@ -46,4 +47,4 @@ def widened(no_fly: BaseGeometry, distance: float, *, inside: bool = False) -> B
     radius = distance if inside else distance / math.cos(0.25 * math.pi / EDGES)
     # one piece an edge: a polygon as a whole would be simplified first, and be widened by a little more or less
     pieces = shapely.buffer(shapely.linestrings(area.edges[:, :4].reshape(-1, 2, 2)), radius, quad_segs=EDGES)
-    return shapely.union_all([area.geometry, *pieces])
+    return shapely.union_all([area.geometry, *np.asarray(pieces, dtype=object)])

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from reprlib import repr as short
+from typing import Any
 
 import shapely
 from pydantic import ValidationError
@@ -17,7 +18,6 @@ from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.raster_file import in_degrees
-from cgla_graph.model.risk_raster import MOST_CELLS as LARGEST
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.grid_map import GridMap
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around
@@ -32,7 +32,15 @@ RASTERS = (".tif", ".tiff", ".asc", ".npy")
 
 
 def open_scenarios(
-    spec: str, *, start: Point | None = None, goal: Point | None = None, bounds: Bounds | None = None
+    spec: str,
+    *,
+    start: Point | None = None,
+    goal: Point | None = None,
+    bounds: Bounds | None = None,
+    k: float | None = None,
+    clearance: float | None = None,
+    no_fly: Sequence[Path] = (),
+    raster: Mapping[str, object] | None = None,
 ) -> Iterator[Scenario]:
     """
     Open everything that one argument names, one scenario after the other.
@@ -49,6 +57,12 @@ def open_scenarios(
     bounds
         Instead of the file's own, in its coordinates: ``(x_min, y_min, x_max, y_max)``, or west, south, east, north. A
         grid map keeps its own.
+    k, clearance
+        Instead of the file's own.
+    no_fly
+        GeoJSON files of more no-fly areas, on maps in longitude and latitude.
+    raster
+        Of a raster alone: its settings, as `raster_scenario` has them.
 
     Yields
     ------
@@ -76,16 +90,42 @@ def open_scenarios(
     if bounds is not None and kind in {".map", ".scen"}:
         msg = f"{path}: a grid map has the bounds of its cells; leave out others"
         raise ScenarioError(msg)
+    if kind in {".map", ".scen"} and no_fly:
+        msg = f"{path}: a grid map has no longitudes and latitudes; leave out the areas of {no_fly[0]}"
+        raise ScenarioError(msg)
+    if raster and kind not in RASTERS:
+        msg = f"{spec} is no raster (those end in {', '.join(RASTERS)}): leave out {next(iter(raster))}"
+        raise ScenarioError(msg)
+    for scenario in _opened(path, rows, spec, start, goal, bounds, clearance, no_fly, raster or {}):
+        yield _changed(scenario, k, None if kind not in {".map", ".scen"} else clearance)
+
+
+def _opened(
+    path: Path,
+    rows: tuple[int, int] | None,
+    spec: str,
+    start: Point | None,
+    goal: Point | None,
+    bounds: Bounds | None,
+    clearance: float | None,
+    no_fly: Sequence[Path],
+    raster: Mapping[str, object],
+) -> Iterator[Scenario]:
+    """Open what is there, by its ending."""
+    kind = path.suffix.lower()
+    margin = clearance or 0.0
     if kind in RASTERS:
-        yield raster_scenario(path, start=start, goal=goal, bounds=bounds)
+        yield raster_scenario(
+            path, start=start, goal=goal, bounds=bounds, clearance=margin, no_fly=no_fly, settings=raster
+        )
     elif kind in {".geojson", ".json"}:
-        yield _areas_scenario(path, start, goal, bounds)
+        yield areas_scenario([path, *no_fly], start=start, goal=goal, bounds=bounds, clearance=margin)
     elif kind == ".map":
         yield _map_scenario(path, start, goal)
     elif kind == ".scen":
         yield from (_moved(scenario, start, goal) for scenario in _row_scenarios(path, rows))
     else:
-        yield load_scenario(spec, start=start, goal=goal, bounds=bounds)
+        yield load_scenario(spec, start=start, goal=goal, bounds=bounds, clearance=clearance, no_fly=no_fly)
 
 
 def raster_scenario(
@@ -95,6 +135,7 @@ def raster_scenario(
     goal: Point | None,
     bounds: Bounds | None = None,
     k: float = 1.0,
+    clearance: float = 0.0,
     no_fly: Sequence[Path] = (),
     settings: Mapping[str, object] | None = None,
 ) -> Scenario:
@@ -104,18 +145,21 @@ def raster_scenario(
     Parameters
     ----------
     path
-        The raster. A GeoTIFF says itself whether it is in degrees; all others are on a plane, unless there are no-fly
-        areas, which are in degrees.
+        The raster. A GeoTIFF says itself whether it is in degrees; all others are on a plane, unless `settings` say
+        otherwise or there are no-fly areas, which are in degrees.
     start, goal
         In the coordinates of the file; both are needed.
     bounds
         No path leaves these; of ``.npy``, the edges of the raster as well.
     k
         Risk weight.
+    clearance
+        How far paths have to stay from no-fly areas, map units.
     no_fly
         GeoJSON files.
     settings
-        Other keys of ``[[rasters]]`` in scenario files: kind, scale, nodata, interpolation, origin.
+        Other keys of ``[[rasters]]`` in scenario files: kind, scale, nodata, interpolation, origin; and coordinates,
+        plane or lonlat.
 
     Raises
     ------
@@ -128,15 +172,17 @@ def raster_scenario(
     try:
         box = None if bounds is None else list(four_numbers("bounds", bounds))
         own = box if path.suffix.lower() == ".npy" else None
-        lonlat = bool(no_fly) or in_degrees(path)
+        given = dict(settings or {})
+        coordinates = given.pop("coordinates", None) or ("lonlat" if no_fly or in_degrees(path) else "plane")
         table = ScenarioTable(
             title=f"risk of {path.name}",
-            coordinates="lonlat" if lonlat else "plane",
+            coordinates=coordinates,  # type: ignore[arg-type]
             start=list(point("start", start)),
             goal=list(point("goal", goal)),
             k=k,
+            clearance=clearance,
             bounds=box,
-            rasters=[RasterTable.model_validate({"file": path.name, "bounds": own, **(settings or {})})],
+            rasters=[RasterTable.model_validate({"file": path.name, "bounds": own, **given})],
             no_fly=NoFlyTable(geojson=[str(file.absolute()) for file in no_fly]),
         )
     except ValidationError as error:
@@ -145,7 +191,11 @@ def raster_scenario(
         raise ScenarioError(msg) from error
     except CglaError as error:
         raise ScenarioError(str(error) if str(path) in str(error) else f"{path}: {error}") from error
-    scenario = scenario_of(table, path.parent, path.stem, str(path))
+    try:
+        scenario = scenario_of(table, path.parent, path.stem, str(path))
+    except ScenarioError as error:
+        # it is the one raster of its own map: that is said once
+        raise ScenarioError(str(error).replace(f"{path}: rasters.0: {path}: ", f"{path}: ")) from error
     return dataclasses.replace(scenario, lattice=_even_lattice(scenario.problem.bounds, 900))
 
 
@@ -177,25 +227,64 @@ def _moved(scenario: Scenario, start: Point | None, goal: Point | None) -> Scena
     return dataclasses.replace(scenario, problem=problem)
 
 
-def _areas_scenario(path: Path, start: Point | None, goal: Point | None, given: Bounds | None) -> Scenario:
-    """Make no-fly areas of the polygons of a GeoJSON file."""
-    areas = read_areas(path)
+def areas_scenario(
+    files: Sequence[Path],
+    *,
+    start: Point | None = None,
+    goal: Point | None = None,
+    bounds: Bounds | None = None,
+    clearance: float = 0.0,
+) -> Scenario:
+    """
+    Make a scenario of the no-fly areas of GeoJSON files, named after the first.
+
+    Parameters
+    ----------
+    files
+        At least one.
+    start, goal
+        Degrees; None for the corners of the box around all areas, south-west and north-east.
+    bounds
+        No path leaves these, degrees; None for the box around all areas and the ends.
+    clearance
+        How far paths have to stay from the areas, metres.
+
+    Raises
+    ------
+    ScenarioError
+        If something is malformed, or start or goal is not on the map.
+    """
+    path = files[0]
+    areas = [area for file in files for area in read_areas(file)]
     west, south, east, north = bounds_of(box_around(shapely.get_coordinates([area.polygon for area in areas])))
     try:
         table = ScenarioTable(
-            title=f"{len(areas)} no-fly areas of {path.name}",
+            title=f"{len(areas)} no-fly area{'s' * (len(areas) != 1)} of {', '.join(file.name for file in files)}",
             coordinates="lonlat",
             start=list(point("start", start or (west, south))),
             goal=list(point("goal", goal or (east, north))),
             k=0.0,
-            bounds=None if given is None else list(four_numbers("bounds", given)),
-            no_fly=NoFlyTable(geojson=[path.name]),
+            clearance=clearance,
+            bounds=None if bounds is None else list(four_numbers("bounds", bounds)),
+            no_fly=NoFlyTable(geojson=[path.name, *(str(file.absolute()) for file in files[1:])]),
         )
     except CglaError as error:
         msg = f"{path}: {error}"
         raise ScenarioError(msg) from error
     scenario = scenario_of(table, path.parent, path.stem, str(path))
     return dataclasses.replace(scenario, lattice=_even_lattice(scenario.problem.bounds, 900))
+
+
+def _changed(scenario: Scenario, k: float | None, clearance: float | None) -> Scenario:
+    """Give a scenario another weight, or clearance."""
+    changes: dict[str, Any] = {name: value for name, value in (("k", k), ("clearance", clearance)) if value is not None}
+    if not changes:
+        return scenario
+    try:
+        return dataclasses.replace(scenario, problem=dataclasses.replace(scenario.problem, **changes))
+    except CglaError as error:
+        msg = f"{scenario.name}: {error}"
+        raise ScenarioError(msg) from error
 
 
 def _even_lattice(bounds: tuple[float, float, float, float], n_points: int) -> Lattice:

@@ -1,6 +1,6 @@
 """Scenarios: problems in TOML files, some of them shipped with the toolkit."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph._validate import four_numbers, point
+from cgla_graph._validate import four_numbers, non_negative_number, point
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
@@ -126,6 +126,7 @@ class ScenarioTable(MapTable):
     start: Pair
     goal: Pair
     k: float = Field(ge=0, description="risk weight: cost = length + k * risk")
+    clearance: float = Field(0.0, ge=0, description="how far paths have to stay from no-fly areas, map units")
     solvers: dict[str, dict[str, int | float | str | bool]] = Field(
         default_factory=dict, description="settings of solvers that suit this scenario"
     )
@@ -192,7 +193,13 @@ def shipped() -> list[str]:
 
 
 def load_scenario(
-    name: str | Path, *, start: Point | None = None, goal: Point | None = None, bounds: Bounds | None = None
+    name: str | Path,
+    *,
+    start: Point | None = None,
+    goal: Point | None = None,
+    bounds: Bounds | None = None,
+    clearance: float | None = None,
+    no_fly: Sequence[str | Path] = (),
 ) -> Scenario:
     """
     Load a shipped scenario by name, or a scenario file by path.
@@ -204,6 +211,10 @@ def load_scenario(
     start, goal, bounds
         Instead of the file's own, in its coordinates (degrees where it holds longitudes and latitudes). Threats that
         the file draws stay where they are.
+    clearance
+        Instead of the file's: how far every path has to stay from no-fly areas, map units.
+    no_fly
+        GeoJSON files of more no-fly areas, on a map in longitude and latitude.
 
     Raises
     ------
@@ -218,14 +229,19 @@ def load_scenario(
     """
     path, table = Path(name), open_table(name)
     try:
-        changes: dict[str, list[float]] = {
+        changes: dict[str, Any] = {
             key: list(check(key, given))
             for key, check, given in (("start", point, start), ("goal", point, goal), ("bounds", four_numbers, bounds))
             if given is not None
         }
+        if clearance is not None:
+            changes["clearance"] = non_negative_number("clearance", clearance)
     except CglaError as error:
         msg = f"{path}: {error}"
         raise ScenarioError(msg) from error
+    if no_fly:
+        more = [str(Path(file).absolute()) for file in no_fly]
+        changes["no_fly"] = table.no_fly.model_copy(update={"geojson": [*table.no_fly.geojson, *more]})
     return scenario_of(table, path.parent, path.stem, str(path), changes)
 
 
@@ -267,7 +283,7 @@ def shipped_text(name: str) -> str:
 
 
 def scenario_of(
-    table: ScenarioTable, folder: Path, name: str, place: str, changes: Mapping[str, list[float]] | None = None
+    table: ScenarioTable, folder: Path, name: str, place: str, changes: Mapping[str, Any] | None = None
 ) -> Scenario:
     """
     Return the scenario of a checked table, some of its keys changed; error messages call its file `place`.
@@ -280,6 +296,7 @@ def scenario_of(
     """
     try:
         if changes:
+            # (drawn on the map as it was)
             threats = [*table.threats, *MapBuilder(table, folder).drawn()]
             table = table.model_copy(update={"threats": threats, "random_threats": None, **changes})
         builder = MapBuilder(table, folder)
@@ -291,6 +308,7 @@ def scenario_of(
             k=table.k,
             bounds=builder.bounds,
             no_fly=builder.no_fly(),
+            clearance=table.clearance,
         )
         lattice = builder.lattice()
     except (ValueError, CglaError) as error:

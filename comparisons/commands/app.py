@@ -20,6 +20,8 @@ import typer
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.commands.parameters import (
     BoundsOption,
+    ClearanceOption,
+    CoordinatesOption,
     CorridorOption,
     DaskOption,
     DensityOption,
@@ -38,6 +40,7 @@ from cgla_graph.comparisons.commands.parameters import (
     NoFlyOption,
     OneScenarioArg,
     OneScenarioOrGraphArg,
+    OriginOption,
     OutOption,
     OverwriteOption,
     ProfileOption,
@@ -122,6 +125,14 @@ def compare(
     goal: GoalOption = None,
     bounds: BoundsOption = None,
     k: KOption = None,
+    clearance: ClearanceOption = None,
+    no_fly: NoFlyOption = None,
+    kind: KindOption = None,
+    scale: ScaleOption = None,
+    nodata: NodataOption = None,
+    interpolation: InterpolationOption = None,
+    origin: OriginOption = None,
+    coordinates: CoordinatesOption = None,
     resolution: ResolutionOption = None,
     refine: RefineOption = False,
     tolerance: ToleranceOption = None,
@@ -161,6 +172,7 @@ def compare(
     """
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.commands import compare as comparison
+    from cgla_graph.comparisons.study import options
     from cgla_graph.scenarios.graph_endings import is_graph_file
 
     if example or schema:
@@ -169,6 +181,16 @@ def compare(
         console.out(EXAMPLE) if example else _print_json(study_schema())
         return
     of_graph = {"--from": source, "--to": target, "--pairs": pairs, "--weight": weight, "--directed": directed}
+    of_maps = options.MapOptions(
+        start=start,
+        goal=goal,
+        bounds=bounds,
+        resolution=resolution,
+        k=k,
+        clearance=clearance,
+        no_fly=no_fly or (),
+        raster=_raster(kind, scale, nodata, interpolation, origin, coordinates),
+    )
     graphs = [spec for spec in scenarios or [] if is_graph_file(spec)]
     if graphs:
         of_map = {
@@ -180,11 +202,7 @@ def compare(
             "--overwrite": overwrite,
             "--workers": workers or None,
             "--dask": dask,
-            "--start": start,
-            "--goal": goal,
-            "--bounds": bounds,
-            "--k": k,
-            "--resolution": resolution,
+            **of_maps.given,
             "--refine": refine,
             "--tolerance": tolerance,
             "--no-certificate": no_certificate,
@@ -211,11 +229,7 @@ def compare(
         limits=limits,
         how=how,
         budget=budget,
-        start=start,
-        goal=goal,
-        bounds=bounds,
-        k=k,
-        resolution=resolution,
+        maps=of_maps,
         refine=refine,
         tolerance=tolerance,
         certify=not no_certificate,
@@ -267,11 +281,14 @@ def plan(
     k: KOption = None,
     prevented_fatality: FatalityOption = None,
     metre_price: MetreOption = None,
+    clearance: ClearanceOption = None,
     no_fly: NoFlyOption = None,
     kind: KindOption = None,
     scale: ScaleOption = None,
     nodata: NodataOption = None,
     interpolation: InterpolationOption = None,
+    origin: OriginOption = None,
+    coordinates: CoordinatesOption = None,
     resolution: ResolutionOption = None,
     refine: RefineOption = False,
     tolerance: ToleranceOption = None,
@@ -290,7 +307,7 @@ def plan(
     from cgla_graph.scenarios.graph_endings import is_graph_file
 
     of_graph = {"--from": source, "--to": target, "--weight": weight, "--directed": directed}
-    if is_graph_file(scenario):
+    if is_graph_file(scenario[0]):
         of_map = {
             "--max-risk": max_risk,
             "--max-length": max_length,
@@ -303,24 +320,28 @@ def plan(
             "--k": k,
             "--prevented-fatality": prevented_fatality,
             "--metre-price": metre_price,
+            "any other argument": scenario[1:] or None,
+            "--clearance": clearance,
             "--no-fly": no_fly,
             "--kind": kind,
             "--scale": scale,
             "--nodata": nodata,
             "--interpolation": interpolation,
+            "--origin": origin,
+            "--coordinates": coordinates,
             "--resolution": resolution,
             "--refine": refine,
             "--tolerance": tolerance,
             "--no-certificate": no_certificate,
         }
-        _refuse(of_map, f"{scenario} is a graph, which has nodes and edges alone")
+        _refuse(of_map, f"{scenario[0]} is a graph, which has nodes and edges alone")
         found = _on_graph(
-            scenario, "cgla" if solver is None else solver, (source, target, None), weight, directed, out, as_json
+            scenario[0], "cgla" if solver is None else solver, (source, target, None), weight, directed, out, as_json
         )
         if not found:
             raise typer.Exit(MISSING)
         return
-    _refuse(of_graph, f"{scenario} is {NO_GRAPH}")
+    _refuse(of_graph, f"{scenario[0]} is {NO_GRAPH}")
     from cgla_graph.comparisons.commands import one_map, output
     from cgla_graph.comparisons.study import options, runner
 
@@ -334,8 +355,9 @@ def plan(
         resolution=resolution,
         bounds=bounds,
         k=one_map.priced(k, prevented_fatality, metre_price),
+        clearance=clearance,
         no_fly=no_fly,
-        raster={"kind": kind, "scale": scale, "nodata": nodata, "interpolation": interpolation},
+        raster=_raster(kind, scale, nodata, interpolation, origin, coordinates),
     )
     opened = one_map.below(opened, max_density, corridor)
     folder = files.make_folder(out) if out else None
@@ -373,6 +395,25 @@ def plan(
         _say_files(profiled, profile.parent if profile else None)
     if not run.solution.status.has_path:
         raise typer.Exit(MISSING)
+
+
+def _raster(
+    kind: str | None,
+    scale: float | None,
+    nodata: float | None,
+    interpolation: str | None,
+    origin: str | None,
+    coordinates: str | None,
+) -> dict[str, str | float | None]:
+    """Gather what is said of a raster."""
+    return {
+        "kind": kind,
+        "scale": scale,
+        "nodata": nodata,
+        "interpolation": interpolation,
+        "origin": origin,
+        "coordinates": coordinates,
+    }
 
 
 def _check_profile(target: Path | None) -> None:
@@ -473,11 +514,14 @@ def pareto(
     goal: GoalOption = None,
     bounds: BoundsOption = None,
     k: KOption = None,
+    clearance: ClearanceOption = None,
     no_fly: NoFlyOption = None,
     kind: KindOption = None,
     scale: ScaleOption = None,
     nodata: NodataOption = None,
     interpolation: InterpolationOption = None,
+    origin: OriginOption = None,
+    coordinates: CoordinatesOption = None,
     resolution: ResolutionOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -502,8 +546,9 @@ def pareto(
         resolution=resolution,
         bounds=bounds,
         k=k,
+        clearance=clearance,
         no_fly=no_fly,
-        raster={"kind": kind, "scale": scale, "nodata": nodata, "interpolation": interpolation},
+        raster=_raster(kind, scale, nodata, interpolation, origin, coordinates),
     )
     folder = files.make_folder(out) if out else None
     if corridor is not None:
@@ -557,11 +602,14 @@ def certify(
     goal: GoalOption = None,
     bounds: BoundsOption = None,
     k: KOption = None,
+    clearance: ClearanceOption = None,
     no_fly: NoFlyOption = None,
     kind: KindOption = None,
     scale: ScaleOption = None,
     nodata: NodataOption = None,
     interpolation: InterpolationOption = None,
+    origin: OriginOption = None,
+    coordinates: CoordinatesOption = None,
     resolution: ResolutionOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -583,8 +631,9 @@ def certify(
         resolution=resolution,
         bounds=bounds,
         k=k,
+        clearance=clearance,
         no_fly=no_fly,
-        raster={"kind": kind, "scale": scale, "nodata": nodata, "interpolation": interpolation},
+        raster=_raster(kind, scale, nodata, interpolation, origin, coordinates),
     )
     folder = files.make_folder(out) if out else None
     with console.running_solvers():

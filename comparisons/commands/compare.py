@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.commands import study_output
-from cgla_graph.comparisons.commands.one_map import with_k
 from cgla_graph.comparisons.commands.output import certificate_document
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.leaderboard.performance import performances
@@ -141,7 +140,7 @@ def read_request(
     how
         Where from to go on, if at all.
     more
-        The other options: budget, start, goal, bounds, k, resolution, refine, tolerance, certify.
+        The other options: maps (as `options.MapOptions`), budget, refine, tolerance, certify.
 
     Raises
     ------
@@ -182,11 +181,7 @@ def _request(
     command: str,
     *,
     budget: str | None = None,
-    start: str | None = None,
-    goal: str | None = None,
-    bounds: str | None = None,
-    k: float | None = None,
-    resolution: int | None = None,
+    maps: options.MapOptions | None = None,
     refine: bool = False,
     tolerance: float | None = None,
     certify: bool = True,
@@ -194,23 +189,17 @@ def _request(
     """Make a study of options."""
     bound = options.read_tolerance(tolerance, certify=certify)
     entrants = options.read_entrants(solvers, budget=budget, refine=refine)
-    for_maps = {
-        "start": start,
-        "goal": goal,
-        "bounds": bounds,
-        "k": k is not None,
-        "resolution": resolution,
-        "refine": refine,
-    }
-    maps, missions = mission_compare.split(specs or ["paper"], **for_maps)
-    opened = (with_k(one, k) for one in options.open_all(maps, start, goal, resolution, bounds))
+    how = maps or options.MapOptions()
+    for_maps = [*how.given, *(["--refine"] if refine else [])]
+    named, missions = mission_compare.split(specs or ["paper"], for_maps)
+    opened = options.open_all(named, how)
     study = Study(
         scenarios=options.number_names(opened),
         entrants=entrants,
         seeds=range(1, n_seeds + 1),
         tolerance=bound,
         limits=options.read_limits(limits),
-        title=" ".join([*maps, *(mission.name for mission in missions)]),
+        title=" ".join([*named, *(mission.name for mission in missions)]),
         source=command,
         missions=missions,
         mission_entrants=mission_compare.mission_entrants(entrants, chosen=solvers is not None) if missions else (),
@@ -223,9 +212,10 @@ def _refuse_beside_a_file(specs: Sequence[object], **given: object) -> None:
     if len(specs) > 1:
         msg = f"{specs[0]} is a study, which is compared alone; name {specs[1]} among its scenarios"
         raise CglaError(msg)
-    beside = [
-        f"--{name}" for name, value in given.items() if name != "certify" and value is not None and value is not False
-    ]
+    maps = given.pop("maps", None)
+    said = {f"--{name}": value for name, value in given.items() if name != "certify"}
+    beside = [name for name, value in said.items() if value is not None and value is not False]
+    beside += [] if maps is None else list(cast("options.MapOptions", maps).given)
     if not given.get("certify", True):
         beside.append("--no-certificate")
     if beside:

@@ -14,15 +14,17 @@ ScenarioArg = Annotated[
     ),
 ]
 OneScenarioArg = Annotated[
-    str,
-    typer.Argument(metavar="SCENARIO", help="shipped name, .toml, .geojson, .tif, .asc, .npy, .map, or FILE.scen:ROW"),
+    list[str],
+    typer.Argument(
+        metavar="SCENARIO", help="shipped name, .toml, .geojson (or several), .tif, .asc, .npy, .map, or FILE.scen:ROW"
+    ),
 ]
 OneScenarioOrGraphArg = Annotated[
-    str,
+    list[str],
     typer.Argument(
         metavar="SCENARIO",
-        help="shipped name, .toml, .geojson, .tif, .asc, .npy, .map, or FILE.scen:ROW; or a graph: .graphml, .json, "
-        ".csv, .mtx, .npz",
+        help="shipped name, .toml, .geojson (or several), .tif, .asc, .npy, .map, or FILE.scen:ROW; or a graph: "
+        ".graphml, .json, .csv, .mtx, .npz",
     ),
 ]
 GraphArg = Annotated[str, typer.Argument(metavar="GRAPH", help=".graphml, .json (node-link), .csv, .mtx or .npz")]
@@ -82,8 +84,13 @@ DensityOption = Annotated[
 CorridorOption = Annotated[
     float | None, typer.Option("--corridor", metavar="W", help="whole width of the corridor (default: 0), map units")
 ]
+ClearanceOption = Annotated[
+    float | None,
+    typer.Option("--clearance", metavar="C", help="stay at least so far from no-fly areas (map units, or metres)"),
+]
 NoFlyOption = Annotated[
-    Path | None, typer.Option("--no-fly", metavar="FILE.geojson", help="of a raster: no-fly areas beside it")
+    list[Path] | None,
+    typer.Option("--no-fly", metavar="FILE.geojson", help="more no-fly areas, on maps in lon/lat; may be repeated"),
 ]
 KindOption = Annotated[
     str | None,
@@ -97,6 +104,13 @@ NodataOption = Annotated[
 ]
 InterpolationOption = Annotated[
     str | None, typer.Option("--interpolation", metavar="HOW", help="of a raster: bilinear or nearest")
+]
+OriginOption = Annotated[
+    str | None, typer.Option("--origin", metavar="WHERE", help="of a .npy: row 0 is the upper one (default), or lower")
+]
+CoordinatesOption = Annotated[
+    str | None,
+    typer.Option("--coordinates", metavar="WHICH", help="of a .npy or .asc: plane (default), or lonlat for degrees"),
 ]
 ResolutionOption = Annotated[
     int | None, typer.Option("--resolution", metavar="N", help="points a side of a closed lattice")

@@ -37,7 +37,7 @@ TOO_SLOW = ("networkx", "networkx-astar", "milp")
 _ready: set[str] = set()
 
 
-def split(specs: Sequence[str], **for_maps: object) -> tuple[list[str], list[MissionFile]]:
+def split(specs: Sequence[str], for_maps: Sequence[str] = ()) -> tuple[list[str], list[MissionFile]]:
     """
     Part missions from maps.
 
@@ -46,7 +46,7 @@ def split(specs: Sequence[str], **for_maps: object) -> tuple[list[str], list[Mis
     specs
         What the user named.
     for_maps
-        Options that missions do not have, by their names on the command line, as the user set them.
+        The options that the user set and missions do not have.
 
     Returns
     -------
@@ -66,10 +66,9 @@ def split(specs: Sequence[str], **for_maps: object) -> tuple[list[str], list[Mis
     (['paper'], ['fig8'])
     """
     missions = [load_mission(spec) for spec in specs if is_mission_file(spec)]
-    unfit = [f"--{name}" for name, value in for_maps.items() if value]
-    if missions and unfit:
-        remedy = "name refine:base=NAME as a solver" if unfit[0] == "--refine" else "compare maps and missions apart"
-        msg = f"{unfit[0]} is for maps, and {missions[0].name} is a mission; {remedy}"
+    if missions and for_maps:
+        remedy = "name refine:base=NAME as a solver" if for_maps[0] == "--refine" else "compare maps and missions apart"
+        msg = f"{for_maps[0]} is for maps, and {missions[0].name} is a mission; {remedy}"
         raise CglaError(msg)
     return [spec for spec in specs if not is_mission_file(spec)], number_names(missions)
 

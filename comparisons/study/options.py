@@ -3,16 +3,17 @@
 import dataclasses
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, TypeVar
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from cgla_graph._types import Bounds, Point
 from cgla_graph.comparisons.study.entrant import Entrant, check_settings, every_solver, parse_budget
 from cgla_graph.comparisons.study.runner import TOLERANCE
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.scenarios.loading import open_scenarios
+from cgla_graph.scenarios.loading import RASTERS, open_scenarios
 from cgla_graph.scenarios.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -127,61 +128,137 @@ def read_tolerance(tolerance: float | None, *, certify: bool = True) -> float | 
     return tolerance if certify and tolerance > 0.0 else None
 
 
-def open_all(
-    specs: Sequence[str],
-    start: str | None = None,
-    goal: str | None = None,
-    resolution: int | None = None,
-    bounds: str | None = None,
-) -> Iterator[Scenario]:
+@dataclass(frozen=True)
+class MapOptions:
     """
-    Open scenarios, with other ends, another lattice or other bounds where asked for.
+    What the command line says of maps; None, or nothing, where it leaves them as they are.
 
-    Parameters
+    Attributes
     ----------
-    specs
-        Names and files, as in `cgla_graph.scenarios.loading.open_scenarios`.
     start, goal
-        ``X,Y`` instead of the scenario's, or None.
-    resolution
-        Points a side of a closed lattice instead of the scenario's, or None.
+        ``X,Y`` instead of the map's.
     bounds
-        ``X_MIN,Y_MIN,X_MAX,Y_MAX`` (of degrees ``WEST,SOUTH,EAST,NORTH``) instead of the scenario's, or None.
+        ``X_MIN,Y_MIN,X_MAX,Y_MAX`` (of degrees ``WEST,SOUTH,EAST,NORTH``) instead of the map's.
+    resolution
+        Points a side of a closed lattice instead of the map's.
+    k
+        Risk weight, instead of the map's; a raster alone has none.
+    clearance
+        How far paths have to stay from no-fly areas, instead of the map's.
+    no_fly
+        GeoJSON files of more no-fly areas.
+    raster
+        What is said of a raster by ``--kind``, ``--scale``, ``--nodata``, ``--interpolation``, ``--origin`` and
+        ``--coordinates``; None where these were left out.
+
+    Examples
+    --------
+    >>> MapOptions(k=3.0).is_empty, MapOptions(raster={"kind": None}).is_empty
+    (False, True)
+    """
+
+    start: str | None = None
+    goal: str | None = None
+    bounds: str | None = None
+    resolution: int | None = None
+    k: float | None = None
+    clearance: float | None = None
+    no_fly: Sequence[Path] = ()
+    raster: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is said."""
+        return not self.given
+
+    @property
+    def given(self) -> dict[str, object]:
+        """What is said, by the names of the options."""
+        own = {name.name: getattr(self, name.name) for name in dataclasses.fields(self) if name.name != "raster"}
+        said = {name: value for name, value in {**own, **self.raster}.items() if value is not None and value != ()}
+        return {f"--{name.replace('_', '-')}": value for name, value in said.items()}
+
+    def open(self, spec: str) -> Iterator[Scenario]:
+        """
+        Open whatever one argument names, as `cgla_graph.scenarios.loading.open_scenarios` does.
+
+        Raises
+        ------
+        CglaError
+            If anything is wrong with it, or with what is said of it.
+        """
+        settings = {name: value for name, value in self.raster.items() if value is not None}
+        if is_raster(spec):
+            if self.k is None:
+                msg = f"{spec}: a raster has no risk weight; give --k K, what a unit of risk is worth in length"
+                raise CglaError(msg)
+        elif settings:
+            msg = f"{spec} is no raster (those end in {', '.join(RASTERS)}): leave out --{next(iter(settings))}"
+            raise CglaError(msg)
+        for scenario in open_scenarios(
+            spec,
+            start=_numbers("--start", self.start, "X,Y"),
+            goal=_numbers("--goal", self.goal, "X,Y"),
+            bounds=_numbers("--bounds", self.bounds, "X_MIN,Y_MIN,X_MAX,Y_MAX (degrees: WEST,SOUTH,EAST,NORTH)"),
+            k=None if self.k is None else _least_zero("--k", self.k),
+            clearance=None if self.clearance is None else _least_zero("--clearance", self.clearance),
+            no_fly=self.no_fly,
+            raster=settings,
+        ):
+            check_settings(scenario)
+            if self.resolution is None:
+                yield scenario
+            else:
+                lattice = Lattice(self.resolution, bounds=scenario.problem.bounds)
+                yield dataclasses.replace(scenario, lattice=lattice)
+
+
+def is_raster(spec: str) -> bool:
+    """
+    Tell whether an argument names a raster that is a map by itself.
+
+    Examples
+    --------
+    >>> is_raster("people.tif"), is_raster("paper")
+    (True, False)
+    """
+    return spec.lower().endswith(RASTERS)
+
+
+def open_all(specs: Sequence[str], how: MapOptions | None = None) -> Iterator[Scenario]:
+    """
+    Open scenarios, changed as asked for.
 
     Raises
     ------
     CglaError
         If anything is wrong with any of them.
     """
-    ends, box = (_point("--start", start), _point("--goal", goal)), _box("--bounds", bounds)
     for spec in specs:
-        for scenario in open_scenarios(spec, start=ends[0], goal=ends[1], bounds=box):
-            check_settings(scenario)
-            if resolution is None:
-                yield scenario
-            else:
-                yield dataclasses.replace(scenario, lattice=Lattice(resolution, bounds=scenario.problem.bounds))
+        yield from (how or MapOptions()).open(spec)
 
 
-def open_one(
-    command: str,
-    spec: str,
-    start: str | None = None,
-    goal: str | None = None,
-    resolution: int | None = None,
-    bounds: str | None = None,
-) -> Scenario:
+def open_one(command: str, specs: str | Sequence[str], how: MapOptions | None = None) -> Scenario:
     """
-    Open the one scenario that a command takes.
+    Open the one map that a command takes; several GeoJSON files are one map.
 
     Raises
     ------
     CglaError
-        If anything is wrong with it, or there is more than one (arguments as `open_all`).
+        If anything is wrong with it, or there is more than one.
     """
-    opened = list(open_all([spec], start, goal, resolution, bounds))
+    first, *more = [specs] if isinstance(specs, str) else specs
+    how = how or MapOptions()
+    if more:
+        others = [spec for spec in (first, *more) if not spec.lower().endswith((".geojson", ".json"))]
+        if others:
+            named = ", ".join((first, *more))
+            msg = f"{command} takes one map, not {named}; or several GeoJSON files as one, and {others[0]} is none"
+            raise CglaError(msg)
+        how = dataclasses.replace(how, no_fly=[*map(Path, more), *how.no_fly])
+    opened = list(how.open(first))
     if len(opened) != 1:
-        msg = f"{spec} has {len(opened)} rows; {command} takes one, as FILE.scen:ROW"
+        msg = f"{first} has {len(opened)} rows; {command} takes one, as FILE.scen:ROW"
         raise CglaError(msg)
     return opened[0]
 
@@ -234,23 +311,24 @@ def number_names(scenarios: Iterable[NamedT]) -> list[NamedT]:
     return found
 
 
-def _point(option: str, text: str | None) -> Point | None:
+def _numbers(option: str, text: str | None, form: str) -> Any:  # noqa: ANN401 - a point or a box
+    """Read numbers with commas between them."""
     if text is None:
         return None
+    count = form.partition(" ")[0].count(",") + 1
     try:
-        x, y = (float(part) for part in text.split(","))
-    except ValueError as error:
-        msg = f"{option} is {text!r}; give two numbers, X,Y"
-        raise CglaError(msg) from error
-    return x, y
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != count:
+        msg = f"{option} is {text!r}; give {count} numbers, {form}"
+        raise CglaError(msg)
+    return numbers
 
 
-def _box(option: str, text: str | None) -> Bounds | None:
-    if text is None:
-        return None
-    try:
-        x_min, y_min, x_max, y_max = (float(part) for part in text.split(","))
-    except ValueError as error:
-        msg = f"{option} is {text!r}; give four numbers, X_MIN,Y_MIN,X_MAX,Y_MAX (degrees: WEST,SOUTH,EAST,NORTH)"
-        raise CglaError(msg) from error
-    return x_min, y_min, x_max, y_max
+def _least_zero(option: str, value: float) -> float:
+    """Return a finite number of at least 0."""
+    if not 0.0 <= value < math.inf:
+        msg = f"{option} is {value:g}; give a finite number of at least 0"
+        raise CglaError(msg)
+    return value

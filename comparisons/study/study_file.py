@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph.comparisons.study.entrant import Entrant, every_solver
-from cgla_graph.comparisons.study.options import number_names, open_all
+from cgla_graph.comparisons.study.options import MapOptions, number_names, open_all
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.study.study_tables import RandomTable, SolverTable, StudyTable, seed_list
 from cgla_graph.comparisons.workers.limits import Limits
@@ -196,7 +196,7 @@ def _scenarios(table: StudyTable, folder: Path) -> Iterator[Scenario]:
                     f"{entry!r} is a mission, and a study has maps only; cgla compare {spec} flies it with the solvers"
                 )
                 raise StudyError(msg)
-            yield from open_all([spec], resolution=table.resolution)
+            yield from open_all([spec], MapOptions(resolution=table.resolution))
 
 
 def _from_folder(spec: str, folder: Path) -> str:

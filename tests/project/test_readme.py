@@ -150,8 +150,8 @@ def test_commands_are_real(place: str, words: list[str]) -> None:
     if name in {"--help", "--version"}:
         return
     given = COMMANDS[name].make_context(name, rest, resilient_parsing="--help" in rest).params
-    named = [given.get("scenario"), given.get("mission"), *(given.get("scenarios") or [])]
-    for spec in filter(None, named):
+    named = [given.get(name) or () for name in ("scenario", "mission", "scenarios")]
+    for spec in (spec for part in named for spec in ([part] if isinstance(part, str) else part)):
         assert spec in {*shipped(), *shipped_missions()} or re.search(
             r"\.(toml|geojson|map|scen|csv|asc|tif|npy)(:[\d-]+)?$", spec
         ), place

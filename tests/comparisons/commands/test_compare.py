@@ -8,7 +8,7 @@ import plug_ins
 import pytest
 from command_line import Call, caller
 
-from cgla_graph.comparisons.commands import output
+from cgla_graph.comparisons.commands import study_output
 from cgla_graph.comparisons.commands.compare import read_request
 from cgla_graph.comparisons.study.store import load
 from cgla_graph.comparisons.study.study_file import study_from_toml
@@ -201,8 +201,8 @@ def test_solvers_are_highlighted_by_label_or_name(cgla: Call) -> None:
 
 def test_highlighted_solvers_stand_out_in_pictures(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     drawn = []
-    monkeypatch.setattr(output, "write_study", lambda _: [])
-    monkeypatch.setattr(output, "write_all_pictures", lambda *words: drawn.append(words[2:]) or [])
+    monkeypatch.setattr(study_output, "write_study", lambda _: [])
+    monkeypatch.setattr(study_output, "write_all_pictures", lambda *words: drawn.append(words[2:]) or [])
     words = ["one-threat", "--solvers", "straight-line", "--no-certificate", "--highlight", "straight-line"]
     assert cgla("compare", *words, "--out", "out").code == 0
     assert drawn == [(20, {"straight-line"})]

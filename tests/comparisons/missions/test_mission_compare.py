@@ -160,12 +160,12 @@ def test_the_usual_pilots_need_nothing_and_are_fast() -> None:
 
 
 def test_missions_are_told_from_maps() -> None:
-    maps, missions = compare.split(["paper", "fig4", "finland", "fig6"], start=None, refine=False)
+    maps, missions = compare.split(["paper", "fig4", "finland", "fig6"])
     assert maps == ["paper", "finland"]
     assert [mission.name for mission in missions] == ["fig4", "fig6"]
-    assert compare.split(["paper"], refine=True) == (["paper"], [])
+    assert compare.split(["paper"], ["--refine"]) == (["paper"], [])
     with pytest.raises(CglaError, match=r"--refine is for maps, and fig4 is a mission; name refine:base=NAME"):
-        compare.split(["paper", "fig4"], refine=True)
+        compare.split(["paper", "fig4"], ["--refine"])
 
 
 # the command
