@@ -97,7 +97,7 @@ def report_html(stored: Stored, *, live: bool = False) -> str:
             sessions=[_session(session) for session in stored.sessions],
             data=_embedded(_json(_document(stored, found, live=live))),
             css=_inlined("report.css"),
-            script=_inlined("report.js"),
+            script=_inlined("drawing.js") + _inlined("report.js"),
             plotly=_plotly(),
         )
     )

@@ -1,80 +1,16 @@
 // Draws what the document with the id "data" says, and keeps what the reader chose when that document changes.
 'use strict';
 (() => {
-  const $ = (selector, root = document) => root.querySelector(selector);
-  const all = (selector, root = document) => [...root.querySelectorAll(selector)];
-  // names and messages are only ever set as text
-  const el = (tag, attributes = {}, ...children) => {
-    const node = document.createElement(tag);
-    for (const [name, value] of Object.entries(attributes)) {
-      if (name in node && name !== 'list') node[name] = value; else node.setAttribute(name, value);
-    }
-    node.append(...children);
-    return node;
-  };
-
-  // the colours of the pictures that `cgla compare` writes, and the same ones for dark paper
-  const LIGHT = ['#0072B2', '#E69F00', '#56B4E9', '#000000', '#009E73', '#CC79A7', '#7A3B00', '#999933'];
-  const DARK = ['#4BA3E3', '#F0B429', '#9AD5F5', '#FFFFFF', '#2CC295', '#E3A0C6', '#C98B55', '#C5C55A'];
-  const DASHES = ['solid', 'dash', 'dot', 'dashdot', 'longdash'];
-  const SVG_DASHES = ['', '7 4', '2 3', '7 3 2 3', '11 4'];
+  const {
+    $, all, el, isNumber, figure, percent, share, count, seconds, range, chosen, isDark, css, colourOf, infeasible, faint,
+    remembered, setTheme, mapCanvases, riskBar, pointsOf, DASHES, SVG_DASHES,
+  } = drawing;
   const MARKERS = ['circle', 'square', 'diamond', 'triangle-up', 'x', 'cross', 'star'];
-  const MOST_BANDS = 6, FIRST_SHOWN = 8, STEPS = 99999, POLL = 2000, PAPER = 660;
-  // white to violet in equal steps of lightness on light paper, near-black to violet on dark
-  const RISK_LIGHT = [[255, 255, 255], [199, 186, 227], [146, 122, 200], [100, 69, 175]];
-  const RISK_DARK = [[27, 31, 38], [62, 52, 98], [108, 83, 172], [168, 140, 240]];
-  const NEGATIVE = [157, 180, 192];
-
+  const MOST_BANDS = 6, FIRST_SHOWN = 8, POLL = 2000, PAPER = 660;
   const state = {
-    data: JSON.parse($('#data').textContent), scenario: null, shown: null, theme: 'auto',
+    data: JSON.parse($('#data').textContent), scenario: null, shown: null,
     sort: { column: null, down: false }, filter: { text: '', scenario: '', solver: '', status: '' }, page: 0, size: 25, print: null,
   };
-
-  // ---- numbers as text
-  const isNumber = value => value !== null && value !== undefined;
-  const figure = (value, digits = 5) => {
-    if (!isNumber(value)) return '–';
-    const text = Number(value).toPrecision(digits);
-    return text.includes('e') ? String(Number(text)) : text;
-  };
-  const percent = value => isNumber(value) ? (value >= 0 ? '+' : '−') + Math.abs(100 * value).toFixed(2) + ' %' : '–';
-  const share = value => isNumber(value) ? (100 * value).toFixed(value > 0 && value < 1 ? 1 : 0) + ' %' : '–';
-  const count = value => isNumber(value) ? value.toLocaleString('en') : '–';
-  const seconds = value => {
-    if (!isNumber(value)) return 'never';
-    if (value === 0) return '0 s';
-    if (value > 0 && value < 1e-3) return figure(1e6 * value, 3) + ' µs';
-    return value < 1 ? figure(1e3 * value, 3) + ' ms' : figure(value, 3) + ' s';
-  };
-  const range = (found, write) => isNumber(found[1]) || isNumber(found[2]) && found[0] !== null
-    ? `${write(found[0])} [${isNumber(found[1]) ? write(found[1]) : '−∞'}, ${isNumber(found[2]) ? write(found[2]) : '∞'}]`
-    : isNumber(found[0]) ? write(found[0]) : 'never';
-
-  // ---- colours
-  const isDark = () => state.theme === 'dark' || state.theme === 'auto' && matchMedia('(prefers-color-scheme: dark)').matches;
-  const probe = el('span', { hidden: true });
-  document.body.append(probe);
-  const css = name => { probe.style.color = `var(--${name})`; return getComputedStyle(probe).color; };
-  const colourOf = number => (isDark() ? DARK : LIGHT)[number % LIGHT.length];
-  const infeasible = () => isDark() ? '#FF8A4C' : '#D55E00';
-  const faint = (colour, opacity) => colour + Math.round(255 * opacity).toString(16).padStart(2, '0');
-  const remembered = (value) => {
-    // storage may be forbidden, as for files in some browsers
-    try {
-      if (value === undefined) return localStorage.getItem('cgla-report-theme');
-      localStorage.setItem('cgla-report-theme', value);
-    } catch { /* then it lasts as long as the page */ }
-    return null;
-  };
-  const THEMES = { auto: ['Auto', 'as the system has them'], light: ['Light', 'light'], dark: ['Dark', 'dark'] };
-  function setTheme(theme) {
-    state.theme = theme in THEMES ? theme : 'auto';
-    if (state.theme === 'auto') delete document.documentElement.dataset.theme;
-    else document.documentElement.dataset.theme = state.theme;
-    const [word, sentence] = THEMES[state.theme];
-    $('#theme').textContent = word;
-    $('#theme').setAttribute('aria-label', `Colours: ${sentence}`);
-  }
 
   // ---- pictures: drawn when first seen, and again when what they show has changed
   const plotlyHtml = text => String(text).replace(/&/g, '&amp;').replace(/</g, '&lt;').replace(/>/g, '&gt;').replace(/[\r\n]+/g, ' ');
@@ -124,51 +60,10 @@
 
   const PICTURES = { map: mapPicture, curves: curvesPicture, success: successPicture, profile: profilePicture };
 
-  function riskColours() {
-    const stops = isDark() ? RISK_DARK : RISK_LIGHT;
-    return at => {
-      if (at < 0) return NEGATIVE;
-      const place = Math.min(at, 1) * (stops.length - 1), first = Math.min(Math.floor(place), stops.length - 2);
-      return stops[first].map((low, i) => Math.round(low + (place - first) * (stops[first + 1][i] - low)));
-    };
-  }
-  /** A raster, its rows from the least y on, as a picture that lies below the paths. */
-  function rasterImage({ rows: height, columns: width }, text, rgba, { bounds: [xMin, yMin, xMax, yMax], y_down: yDown }) {
-    const canvas = el('canvas', { width, height }), context = canvas.getContext('2d');
-    const image = context.createImageData(width, height), levels = atob(text);
-    for (let row = 0; row < height; row++) {
-      const from = (yDown ? row : height - 1 - row) * width;
-      for (let column = 0; column < width; column++) image.data.set(rgba(levels.charCodeAt(from + column)), 4 * (row * width + column));
-    }
-    context.putImageData(image, 0, 0);
-    return {
-      source: canvas.toDataURL(), xref: 'x', yref: 'y', x: xMin, y: yDown ? yMin : yMax,
-      sizex: xMax - xMin, sizey: yMax - yMin, sizing: 'stretch', layer: 'below',
-    };
-  }
-  /** How strong the colour is at a share of the scale; negative risk has strengths below 0. */
-  const strength = (risk, share) => risk.low < 0 ? (risk.low + share * (risk.top - risk.low)) / risk.top : share;
+  /** Pictures that lie below the paths. */
   function mapImages(map) {
-    const { risk, walls } = map, colours = riskColours(), grey = css('wall').match(/[\d.]+/g).slice(0, 3).map(Number);
-    const shade = level => [...colours(strength(risk, level / 255)), 255];
-    return [
-      ...(risk ? [rasterImage(risk, risk.levels, shade, map)] : []),
-      ...(walls ? [rasterImage(walls, walls.quarters, quarters => [...grey, Math.round(255 * quarters / 4)], map)] : []),
-    ];
-  }
-  function riskBar(risk) {
-    const bar = $('#risk-bar');
-    bar.hidden = !risk;
-    if (!risk) return;
-    const context = $('canvas', bar).getContext('2d'), colours = riskColours(), [low, top, unit] = all('span', bar);
-    for (let x = 0; x < 256; x++) {
-      context.fillStyle = `rgb(${colours(strength(risk, x / 255))})`;
-      context.fillRect(x, 0, 1, 1);
-    }
-    [low.textContent, top.textContent] = [figure(risk.low, 3).replace(/^0\.0+$/, '0'), figure(risk.top, 3)];
-    // few cells far riskier than all others: the colours' steps are not equal
-    const half = risk.top * 0.5 ** (1 / risk.power);
-    unit.textContent = `risk per unit length${risk.power < 1 ? ` (colours by its cube root: ${figure(half, 3)} in the middle)` : ''}`;
+    const [xMin, yMin, xMax, yMax] = map.bounds, place = { x: xMin, y: map.y_down ? yMin : yMax, sizex: xMax - xMin, sizey: yMax - yMin };
+    return mapCanvases(map).map(canvas => ({ source: canvas.toDataURL(), xref: 'x', yref: 'y', ...place, sizing: 'stretch', layer: 'below' }));
   }
 
   // plotly takes the letter of an exponent for a command of the path
@@ -177,8 +72,7 @@
     const here = scenario();
     if (!here) return { traces: [], layout: {}, label: 'Map: no run is done yet', empty: 'No run is done yet.' };
     const map = state.data.maps[here.map], [xMin, yMin, xMax, yMax] = map.bounds;
-    const side = Math.max(xMax - xMin, yMax - yMin), step = side / STEPS;
-    const points = flat => flat.reduce((list, value, i) => (i % 2 ? list.at(-1).push(yMin + value * step) : list.push([xMin + value * step]), list), []);
+    const side = Math.max(xMax - xMin, yMax - yMin), points = flat => pointsOf(flat, map.bounds);
     // so that a long straight segment answers to the pointer everywhere
     const dense = list => list.flatMap(([x, y], i) => {
       if (!i) return [[x, y]];
@@ -517,7 +411,7 @@
   function listen() {
     const on = (selector, event, act) => $(selector).addEventListener(event, act);
     on('#theme', 'click', () => {
-      const next = { auto: isDark() ? 'light' : 'dark', light: 'dark', dark: 'light' }[state.theme];
+      const next = { auto: isDark() ? 'light' : 'dark', light: 'dark', dark: 'light' }[chosen.theme];
       setTheme(next);
       remembered(next);
       fillLegends();
@@ -568,9 +462,9 @@
       $('#runs').scrollIntoView();
       $('#filter-text').focus({ preventScroll: true });
     });
-    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { if (state.theme === 'auto') { fillLegends(); redraw(); } });
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { if (chosen.theme === 'auto') { fillLegends(); redraw(); } });
     addEventListener('beforeprint', () => {
-      state.print = state.theme;
+      state.print = chosen.theme;
       setTheme('light');
       fillLegends();
       for (const name of Object.keys(PICTURES)) { stale.add(name); draw(name); }
