@@ -7,24 +7,18 @@ Nothing else of the folder is served, and nobody but this machine's own browser 
 
 import html
 import json
-import re
-import socketserver
-import sys
 import threading
 import time
-import webbrowser
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from cgla_graph.comparisons import console
-from cgla_graph.errors import CglaError, OutputError
+from cgla_graph.comparisons import console, loopback
+from cgla_graph.comparisons.loopback import HTML, JSON, LoopbackHandler, LoopbackServer, Response, refusal
+from cgla_graph.errors import CglaError
 
-#: The only address that is listened on.
-HOST = "127.0.0.1"
 #: Seconds from one state of a running study to the next one that is shown, at least.
 PAUSE = 2.0
 #: Building pages takes at most this share of the time: the study needs the cores.
@@ -34,17 +28,6 @@ POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-_HEADERS = {
-    "Content-Security-Policy": POLICY,
-    "X-Content-Type-Options": "nosniff",
-    "Cache-Control": "no-store",
-    "Referrer-Policy": "no-referrer",
-    "Cross-Origin-Resource-Policy": "same-origin",
-}
-#: How a browser on this machine may call it; any port, as tunnels have their own.
-_LOOPBACK = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:\d{1,5})?", flags=re.IGNORECASE)
-_HTML, _JSON, _TEXT = "text/html; charset=utf-8", "application/json", "text/plain; charset=utf-8"
-_LONGEST_REQUEST = 30.0  # seconds in which a request has to be there
 
 
 @dataclass(frozen=True)
@@ -71,15 +54,6 @@ class State:
     cells: int = 0
     complete: bool = False
     stamp: str = ""
-
-
-@dataclass(frozen=True)
-class Response:
-    """What a request gets: status, kind of content and content."""
-
-    status: HTTPStatus
-    kind: str
-    body: bytes
 
 
 class Follower:
@@ -207,7 +181,7 @@ class Viewed:
         with self._building:
             stamp = self.state().stamp
             if self._page is not None and stamp and stamp == self._page_stamp:
-                return Response(HTTPStatus.OK, _HTML, self._page)
+                return Response(HTTPStatus.OK, HTML, self._page)
             began = time.monotonic()
             try:
                 page = self._build(self.folder)
@@ -220,7 +194,7 @@ class Viewed:
                     # what was added since is in the page already: it is not asked for twice
                     self._state = replace(self._state, runs=page.runs, complete=page.complete)
                 self._next = max(self._next, began + seconds / self._share)
-            return Response(HTTPStatus.OK, _HTML, self._page)
+            return Response(HTTPStatus.OK, HTML, self._page)
 
 
 def _waiting(folder: Path, why: str) -> Response:
@@ -234,10 +208,10 @@ def _waiting(folder: Path, why: str) -> Response:
         f'<body><h1>{title}</h1><p role="status">{html.escape(why)}</p>'
         "<p>This page looks again every two seconds.</p></body></html>\n"
     )
-    return Response(HTTPStatus.SERVICE_UNAVAILABLE, _HTML, text.encode("utf-8", errors="backslashreplace"))
+    return Response(HTTPStatus.SERVICE_UNAVAILABLE, HTML, text.encode("utf-8", errors="backslashreplace"))
 
 
-class ViewServer(ThreadingHTTPServer):
+class ViewServer(LoopbackServer):
     """
     Serves one study on loopback.
 
@@ -254,101 +228,43 @@ class ViewServer(ThreadingHTTPServer):
         If the port is taken or not allowed.
     """
 
-    daemon_threads = True
-    # Ctrl-C does not wait for slow readers
-    block_on_close = False
-    # on Windows this would let two servers share a port
-    allow_reuse_address = sys.platform != "win32"
-
     def __init__(self, viewed: Viewed, port: int = 0) -> None:
         """Listen."""
         self.viewed = viewed
-        try:
-            super().__init__((HOST, port), _Handler)
-        except (OSError, OverflowError) as error:
-            reason = getattr(error, "strerror", None) or "a port is a number from 0 to 65535"
-            msg = f"port {port} of {HOST} cannot be listened on: {reason}; give another --port, or 0 for a free one"
-            raise OutputError(msg) from error
-
-    def server_bind(self) -> None:
-        """Bind, without asking a name server who we are."""
-        socketserver.TCPServer.server_bind(self)
-        self.server_name, self.server_port = HOST, self.server_address[1]
-
-    @property
-    def url(self) -> str:
-        """Where it is."""
-        return f"http://{HOST}:{self.server_port}/"
-
-    def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401, ARG002 - as the base class
-        """Pass over browsers that went away; what else goes wrong with a request is said in one line."""
-        error = sys.exc_info()[1]
-        if not isinstance(error, (ConnectionError, TimeoutError)):
-            console.say(f"cgla view: {type(error).__name__}: {error}")
+        super().__init__(_Handler, port, "cgla view")
 
 
-class _Handler(BaseHTTPRequestHandler):
-    """Answers one request; each has a connection of its own (HTTP/1.0), so that none is left open."""
+class _Handler(LoopbackHandler):
+    """Answers one request."""
 
     server: ViewServer
-    timeout = _LONGEST_REQUEST
-    # even a request that names no version gets an answer with headers
-    default_request_version = "HTTP/1.0"
+    policy = POLICY
 
-    def do_GET(self) -> None:
+    def do_GET(self) -> None:  # noqa: N802 - http.server's name
         """Send the page or the state."""
-        self._send(self._response())
+        self.send(self._response())
 
-    do_HEAD = do_GET  # noqa: N815 - http.server's name
-
-    def _send(self, response: Response, **headers: str) -> None:
-        self.send_response(response.status)
-        for name, value in headers.items():
-            self.send_header(name, value)
-        self.send_header("Content-Type", response.kind)
-        self.send_header("Content-Length", str(len(response.body)))
-        self.end_headers()
-        if self.command != "HEAD":
-            self.wfile.write(response.body)
+    do_HEAD = do_GET  # noqa: N815 - the same
 
     def _response(self) -> Response:
-        hosts = self.headers.get_all("Host", [])
-        if len(hosts) != 1 or not _LOOPBACK.fullmatch(hosts[0].strip()):
-            # a page from elsewhere whose name was made to point here (DNS rebinding) may not read a study
-            return _refusal(HTTPStatus.MISDIRECTED_REQUEST, f"this is served on {HOST} and localhost only")
+        if refused := self.misdirected():
+            return refused
         path = self.path.partition("?")[0]
         try:
             if path == "/":
                 return self.server.viewed.page()
             if path == "/state":
                 state = json.dumps(asdict(self.server.viewed.state()))
-                return Response(HTTPStatus.OK, _JSON, state.encode())
+                return Response(HTTPStatus.OK, JSON, state.encode())
         except Exception as error:  # noqa: BLE001 - one page that fails does not end the service
             console.say(f"cgla view: the report cannot be made: {type(error).__name__}: {error}")
-            return _refusal(HTTPStatus.INTERNAL_SERVER_ERROR, f"the report cannot be made: {error}")
-        return _refusal(HTTPStatus.NOT_FOUND, "there is only / and /state")
+            return refusal(HTTPStatus.INTERNAL_SERVER_ERROR, f"the report cannot be made: {error}")
+        return refusal(HTTPStatus.NOT_FOUND, "there is only / and /state")
 
     def _not_allowed(self) -> None:
-        self._send(_refusal(HTTPStatus.METHOD_NOT_ALLOWED, "only GET and HEAD are answered"), Allow="GET, HEAD")
+        self.send(refusal(HTTPStatus.METHOD_NOT_ALLOWED, "only GET and HEAD are answered"), Allow="GET, HEAD")
 
     do_POST = do_PUT = do_PATCH = do_DELETE = do_OPTIONS = do_TRACE = do_CONNECT = _not_allowed  # noqa: N815 - the same
-
-    def end_headers(self) -> None:
-        """Send what every answer says, those of http.server to malformed requests too."""
-        for name, value in _HEADERS.items():
-            self.send_header(name, value)
-        super().end_headers()
-
-    def version_string(self) -> str:
-        """Name no versions."""
-        return "cgla"
-
-    def log_message(self, format: str, *args: Any) -> None:  # noqa: A002, ANN401 - as the base class
-        """Log nothing: a browser asks every two seconds."""
-
-
-def _refusal(status: HTTPStatus, why: str) -> Response:
-    return Response(status, _TEXT, f"{why}\n".encode("utf-8", errors="backslashreplace"))
 
 
 def serve(folder: Path, *, port: int = 0, open_browser: bool = False) -> None:
@@ -377,14 +293,8 @@ def serve(folder: Path, *, port: int = 0, open_browser: bool = False) -> None:
             if not read_state(folder).stamp:
                 console.say(f"cgla view: there is no study in {folder} yet; the page waits for it")
             if open_browser:
-                # text browsers return only when their user leaves
-                threading.Thread(target=_open, args=(server.url,), daemon=True).start()
+                loopback.open_browser(server.url, "cgla view")
             server.serve_forever()
         except KeyboardInterrupt:
             # the way to end it
             return
-
-
-def _open(url: str) -> None:
-    if not webbrowser.open(url):
-        console.say(f"cgla view: no browser was found; open {url} in yours")

@@ -21,6 +21,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from studies_small import add_run, runs_of, small_study, write_study
 
+from cgla_graph.comparisons import loopback
 from cgla_graph.comparisons.report import view
 from cgla_graph.comparisons.report.view import Page, State, Viewed, ViewServer, read_state
 from cgla_graph.comparisons.study.store import FILE, StudyStore
@@ -509,7 +510,7 @@ def test_the_browser_is_opened_where_it_is_served(folder: Path, monkeypatch: pyt
         assert seen.wait(10)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(view.webbrowser, "open", browse)
+    monkeypatch.setattr(loopback.webbrowser, "open", browse)
     monkeypatch.setattr(ViewServer, "serve_forever", forever)
     said: list[str] = []
     monkeypatch.setattr(view.console, "out", said.append)

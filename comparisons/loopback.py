@@ -1,0 +1,147 @@
+"""A server that answers nobody but this machine's own browser: what `cgla view` and `cgla live` have in common."""
+
+import re
+import socketserver
+import sys
+import threading
+import webbrowser
+from collections.abc import Mapping
+from dataclasses import dataclass
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any, ClassVar
+
+from cgla_graph.comparisons import console
+from cgla_graph.errors import OutputError
+
+#: The only address that is listened on.
+HOST = "127.0.0.1"
+#: How a browser on this machine may call it; any port, as tunnels have their own.
+_LOOPBACK = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:\d{1,5})?", flags=re.IGNORECASE)
+HTML, JSON, TEXT = "text/html; charset=utf-8", "application/json", "text/plain; charset=utf-8"
+_LONGEST_REQUEST = 30.0  # seconds in which a request has to be there
+
+
+@dataclass(frozen=True)
+class Response:
+    """What a request gets: status, kind of content and content."""
+
+    status: HTTPStatus
+    kind: str
+    body: bytes
+
+
+def refusal(status: HTTPStatus, why: str) -> Response:
+    """Say why there is nothing else."""
+    return Response(status, TEXT, f"{why}\n".encode("utf-8", errors="backslashreplace"))
+
+
+class LoopbackServer(ThreadingHTTPServer):
+    """
+    Listens on loopback.
+
+    Parameters
+    ----------
+    handler
+        Answers the requests.
+    port
+        To listen on; 0 for any that is free.
+    command
+        What messages call it.
+
+    Raises
+    ------
+    OutputError
+        If the port is taken or not allowed.
+    """
+
+    daemon_threads = True
+    # Ctrl-C does not wait for slow readers
+    block_on_close = False
+    # on Windows this would let two servers share a port
+    allow_reuse_address = sys.platform != "win32"
+
+    def __init__(self, handler: type["LoopbackHandler"], port: int, command: str) -> None:
+        """Listen."""
+        self.command = command
+        try:
+            super().__init__((HOST, port), handler)
+        except (OSError, OverflowError) as error:
+            reason = getattr(error, "strerror", None) or "a port is a number from 0 to 65535"
+            msg = f"port {port} of {HOST} cannot be listened on: {reason}; give another --port, or 0 for a free one"
+            raise OutputError(msg) from error
+
+    def server_bind(self) -> None:
+        """Bind, without asking a name server who we are."""
+        socketserver.TCPServer.server_bind(self)
+        self.server_name, self.server_port = HOST, self.server_address[1]
+
+    @property
+    def url(self) -> str:
+        """Where it is."""
+        return f"http://{HOST}:{self.server_port}/"
+
+    def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401, ARG002 - as the base class
+        """Pass over browsers that went away; what else goes wrong with a request is said in one line."""
+        error = sys.exc_info()[1]
+        if not isinstance(error, (ConnectionError, TimeoutError)):
+            console.say(f"{self.command}: {type(error).__name__}: {error}")
+
+
+class LoopbackHandler(BaseHTTPRequestHandler):
+    """Answers one request; each has a connection of its own (HTTP/1.0), so that none is left open."""
+
+    #: What every answer says.
+    always: ClassVar[Mapping[str, str]] = {
+        "X-Content-Type-Options": "nosniff",
+        "Cache-Control": "no-store",
+        "Referrer-Policy": "no-referrer",
+        "Cross-Origin-Resource-Policy": "same-origin",
+    }
+    #: What a page may do.
+    policy = "default-src 'none'"
+    timeout = _LONGEST_REQUEST
+    # even a request that names no version gets an answer with headers
+    default_request_version = "HTTP/1.0"
+
+    def send(self, response: Response, **headers: str) -> None:
+        """Send an answer."""
+        self.send_response(response.status)
+        for name, value in headers.items():
+            self.send_header(name, value)
+        self.send_header("Content-Type", response.kind)
+        self.send_header("Content-Length", str(len(response.body)))
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(response.body)
+
+    def misdirected(self) -> Response | None:
+        """Refuse a page from elsewhere whose name was made to point here (DNS rebinding)."""
+        hosts = self.headers.get_all("Host", [])
+        if len(hosts) == 1 and _LOOPBACK.fullmatch(hosts[0].strip()):
+            return None
+        return refusal(HTTPStatus.MISDIRECTED_REQUEST, f"this is served on {HOST} and localhost only")
+
+    def end_headers(self) -> None:
+        """Send what every answer says, those of http.server to malformed requests too."""
+        self.send_header("Content-Security-Policy", self.policy)
+        for name, value in self.always.items():
+            self.send_header(name, value)
+        super().end_headers()
+
+    def version_string(self) -> str:
+        """Name no versions."""
+        return "cgla"
+
+    def log_message(self, format: str, *args: Any) -> None:  # noqa: A002, ANN401 - as the base class
+        """Log nothing: a browser asks every two seconds, or more often."""
+
+
+def open_browser(url: str, command: str) -> None:
+    """Open a page in the user's browser, whose command may return only when its user leaves."""
+
+    def open_it() -> None:
+        if not webbrowser.open(url):
+            console.say(f"{command}: no browser was found; open {url} in yours")
+
+    threading.Thread(target=open_it, daemon=True).start()
