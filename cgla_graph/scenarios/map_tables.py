@@ -1,13 +1,10 @@
 """What all TOML files with a map share: their tables, how these become map units, and how a fault is told."""
 
-import difflib
 import tomllib
-import typing
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from reprlib import repr as short
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 import shapely
@@ -24,13 +21,11 @@ from cgla_graph.model.risk_raster import MOST_CELLS, Interpolation, Origin, Rast
 from cgla_graph.scenarios.drawing import Stream, drawn_threats
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
+from cgla_graph.scenarios.table_faults import faults
 
 #: How many spreads around its centre a threat is seen: a box around threats has room to go around them; and beyond so
 #: many, it is not felt.
 SEEN, FELT = 3.0, 8.0
-
-#: What pydantic calls the members of unions, which no file writes; tags of our own begin with "=".
-UNION_MEMBERS = ("int", "float", "str", "bool", "list[", "=")
 
 
 class Table(BaseModel):
@@ -411,41 +406,5 @@ def read_table(text: str, kind: type[AnyTable], *, place: str, command: str) -> 
     try:
         return kind.model_validate(document)
     except ValidationError as error:
-        msg = f"{place}: {_first_fault(error, kind, command)}"
+        msg = f"{place}: {faults(error, kind, command)}"
         raise ScenarioError(msg) from error
-
-
-def _first_fault(error: ValidationError, kind: type[Table], command: str) -> str:
-    """Say in one line what is wrong first: the key's path, the fault, the value and the remedy."""
-    fault = error.errors()[0]
-    # pydantic names the member of a union as well; what remains is the path as the file writes it
-    place = ".".join(str(part) for part in fault["loc"] if not str(part).startswith(UNION_MEMBERS))
-    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
-    if fault["type"] == "extra_forbidden":
-        keys = list(_table_at(kind, fault["loc"][:-1]).model_fields)
-        near = difflib.get_close_matches(str(fault["loc"][-1]), keys, n=1)
-        hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(keys)}"
-        return f"{place}: unknown key; {hint}{more}"
-    if fault["type"] == "model_type":
-        # pydantic would name a class
-        return f"{place}: give a table (it is {short(fault['input'])}); {command} says what it holds{more}"
-    if fault["type"] == "missing":
-        return f"{place}: this key is needed; add it ({command} says what it holds){more}"
-    said = fault["msg"].removeprefix("Value error, ")
-    return f"{place}: {said} (it is {short(fault['input'])}); {command} says what is allowed{more}"
-
-
-def _table_at(kind: type[Table], loc: tuple[int | str, ...]) -> type[Table]:
-    """Find the kind of table at a place in the file: keys lead into tables, all other parts stay in the same."""
-    for part in loc:
-        if part in kind.model_fields:
-            kind = next(_tables_in(kind.model_fields[str(part)].annotation), kind)
-    return kind
-
-
-def _tables_in(annotation: Any) -> typing.Iterator[type[Table]]:  # noqa: ANN401 - any type form
-    """List the tables that a type is made of."""
-    if isinstance(annotation, type) and issubclass(annotation, Table):
-        yield annotation
-    for part in typing.get_args(annotation):
-        yield from _tables_in(part)

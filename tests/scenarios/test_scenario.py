@@ -130,7 +130,7 @@ def test_sigma_reads_eq1() -> None:
         (ENDS.replace("0.9, 0.9", "0.9, -0.1") + "k = 1", ["goal", "(0.9, -0.1)", "outside the bounds", "move it"]),
         (f"{BASE}[no_fly]\npolygons = [[[0, 0], [0.2, 0], [0.2, 0.2], [0, 0.2]]]", ["start", "no-fly", "move it"]),
         (f"{BASE}[no_fly]\npolygons = [[[0.8, 0.8], [1, 0.8], [1, 1], [0.8, 1]]]", ["goal", "no-fly", "move it"]),
-        (f"{ENDS}k = -1.0", ["k:", "-1.0", "greater than or equal to 0"]),
+        (f"{ENDS}k = -1.0", ["k:", "-1.0", "at least 0"]),
         (f"{ENDS}k = nan", ["k:", "nan", "finite"]),
         (f"{ENDS}k = inf", ["k:", "inf", "finite"]),
         (f'{ENDS}k = "1"', ["k:", "'1'", "number"]),
@@ -150,7 +150,7 @@ def test_sigma_reads_eq1() -> None:
         (f"{BASE}zzz = []", ["zzz", "unknown key", "known keys", "start"]),
         (f"{BASE}[lattice]\nresolution = 1", ["resolution", "1", "at least 2"]),
         (f"{BASE}[lattice]\nresolution = [5, 0]", ["resolution", "(5, 0)", "at least 2"]),
-        (f"{BASE}[lattice]\nresolution = 5.0", ["lattice.resolution:", "5.0", "integer"]),
+        (f"{BASE}[lattice]\nresolution = 5.0", ["lattice.resolution:", "5.0", "whole number"]),
         (f"{BASE}[lattice]\nresolution = [5, 5, 5]", ["lattice.resolution"]),
         (f'{BASE}[lattice]\nkind = "hexagonal"', ["lattice.kind", "hexagonal", "closed"]),
         (f"{BASE}[lattice]\nresolutions = 5", ["lattice.resolutions", "unknown key", "resolution"]),
@@ -159,11 +159,11 @@ def test_sigma_reads_eq1() -> None:
         (f"{BASE}[no_fly]\npolygons = [[[0.4, inf], [0.6, 0.6], [0.5, 0.5]]]", ["no_fly.polygons.0.0.1", "finite"]),
         (f"{BASE}[no_fly]\npolygons = [[[0.4, 0.4], [0.6, 0.6], [0.6, 0.4], [0.4, 0.6]]]", ["no-fly", "intersection"]),
         (f'{BASE}[no_fly]\ngeojson = ["x.geojson"]', ["no_fly.geojson", "x.geojson", "lonlat"]),
-        (f"{BASE}bounds = [0, 0, 1]", ["bounds", "4 items"]),
+        (f"{BASE}bounds = [0, 0, 1]", ["bounds", "at least 4"]),
         (f"{BASE}bounds = [0, 0, 0, 1]", ["bounds", "empty", "x_min < x_max"]),
         (f"{BASE}bounds = [1, 1, 0, 0]", ["bounds", "empty", "x_min < x_max"]),
         (f'{BASE}coordinates = "mars"', ["coordinates", "mars", "lonlat"]),
-        (f"{BASE}title = 5", ["title", "5", "string"]),
+        (f"{BASE}title = 5", ["title", "5", "text"]),
         (f"{BASE}[random_threats]\ncount = 0\nseed = 1\nspread = [0.1, 0.2]", ["random_threats.count", "0"]),
         (f"{BASE}[random_threats]\ncount = 2\nseed = -1\nspread = [0.1, 0.2]", ["random_threats.seed", "-1"]),
         (f"{BASE}[random_threats]\ncount = 2\nseed = 1\nspread = [0.1, 0.2]\nclear = 9", ["no room", "lower clear"]),
@@ -173,7 +173,7 @@ def test_sigma_reads_eq1() -> None:
         (f"{BASE}[random_threats]\ncount = 2\nseed = 1\nspread = [0.0, 0.0]", ["random_threats.spread"]),
         (f"{BASE}[solvers]\ncgla = 5", ["solvers.cgla", "5"]),
         ("start = [0.1, 0.1]\ngoal = [0.9, 0.9]", ["k", "needed", "add it"]),
-        ("", ["start", "needed", "2 more"]),
+        ("", ["start", "needed", "start, goal, k"]),
         ("start = [0.1,", ["not TOML"]),
         ("k = 1\nk = 2", ["not TOML", "overwrite"]),
         ("\0", ["not TOML"]),
@@ -207,6 +207,19 @@ def test_sigma_reads_eq1() -> None:
 def test_mistakes_are_named(text: str, words: list[str]) -> None:
     message = message_of(text)
     assert not [word for word in words if word not in message], message
+
+
+def test_all_mistakes_are_named_the_own_typos_first() -> None:
+    text = "start = [nan, 1]\ngoal = [2, '2']\nkk = 10\nthread = 3\nbounds = [0, 0, 3]\nzzz = 1"
+    said = message_of(text).partition(": ")[2]
+    assert said.startswith(
+        "kk: unknown key; did you mean k? thread: unknown key; did you mean threats? zzz: unknown key;"
+    )
+    assert said.endswith(
+        "bounds: give at least 4, not 3 (it is [0, 0, 3]); start.0: give a finite number (it is nan); and 1 more fault; "
+        "cgla scenarios --schema says what is allowed"
+    )
+    assert "needed" not in said
 
 
 def test_bounds_across_the_antimeridian() -> None:

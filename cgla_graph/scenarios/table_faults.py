@@ -1,0 +1,118 @@
+"""What is wrong with a file's tables, in words: mistyped keys first, all faults of a file in one line."""
+
+import difflib
+import typing
+from collections.abc import Iterator, Mapping, Sequence
+from reprlib import repr as short
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+#: What pydantic calls the members of unions, which no file writes; tags of our own begin with "=".
+UNION_MEMBERS = ("int", "float", "str", "bool", "list[", "=")
+#: So many faults are told, at most.
+MOST = 5
+#: What pydantic's kinds of faults ask for.
+ALLOWED: Mapping[str, str] = {
+    "finite_number": "give a finite number",
+    "float_type": "give a number",
+    "int_type": "give a whole number",
+    "int_from_float": "give a whole number",
+    "string_type": "give a text in quotes",
+    "bool_type": "give true or false",
+    "list_type": "give a list",
+    "dict_type": "give a table",
+    "model_type": "give a table",
+    "too_short": "give at least {min_length}, not {actual_length}",
+    "too_long": "give at most {max_length}, not {actual_length}",
+    "string_too_short": "give a text of at least {min_length} characters",
+    "greater_than": "give a number greater than {gt:g}",
+    "greater_than_equal": "give at least {ge:g}",
+    "less_than": "give a number less than {lt:g}",
+    "less_than_equal": "give at most {le:g}",
+    "literal_error": "choose {expected}",
+}
+
+
+def faults(error: ValidationError, kind: type[BaseModel], command: str) -> str:
+    """
+    Say in one line what is wrong: for each fault the key's path, what is allowed and the value.
+
+    Mistyped keys come first, and what is missing for that alone is left out.
+
+    Parameters
+    ----------
+    error
+        What pydantic found.
+    kind
+        The table of the whole file.
+    command
+        What prints the schema of such files.
+
+    Examples
+    --------
+    >>> class Own(BaseModel, extra="forbid", strict=True):
+    ...     k: float
+    ...     start: list[float]
+    >>> try:
+    ...     _ = Own.model_validate({"kk": 10, "start": [1.0, "2"]})
+    ... except ValidationError as error:
+    ...     print(faults(error, Own, "cgla scenarios --schema"))
+    kk: unknown key; did you mean k? start.1: give a number (it is '2'); cgla scenarios --schema says what is allowed
+    """
+    every = error.errors()
+    typos: list[str] = []
+    meant: set[tuple[int | str, ...]] = set()
+    for fault in every:
+        if fault["type"] == "extra_forbidden":
+            *above, key = fault["loc"]
+            keys = list(_table_at(kind, above).model_fields)
+            near = difflib.get_close_matches(str(key), keys, n=1)
+            meant |= {(*above, name) for name in near}
+            hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(keys)}."
+            typos.append(f"{_place(fault['loc'])}: unknown key; {hint}")
+    # of a union, each member has a fault of its own
+    joined: dict[str, list[Any]] = {}
+    for fault in every:
+        if fault["type"] not in {"extra_forbidden", "missing"}:
+            joined.setdefault(_place(fault["loc"]), []).append(fault)
+    wrong = [_wrong(place, found) for place, found in joined.items()]
+    places = [_place(fault["loc"]) for fault in every if fault["type"] == "missing" and fault["loc"] not in meant]
+    needed = "these keys are needed; add them" if len(places) > 1 else "this key is needed; add it"
+    told = [*wrong, *([f"{', '.join(places)}: {needed}"] if places else [])]
+    left = len(typos) + len(told) - MOST
+    # a question mark or a full stop ends what is said of a typo
+    text = " ".join(filter(None, [" ".join(typos[:MOST]), "; ".join(told[: max(MOST - len(typos), 0)])]))
+    more = f"; and {left} more fault{'s' * (left > 1)}" if left > 0 else ""
+    return f"{text}{more}; {command} says what is allowed" if told or more else text
+
+
+def _wrong(place: str, found: Sequence[Any]) -> str:
+    """Say what is wrong with a value."""
+    said: list[str] = []
+    for fault in found:
+        allowed = ALLOWED.get(fault["type"])
+        text = allowed.format(**fault.get("ctx", {})) if allowed else fault["msg"].removeprefix("Value error, ")
+        said.append(text.removeprefix("give ") if said else text)
+    return f"{place}: {' or '.join(dict.fromkeys(said))} (it is {short(found[0]['input'])})"
+
+
+def _place(loc: Sequence[int | str]) -> str:
+    """Write a path as the file does: pydantic names the member of a union as well."""
+    return ".".join(str(part) for part in loc if not str(part).startswith(UNION_MEMBERS))
+
+
+def _table_at(kind: type[BaseModel], loc: Sequence[int | str]) -> type[BaseModel]:
+    """Find the kind of table at a place in the file: keys lead into tables, all other parts stay in the same."""
+    for part in loc:
+        if part in kind.model_fields:
+            kind = next(_tables_in(kind.model_fields[str(part)].annotation), kind)
+    return kind
+
+
+def _tables_in(annotation: Any) -> Iterator[type[BaseModel]]:  # noqa: ANN401 - any type form
+    """List the tables that a type is made of."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in typing.get_args(annotation):
+        yield from _tables_in(part)
