@@ -89,7 +89,7 @@ def index(names: list[str]) -> str:
     lines += [
         f"The {len(names)} solvers of the registry, each with its path on three shipped maps: ``paper`` (threats),",
         "``trap`` (a pocket of threats around the straight line) and ``maze`` (no-fly areas alone). What they have in",
-        "common, and how to add one, is told on the page :doc:`/solvers`.",
+        "common, and how to add one, is told on the page :doc:`/solvers`; which to take, on the page :doc:`/choosing`.",
         "",
     ]
     for chapter in dict.fromkeys(CHAPTERS.values()):
