@@ -8,7 +8,7 @@ INSTALLED := $(VENV)/installed
 PYTEST := $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --quiet
 export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels
 
-.PHONY: compare test fuzz lint check docs bench claims clean
+.PHONY: compare test fuzz lint check docs bench claims conformance clean
 
 compare: $(INSTALLED)
 	$(BIN)/cgla compare --out results --overwrite
@@ -48,6 +48,10 @@ claims: $(INSTALLED)
 	$(BIN)/cgla claims --seed 2 --out results/claims --overwrite
 	for seed in 3 4 5; do $(BIN)/cgla claims --quick --seed $$seed --json > results/claims/quick-$$seed.json || exit; done
 	$(BIN)/python -m cgla_graph.comparisons.claims.summary results/claims/claims.json docs/claims.md results/claims/quick-*.json
+
+# minutes: the instances of the conformance suite, with what is proven of them
+conformance: $(INSTALLED)
+	$(BIN)/python -m cgla_graph.comparisons.conformance.make comparisons/conformance/instances.json
 
 $(INSTALLED): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed: make PYTHON=…" if sys.version_info < (3, 11) else 0)'

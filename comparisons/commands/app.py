@@ -648,6 +648,98 @@ def certify(
         raise typer.Exit(MISSING)
 
 
+@app.command(context_settings={"allow_interspersed_args": False})
+def conform(
+    planner: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="-- COMMAND", help="a planner: reads a problem as JSON, writes a path as JSON"),
+    ] = None,
+    instances: Annotated[
+        str | None, typer.Option("--instances", metavar="A,B", help="names or families of instances (default: all)")
+    ] = None,
+    timeout: Annotated[float, typer.Option("--timeout", metavar="S", help="seconds an instance may take")] = 60.0,
+    memory: Annotated[
+        float, typer.Option("--memory", metavar="MB", help="megabytes that each process of the planner may take")
+    ] = 4096.0,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            "--tolerance", metavar="R", help="exit with 1 if a path costs more than this above the best known"
+        ),
+    ] = None,
+    workers: Annotated[
+        int, typer.Option("--workers", metavar="N", min=1, help="instances at a time; they share out the cores")
+    ] = 1,
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE.json", help="write the results to a file")] = None,
+    as_list: Annotated[bool, typer.Option("--list", help="list the instances and leave")] = False,
+    show: Annotated[
+        str | None, typer.Option("--show", metavar="NAME", help="print the problem of an instance, as planners get it")
+    ] = None,
+    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schemas of problems and answers")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Measure any planner, in any language, against optima that are proven to 0.5 %.
+
+    COMMAND is run once an instance: a problem on its standard input, a path on its standard output, both JSON. Each
+    path is judged by the oracle (problem.evaluate); the table says how far it is from the best possible. A planner
+    that hangs, crashes, floods or lies is a row that says so. Exits with 1 unless all answers are right.
+    """
+    import math
+
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.commands import conform as suite
+
+    if as_list or show is not None or schema:
+        if show is not None:
+            console.out(suite.problem_text(show))
+        elif schema:
+            from cgla_graph.comparisons.conformance.documents import conformance_schema
+
+            _print_json(conformance_schema())
+        elif as_json:
+            console.out(json.dumps(suite.listing(), ensure_ascii=False, allow_nan=False, indent=1) + "\n")
+        else:
+            suite.print_listing()
+        return
+    allowed = math.inf if tolerance is None else tolerance
+    command = planner or []
+    if out is not None:
+        files.make_folder(out.parent)
+    results = suite.run_suite(command, instances, seconds=timeout, megabytes=memory, workers=workers)
+    found = suite.document(command, results, seconds=timeout, tolerance=allowed)
+    if out is not None:
+        files.write_text(out, json.dumps(found, ensure_ascii=False, allow_nan=False, indent=1) + "\n")
+    if as_json:
+        _print_json(found)
+    else:
+        suite.print_results(results, allowed)
+        if out is not None:
+            _say_files([out], out.parent)
+    if not suite.passes(results, allowed):
+        raise typer.Exit(MISSING)
+
+
+@app.command()
+def answer(
+    solver: Annotated[
+        str, typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:A=1:B=2")
+    ] = "hybrid",
+    resolution: Annotated[
+        int, typer.Option("--resolution", metavar="N", help="points a side of a closed lattice")
+    ] = 20,
+    refine: RefineOption = False,
+) -> None:
+    """
+    Answer a problem of the conformance suite with one of the solvers here: a planner for cgla conform.
+
+    Reads the problem as JSON from standard input, and writes the path as JSON to standard output.
+    """
+    from cgla_graph.comparisons.commands import conform as suite
+
+    console.out(json.dumps(suite.answer(suite.read_stdin(), solver, resolution, refine=refine), allow_nan=False) + "\n")
+
+
 @app.command()
 def fly(
     mission: Annotated[
@@ -761,6 +853,27 @@ def view(
     from cgla_graph.comparisons.report.view import serve
 
     serve(folder, port=port, open_browser=browser)
+
+
+@app.command()
+def live(
+    scenario: Annotated[
+        str, typer.Argument(metavar="[SCENARIO]", help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW")
+    ] = "paper",
+    port: Annotated[
+        int, typer.Option("--port", metavar="N", min=0, max=65535, help="to listen on (default: one that is free)")
+    ] = 0,
+    browser: Annotated[bool, typer.Option(help="open the page in the browser")] = True,
+) -> None:
+    """
+    Drag threats, ends and areas of a map; the path and its proof follow.
+
+    A page on this machine only, until Ctrl-C; its address has a token that every request needs. Other solvers are
+    shown side by side, and the map is saved as a scenario file.
+    """
+    from cgla_graph.comparisons.commands import live as page
+
+    page.run(scenario, port=port, browser=browser)
 
 
 @app.command()

@@ -50,6 +50,7 @@ FLOORS = (
     ("comparisons.live",),
     ("comparisons.missions",),
     ("comparisons.results",),
+    ("comparisons.conformance",),
     ("comparisons.claims",),
     ("comparisons.claims.paper",),
     ("comparisons.claims.figures",),

@@ -1,0 +1,89 @@
+"""The instances of the suite as they are stored: each a problem, what is proven of its optimum, and a path."""
+
+import difflib
+from collections.abc import Sequence
+from functools import cache
+from importlib import resources
+from typing import Literal
+
+from pydantic import Field
+
+from cgla_graph.comparisons.conformance.documents import VERSION, Document, Pair, ProblemDocument
+from cgla_graph.errors import ScenarioError
+
+#: The file in this package, and how far its bounds may be apart, relative to the lower one.
+FILE, WIDEST = "instances.json", 0.005
+
+
+class Instance(Document):
+    """
+    A problem, and what is proven of it.
+
+    Examples
+    --------
+    >>> one = chosen(["walls-corner"])[0]
+    >>> one.lower_bound < one.upper_bound == one.problem.build().evaluate(one.path).cost
+    True
+    """
+
+    family: str
+    title: str
+    problem: ProblemDocument
+    lower_bound: float | None = Field(description="no path costs less; null: it is proven that there is no path")
+    upper_bound: float | None = Field(description="what the best path known costs; null where there is none")
+    path: list[Pair] | None = Field(description="that path")
+
+    @property
+    def name(self) -> str:
+        """The name of its problem."""
+        return self.problem.name
+
+    @property
+    def has_path(self) -> bool:
+        """Whether there is a path; both are proven."""
+        return self.path is not None
+
+
+class Suite(Document):
+    """All instances."""
+
+    version: Literal[1] = VERSION
+    instances: list[Instance]
+
+
+@cache
+def suite() -> Sequence[Instance]:
+    """
+    Load all instances.
+
+    Examples
+    --------
+    >>> len(suite())
+    40
+    """
+    text = resources.files(__package__).joinpath(FILE).read_text(encoding="utf-8")
+    return tuple(Suite.model_validate_json(text).instances)
+
+
+def chosen(names: Sequence[str] = ()) -> list[Instance]:
+    """
+    Choose instances by their names, or by those of their families; all without any.
+
+    Raises
+    ------
+    ScenarioError
+        If there is none of that name; the message offers near ones.
+
+    Examples
+    --------
+    >>> [one.name for one in chosen(["walls-corner", "infeasible"])][:2]
+    ['walls-corner', 'infeasible-wall']
+    """
+    known = {one.name for one in suite()} | {one.family for one in suite()}
+    for name in names:
+        if name not in known:
+            near = difflib.get_close_matches(name, sorted(known), n=3)
+            hint = f"did you mean {', '.join(near)}?" if near else "cgla conform --list shows them"
+            msg = f"there is no instance {name!r}; {hint}"
+            raise ScenarioError(msg)
+    return [one for one in suite() if not names or {one.name, one.family} & set(names)]

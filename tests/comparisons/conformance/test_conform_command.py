@@ -1,0 +1,174 @@
+"""`cgla conform`: whatever a planner does is a row, nothing of it is left behind, and exit codes say how it went."""
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from awkward_calls import alive, until
+from command_line import Call, caller
+
+from cgla_graph.comparisons.conformance.run import conform
+from cgla_graph.comparisons.conformance.suite import chosen
+from cgla_graph.comparisons.conformance.verdict import Verdict
+from cgla_graph.comparisons.workers.limits import Limits
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples" / "conformance"
+#: A planner that does to each instance something else.
+AWKWARD = """
+import json, os, signal, subprocess, sys, time
+folder = sys.argv[1]
+kept = sys.stdin.buffer
+deed = None
+if len(sys.argv) > 2:
+    deed = sys.argv[2]
+def say(path):
+    print(json.dumps({"path": path}), flush=True)
+def child(**how):
+    code = "import time; time.sleep(600)"
+    process = subprocess.Popen([sys.executable, "-c", code], **how)
+    with open(f"{folder}/pids", "a") as file:
+        file.write(f"{process.pid}\\n")
+deeds = {
+    "hang": lambda: time.sleep(600),
+    "deaf": lambda: (signal.signal(signal.SIGTERM, signal.SIG_IGN), signal.alarm(0), time.sleep(600)),
+    "closed": lambda: (os.close(1), os.close(2), time.sleep(600)),
+    "crash": lambda: sys.exit("first\\nno memory for that"),
+    "segfault": lambda: os.kill(os.getpid(), signal.SIGSEGV),
+    "flood": lambda: [sys.stdout.write("x" * 2**20) for _ in range(10**6)],
+    "mutter": lambda: ([sys.stderr.write("x" * 2**16 + "\\n") for _ in range(64)], say(None)),
+    "unread": lambda: say(None),
+    "fork": lambda: (child(), say(None)),
+    "session": lambda: (child(start_new_session=True), say(None)),
+    "lost": lambda: (child(start_new_session=True), time.sleep(600)),
+    "eat": lambda: say([bytearray(2**30) and None]),
+    "nothing": lambda: None,
+}
+deeds[deed]()
+"""
+
+
+@pytest.fixture
+def awkward(tmp_path: Path) -> Path:
+    file = tmp_path / "awkward.py"
+    file.write_text(AWKWARD, encoding="utf-8")
+    return file
+
+
+@pytest.fixture
+def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
+    return caller(tmp_path, monkeypatch, capfd)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks at processes as Linux has them")
+@pytest.mark.parametrize(
+    ("deed", "verdict", "message"),
+    [
+        ("hang", Verdict.TIMED_OUT, "stopped after 0.4 s"),
+        ("deaf", Verdict.TIMED_OUT, "stopped after 0.4 s"),
+        ("closed", Verdict.TIMED_OUT, "stopped after 0.4 s"),
+        ("crash", Verdict.CRASHED, "it left with the exit code 1: no memory for that"),
+        ("segfault", Verdict.CRASHED, "it died of SIGSEGV"),
+        ("flood", Verdict.MALFORMED, "it wrote more than 4 MB to standard output"),
+        ("mutter", Verdict.MISSED, "it found no path, but there is one"),
+        ("unread", Verdict.MISSED, "it found no path, but there is one"),
+        ("fork", Verdict.MISSED, "it found no path, but there is one"),
+        ("session", Verdict.MISSED, "it found no path, but there is one"),
+        ("lost", Verdict.TIMED_OUT, "stopped after 0.4 s"),
+        ("eat", Verdict.CRASHED, "it left with the exit code 1: MemoryError"),
+        ("nothing", Verdict.MALFORMED, "it wrote nothing"),
+    ],
+)
+def test_whatever_a_planner_does_is_a_row(
+    awkward: Path, tmp_path: Path, deed: str, verdict: Verdict, message: str
+) -> None:
+    limits = Limits(0.4 if verdict is Verdict.TIMED_OUT else 20.0, 512.0)
+    command = [sys.executable, str(awkward), str(tmp_path), deed]
+    (found,) = conform(command, chosen(["raster-hills"]), limits)
+
+    assert (found.verdict, found.message) == (verdict, message)
+    pids = tmp_path / "pids"
+    if deed in {"fork", "session", "lost"}:
+        (pid,) = map(int, pids.read_text(encoding="ascii").split())
+        assert until(lambda: not alive(pid), 3.0)
+    assert found.seconds < 10.0
+
+
+def test_a_planner_in_plain_python(call: Call) -> None:
+    answer = call(
+        "conform", "--instances", "open-one,walls-along,infeasible-wall", "--out", "results/here.json", "--",
+        sys.executable, EXAMPLES / "astar.py",
+    )  # fmt: skip
+    assert answer.code == 0, answer.out
+    assert "3 of 3 answers right" in answer.out
+    document = json.loads(Path("results/here.json").read_text(encoding="utf-8"))
+    assert document["passed"]
+    for row in document["results"][:2]:
+        assert row["lower_bound"] <= row["cost"] <= 1.08 * row["upper_bound"]
+    assert document["results"][2]["verdict"] == "no-path"
+
+
+@pytest.mark.skipif(shutil.which("g++") is None, reason="there is no compiler")
+@pytest.mark.slow
+def test_a_planner_in_plain_cpp(call: Call, tmp_path: Path) -> None:
+    subprocess.run(["g++", "-O2", "-std=c++17", "-o", tmp_path / "planner", EXAMPLES / "dijkstra.cpp"], check=True)  # noqa: S607 - wherever it is
+    answer = call("conform", "--instances", "crowd,raster,infeasible,lonlat", "--json", "--", tmp_path / "planner")
+    assert answer.code == 0, answer.err
+    for row in answer.document()["results"]:
+        assert row["verdict"] == ("no-path" if row["family"] == "infeasible" else "feasible"), row
+        assert row["excess"] is None or row["excess"] < 0.05, row
+
+
+def test_a_solver_of_ours_takes_part(call: Call, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """In this process: what `cgla answer` reads is what `--show` prints."""
+    problem = tmp_path / "problem.json"
+    for name, refine in (("narrow-slit", ["--refine"]), ("infeasible-wall", [])):
+        problem.write_text(call("conform", "--show", name).out, encoding="utf-8")
+        with problem.open(encoding="utf-8") as file:
+            monkeypatch.setattr(sys, "stdin", file)
+            said = call("answer", "--solver", "visibility-graph", *refine)
+        assert said.code == 0, said.err
+        path = json.loads(said.out)["path"]
+        (one,) = chosen([name])
+        assert (path is None) is not one.has_path
+        if path is not None:
+            assert one.problem.build().evaluate(path).cost == pytest.approx(one.upper_bound, rel=1e-9)
+
+
+def test_exit_codes_and_lists(call: Call, awkward: Path) -> None:
+    silent = ("--", sys.executable, awkward, ".", "unread")
+    missed = call("conform", "--instances", "open-straight,infeasible-wall", *silent)
+    assert missed.code == 1
+    assert "open-straight: it found no path, but there is one" in missed.out
+    assert "1 of 2 answers right; 1 missed" in missed.out
+    assert call("conform", "--instances", "infeasible-wall", *silent).code == 0
+    assert len(json.loads(call("conform", "--list", "--json").out)) == 40
+    assert call("conform", "--schema").document()["version"] == 1
+    call("conform", "--instances", "narow", "--", "true").refused("no instance 'narow'", "did you mean narrow")
+    call("conform", "--", "no-such-planner").refused("no-such-planner", "no such program")
+    call("conform").refused("there is no planner", "cgla conform -- COMMAND")
+    call("conform", "--timeout", "0", "--", "true").refused("--timeout", "0")
+
+
+def test_a_tolerance_refuses_paths_that_cost_too_much(call: Call) -> None:
+    planner = ("--", sys.executable, EXAMPLES / "astar.py")
+    answer = call("conform", "--instances", "walls-along", "--tolerance", "0.01", *planner)
+    assert answer.code == 1
+    assert "more than 1 % over the best path known: walls-along" in answer.out
+    assert call("conform", "--instances", "walls-along", "--tolerance", "0.1", *planner).code == 0
+
+
+def test_a_contradiction_is_loud(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bound that is false on purpose."""
+    from cgla_graph.comparisons.commands import conform as command  # noqa: PLC0415 - what is patched
+
+    (one,) = chosen(["open-straight"])
+    false = one.model_copy(update={"lower_bound": 2.0, "upper_bound": 2.0})
+    monkeypatch.setattr(command, "chosen", lambda _: [false])
+    planner = ("--", sys.executable, "-c", "print('{\"path\": [[0.05, 0.5], [0.95, 0.5]]}')")
+    answer = call("conform", *planner)
+    assert answer.code == 1
+    assert "IMPOSSIBLE" in answer.err
+    assert "please report it" in answer.err
