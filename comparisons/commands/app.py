@@ -877,6 +877,27 @@ def live(
 
 
 @app.command()
+def live(
+    scenario: Annotated[
+        str, typer.Argument(metavar="[SCENARIO]", help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW")
+    ] = "paper",
+    port: Annotated[
+        int, typer.Option("--port", metavar="N", min=0, max=65535, help="to listen on (default: one that is free)")
+    ] = 0,
+    browser: Annotated[bool, typer.Option(help="open the page in the browser")] = True,
+) -> None:
+    """
+    Drag threats, ends and areas of a map; the path and its proof follow.
+
+    A page on this machine only, until Ctrl-C; its address has a token that every request needs. Other solvers are
+    shown side by side, and the map is saved as a scenario file.
+    """
+    from cgla_graph.comparisons.commands import live as page
+
+    page.run(scenario, port=port, browser=browser)
+
+
+@app.command()
 def claims(
     ids: Annotated[
         list[str] | None, typer.Argument(metavar="ID", help="claims, as C28, or C17-C19 for a range (default: all)")

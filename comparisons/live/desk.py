@@ -1,0 +1,169 @@
+"""
+Who does the work that the page asks for: always what was asked last.
+
+A page numbers its states. Work on a state is dropped as soon as there is a newer one, unless it is under way. Paths and
+proofs, and fast solvers, take turns in one thread of this process, which has its kernels; slow solvers, and those that
+may hang, have another thread, which hands them to a worker process within limits.
+"""
+
+import itertools
+import threading
+from collections.abc import Callable
+from concurrent.futures import CancelledError, Future
+from typing import Any
+
+from cgla_graph.comparisons.live.draft import Draft, sentence
+from cgla_graph.comparisons.live.planning import Planner, nothing, solved, with_seed
+from cgla_graph.comparisons.study import execution
+from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.workers.limits import Limits, Outcome, lost
+from cgla_graph.comparisons.workers.pool import Call, packed
+from cgla_graph.comparisons.workers.process import WorkerProcess
+from cgla_graph.comparisons.workers.tasks import PREPARATION
+from cgla_graph.model.solution import Solution
+
+#: What a slow solver may take.
+LIMITS = Limits(seconds=10.0, megabytes=2048.0)
+#: What is done first: the path while something moves, fast solvers, the path when nothing moves.
+QUICK, OTHERS, FULL = range(3)
+#: The answer to what a newer state has replaced.
+REPLACED: dict[str, Any] = {"replaced": True}
+#: Most pages and most jobs that are remembered.
+MOST_PAGES, MOST_JOBS = 32, 256
+
+Work = Callable[[], dict[str, Any]]
+
+
+class Line:
+    """
+    A thread that does what waits, the least rank first and then in order, and drops what has been replaced.
+
+    Examples
+    --------
+    >>> line = Line()
+    >>> line.put("page", 2, QUICK, lambda: {"cost": 1.0}).result()
+    {'cost': 1.0}
+    >>> line.put("page", 1, QUICK, lambda: {"cost": 2.0}).result()
+    {'replaced': True}
+    >>> line.close()
+    """
+
+    def __init__(self) -> None:
+        """Begin to wait."""
+        self._newest: dict[str, int] = {}
+        self._jobs: dict[tuple[int, int], tuple[str, int, Work, Future[dict[str, Any]]]] = {}
+        self._count = itertools.count()
+        self._changed = threading.Condition()
+        self._closed = False
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+        self._thread.start()
+
+    def newest(self, page: str, number: int) -> None:
+        """Learn of a state; what waits for older ones of that page is answered."""
+        with self._changed:
+            before = self._newest.pop(page, number)
+            # the page that was heard of last stands last
+            self._newest[page] = max(number, before)
+            while len(self._newest) > MOST_PAGES:
+                self._newest.pop(next(iter(self._newest)))
+            for place in [key for key, (name, at, _, _) in self._jobs.items() if self._is_old(name, at)]:
+                self._jobs.pop(place)[3].set_result(REPLACED)
+
+    def put(self, page: str, number: int, rank: int, work: Work) -> "Future[dict[str, Any]]":
+        """Have something done; the answer is `REPLACED` if there is a newer state before its turn comes."""
+        self.newest(page, number)
+        answer: Future[dict[str, Any]] = Future()
+        with self._changed:
+            if self._closed or self._is_old(page, number) or len(self._jobs) >= MOST_JOBS:
+                answer.set_result(REPLACED)
+            else:
+                self._jobs[rank, next(self._count)] = (page, number, work, answer)
+                self._changed.notify()
+        return answer
+
+    def close(self) -> None:
+        """Do nothing any more."""
+        with self._changed:
+            self._closed = True
+            for _, _, _, answer in self._jobs.values():
+                answer.set_result(REPLACED)
+            self._jobs.clear()
+            self._changed.notify()
+
+    def join(self) -> None:
+        """Wait until what is under way has ended."""
+        self._thread.join()
+
+    def _is_old(self, page: str, number: int) -> bool:
+        return number < self._newest.get(page, number)
+
+    def _serve(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._jobs or self._closed)
+                if self._closed:
+                    return
+                _, _, work, answer = self._jobs.pop(min(self._jobs))
+            try:
+                answer.set_result(work())
+            except Exception as error:  # noqa: BLE001 - the page is told, and the next job is done
+                answer.set_result(nothing(sentence(error)))
+
+
+class Desk:
+    """
+    Takes what pages ask for.
+
+    Parameters
+    ----------
+    planner
+        Plans in this process.
+    limits
+        Of slow solvers, which run in another.
+    """
+
+    def __init__(self, planner: Planner, limits: Limits = LIMITS) -> None:
+        """Begin to wait."""
+        self.planner = planner
+        self._limits = limits
+        self._here, self._apart = Line(), Line()
+        self._worker = WorkerProcess(execution.PRELOAD)
+
+    def path(self, page: str, number: int, draft: Draft, *, full: bool) -> "Future[dict[str, Any]]":
+        """Have the path and its proof made."""
+        self._apart.newest(page, number)
+        return self._here.put(page, number, FULL if full else QUICK, lambda: self.planner.path(draft, full=full))
+
+    def solver(self, page: str, number: int, draft: Draft, entrant: Entrant) -> "Future[dict[str, Any]]":
+        """Have another solver's path made: here if it is fast, else apart."""
+        if self.planner.is_fast(entrant):
+            return self._here.put(page, number, OTHERS, lambda: self.planner.solver(draft, entrant))
+        return self._apart.put(page, number, OTHERS, lambda: self._made_apart(draft, entrant))
+
+    def _made_apart(self, draft: Draft, entrant: Entrant) -> dict[str, Any]:
+        scenario = self.planner.live.drawn(draft)
+        seed = with_seed(entrant)
+        call = Call(entrant.label, execution.run, (execution.pack(scenario), entrant, seed, self._limits))
+        try:
+            outcome = self._outcome(call)
+        except CancelledError:
+            return REPLACED
+        if outcome.failure is None:
+            solution = outcome.value.solution
+            return solved(scenario, scenario.problem.judge(solution))
+        status, message = lost(outcome, self._limits)
+        return solved(scenario, Solution(status, solver=entrant.name, message=message))
+
+    def _outcome(self, call: Call) -> Outcome:
+        """Make a call in the worker process, which is started when first used."""
+        data = packed(call)
+        if isinstance(data, Outcome):
+            return data
+        return self._worker.run(data, self._limits.seconds + PREPARATION).outcome()
+
+    def close(self) -> None:
+        """End all work, and the worker process with whatever it runs."""
+        self._here.close()
+        self._apart.close()
+        self._worker.stop()
+        self._worker.join()

@@ -1,0 +1,270 @@
+"""Drafts: what the page sends of a map, checked, and how a draft becomes a problem."""
+
+import dataclasses
+import math
+import warnings
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import numpy as np
+import shapely
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph.comparisons.report.maps import MOST_SAMPLES, RISK_SAMPLES, map_document
+from cgla_graph.comparisons.risk_samples import risk_samples
+from cgla_graph.comparisons.study.options import open_one
+from cgla_graph.errors import CglaError, ProblemError, ScenarioError
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.scenarios.map_tables import MapBuilder
+from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, open_table
+
+#: Most threats and areas of a draft, and corners of an area.
+MOST_THREATS, MOST_AREAS, MOST_CORNERS = 500, 200, 400
+#: No number of a draft is greater: map units of any map, and risk weights.
+GREATEST = 1e15
+
+
+class Part(BaseModel):
+    """A part of what the page sends: no unknown keys, no conversion of types, no infinite numbers."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+
+
+Number = Annotated[float, Field(ge=-GREATEST, le=GREATEST)]
+Place = Annotated[list[Number], Field(min_length=2, max_length=2)]
+Area = Annotated[list[Place], Field(min_length=3, max_length=MOST_CORNERS)]
+
+
+class DraftThreat(Part):
+    """A threat on the page, map units."""
+
+    x: Number
+    y: Number
+    spread: Annotated[float, Field(gt=0, le=GREATEST)]
+    peak: Annotated[float, Field(gt=0, le=GREATEST)]
+
+
+class Draft(Part):
+    """
+    What can be changed on the page, map units.
+
+    Examples
+    --------
+    >>> Draft(start=[0.0, 0.0], goal=[1.0, 1.0], k=3.0).threats
+    []
+    """
+
+    start: Place
+    goal: Place
+    k: Annotated[float, Field(ge=0, le=GREATEST)]
+    threats: Annotated[list[DraftThreat], Field(max_length=MOST_THREATS)] = Field(default_factory=list)
+    areas: Annotated[list[Area], Field(max_length=MOST_AREAS)] = Field(default_factory=list)
+
+
+PartT = TypeVar("PartT", bound=Part)
+
+
+def read_part(kind: type[PartT], data: bytes) -> PartT:
+    """
+    Read what the page sent.
+
+    Raises
+    ------
+    ScenarioError
+        If it is not that; the message says what is wrong first, in one line.
+
+    Examples
+    --------
+    >>> read_part(Draft, b'{"start": [0, 0], "goal": [1, 1], "k": -1}')
+    Traceback (most recent call last):
+    cgla_graph.errors.ScenarioError: k: Input should be greater than or equal to 0
+    """
+    try:
+        return kind.model_validate_json(data)
+    except ValidationError as error:
+        fault = error.errors(include_url=False, include_context=False, include_input=False)[0]
+        place = ".".join(str(part) for part in fault["loc"])
+        msg = f"{place}: {fault['msg']}" if place else str(fault["msg"])
+        raise ScenarioError(" ".join(msg.split())) from error
+
+
+@dataclass(frozen=True, eq=False)
+class LiveMap:
+    """
+    A map that is worked on: what stays as it is, and the draft that it began with.
+
+    Attributes
+    ----------
+    scenario
+        As it was opened.
+    first
+        The draft that says the same.
+    fixed
+        No-fly areas that are not part of drafts: those of GeoJSON files and grid maps, and areas with holes.
+    table
+        The table of its file; None where it came from no scenario file.
+    file
+        That file; None for maps that are shipped, or no scenario file.
+    """
+
+    scenario: Scenario
+    first: Draft
+    fixed: BaseGeometry | None = None
+    table: ScenarioTable | None = None
+    file: Path | None = None
+
+    @classmethod
+    def open(cls, spec: str) -> "LiveMap":
+        """
+        Open a map.
+
+        Parameters
+        ----------
+        spec
+            A shipped scenario, or a file as `cgla plan` takes it.
+
+        Raises
+        ------
+        CglaError
+            If there is none, or the file is malformed.
+
+        Examples
+        --------
+        >>> live = LiveMap.open("paper")
+        >>> len(live.first.threats), live.first.k, live.fixed
+        (10, 10.0, None)
+        """
+        scenario = open_one("live", spec)
+        is_file = spec.lower().endswith(".toml")
+        try:
+            table = open_table(spec) if is_file or not Path(spec).suffix else None
+        except ScenarioError:
+            # a random map, or whatever else has a name and no file
+            table = None
+        problem = scenario.problem
+        areas: list[list[list[float]]] = []
+        fixed = problem.no_fly
+        if table is not None:
+            builder = MapBuilder(table, Path(spec).parent)
+            areas = [_corners(shape) for shape in builder.areas("no_fly", table.no_fly.polygons, [])]
+            others = builder.areas("no_fly.geojson", [], table.no_fly.geojson)
+            fixed = shapely.GeometryCollection(others) if others else None
+        few = len(areas) <= MOST_AREAS and all(len(area) <= MOST_CORNERS for area in areas)
+        if not few or len(problem.field.threats) > MOST_THREATS:
+            msg = (
+                f"{spec} has {len(problem.field.threats)} threats and {len(areas)} areas; the page takes at most "
+                f"{MOST_THREATS} and {MOST_AREAS}, the latter with up to {MOST_CORNERS} corners"
+            )
+            raise ScenarioError(msg)
+        first = Draft(
+            start=list(problem.start),
+            goal=list(problem.goal),
+            k=problem.k,
+            threats=[DraftThreat(x=t.x, y=t.y, spread=t.spread, peak=t.peak) for t in problem.field.threats],
+            areas=areas,
+        )
+        return cls(scenario, first, fixed, table, Path(spec) if is_file else None)
+
+    def drawn(self, draft: Draft) -> Scenario:
+        """
+        Return the scenario that a draft says.
+
+        Raises
+        ------
+        CglaError
+            If a path cannot be planned on it, as where its start is inside a no-fly area.
+        """
+        before = self.scenario.problem
+        threats = [Threat(one.x, one.y, spread=one.spread, peak=one.peak) for one in draft.threats]
+        with warnings.catch_warnings():
+            # a threat may be small, and a field improper, for a moment, or for good: it is seen on the page
+            warnings.simplefilter("ignore")
+            field = RiskField(threats, rasters=before.field.rasters, improper=not before.field.is_proper)
+            (x, y), (goal_x, goal_y) = draft.start, draft.goal
+            problem = dataclasses.replace(
+                before, start=(x, y), goal=(goal_x, goal_y), field=field, k=draft.k, no_fly=self._no_fly(draft.areas)
+            )
+        return dataclasses.replace(self.scenario, problem=problem)
+
+    def _no_fly(self, areas: Iterable[Area]) -> BaseGeometry | None:
+        """Unite areas that stay and areas of a draft."""
+        every = [*polygons(areas), *([] if self.fixed is None else [self.fixed])]
+        return shapely.GeometryCollection(every) if every else None
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """What the page draws that drafts do not change: bounds, areas that stay, rasters."""
+        before = self.scenario.problem
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            bare = RiskField((), rasters=before.field.rasters)
+            kept = dataclasses.replace(before, field=RiskField(), no_fly=self.fixed)
+            samples = risk_samples(
+                dataclasses.replace(kept, field=bare), MOST_SAMPLES if before.field.rasters else RISK_SAMPLES
+            )
+        rows, columns = samples.density.shape
+        raster = [float(f"{value:.4g}") for value in samples.density.ravel()] if before.field.rasters else None
+        return {
+            "name": self.scenario.name,
+            "title": self.scenario.title,
+            "unit": "" if self.scenario.projection is None else "m",
+            "clearance": before.clearance,
+            "improper": not before.field.is_proper,
+            "draft": self.first.model_dump(),
+            "map": map_document(dataclasses.replace(self.scenario, problem=kept)),
+            "samples": {"rows": rows, "columns": columns, "raster": raster, "power": samples.power},
+        }
+
+
+def _corners(shape: BaseGeometry) -> list[list[float]]:
+    """Return the corners of a polygon, each once."""
+    found: list[list[float]] = shapely.get_coordinates(shapely.get_exterior_ring(shape))[:-1].tolist()
+    return found
+
+
+def polygons(areas: Iterable[Area]) -> list[BaseGeometry]:
+    """
+    Return areas as valid polygons: one whose sides cross each other is what they enclose, one without width is none.
+
+    Examples
+    --------
+    >>> [shape.area for shape in polygons([[[0, 0], [1, 1], [1, 0], [0, 1]], [[0, 0], [1, 1], [2, 2]]])]
+    [0.25, 0.25]
+    """
+    return [one for area in areas for one in _polygons_in(shapely.make_valid(shapely.Polygon(area)))]
+
+
+def _polygons_in(shape: BaseGeometry) -> Iterator[BaseGeometry]:
+    if shape.geom_type == "Polygon":
+        yield from [shape] if shape.area > 0.0 else []
+    elif hasattr(shape, "geoms"):
+        for part in shape.geoms:
+            yield from _polygons_in(part)
+
+
+def sentence(error: BaseException) -> str:
+    """
+    Say in one line why there is no path.
+
+    Examples
+    --------
+    >>> sentence(ProblemError("start is outside"))
+    'start is outside'
+    """
+    text = str(error) if isinstance(error, (CglaError, ProblemError)) else f"{type(error).__name__}: {error}"
+    return next(iter(text.splitlines()), type(error).__name__)
+
+
+def finite(value: float) -> float | None:
+    """Return a number that JSON has, or None."""
+    return float(value) if math.isfinite(value) else None
+
+
+def flat(points: np.ndarray[Any, np.dtype[np.float64]]) -> list[float]:
+    """Return points as x, y, x, y, …."""
+    found: list[float] = np.asarray(points, dtype=np.float64).ravel().tolist()
+    return found

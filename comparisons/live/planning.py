@@ -1,0 +1,236 @@
+"""Answers to a draft: the path and its proof, quickly or in full, and other solvers' paths."""
+
+import math
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cgla_graph.certificate.certificate import Certificate, Grid, load_kernels, lower_bound
+from cgla_graph.certificate.subsolution import FIRST_CELLS
+from cgla_graph.comparisons.live.draft import Draft, LiveMap, finite, flat, sentence
+from cgla_graph.comparisons.study import runner
+from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.errors import CglaError
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.solution import Solution
+from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.solvers import listing, registry
+from cgla_graph.solvers.continuous.hybrid import Hybrid
+from cgla_graph.solvers.warm_up import warm_up
+
+#: Solvers that may run in this process: our own, without loops that may hang, and fast on most maps.
+FAST = ("straight-line", "eight-direction", "lazy-theta-star", "cgla", "dijkstra", "fast-marching", "visibility-graph")
+#: One of these that took longer than this, in seconds, runs in a process of its own from then on.
+SLOW = 0.5
+#: Most rectangles of a tube; a finer one is not sent.
+MOST_RUNS = 4000
+
+
+class Effort(NamedTuple):
+    """
+    How much work an answer may take.
+
+    Attributes
+    ----------
+    search
+        The search for a path.
+    tolerance, max_cells
+        Of its proof, as `cgla_graph.lower_bound` has them.
+    """
+
+    search: Hybrid
+    tolerance: float
+    max_cells: int
+
+
+#: While something is dragged, the greatest effort first: each next one is for maps on which that before takes too long.
+QUICK = (
+    Effort(Hybrid(points=225, candidates=6, tolerance=None), 0.005, 40_000),
+    Effort(Hybrid(points=225, candidates=3, tolerance=None), 0.02, FIRST_CELLS**2),
+)
+#: When nothing moves.
+FULL = Effort(Hybrid(tolerance=None), 0.001, 250_000)
+#: A quick answer that took longer than the first, in seconds, is sought with less effort; below the second, with more.
+TOO_LONG, SHORT = 0.25, 0.08
+
+
+class Planner:
+    """
+    Plans on drafts of one map; used by one thread at a time.
+
+    Parameters
+    ----------
+    live
+        The map.
+
+    Examples
+    --------
+    >>> live = LiveMap.open("one-threat")
+    >>> answer = Planner(live).path(live.first, full=False)
+    >>> answer["error"], answer["bound"] < answer["cost"] < 1.006 * answer["bound"]
+    (None, True)
+    """
+
+    def __init__(self, live: LiveMap) -> None:
+        """Plan nothing yet."""
+        self.live = live
+        self.slow: set[str] = set()
+        self._effort = 0
+
+    def warm_up(self) -> None:
+        """Load kernels and plan once, so that the first drag waits for nothing of that."""
+        load_kernels()
+        warm_up(Hybrid(tolerance=None))
+        self.path(self.live.first, full=False)
+        self._effort = 0
+
+    def path(self, draft: Draft, *, full: bool) -> dict[str, Any]:
+        """
+        Return the best path known, a bound that no path can beat, and the tube that no better path leaves.
+
+        Where there is none, its ``error`` says why in one sentence.
+        """
+        began = time.perf_counter()
+        effort = FULL if full else QUICK[self._effort]
+        try:
+            scenario = self.live.drawn(draft)
+            answer = _planned(scenario, effort)
+        except Exception as error:  # noqa: BLE001 - a page that is worked on survives any draft
+            answer = nothing(sentence(error))
+        seconds = time.perf_counter() - began
+        if not full:
+            if seconds > TOO_LONG:
+                self._effort = min(self._effort + 1, len(QUICK) - 1)
+            elif seconds < SHORT:
+                self._effort = max(self._effort - 1, 0)
+        return {**answer, "seconds": seconds, "full": full}
+
+    def solver(self, draft: Draft, entrant: Entrant) -> dict[str, Any]:
+        """Return the path of a fast solver."""
+        began = time.perf_counter()
+        try:
+            scenario = self.live.drawn(draft)
+        except Exception as error:  # noqa: BLE001 - the same
+            return nothing(sentence(error))
+        solution = runner.run(runner.Ground.lay(scenario, None), entrant, None)
+        if time.perf_counter() - began > SLOW:
+            self.slow.add(entrant.label)
+        return solved(scenario, solution)
+
+    def is_fast(self, entrant: Entrant) -> bool:
+        """Tell whether a solver may run in this process."""
+        return entrant.name in FAST and entrant.label not in self.slow
+
+
+def nothing(error: str) -> dict[str, Any]:
+    """Return an answer without a path."""
+    numbers = dict.fromkeys(("cost", "length", "risk", "clearance", "bound", "seconds"))
+    return {"error": error, "path": [], "tube": None, "message": "", **numbers}
+
+
+def _planned(scenario: Scenario, effort: Effort) -> dict[str, Any]:
+    problem = scenario.problem
+    found = effort.search.solve(problem)
+    if not found.status.has_path:
+        proof = _proof(problem, None, effort)
+        none = math.isinf(proof.lower_bound)
+        return nothing("There is no path: the goal is closed off." if none else "No path was found.")
+    proof = _proof(problem, found, effort)
+    judged = problem.evaluate(found.path)
+    return {
+        **nothing(""),
+        "error": None,
+        "path": flat(found.path),
+        "cost": judged.cost,
+        "length": judged.length,
+        "risk": judged.risk,
+        "clearance": finite(judged.clearance),
+        "bound": finite(scenario.bound_on_earth(proof.lower_bound)),
+        "tube": _tube(problem, proof.grids),
+        "message": proof.message,
+    }
+
+
+def _proof(problem: Problem, found: Solution | None, effort: Effort) -> Certificate:
+    path = None if found is None else found.path
+    return lower_bound(problem, effort.tolerance, path=path, max_cells=effort.max_cells)
+
+
+def _tube(problem: Problem, grids: tuple[Grid, ...]) -> list[float] | None:
+    """
+    Return the finest tube as rectangles, x, y, width, height, …, map units; None where the whole map was looked at.
+
+    No path that leaves it is better than the known one.
+    """
+    fit = [grid for grid in grids[1:] if len(grid.runs) <= MOST_RUNS]
+    if not fit:
+        return None
+    grid = fit[-1]
+    low, high = np.reshape(problem.bounds, (2, 2))
+    steps = (high - low) / np.array(grid.last)
+    rows, first, end = grid.runs.T
+    corners = np.stack([first - 0.5, rows - 0.5, end - 0.5, rows + 0.5], axis=1) * np.tile(steps, 2) + np.tile(low, 2)
+    corners = np.clip(corners, np.tile(low, 2), np.tile(high, 2))
+    corners[:, 2:] -= corners[:, :2]
+    # as far as a picture shows them
+    digits = 5 - math.ceil(math.log10(float((high - low).max())))
+    return flat(corners.round(digits))
+
+
+def solved(scenario: Scenario, solution: Solution) -> dict[str, Any]:
+    """Return a solver's answer."""
+    if not solution.status.has_path:
+        why = solution.message or solution.status.value
+        return {**nothing(why), "seconds": finite(solution.seconds)}
+    judged = scenario.problem.evaluate(solution.path)
+    return {
+        **nothing(""),
+        "error": None,
+        "path": flat(solution.path),
+        "cost": judged.cost,
+        "length": judged.length,
+        "risk": judged.risk,
+        "clearance": finite(judged.clearance),
+        "seconds": finite(solution.seconds + (solution.build_seconds if math.isfinite(solution.build_seconds) else 0)),
+        "message": solution.message,
+    }
+
+
+def entrant_of(text: str) -> Entrant:
+    """
+    Read a solver as the page names it.
+
+    Raises
+    ------
+    CglaError
+        If there is none, or it is hybrid, which is always there.
+    """
+    if len(text) > 200:  # noqa: PLR2004 - letters: no solver's name is as long
+        msg = "that is no solver's name"
+        raise CglaError(msg)
+    return Entrant.parse(text)
+
+
+def offered() -> list[dict[str, Any]]:
+    """
+    List the solvers that the page offers beside hybrid: all that can run here, none of them imported.
+
+    Examples
+    --------
+    >>> offered()[0]["name"], offered()[0]["fast"]
+    ('cgla', True)
+    """
+    built_in = [listing.describe(name) for name in listing.built_in() if name != "hybrid"]
+    found = [
+        {"name": one["name"], "summary": one["summary"], "fast": one["name"] in FAST}
+        for one in built_in
+        if one["available"] == "yes"
+    ]
+    others = [name for name in listing.plug_ins() if name not in listing.built_in()]
+    return [*found, *({"name": name, "summary": "a plug-in", "fast": False} for name in others)]
+
+
+def with_seed(entrant: Entrant) -> int | None:
+    """Return the seed of a solver that draws random numbers: always the same, so that only the map makes a change."""
+    return 1 if registry.traits(entrant.name).seeded and "seed" not in entrant.settings else None

@@ -1,0 +1,240 @@
+"""
+The page of `cgla live`: its server on loopback.
+
+Every request needs the token in its address, which only who reads the terminal knows; what comes from another site's
+page is refused by its origin. Nothing but four files of the package is served, and nothing but scenario files beside
+the opened one is written.
+"""
+
+import hmac
+import json
+import secrets
+from http import HTTPStatus
+from importlib import resources
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from cgla_graph.comparisons import console, loopback
+from cgla_graph.comparisons.live.desk import Desk
+from cgla_graph.comparisons.live.draft import Draft, LiveMap, Part, read_part, sentence
+from cgla_graph.comparisons.live.planning import Planner, entrant_of, offered
+from cgla_graph.comparisons.live.saving import default_file, save
+from cgla_graph.comparisons.loopback import HTML, JSON, LoopbackHandler, LoopbackServer, Response, refusal
+from cgla_graph.errors import CglaError, OutputError
+
+#: Longest body of a request, bytes.
+MOST_BYTES = 2_000_000
+#: What the page may do: run its own scripts, ask its own server, and nothing else.
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+_SCRIPT, _STYLE = "text/javascript; charset=utf-8", "text/css; charset=utf-8"
+#: What is served: the package and the file that it is in, and its kind.
+_FILES = {
+    "": ("live", "live.html", HTML),
+    "live.css": ("live", "live.css", _STYLE),
+    "live.js": ("live", "live.js", _SCRIPT),
+    "drawing.js": ("report", "drawing.js", _SCRIPT),
+}
+
+
+class StateRequest(Part):
+    """A state of a page, and what is to be done with it."""
+
+    page: Annotated[str, Field(min_length=1, max_length=64)]
+    number: Annotated[int, Field(ge=0, le=2**53)]
+    draft: Draft
+
+
+class PathRequest(StateRequest):
+    """Asks for the path and its proof."""
+
+    full: bool = False
+
+
+class SolverRequest(StateRequest):
+    """Asks for the path of another solver."""
+
+    solver: Annotated[str, Field(min_length=1, max_length=200)]
+
+
+class SaveRequest(Part):
+    """Asks for a file."""
+
+    draft: Draft
+    name: Annotated[str, Field(max_length=200)] = ""
+    overwrite: bool = False
+
+
+class LiveServer(LoopbackServer):
+    """
+    Serves one map on loopback.
+
+    Parameters
+    ----------
+    live
+        The map.
+    port
+        To listen on; 0 for any that is free.
+    desk
+        Who plans.
+
+    Raises
+    ------
+    OutputError
+        If the port is taken or not allowed.
+    """
+
+    def __init__(self, live: LiveMap, port: int = 0, *, desk: Desk | None = None) -> None:
+        """Listen."""
+        self.live = live
+        self.token = secrets.token_urlsafe(24)
+        super().__init__(_Handler, port, "cgla live")
+        self.desk = desk or Desk(Planner(live))
+
+    @property
+    def url(self) -> str:
+        """Where it is, with the token that every request needs."""
+        return f"{super().url}{self.token}/"
+
+    def server_close(self) -> None:
+        """Listen no more, and end all work."""
+        super().server_close()
+        if hasattr(self, "desk"):
+            self.desk.close()
+
+    def map_document(self) -> dict[str, Any]:
+        """Return what the page begins with."""
+        return {**self.live.document, "solvers": offered(), "file": str(default_file(self.live))}
+
+
+class _Handler(LoopbackHandler):
+    """Answers one request."""
+
+    server: LiveServer
+    policy = POLICY
+
+    def do_GET(self) -> None:  # noqa: N802 - http.server's name
+        """Send a part of the page."""
+        self.send(self.misdirected() or self._part())
+
+    do_HEAD = do_GET  # noqa: N815 - the same
+
+    def do_POST(self) -> None:  # noqa: N802 - the same
+        """Plan, or save."""
+        self.send(self.misdirected() or self._foreign() or self._done())
+
+    def _not_allowed(self) -> None:
+        self.send(
+            refusal(HTTPStatus.METHOD_NOT_ALLOWED, "only GET, HEAD and POST are answered"), Allow="GET, HEAD, POST"
+        )
+
+    do_PUT = do_PATCH = do_DELETE = do_OPTIONS = do_TRACE = do_CONNECT = _not_allowed  # noqa: N815 - the same
+
+    def _asked(self) -> str | None:
+        """Return what is asked for, behind the token; None without the token."""
+        token, _, rest = self.path.removeprefix("/").partition("?")[0].partition("/")
+        known = hmac.compare_digest(token.encode("utf-8", errors="replace"), self.server.token.encode())
+        return rest if known and self.path.startswith("/") else None
+
+    def _part(self) -> Response:
+        asked = self._asked()
+        if asked == "map":
+            return _json(HTTPStatus.OK, self.server.map_document())
+        if asked is None or asked not in _FILES:
+            # the same for a wrong token and for a wrong file
+            return refusal(HTTPStatus.NOT_FOUND, "there is nothing here; open the address that cgla live has printed")
+        package, name, kind = _FILES[asked]
+        file = resources.files(f"cgla_graph.comparisons.{package}").joinpath("templates", name)
+        return Response(HTTPStatus.OK, kind, file.read_bytes())
+
+    def _foreign(self) -> Response | None:
+        """Refuse what no page of ours has sent."""
+        origins, host = self.headers.get_all("Origin", []), str(self.headers["Host"]).strip()
+        if origins != [f"http://{host}"] or self.headers.get("Sec-Fetch-Site", "same-origin") != "same-origin":
+            return refusal(HTTPStatus.FORBIDDEN, "this is answered to its own page only")
+        if self.headers.get_content_type() != JSON:
+            return refusal(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, f"send {JSON}")
+        return None
+
+    def _done(self) -> Response:
+        asked = self._asked()
+        act = None if asked is None else {"path": self._path, "solver": self._solver, "save": self._save}.get(asked)
+        if act is None:
+            return refusal(HTTPStatus.NOT_FOUND, "there is nothing here; open the address that cgla live has printed")
+        length = str(self.headers.get("Content-Length", ""))
+        if not (length.isascii() and length.isdigit() and len(length) < 12):  # noqa: PLR2004 - digits
+            return refusal(HTTPStatus.LENGTH_REQUIRED, "say how long it is (Content-Length)")
+        if int(length) > MOST_BYTES:
+            return refusal(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"at most {MOST_BYTES} bytes are read")
+        try:
+            return act(self.rfile.read(int(length)))
+        except CglaError as error:
+            return _json(HTTPStatus.BAD_REQUEST, {"error": sentence(error)})
+        except ConnectionError:
+            raise
+        except Exception as error:  # noqa: BLE001 - one request that fails does not end the service
+            console.say(f"cgla live: {type(error).__name__}: {error}")
+            return _json(HTTPStatus.INTERNAL_SERVER_ERROR, {"error": sentence(error)})
+
+    def _path(self, body: bytes) -> Response:
+        asked = read_part(PathRequest, body)
+        answer = self.server.desk.path(asked.page, asked.number, asked.draft, full=asked.full)
+        return _json(HTTPStatus.OK, answer.result())
+
+    def _solver(self, body: bytes) -> Response:
+        asked = read_part(SolverRequest, body)
+        answer = self.server.desk.solver(asked.page, asked.number, asked.draft, entrant_of(asked.solver))
+        return _json(HTTPStatus.OK, answer.result())
+
+    def _save(self, body: bytes) -> Response:
+        asked = read_part(SaveRequest, body)
+        # what is saved can be planned on
+        self.server.live.drawn(asked.draft)
+        try:
+            path = save(self.server.live, asked.draft, asked.name, overwrite=asked.overwrite)
+        except OutputError as error:
+            return _json(HTTPStatus.CONFLICT, {"error": sentence(error)})
+        return _json(HTTPStatus.OK, {"saved": str(path)})
+
+
+def _json(status: HTTPStatus, document: dict[str, Any]) -> Response:
+    text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return Response(status, JSON, text.encode("utf-8", errors="backslashreplace"))
+
+
+def serve(spec: str, *, port: int = 0, open_browser: bool = False) -> None:
+    """
+    Serve the page of a map on loopback until Ctrl-C, and say where.
+
+    Parameters
+    ----------
+    spec
+        A shipped scenario, or a file.
+    port
+        To listen on; 0 for any that is free.
+    open_browser
+        Whether to open the page in the user's browser.
+
+    Raises
+    ------
+    CglaError
+        If there is no such map, or the port is taken.
+    ReaderGoneError
+        If nobody reads standard output any more.
+    """
+    live = LiveMap.open(spec)
+    planner = Planner(live)
+    with console.running_solvers():
+        planner.warm_up()
+    with LiveServer(live, port, desk=Desk(planner)) as server:
+        try:
+            console.out(f"{live.scenario.name} is at {server.url} (Ctrl-C ends it)\n")
+            if open_browser:
+                loopback.open_browser(server.url, "cgla live")
+            server.serve_forever()
+        except KeyboardInterrupt:
+            # the way to end it
+            return
