@@ -5,9 +5,12 @@ import sys
 from pathlib import Path
 
 import matplotlib as mpl
+from numpy.typing import ArrayLike
 from sphinx.application import Sphinx
+from sphinx.util.typing import stringify_annotation
 
 import cgla_graph
+from cgla_graph._types import BoolArray, FloatArray, IntArray, WholeArray
 
 DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS / "_extensions"))
@@ -71,11 +74,11 @@ numpydoc_validation_exclude = {r"\.RiskField$"}
 nitpick_ignore_regex = [
     # names of others: there is nothing here to link them to
     ("py:.*", r"(collections|datetime|matplotlib|networkx|numpy|nx|os|pathlib|scipy|shapely)\..*"),
+    ("py:class", "ArrayLike"),
     # a hint with a comma in quotation marks, taken apart by Sphinx
     ("py:class", r"tuple\[float"),
-    # what is handed on from one function to the next, and nobody makes or takes apart
-    ("py:class", r"cgla_graph\.comparisons\.(study\.study\.(Flight)?Cell|workers\.tasks\.ResultStore)"),
-    ("py:class", r"cgla_graph\.(mission\.simulation\.Simulation|mission\.rules\.Rules|model\.weights\.Weights)"),
+    # what is handed on from one function to the next has no page: hints show it as text
+    ("py:class", r"cgla_graph\.\w+(\.\w+)+"),
 ]
 
 html_theme = "furo"
@@ -104,7 +107,26 @@ def _without_fields(_app: Sphinx, _kind: str, _name: str, member: object, _skip:
     return True if type(member).__name__ == "_tuplegetter" else None
 
 
+#: What hints stand for where Sphinx spells them out, after its own spelling.
+_SPELLED = {
+    stringify_annotation(ArrayLike, "smart"): "ArrayLike",
+    **{stringify_annotation(one, "smart"): "numpy.ndarray" for one in (BoolArray, FloatArray, IntArray, WholeArray)},
+    "<factory>": "...",
+}
+
+
+def _shorter(_app: Sphinx, _kind: str, _name: str, _thing: object, _options: object, *signature: str | None) -> tuple:
+    """Write hints as the code does."""
+    arguments, returned = signature
+    for spelled, short in _SPELLED.items():
+        arguments = arguments and arguments.replace(spelled, short)
+        returned = returned and returned.replace(spelled, short)
+    return arguments, returned
+
+
 def setup(app: Sphinx) -> None:
     """Prepare pages before they are parsed, and choose what is told of a class."""
     app.connect("source-read", _for_the_site)
     app.connect("autodoc-skip-member", _without_fields)
+    # after numpydoc, which gives docstrings the first word
+    app.connect("autodoc-process-signature", _shorter, priority=900)
