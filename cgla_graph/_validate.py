@@ -7,6 +7,7 @@ An array that is as it should be is returned itself; nothing writes to it.
 import math
 from collections.abc import Iterable
 from contextlib import suppress
+from reprlib import repr as short
 from typing import Any, cast
 
 import numpy as np
@@ -19,16 +20,30 @@ from cgla_graph.errors import ProblemError
 NO_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating)
 
 
+def shown(value: object) -> str:
+    """
+    Write a value that is not what it should be: short, and in one line.
+
+    Examples
+    --------
+    >>> shown(np.zeros((100, 2))), shown("20")
+    ('an array of shape (100, 2)', "'20'")
+    """
+    if isinstance(value, np.ndarray) and value.ndim:
+        return f"an array of shape {value.shape}"
+    return " ".join(short(value).split())
+
+
 def finite_number(name: str, value: object) -> float:
     """Return `value` as a float, or raise `ProblemError` unless it is a finite real number."""
-    number, shown = math.nan, repr(value)
+    number, text = math.nan, shown(value)
     # numpy scalars, 0-d arrays, fractions and decimals are numbers too; strings and truth values are mistakes
     if not isinstance(value, NO_NUMBERS):
         with suppress(TypeError, ValueError, OverflowError):
             number = float(cast("Any", value))
-            shown = str(number)
+            text = str(number)
     if not math.isfinite(number):
-        msg = f"{name} is {shown}; give a finite number"
+        msg = f"{name} is {text}; give a finite number"
         raise ProblemError(msg)
     return number
 
@@ -54,7 +69,7 @@ def non_negative_number(name: str, value: object) -> float:
 def whole_number(name: str, value: object, *, at_least: int, at_most: int) -> int:
     """Return `value`, or raise `ProblemError` unless it is a whole number in that range."""
     if isinstance(value, bool) or not isinstance(value, int) or not at_least <= value <= at_most:
-        msg = f"{name} is {value!r}; give a whole number from {at_least} to {at_most}"
+        msg = f"{name} is {shown(value)}; give a whole number from {at_least} to {at_most}"
         raise ProblemError(msg)
     return value
 
@@ -66,7 +81,7 @@ def _numbers(name: str, value: object, form: str) -> tuple[object, ...]:
     except TypeError:
         numbers = ()
     if len(numbers) != form.count(",") + 1 or isinstance(value, NO_NUMBERS):
-        msg = f"{name} is {value!r}; give {form}"
+        msg = f"{name} is {shown(value)}; give {form}"
         raise ProblemError(msg)
     return numbers
 

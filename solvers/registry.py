@@ -5,8 +5,10 @@ import difflib
 import importlib
 from collections.abc import Mapping
 from importlib.metadata import EntryPoint
-from typing import Any, cast
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
 
+from cgla_graph._validate import shown
 from cgla_graph.errors import SolverSettingError, SolverUnavailableError, UnknownSolverError
 from cgla_graph.model.solver import Solver, Traits
 from cgla_graph.solvers import listing
@@ -187,7 +189,37 @@ def get(name: str, **settings: Any) -> Solver:  # noqa: ANN401 - each solver has
     if unknown:
         msg = f"{name} has no setting {unknown[0]!r}; it has {', '.join(known) or 'none'}"
         raise SolverSettingError(msg)
+    if not is_built_in(name):
+        _check_hints(name, kind, settings)
     return kind(**settings)
+
+
+def _check_hints(name: str, kind: type[Solver], settings: Mapping[str, Any]) -> None:
+    """Hold settings against the hints of a plug-in's fields; built-in solvers check theirs themselves."""
+    try:
+        hints = get_type_hints(kind)
+    except (NameError, TypeError):
+        # hints for type checkers only
+        return
+    for key, value in settings.items():
+        if not _fits(value, hints.get(key, Any)):
+            wanted = hints[key].__name__ if isinstance(hints[key], type) else str(hints[key]).replace("typing.", "")
+            msg = f"{name}: {key} is {shown(value)}; its type is {wanted}"
+            raise SolverSettingError(msg)
+
+
+def _fits(value: object, hint: Any) -> bool:  # noqa: ANN401 - any type form
+    """Whether a value is of a simple type, one of a union, or a literal; of other hints nothing is said."""
+    if get_origin(hint) in {Union, UnionType}:
+        return any(_fits(value, part) for part in get_args(hint))
+    if get_origin(hint) is Literal:
+        return value in get_args(hint)
+    if hint is None or hint is NoneType:
+        return value is None
+    if hint in {int, float}:
+        wanted = int if hint is int else int | float
+        return isinstance(value, wanted) and not isinstance(value, bool)
+    return not isinstance(hint, type) or isinstance(value, hint)
 
 
 def setting_names(kind: type[Solver]) -> list[str]:

@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from cgla_graph._validate import shown
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem, Problem
 from cgla_graph.model.solution import Solution, Status, TracePoint
-from cgla_graph.model.solver import Solver, run, stay
+from cgla_graph.model.solver import Solver, Traits, run, stay
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.warm_up import warm_up, warm_up_restricted
@@ -80,6 +81,9 @@ def solve(
         raise SolverSettingError(msg)
     else:
         chosen = solver
+    if not isinstance(getattr(chosen, "traits", None), Traits):
+        msg = f"solver is {shown(chosen)}; give a name, as 'hybrid', or a solver, as cg.solvers.get('hybrid')"
+        raise SolverSettingError(msg)
     if not isinstance(problem, Problem | GraphProblem):
         msg = f"problem is a {type(problem).__name__}; give a Problem, or a GraphProblem for a graph of your own"
         raise ProblemError(msg)

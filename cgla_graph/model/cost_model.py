@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
-from cgla_graph._validate import non_negative_number, point_array
+from cgla_graph._validate import non_negative_number, point_array, shown
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import graph_kernels
 from cgla_graph.model.no_fly import NoFlyArea
@@ -56,7 +56,7 @@ class CostModel:
     def __post_init__(self) -> None:
         """Check the parts."""
         if not isinstance(self.field, RiskField):
-            msg = f"field is {self.field!r}; give a RiskField"
+            msg = f"field is {shown(self.field)}; give a RiskField, as RiskField([Threat(x=…, y=…, spread=…)])"
             raise ProblemError(msg)
         object.__setattr__(self, "k", non_negative_number("k", self.k))
         _ = self.area

@@ -16,7 +16,7 @@ from scipy import sparse
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
-from cgla_graph._validate import number_array, point, point_array
+from cgla_graph._validate import number_array, point, point_array, shown
 from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
 from cgla_graph.model.adjacency import (
     CornerRule,
@@ -37,6 +37,9 @@ from cgla_graph.model.weights import DenseWeights, ImplicitWeights, SparseWeight
 
 if TYPE_CHECKING:
     import networkx as nx
+
+#: Points of a lattice at most: a gigabyte and a half of coordinates.
+MOST_POINTS = 100_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +121,10 @@ class GeometricGraph:
             If points, field, k or area are malformed.
         """
         lattice = points if isinstance(points, Lattice) else None
+        if lattice is not None and lattice.n_points > MOST_POINTS:
+            sides = " x ".join(map(str, lattice.shape))
+            msg = f"a lattice of {sides} points is larger than {MOST_POINTS:.0e} points; lower the resolution"
+            raise GraphError(msg)
         base = lattice.points if lattice else point_array("points", points)  # type: ignore[arg-type]
         if base.ndim != 2:  # noqa: PLR2004 - a list of points
             msg = f"points have shape {base.shape}; give shape (n, 2)"
@@ -592,8 +599,9 @@ class GeometricGraph:
         try:
             return self._indices[node]
         except (KeyError, TypeError):
-            some = ", ".join(repr(label) for label in list(self.labels)[:3])
-            msg = f"node {node!r} is not in the graph; it has {self.n_nodes} nodes: {some}, …"
+            first = [*map(shown, self.labels[:3]), *(["…"] if self.n_nodes > 3 else [])]  # noqa: PLR2004 - an inkling
+            count = f"{self.n_nodes} node{'s' * (self.n_nodes != 1)}"
+            msg = f"node {shown(node)} is not in the graph; it has {count}: {', '.join(first)}"
             raise NodeNotFoundError(msg) from None
 
     def node_at(self, place: Point) -> Node | None:
@@ -733,6 +741,9 @@ def _with_extra(base: FloatArray, lattice: Lattice | None, extra: Sequence[Point
 
 
 def _labels(labels: Sequence[Node] | None, n_nodes: int) -> Sequence[Node]:
+    if not n_nodes:
+        msg = "the graph has no nodes; give one with some"
+        raise GraphError(msg)
     if labels is None:
         return range(n_nodes)
     names = tuple(labels)

@@ -4,8 +4,11 @@ How a graph holds its weights: as a dense matrix, as a sparse one, or not at all
 All three answer alike: infinity where there is no edge, 0 at the node itself. None changes when it is asked.
 """
 
+import math
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,6 +20,8 @@ from cgla_graph.model.cost_model import CostModel
 
 #: Nodes of an implicit graph whose weights are all computed, 8 bytes a pair: 5 GB.
 MOST_HELD = 25_000
+#: Up to so many, their memory (288 MB) is taken for granted.
+ALWAYS_HELD = 6000
 
 
 class Weights(Protocol):
@@ -236,11 +241,38 @@ class ImplicitWeights:
 
 
 def beyond_holding(n_nodes: int) -> str:
-    """Say what all weights of more than `MOST_HELD` nodes would take; of fewer, nothing."""
-    if n_nodes <= MOST_HELD:
-        return ""
+    """Say what all weights take if that is too much: for `MOST_HELD` nodes, or for free memory; else nothing."""
     gigabytes = 8e-9 * n_nodes**2
-    return f"all weights of {n_nodes} nodes, {gigabytes:.3g} GB, where at most {MOST_HELD} nodes are weighed at once"
+    if n_nodes > MOST_HELD:
+        limit = f"where at most {MOST_HELD} nodes are weighed at once"
+    elif n_nodes > ALWAYS_HELD and gigabytes > (free := 1e-9 * free_memory()):
+        limit = f"where {free:.3g} GB of memory are free"
+    else:
+        return ""
+    return f"all weights of {n_nodes} nodes, {gigabytes:.3g} GB, {limit} (a lower resolution needs less)"
+
+
+def free_memory() -> float:
+    """
+    Return how many bytes this process may still take; infinite where that is not known.
+
+    Examples
+    --------
+    >>> free_memory() > 0.0
+    True
+    """
+    free = math.inf
+    with suppress(OSError, ValueError, StopIteration):
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+        free = 1024.0 * float(next(line for line in lines if line.startswith("MemAvailable")).split()[1])
+    with suppress(ImportError, OSError, ValueError):
+        import resource  # noqa: PLC0415 - not on Windows
+
+        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if limit != resource.RLIM_INFINITY:
+            taken = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+            free = min(free, max(0.0, limit - taken))
+    return free
 
 
 def _spread(rows: sparse.csr_array, index: int) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph._validate import four_numbers, non_negative_number, point
+from cgla_graph._validate import four_numbers, non_negative_number, point, shown
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
@@ -118,6 +118,30 @@ class Scenario:
         if self.projection is None:
             return 1.0
         return self.projection.stretch(float(np.hypot(*np.reshape(points, (-1, 2)).T).max(initial=0.0)))
+
+
+def as_scenario(given: object, name: str) -> Scenario:
+    """
+    Return a scenario as it is, give a problem that name, or load what a text names.
+
+    Raises
+    ------
+    ScenarioError
+        If it is none of these, or cannot be loaded.
+
+    Examples
+    --------
+    >>> as_scenario(Problem((0, 0), (1, 1)), "mine").name, as_scenario("paper", "any").name
+    ('mine', 'paper')
+    """
+    if isinstance(given, Scenario):
+        return given
+    if isinstance(given, Problem):
+        return Scenario(name, "", given, Lattice(20, bounds=given.bounds))
+    if isinstance(given, str | Path):
+        return load_scenario(given)
+    msg = f"a scenario is {shown(given)}; give a Scenario, a Problem, or the name or path of one"
+    raise ScenarioError(msg)
 
 
 class ScenarioTable(MapTable):

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from cgla_graph.comparisons import console, loopback
 from cgla_graph.comparisons.loopback import HTML, JSON, LoopbackHandler, LoopbackServer, Response, refusal
-from cgla_graph.errors import CglaError
+from cgla_graph.errors import CglaError, OutputError
 
 #: Seconds from one state of a running study to the next one that is shown, at least.
 PAUSE = 2.0
@@ -283,10 +283,13 @@ def serve(folder: Path, *, port: int = 0, open_browser: bool = False) -> None:
     Raises
     ------
     OutputError
-        If the port is taken or not allowed.
+        If there is no such folder, or the port is taken or not allowed.
     ReaderGoneError
         If nobody reads standard output any more.
     """
+    if not folder.is_dir():
+        msg = f"{folder}: there is no such folder; give that of a study, which cgla compare FILE --out FOLDER makes"
+        raise OutputError(msg)
     with ViewServer(Viewed(folder), port) as server:
         try:
             console.out(f"{folder} is shown at {server.url} (Ctrl-C ends it)\n")

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from types import NoneType
 from typing import Any, get_args, get_type_hints
 
+from cgla_graph._validate import shown
 from cgla_graph.errors import CglaError, ScenarioError, SolverSettingError
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
@@ -165,6 +166,28 @@ class Entrant:
         except NameError:
             # a plug-in whose hints are for type checkers only
             return False
+
+
+def as_entrant(given: object) -> Entrant:
+    """
+    Return an entrant as it is, or read a text as `Entrant.parse` does.
+
+    Raises
+    ------
+    SolverSettingError
+        If it is neither.
+
+    Examples
+    --------
+    >>> as_entrant("cgla:schedule=sweeps").name
+    'cgla'
+    """
+    if isinstance(given, Entrant):
+        return given
+    if isinstance(given, str):
+        return Entrant.parse(given)
+    msg = f"an entrant is {shown(given)}; give a text, as 'cgla' or 'prm-star:milestones=200', or an Entrant"
+    raise SolverSettingError(msg)
 
 
 def every_solver() -> list[Entrant]:

@@ -59,7 +59,10 @@ def read_entrants(text: str | None, *, budget: str | None = None, refine: bool =
 
 def _parts(text: str) -> list[str]:
     """Split at commas; one inside brackets belongs to a setting."""
-    parts = (part.strip() for part in re.split(r",(?![^(\[]*[)\]])", text))
+    parts = [part.strip() for part in re.split(r",(?![^(\[]*[)\]])", text)]
+    if not all(parts) and any(parts):
+        msg = f"{text!r} has nothing between two commas, or at an end; write names, with one comma between two of them"
+        raise CglaError(msg)
     return [part for part in parts if part]
 
 

@@ -11,11 +11,11 @@ from typing import Any
 
 from cgla_graph.certificate.certificate import Certificate, load_kernels, lower_bound
 from cgla_graph.comparisons.study import earth
-from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
 from cgla_graph.errors import CglaError
 from cgla_graph.model.problem import BOUND_TOLERANCE, GraphProblem, Problem
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario, as_scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.continuous.hybrid import Hybrid
 from cgla_graph.solvers.solving import solve, weighed
@@ -85,7 +85,7 @@ def compare(
     Parameters
     ----------
     scenarios, entrants
-        What to run.
+        What to run; problems and texts will do (see `cgla_graph.comparisons.study.study.Study`).
     n_seeds
         At least 1.
     tolerance
@@ -104,11 +104,13 @@ def compare(
     >>> [(run.solver, run.solution.status.label) for run in runs]
     [('cgla', 'optimal'), ('straight-line', 'found')]
     """
+    entrants = [as_entrant(entrant) for entrant in entrants]
     warm_up(entrants)
     if tolerance is not None:
         warm_up_proof()
     ground = None
-    for scenario in scenarios:
+    for number, given in enumerate(scenarios, start=1):
+        scenario = as_scenario(given, f"problem-{number}")
         certificate = None if tolerance is None else certify(scenario, tolerance)
         ground = Ground.lay(scenario, ground)
         for entrant in entrants:

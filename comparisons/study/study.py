@@ -4,12 +4,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
 from cgla_graph.comparisons.study.flight_run import ComparedMission
 from cgla_graph.comparisons.study.runner import TOLERANCE, seeds_of
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.scenarios.mission_file import MissionFile
-from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.scenarios.scenario import Scenario, as_scenario
 
 #: The seeds of a study that names none.
 SEEDS = (1, 2, 3)
@@ -40,9 +40,9 @@ class Study:
     Attributes
     ----------
     scenarios
-        With names of their own.
+        With names of their own. A `Problem` becomes one that is named after its place, and a text is a name or a path.
     entrants
-        With labels of their own.
+        With labels of their own; a text is read by `Entrant.parse`.
     seeds
         Of solvers that draw random numbers.
     tolerance
@@ -66,6 +66,12 @@ class Study:
     source: str = ""
     missions: Sequence[MissionFile] = ()
     mission_entrants: Sequence[Entrant] = ()
+
+    def __post_init__(self) -> None:
+        """Take problems for scenarios, and names for scenarios and entrants."""
+        scenarios = [as_scenario(given, f"problem-{number}") for number, given in enumerate(self.scenarios, start=1)]
+        object.__setattr__(self, "scenarios", scenarios)
+        object.__setattr__(self, "entrants", [as_entrant(given) for given in self.entrants])
 
     def cells(self) -> Iterator[Cell]:
         """List the runs to be made, scenario by scenario."""

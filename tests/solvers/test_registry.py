@@ -3,13 +3,15 @@
 import dataclasses
 import importlib.util
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable
 from importlib.machinery import ModuleSpec
 from importlib.metadata import EntryPoint
 from pathlib import Path
-from typing import Any, get_args
+from types import SimpleNamespace
+from typing import Any, ClassVar, Literal, get_args
 
 import pytest
 
@@ -222,3 +224,38 @@ def test_a_needed_submodule_may_be_missing_too(monkeypatch: pytest.MonkeyPatch) 
     kind = registry.solver_class("dijkstra")
     monkeypatch.setattr(kind, "traits", dataclasses.replace(kind.traits, needs=("no_such_parent.child",)))
     assert "no_such_parent.child" in str(registry.missing("dijkstra"))
+
+
+@pytest.mark.parametrize(
+    ("settings", "wrong"),
+    [
+        ({"steps": 3, "gain": 2, "mode": "slow", "limit": None}, ""),
+        ({"steps": 3.5}, "steps is 3.5; its type is int"),
+        ({"steps": True}, "steps is True"),
+        ({"gain": "much"}, "gain is 'much'; its type is float"),
+        ({"mode": "quick"}, "mode is 'quick'"),
+        ({"limit": "never"}, "limit is 'never'"),
+    ],
+)
+def test_settings_of_plug_ins_are_held_against_their_hints(
+    settings: dict[str, object], wrong: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    point = EntryPoint("hinted", "hinted_plug_in:Hinted", listing.ENTRY_POINT_GROUP)
+    monkeypatch.setitem(sys.modules, "hinted_plug_in", SimpleNamespace(Hinted=Hinted))
+    monkeypatch.setattr(listing, "entry_points", lambda **_: [point])
+    if wrong:
+        with pytest.raises(SolverSettingError, match=re.escape(wrong)):
+            registry.get("hinted", **settings)
+    else:
+        assert registry.get("hinted", **settings) == Hinted(**settings)  # type: ignore[arg-type]
+
+
+@dataclasses.dataclass(frozen=True)
+class Hinted:
+    """A solver of somebody else's."""
+
+    traits: ClassVar[Traits] = Traits("hinted", "has hints", domain="plane")
+    steps: int = 1
+    gain: float = 1.0
+    mode: Literal["slow", "fast"] = "fast"
+    limit: float | None = 1.0
