@@ -596,7 +596,7 @@ def certify(
     tolerance: Annotated[float, typer.Option("--tolerance", metavar="R", help="gap that is good enough")] = 0.001,
     max_cells: Annotated[
         int, typer.Option("--max-cells", metavar="N", help="cells of a grid at most, about 300 bytes each")
-    ] = 1_500_000,
+    ] = 2_500_000,
     out: OutOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
@@ -687,27 +687,19 @@ def conform(
     """
     import math
 
+    from cgla_graph._validate import non_negative_number
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.commands import conform as suite
 
     if as_list or show is not None or schema:
-        if show is not None:
-            console.out(suite.problem_text(show))
-        elif schema:
-            from cgla_graph.comparisons.conformance.documents import conformance_schema
-
-            _print_json(conformance_schema())
-        elif as_json:
-            console.out(json.dumps(suite.listing(), ensure_ascii=False, allow_nan=False, indent=1) + "\n")
-        else:
-            suite.print_listing()
+        _show_conformance(show, schema=schema, as_json=as_json)
         return
-    allowed = math.inf if tolerance is None else tolerance
-    command = planner or []
+    allowed = math.inf if tolerance is None else non_negative_number("--tolerance", tolerance)
+    command, asked = planner or [], suite.picked(instances)
     if out is not None:
         files.make_folder(out.parent)
-    results = suite.run_suite(command, instances, seconds=timeout, megabytes=memory, workers=workers)
-    found = suite.document(command, results, seconds=timeout, tolerance=allowed)
+    results = suite.run_suite(command, asked, seconds=timeout, megabytes=memory, workers=workers)
+    found = suite.document(command, asked, results, seconds=timeout, tolerance=allowed)
     if out is not None:
         files.write_text(out, json.dumps(found, ensure_ascii=False, allow_nan=False, indent=1) + "\n")
     if as_json:
@@ -716,8 +708,27 @@ def conform(
         suite.print_results(results, allowed)
         if out is not None:
             _say_files([out], out.parent)
+    if len(results) < len(asked):
+        msg = f"{len(results)} of {len(asked)} instances are done"
+        raise console.InterruptedRunError(msg)
     if not suite.passes(results, allowed):
         raise typer.Exit(MISSING)
+
+
+def _show_conformance(name: str | None, *, schema: bool, as_json: bool) -> None:
+    """Print the problem of an instance, or else the schemas, or else a list of all instances."""
+    from cgla_graph.comparisons.commands import conform as suite
+
+    if name is not None:
+        console.out(suite.problem_text(name))
+    elif schema:
+        from cgla_graph.comparisons.conformance.documents import conformance_schema
+
+        _print_json(conformance_schema())
+    elif as_json:
+        console.out(json.dumps(suite.listing(), ensure_ascii=False, allow_nan=False, indent=1) + "\n")
+    else:
+        suite.print_listing()
 
 
 @app.command()
@@ -853,27 +864,6 @@ def view(
     from cgla_graph.comparisons.report.view import serve
 
     serve(folder, port=port, open_browser=browser)
-
-
-@app.command()
-def live(
-    scenario: Annotated[
-        str, typer.Argument(metavar="[SCENARIO]", help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW")
-    ] = "paper",
-    port: Annotated[
-        int, typer.Option("--port", metavar="N", min=0, max=65535, help="to listen on (default: one that is free)")
-    ] = 0,
-    browser: Annotated[bool, typer.Option(help="open the page in the browser")] = True,
-) -> None:
-    """
-    Drag threats, ends and areas of a map; the path and its proof follow.
-
-    A page on this machine only, until Ctrl-C; its address has a token that every request needs. Other solvers are
-    shown side by side, and the map is saved as a scenario file.
-    """
-    from cgla_graph.comparisons.commands import live as page
-
-    page.run(scenario, port=port, browser=browser)
 
 
 @app.command()

@@ -6,6 +6,7 @@ import shutil
 import sys
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +61,8 @@ def checked(command: Sequence[str]) -> list[str]:
     if not command:
         msg = "there is no planner; write cgla conform -- COMMAND, as in cgla conform -- python3 planner.py"
         raise CglaError(msg)
-    found = shutil.which(command[0])
+    # and beside the Python that runs this, as a virtual environment need not be activated
+    found = shutil.which(command[0]) or shutil.which(command[0], path=str(Path(sys.executable).parent))
     if found is None:
         msg = f"{command[0]!r}: there is no such program; give one that is on the PATH, or its path"
         raise CglaError(msg)
@@ -68,10 +70,10 @@ def checked(command: Sequence[str]) -> list[str]:
 
 
 def run_suite(
-    command: Sequence[str], names: str | None, *, seconds: float, megabytes: float, workers: int
+    command: Sequence[str], asked: Sequence[Instance], *, seconds: float, megabytes: float, workers: int
 ) -> list[Result]:
     """
-    Put instances to a planner; the results are in the order of the suite.
+    Put instances to a planner; the results are in the order of the suite. After Ctrl-C they are those that are there.
 
     Raises
     ------
@@ -79,10 +81,9 @@ def run_suite(
         If a setting is wrong, or the command cannot be started.
     """
     limits = Limits(positive_number("--timeout", seconds), positive_number("--memory", megabytes))
-    asked = picked(names)
     command = checked(command)
     results = []
-    with console.progress(len(asked)) as step:
+    with console.progress(len(asked)) as step, suppress(KeyboardInterrupt):
         for result in conform(command, asked, limits, workers=workers):
             results.append(result)
             step(result.instance.name)
@@ -120,9 +121,13 @@ def print_results(results: Sequence[Result], tolerance: float) -> None:
         for one in results
     )
     console.out_table(table)
+    # many may say the same
+    said: dict[str, list[str]] = {}
     for one in results:
-        if one.message:
-            console.out(f"{one.instance.name}: {one.message}\n")
+        said.setdefault(one.message, []).append(one.instance.name)
+    for message, names in said.items():
+        if message:
+            console.out(f"{listed(names, 3)}: {message}\n")
     console.out(f"{summary(results, tolerance)}\n")
     for one in results:
         if one.verdict is Verdict.CONTRADICTION:
@@ -149,16 +154,18 @@ def summary(results: Sequence[Result], tolerance: float) -> str:
     return "; ".join(parts)
 
 
-def document(command: Sequence[str], results: Sequence[Result], *, seconds: float, tolerance: float) -> dict[str, Any]:
+def document(
+    command: Sequence[str], asked: Sequence[Instance], results: Sequence[Result], *, seconds: float, tolerance: float
+) -> dict[str, Any]:
     """Return all results as JSON."""
     return {
         "version": VERSION,
         "command": list(command),
         "timeout": seconds,
         "tolerance": json_number(tolerance),
-        "passed": passes(results, tolerance),
+        "passed": len(results) == len(asked) and passes(results, tolerance),
         "right": sum(one.verdict.is_right for one in results),
-        "asked": len(results),
+        "asked": len(asked),
         "cgla_graph": __version__,
         "machine": platform.platform(),
         "results": [_row(one) for one in results],

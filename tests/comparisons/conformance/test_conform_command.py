@@ -1,6 +1,7 @@
 """`cgla conform`: whatever a planner does is a row, nothing of it is left behind, and exit codes say how it went."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -141,7 +142,7 @@ def test_exit_codes_and_lists(call: Call, awkward: Path) -> None:
     silent = ("--", sys.executable, awkward, ".", "unread")
     missed = call("conform", "--instances", "open-straight,infeasible-wall", *silent)
     assert missed.code == 1
-    assert "open-straight: it found no path, but there is one" in missed.out
+    assert "open-straight: it found no path, but there is one\n" in missed.out
     assert "1 of 2 answers right; 1 missed" in missed.out
     assert call("conform", "--instances", "infeasible-wall", *silent).code == 0
     assert len(json.loads(call("conform", "--list", "--json").out)) == 40
@@ -172,3 +173,22 @@ def test_a_contradiction_is_loud(call: Call, monkeypatch: pytest.MonkeyPatch) ->
     assert answer.code == 1
     assert "IMPOSSIBLE" in answer.err
     assert "please report it" in answer.err
+
+
+def test_what_is_done_is_kept_when_it_is_interrupted(call: Call, tmp_path: Path) -> None:
+    """The first instance is answered; the second interrupts who asks."""
+    planner = tmp_path / "planner.py"
+    planner.write_text(
+        "import json, os, signal, sys, time\n"
+        "if json.load(sys.stdin)['name'] == 'infeasible-ring':\n"
+        f"    os.kill({os.getpid()}, signal.SIGINT)\n    time.sleep(60)\n"
+        "print('{\"path\": null}')\n",
+        encoding="utf-8",
+    )
+    answer = call(
+        "conform", "--instances", "infeasible-wall,infeasible-ring", "--out", "here.json", "--", sys.executable, planner
+    )
+    assert answer.code == 130
+    assert "1 of 2 instances are done" in answer.err
+    document = json.loads(Path("here.json").read_text(encoding="utf-8"))
+    assert (document["asked"], document["right"], document["passed"]) == (2, 1, False)
