@@ -4,6 +4,7 @@ import dataclasses
 import math
 import warnings
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -180,9 +181,7 @@ class LiveMap:
         """
         before = self.scenario.problem
         threats = [Threat(one.x, one.y, spread=one.spread, peak=one.peak) for one in draft.threats]
-        with warnings.catch_warnings():
-            # a threat may be small, and a field improper, for a moment, or for good: it is seen on the page
-            warnings.simplefilter("ignore")
+        with unwarned():
             field = RiskField(threats, rasters=before.field.rasters, improper=not before.field.is_proper)
             (x, y), (goal_x, goal_y) = draft.start, draft.goal
             problem = dataclasses.replace(
@@ -199,8 +198,7 @@ class LiveMap:
     def document(self) -> dict[str, Any]:
         """What the page draws that drafts do not change: bounds, areas that stay, rasters."""
         before = self.scenario.problem
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with unwarned():
             bare = RiskField((), rasters=before.field.rasters)
             kept = dataclasses.replace(before, field=RiskField(), no_fly=self.fixed)
             samples = risk_samples(
@@ -244,6 +242,14 @@ def _polygons_in(shape: BaseGeometry) -> Iterator[BaseGeometry]:
     elif hasattr(shape, "geoms"):
         for part in shape.geoms:
             yield from _polygons_in(part)
+
+
+@contextmanager
+def unwarned() -> Iterator[None]:
+    """Warn of nothing: that a threat is small, or a field improper, is seen on the page."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
 
 
 def sentence(error: BaseException) -> str:

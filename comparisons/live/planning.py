@@ -8,7 +8,7 @@ import numpy as np
 
 from cgla_graph.certificate.certificate import Certificate, Grid, load_kernels, lower_bound
 from cgla_graph.certificate.subsolution import FIRST_CELLS
-from cgla_graph.comparisons.live.draft import Draft, LiveMap, finite, flat, sentence
+from cgla_graph.comparisons.live.draft import Draft, LiveMap, finite, flat, sentence, unwarned
 from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.errors import CglaError
@@ -17,6 +17,7 @@ from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import listing, registry
 from cgla_graph.solvers.continuous.hybrid import Hybrid
+from cgla_graph.solvers.solving import solve
 from cgla_graph.solvers.warm_up import warm_up
 
 #: Solvers that may run in this process: our own, without loops that may hang, and fast on most maps.
@@ -95,7 +96,8 @@ class Planner:
         effort = FULL if full else QUICK[self._effort]
         try:
             scenario = self.live.drawn(draft)
-            answer = _planned(scenario, effort)
+            with unwarned():
+                answer = _planned(scenario, effort)
         except Exception as error:  # noqa: BLE001 - a page that is worked on survives any draft
             answer = nothing(sentence(error))
         seconds = time.perf_counter() - began
@@ -113,7 +115,8 @@ class Planner:
             scenario = self.live.drawn(draft)
         except Exception as error:  # noqa: BLE001 - the same
             return nothing(sentence(error))
-        solution = runner.run(runner.Ground.lay(scenario, None), entrant, None)
+        with unwarned():
+            solution = runner.run(runner.Ground.lay(scenario, None), entrant, None)
         if time.perf_counter() - began > SLOW:
             self.slow.add(entrant.label)
         return solved(scenario, solution)
@@ -131,11 +134,11 @@ def nothing(error: str) -> dict[str, Any]:
 
 def _planned(scenario: Scenario, effort: Effort) -> dict[str, Any]:
     problem = scenario.problem
-    found = effort.search.solve(problem)
+    found = solve(problem, effort.search)
     if not found.status.has_path:
         proof = _proof(problem, None, effort)
         none = math.isinf(proof.lower_bound)
-        return nothing("There is no path: the goal is closed off." if none else "No path was found.")
+        return nothing("There is no path: the goal is closed off." if none else f"No path was found: {found.message}.")
     proof = _proof(problem, found, effort)
     judged = problem.evaluate(found.path)
     return {

@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 
 from cgla_graph.comparisons.files import write_text
-from cgla_graph.comparisons.live.draft import Draft, LiveMap, polygons
+from cgla_graph.comparisons.live.draft import Draft, LiveMap, polygons, unwarned
 from cgla_graph.errors import OutputError, ScenarioError
 from cgla_graph.scenarios.map_tables import MapBuilder
 from cgla_graph.scenarios.scenario import scenario_from_toml
@@ -68,7 +68,8 @@ def save(live: LiveMap, draft: Draft, name: str, *, overwrite: bool) -> Path:
         raise OutputError(msg)
     text = draft_toml(live, draft)
     # what cannot be opened again is not written
-    scenario_from_toml(text, path.stem, folder=path.parent, where=path.name)
+    with unwarned():
+        scenario_from_toml(text, path.stem, folder=path.parent, where=path.name)
     return write_text(path, text)
 
 
