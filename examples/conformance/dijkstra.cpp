@@ -1,4 +1,4 @@
-// A planner for `cgla conform`, in one file of C++17 without libraries: Dijkstra on a lattice of 32 directions.
+// A planner for `cgla conform`, in one file of C++17 without libraries: Dijkstra on a lattice of 48 directions.
 //
 //     g++ -O2 -std=c++17 -o dijkstra dijkstra.cpp
 //     cgla conform -- ./dijkstra
