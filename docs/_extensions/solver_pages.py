@@ -95,8 +95,10 @@ def index(names: list[str]) -> str:
     for chapter in dict.fromkeys(CHAPTERS.values()):
         members = [name for name in names if chapter_of(name) == chapter]
         lines += [chapter, "-" * len(chapter), ""]
-        rows = [(f":doc:`{name}`", registry.traits(name).summary) for name in members]
-        lines += _table(("solver", "what it is"), rows)
+        for name in members:
+            lines += [f":doc:`{name}`: {registry.traits(name).summary}", ""]
+            lines += [f".. image:: {name}.png", f"   :alt: The path of {name} on three shipped maps"]
+            lines += ["   :width: 420", f"   :target: {name}.html", ""]
         lines += [".. toctree::", "   :hidden:", "", *(f"   {name}" for name in members), ""]
     return "\n".join(lines)
 

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 import typer.main
 from command_line import caller
-from pages import INDEX, PAGES, README, ROOT, Block, Page, agrees
+from pages import INDEX, PAGES, ROOT, Block, Page, agrees
 
 import cgla_graph as cg
 from cgla_graph import comparisons
