@@ -15,6 +15,7 @@ from typing import Any, Literal
 from filelock import FileLock, Timeout
 
 from cgla_graph.errors import OutputError
+from cgla_graph.model.path_file import csv_of, degrees_of
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.geojson import line_feature_collection
 from cgla_graph.scenarios.scenario import Scenario
@@ -147,18 +148,7 @@ def csv_text(rows: Iterable[Mapping[str, Any]], columns: Sequence[str]) -> str:
 
 def path_csv(scenario: Scenario, solution: Solution) -> str:
     """Write a path's waypoints as CSV: x and y in map units, and longitude and latitude where the map has them."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    if scenario.projection is None:
-        writer.writerow(["x", "y"])
-        writer.writerows(solution.path.tolist())
-    else:
-        writer.writerow(["x", "y", "longitude", "latitude"])
-        degrees = scenario.projection.inverse(solution.path)
-        writer.writerows(
-            [*place, *lonlat] for place, lonlat in zip(solution.path.tolist(), degrees.tolist(), strict=True)
-        )
-    return text.getvalue()
+    return csv_of(solution.path, scenario.projection)
 
 
 def path_geojson(scenario: Scenario, solution: Solution) -> str:
@@ -173,7 +163,7 @@ def path_geojson(scenario: Scenario, solution: Solution) -> str:
         "length": solution.length,
         "risk": solution.risk,
     }
-    document = line_feature_collection(scenario.projection.inverse(solution.path), properties)
+    document = line_feature_collection(degrees_of(solution.path, scenario.projection), properties)
     return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
 
 

@@ -1,15 +1,18 @@
 """What is to be planned: a problem in the plane, or on a graph, and the oracle that judges every answer."""
 
+import dataclasses
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._drawn import Drawn, pictures
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
 from cgla_graph._validate import bounds_box, non_negative_number, point, point_array
 from cgla_graph.errors import NodeNotFoundError, ProblemError
@@ -19,8 +22,12 @@ from cgla_graph.model.cost_model import CostModel, indexed_area
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.no_fly import NoFlyArea
+from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField, SmallSpreadWarning
 from cgla_graph.model.solution import Solution, Status
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: A solver's own cost may differ from the oracle's by this much, relative to it, before it counts as wrong.
 COST_TOLERANCE = 1e-6
@@ -60,7 +67,7 @@ class Evaluation:
 
 
 @dataclass(frozen=True)
-class Problem:
+class Problem(Drawn):
     """
     A path to plan in the plane: from start to goal, at least cost ``length + k * risk``.
 
@@ -80,6 +87,8 @@ class Problem:
         How far every path has to stay from the no-fly area, map units, at least 0. Solvers keep out of the area widened
         by that, its round corners by polygons (`model`), so that they stay up to 0.12 % farther away; the oracle
         measures the distance itself, and a proven bound holds for every path that keeps it.
+    projection
+        How longitude and latitude became map units, if they did: solutions have ``lonlat`` then. Nothing else uses it.
 
     Raises
     ------
@@ -102,6 +111,7 @@ class Problem:
     bounds: Bounds = (0.0, 0.0, 1.0, 1.0)
     no_fly: BaseGeometry | None = None
     clearance: float = 0.0
+    projection: LocalProjection | None = dataclasses.field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Check everything once, so that no solver has to."""
@@ -280,6 +290,8 @@ class Problem:
         solution
             A new one.
         """
+        solution = replace(solution, projection=self.projection)
+        solution = replace(solution, problem=self)
         if not solution.status.has_path:
             return replace(solution, cost=np.inf, length=np.inf, risk=np.inf)
         try:
@@ -295,6 +307,32 @@ class Problem:
         if found.violations:
             return replace(judged, status=Status.INFEASIBLE, message="; ".join(found.violations))
         return _honest(solution, judged)
+
+    def plot(self, *solutions: Solution, ax: "Axes | None" = None) -> "Axes":
+        """
+        Draw the map with its risk, its no-fly area, and the paths of solutions.
+
+        Parameters
+        ----------
+        *solutions
+            Any number of them, of any solvers; the legend says what each costs.
+        ax
+            Matplotlib axes to draw on; None makes a figure, as ``pyplot`` does, with a legend beside the map.
+
+        Returns
+        -------
+        axes
+            Those of the map. Coordinates are map units, or kilometres on a map in longitude and latitude.
+
+        Examples
+        --------
+        >>> from matplotlib.figure import Figure
+        >>> axes = Problem((0.1, 0.1), (0.9, 0.9)).plot(ax=Figure().add_subplot())
+        >>> axes.get_xlabel(), axes.get_ylabel()
+        ('x', 'y')
+        """
+        axes: Axes = pictures().plot_problem(self, solutions, ax=ax)
+        return axes
 
     def on_lattice(
         self, resolution: "int | tuple[int, int] | Lattice" = 20, *, extra: Iterable[Point] = ()
@@ -342,7 +380,7 @@ class Problem:
 
 
 @dataclass(frozen=True, eq=False)
-class GraphProblem:
+class GraphProblem(Drawn):
     """
     A path to plan on a graph: from source to target, at least total weight.
 
@@ -397,6 +435,7 @@ class GraphProblem:
         Risk is the integral of the cost model's field along the path, length needs positions; each is NaN where the
         graph does not know it.
         """
+        solution = replace(solution, problem=self)
         if not solution.status.has_path:
             return replace(solution, cost=np.inf, length=np.inf, risk=np.inf)
         nodes = tuple(solution.nodes)

@@ -1,13 +1,20 @@
 """What a solver answers: a status, a path and its numbers."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
+from pathlib import Path
 
 import numpy as np
 
+from cgla_graph._drawn import Drawn
 from cgla_graph._types import FloatArray
+from cgla_graph.errors import ProblemError
 from cgla_graph.model.adjacency import Node
+from cgla_graph.model.path_file import degrees_of, save_path
+from cgla_graph.model.projection import LocalProjection
 
 
 class Status(Enum):
@@ -25,7 +32,7 @@ class Status(Enum):
     NO_PATH = "no path exists on the graph"
     NOT_FOUND = "no path was found within the budget"
     STUCK = "the planner got stuck on its way to the goal"
-    INFEASIBLE = "the path crosses a no-fly area or leaves the bounds"
+    INFEASIBLE = "the path crosses a no-fly area, comes too near to one, or leaves the bounds"
     UNSUPPORTED = "the solver cannot take this problem"
     FAILED = "the solver failed, or its answer does not stand up to the oracle"
     TIMED_OUT = "the run was stopped at its time limit"
@@ -78,7 +85,7 @@ def _no_waypoints() -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(Drawn):
     """
     The answer of a solver; every number in it that says how good the path is comes from the oracle.
 
@@ -110,6 +117,10 @@ class Solution:
         Best cost over time, for anytime solvers.
     message
         What else there is to say, in one line.
+    problem
+        The `Problem` or `GraphProblem` that it answers, for pictures; None in a copy from another process or a file.
+    projection
+        How longitude and latitude became map units; None on a map in the plane.
     """
 
     status: Status
@@ -127,6 +138,68 @@ class Solution:
     evaluations: int = 0
     trace: tuple[TracePoint, ...] = ()
     message: str = ""
+    problem: Any = field(default=None, repr=False, kw_only=True)
+    projection: LocalProjection | None = field(default=None, repr=False)
+
+    @property
+    def lonlat(self) -> FloatArray:
+        """
+        Waypoints as longitude and latitude, degrees, shape ``(m, 2)``.
+
+        Raises
+        ------
+        ProblemError
+            If the map is in the plane: the path has x and y alone.
+
+        Examples
+        --------
+        >>> Solution(Status.FOUND, path=np.zeros((1, 2)), projection=LocalProjection(24.0, 60.0)).lonlat.tolist()
+        [[24.0, 60.0]]
+        """
+        if self.projection is None:
+            msg = "the map is in the plane, so that its paths have no longitudes and latitudes; take solution.path"
+            raise ProblemError(msg)
+        return degrees_of(self.path, self.projection)
+
+    def save(self, file: str | os.PathLike[str]) -> Path:
+        """
+        Write the path to a file: ``.csv``, ``.json`` (with its numbers), or ``.geojson`` on a map in lon/lat.
+
+        Where longitudes and latitudes are known, they are written, too.
+
+        Parameters
+        ----------
+        file
+            Where to; its ending says in which form.
+
+        Returns
+        -------
+        file
+            The path of the file.
+
+        Raises
+        ------
+        OutputError
+            If there is no path, the ending is another one, GeoJSON is asked for of a map in the plane, or the file
+            cannot be written.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = Solution(Status.FOUND, path=np.array([[0.0, 0.5], [1.0, 1.0]])).save(f"{folder}/path.csv")
+        ...     file.read_text().split()
+        ['x,y', '0.0,0.5', '1.0,1.0']
+        """
+        names = ("cost", "length", "risk", "clearance", "lower_bound", "gap")
+        numbers: dict[str, object] = {"solver": self.solver, "status": self.status.label}
+        return save_path(
+            file, self.path, self.projection, numbers | {name: float(getattr(self, name)) for name in names}
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the problem out of copies for other processes, which have it; its maps may be large."""
+        return {name: value for name, value in self.__dict__.items() if name != "problem"}
 
     @property
     def gap(self) -> float:

@@ -28,6 +28,8 @@ GEOMETRIES = (
     "GeometryCollection",
 )
 SHORTEST_RING = 4
+#: Properties that name an area, the first that is there; capitals do not matter.
+NAMES = ("name", "title", "designator", "ident", "label", "id")
 
 
 @dataclass(frozen=True)
@@ -57,8 +59,8 @@ def read_areas(path: str | os.PathLike[str]) -> list[Area]:
     Read the areas of a GeoJSON file: a FeatureCollection, a Feature, or a geometry alone.
 
     Every geometry must be a Polygon or a MultiPolygon; holes are kept, heights are dropped, and the
-    direction of a ring does not matter. An area is named by the property ``name``, else by the ``id`` of its
-    feature, else ``area <index>``. Features, polygons, rings and positions are counted from 0.
+    direction of a ring does not matter. An area is named by the property ``name`` (or one of `NAMES`), else by
+    the ``id`` of its feature, else ``area <index>``. Features, polygons, rings and positions are counted from 0.
 
     Parameters
     ----------
@@ -175,7 +177,8 @@ def _area(feature: object, index: int, file: str) -> Area:
     properties = feature.get("properties")
     if not isinstance(properties, dict | None):
         fail(f"{where} has properties {reprlib.repr(properties)}", "an object or null", "write {}")
-    for name in ((properties or {}).get("name"), feature.get("id")):
+    own = {str(key).lower(): value for key, value in (properties or {}).items()}
+    for name in (*(own.get(key) for key in NAMES), feature.get("id")):
         if isinstance(name, str | int) and str(name).strip():
             return Area(str(name), _geometry(feature.get("geometry"), f"{where} ({reprlib.repr(str(name))})"))
     return Area(f"area {index}", _geometry(feature.get("geometry"), where))

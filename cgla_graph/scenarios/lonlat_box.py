@@ -240,12 +240,24 @@ def _nearest_turn(box: Bounds, place: Point) -> float:
 def _swapped(place: Point, box: Bounds) -> str:
     """Ask for the longitude first where a point is not on the map, but would be the other way round; else empty."""
     other = place[1], place[0]
-    return f"longitude first? {other} is on the map" if contains(box, other) and not contains(box, place) else ""
+    if not _is_place(other) or contains(box, place):
+        return ""
+    if contains(box, other):
+        return f"longitude first? {other} is on the map"
+    # of a point far away, that it would be near the other way round says the same
+    if (not _is_place(place) or distance_to(box, place) > NEAR) and distance_to(box, other) <= NEAR:
+        return f"longitude first? {other} is {_kilometres(distance_to(box, other))} from the map"
+    return ""
+
+
+def _is_place(place: Point) -> bool:
+    """Whether a point is one of the Earth."""
+    return abs(place[0]) <= 180.0 and abs(place[1]) <= 90.0  # noqa: PLR2004 - degrees
 
 
 def _require_place(name: str, place: Point, remedy: str) -> None:
     """Raise a `ProblemError` unless a point is a place on the Earth."""
-    if not (abs(place[0]) <= 180.0 and abs(place[1]) <= 90.0):  # noqa: PLR2004 - degrees
+    if not _is_place(place):
         msg = (
             f"{name} {place} is no place on the Earth: longitude must be in [-180, 180] and latitude in [-90, 90]; "
             f"{remedy or 'give degrees, longitude first'}"

@@ -1,7 +1,7 @@
 """What all TOML files with a map share: their tables, how these become map units, and how a fault is told."""
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
@@ -19,7 +19,7 @@ from cgla_graph.model.raster_file import Kind, RasterCells, cells_in_metres, rea
 from cgla_graph.model.risk import Reading, Threat
 from cgla_graph.model.risk_raster import MOST_CELLS, Interpolation, Origin, RasterRisk
 from cgla_graph.scenarios.drawing import Stream, drawn_threats
-from cgla_graph.scenarios.geojson import read_areas
+from cgla_graph.scenarios.geojson import Area, read_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
 from cgla_graph.scenarios.table_faults import faults
 
@@ -172,6 +172,7 @@ class MapBuilder:
 
     table: MapTable
     folder: Path
+    _read: dict[str, list[Area]] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def is_plane(self) -> bool:
@@ -259,8 +260,38 @@ class MapBuilder:
             if self.is_plane:
                 msg = f'{key} {name!r} holds longitudes and latitudes; set coordinates = "lonlat"'
                 raise ValueError(msg)
-            areas += [area.polygon for area in read_areas(self.folder / name)]
+            areas += [area.polygon for area in self._areas_in(name)]
         return areas
+
+    def _areas_in(self, name: str) -> list[Area]:
+        """Read the areas of a GeoJSON file, once."""
+        if name not in self._read:
+            self._read[name] = read_areas(self.folder / name)
+        return self._read[name]
+
+    def require_outside(self, name: str, pair: Point, clearance: float) -> None:
+        """
+        Check that a start or goal is in no area, nor nearer to one than a clearance; what is told is what was written.
+
+        Raises
+        ------
+        ProblemError
+            If it is; the message names the area.
+        """
+        here = shapely.Point(self.point(list(pair)))
+        unit = "" if self.is_plane else " m"
+        # (the areas come first, as what is wrong with their files is told there)
+        for shape, area in zip(self.projected_no_fly, self.no_fly_names, strict=True):
+            if shapely.contains_properly(shape, here):
+                msg = f"{name} {tuple(pair)} is inside the no-fly area {area!r}; move it to its boundary or outside"
+                raise ProblemError(msg)
+            away = float(shapely.distance(shape, here))
+            if away < clearance:
+                msg = (
+                    f"{name} {tuple(pair)} is {away:.6g}{unit} from the no-fly area {area!r}, and the clearance is "
+                    f"{clearance:g}{unit}; move it, or lower the clearance"
+                )
+                raise ProblemError(msg)
 
     def areas(self, key: str, rings: list[list[list[float]]], files: list[str]) -> list[BaseGeometry]:
         """Return polygons as `shapes` does, in map units."""
@@ -275,9 +306,20 @@ class MapBuilder:
         """All no-fly areas in the file's own coordinates."""
         return self.shapes("no_fly.geojson", self.table.no_fly.polygons, self.table.no_fly.geojson)
 
+    @cached_property
+    def no_fly_names(self) -> list[str]:
+        """What each of them is called: its place in this file, or what its GeoJSON file calls it."""
+        written = [f"no_fly.polygons.{number}" for number in range(len(self.table.no_fly.polygons))]
+        return [*written, *(area.name for name in self.table.no_fly.geojson for area in self._areas_in(name))]
+
+    @cached_property
+    def projected_no_fly(self) -> list[BaseGeometry]:
+        """All no-fly areas in map units."""
+        return self._projected(self.no_fly_shapes)
+
     def no_fly(self) -> BaseGeometry | None:
         """Return all no-fly areas in map units."""
-        areas = self._projected(self.no_fly_shapes)
+        areas = self.projected_no_fly
         return shapely.GeometryCollection(areas) if areas else None
 
     @cached_property

@@ -1,7 +1,7 @@
 """Scenarios: problems in TOML files, some of them shipped with the toolkit."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +60,11 @@ class Scenario:
     projection: LocalProjection | None = None
     y_down: bool = False
     notes: str = ""
+
+    def __post_init__(self) -> None:
+        """Let the problem know where on the Earth it is."""
+        if self.projection is not None and self.problem.projection is None:
+            object.__setattr__(self, "problem", replace(self.problem, projection=self.projection))
 
     @property
     def full_title(self) -> str:
@@ -325,6 +330,8 @@ def scenario_of(
             table = table.model_copy(update={"threats": threats, "random_threats": None, **changes})
         builder = MapBuilder(table, folder)
         start, goal = (builder.end(name, list(place)) for name, place in table.ends())
+        for name_of_end, typed in table.ends():
+            builder.require_outside(name_of_end, typed, table.clearance)
         problem = Problem(
             start=start,
             goal=goal,
@@ -333,6 +340,7 @@ def scenario_of(
             bounds=builder.bounds,
             no_fly=builder.no_fly(),
             clearance=table.clearance,
+            projection=builder.projection,
         )
         lattice = builder.lattice()
     except (ValueError, CglaError) as error:

@@ -384,7 +384,9 @@ def plan(
     if limited:
         document["within"] = trade_off.within_document(within)
     if run.scenario.projection is not None and run.solution.status.has_path:
-        document["path_lonlat"] = run.scenario.projection.inverse(run.solution.path).tolist()
+        from cgla_graph.model.path_file import degrees_of
+
+        document["path_lonlat"] = degrees_of(run.solution.path, run.scenario.projection).tolist()
     if as_json:
         _print_json(document)
     else:

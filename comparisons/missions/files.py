@@ -17,6 +17,7 @@ from cgla_graph.errors import OutputError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, Separation, UavFlight
 from cgla_graph.mission.world import TimedArea, TimedThreat, World
+from cgla_graph.model.path_file import degrees_of
 from cgla_graph.scenarios.geojson import line_feature_collection
 
 #: The columns of traces; on lon/lat maps, longitude and latitude follow.
@@ -214,7 +215,7 @@ def flight_geojson(flown: MissionRun) -> str:
             "risk": uav.risk,
             "cost": uav.cost,
         }
-        collection: dict[str, Any] = line_feature_collection(flown.projection.inverse(uav.path), properties)
+        collection: dict[str, Any] = line_feature_collection(degrees_of(uav.path, flown.projection), properties)
         features += collection["features"]
     document = {"type": "FeatureCollection", "features": features}
     return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"

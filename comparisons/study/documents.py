@@ -267,6 +267,7 @@ def _scenario(document: Document) -> Scenario:
             bounds=given["bounds"],
             no_fly=None if given["no_fly"] is None else _geometry(_text(given["no_fly"])),
             clearance=given.get("clearance", 0.0),
+            projection=None if document["projection"] is None else LocalProjection(*document["projection"]),
         ),
         lattice=lattice_from(document["lattice"]),
         settings={solver: _settings(settings) for solver, settings in document["settings"].items()},

@@ -324,7 +324,7 @@ def _numbers(option: str, text: str | None, form: str) -> Any:  # noqa: ANN401 -
     except ValueError:
         numbers = ()
     if len(numbers) != count:
-        msg = f"{option} is {text!r}; give {count} numbers, {form}"
+        msg = f"{option} is {text!r}; give {'two' if count == len('XY') else 'four'} numbers, {form}"
         raise CglaError(msg)
     return numbers
 

@@ -1,5 +1,6 @@
 """What a user may name on the command line: names, TOML, GeoJSON, grid maps and their rows."""
 
+import json
 import math
 from collections import defaultdict
 from pathlib import Path
@@ -364,3 +365,26 @@ def test_published_lengths_from_file_to_solver(file: Path) -> None:
         answer = solve(scenario.problem, "eight-direction", **scenario.settings["eight-direction"])
         expected = pytest.approx(rows[index].optimal_length, rel=1e-4, abs=1e-6)
         assert (answer.status.has_path, answer.cost) == (True, expected)
+
+
+@pytest.mark.parametrize(
+    ("start", "clearance", "said"),
+    [
+        ((24.95, 60.15), None, r"start \(24.95, 60.15\) is inside the no-fly area 'harbour'"),
+        (
+            (24.79, 60.15),
+            3000.0,
+            r"start \(24.79, 60.15\) is 555.472 m from the no-fly area 'harbour', and the clearance",
+        ),
+        ((60.15, 24.7), None, r"longitude first\? \(24.7, 60.15\) is 4.7 km from the map"),
+    ],
+)
+def test_faults_of_ends_say_what_was_typed(
+    start: tuple[float, float], clearance: float | None, said: str, tmp_path: Path
+) -> None:
+    ring = [[24.80, 60.10], [25.10, 60.10], [25.10, 60.20], [24.80, 60.20], [24.80, 60.10]]
+    area = {"type": "Polygon", "coordinates": [ring]}
+    feature = {"type": "Feature", "properties": {"Title": "harbour"}, "geometry": area}
+    (tmp_path / "areas.geojson").write_text(json.dumps(feature))
+    with pytest.raises(ScenarioError, match=said):
+        list(open_scenarios(str(tmp_path / "areas.geojson"), start=start, goal=(25.2, 60.15), clearance=clearance))

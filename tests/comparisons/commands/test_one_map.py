@@ -38,7 +38,7 @@ def test_any_map_takes_another_weight() -> None:
         ({"k": None}, "give --k"),
         ({"k": -1.0}, "--k is -1"),
         ({"start": None}, "has no ends"),
-        ({"start": "1"}, "--start is '1'; give 2 numbers, X,Y"),
+        ({"start": "1"}, "--start is '1'; give two numbers, X,Y"),
         ({"raster": {"kind": "people", "nodata": 0.0}}, "kind is 'people'"),
         ({"raster": {"scale": 0.0}}, "scale"),
         ({}, "no data"),

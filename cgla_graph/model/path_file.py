@@ -1,0 +1,110 @@
+"""Planned paths in files: CSV, GeoJSON and JSON, each by the ending of its name."""
+
+import csv
+import io
+import json
+import math
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cgla_graph._types import FloatArray
+from cgla_graph.errors import OutputError
+from cgla_graph.model.projection import LocalProjection
+
+#: Digits of degrees that are written: a tenth of a millimetre.
+DIGITS = 9
+ENDINGS = (".csv", ".geojson", ".json")
+
+
+def degrees_of(path: FloatArray, projection: LocalProjection) -> FloatArray:
+    """
+    Return waypoints in longitude and latitude, rounded to a tenth of a millimetre.
+
+    Examples
+    --------
+    >>> degrees_of(np.zeros((1, 2)), LocalProjection(24.0, 60.0)).tolist()
+    [[24.0, 60.0]]
+    """
+    return np.round(projection.inverse(path), DIGITS)
+
+
+def csv_of(path: FloatArray, projection: LocalProjection | None) -> str:
+    """
+    Write waypoints as CSV: x and y in map units, and longitude and latitude where these are known.
+
+    Examples
+    --------
+    >>> csv_of(np.array([[0.0, 0.5]]), None).split()
+    ['x,y', '0.0,0.5']
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    if projection is None:
+        writer.writerow(["x", "y"])
+        writer.writerows(path.tolist())
+    else:
+        writer.writerow(["x", "y", "longitude", "latitude"])
+        degrees = degrees_of(path, projection).tolist()
+        writer.writerows([*place, *lonlat] for place, lonlat in zip(path.tolist(), degrees, strict=True))
+    return text.getvalue()
+
+
+def save_path(
+    file: str | os.PathLike[str], path: FloatArray, projection: LocalProjection | None, numbers: Mapping[str, Any]
+) -> Path:
+    """
+    Write a path and its numbers; nothing half-written keeps the name.
+
+    Parameters
+    ----------
+    file
+        Ends in one of `ENDINGS`; GeoJSON is for paths whose longitudes and latitudes are known.
+    path
+        Waypoints, shape ``(m, 2)``, map units.
+    projection
+        Where degrees are known.
+    numbers
+        What is written of the path beside its waypoints; numbers that are not finite become null.
+
+    Raises
+    ------
+    OutputError
+        If there is no path, the ending is another one, or the file cannot be written.
+    """
+    target = Path(file)
+    kind = target.suffix.lower()
+    if kind not in ENDINGS:
+        msg = f"{target}: no path is written so; give a file that ends in {', '.join(ENDINGS)}"
+        raise OutputError(msg)
+    if not len(path):
+        msg = f"{target}: there is no path to write: {numbers.get('status', 'none was found')}"
+        raise OutputError(msg)
+    if kind == ".geojson" and projection is None:
+        msg = f"{target}: the path has no longitudes and latitudes, only x and y; save it as .csv or .json"
+        raise OutputError(msg)
+    said = {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in numbers.items()
+    }
+    degrees = None if projection is None else degrees_of(path, projection).tolist()
+    if kind == ".csv":
+        text = csv_of(path, projection)
+    elif kind == ".json":
+        lonlat = {} if degrees is None else {"path_lonlat": degrees}
+        text = json.dumps({**said, "path": path.tolist(), **lonlat}, allow_nan=False, indent=1) + "\n"
+    else:
+        line = {"type": "LineString", "coordinates": degrees if len(path) > 1 else degrees * 2}  # type: ignore[operator]
+        feature = {"type": "Feature", "properties": said, "geometry": line}
+        text = json.dumps({"type": "FeatureCollection", "features": [feature]}, allow_nan=False, indent=1) + "\n"
+    part = target.with_name(f".{target.name}.part")
+    try:
+        part.write_text(text, encoding="utf-8", newline="\n")
+        part.replace(target)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        msg = f"{target}: cannot be written: {error.strerror or error}; choose another place"
+        raise OutputError(msg) from error
+    return target
