@@ -17,14 +17,16 @@ import math
 import time
 from dataclasses import dataclass, field, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
+from cgla_graph._drawn import Drawn
 from cgla_graph._types import WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
-from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, first_grid, next_grid
+from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, first_grid, halo, next_grid
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
@@ -35,8 +37,8 @@ from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS
 from cgla_graph.refine.refine import refine_path
 
-#: Cells of a grid, unless told otherwise: about 450 MB.
-MAX_CELLS = 1_500_000
+#: Cells of a grid, unless told otherwise: about 750 MB.
+MAX_CELLS = 2_500_000
 #: Cells along the longer side of the finest grid: on finer ones, differences of stored numbers have few digits left.
 MOST_ALONG = 2**17
 #: A bound is good enough for its grid when this part of the tolerance is left to gain.
@@ -75,7 +77,7 @@ class Grid:
 
 
 @dataclass(frozen=True, eq=False)
-class Certificate:
+class Certificate(Drawn):
     """
     A number that no path inside the bounds can beat, and what it took to prove it.
 
@@ -98,6 +100,8 @@ class Certificate:
         Time it took, without the compiling or loading of kernels.
     grids
         The grids, coarse to fine: how the bracket closed.
+    problem
+        The problem that it is of, for pictures; None in a copy from another process or a file.
     """
 
     lower_bound: float
@@ -108,6 +112,11 @@ class Certificate:
     message: str
     seconds: float
     grids: tuple[Grid, ...] = ()
+    problem: Problem | None = field(default=None, repr=False, kw_only=True)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the problem out of copies for other processes, which have it; its maps may be large."""
+        return {name: value for name, value in self.__dict__.items() if name != "problem"}
 
     @property
     def gap(self) -> float:
@@ -139,7 +148,7 @@ def lower_bound(
         lattice of 20 x 20 points and the corners of the area, refined; and should the bound stay too far below it,
         the steepest descent of the costs-to-go, refined.
     max_cells
-        Cells of a grid, at most: about 300 bytes each.
+        Cells of a grid, at most, those of its rim included: about 300 bytes each.
 
     Returns
     -------
@@ -168,12 +177,12 @@ def lower_bound(
         msg = f"max_cells is {max_cells!r}; give at least {FIRST_CELLS**2}, the cells of the first grid"
         raise ProblemError(msg)
     if not problem.field.is_proper:
-        return Certificate(math.nan, math.inf, tolerance, 0.0, 0, f"no bound: {NEGATIVE_WEIGHTS}", 0.0)
+        return Certificate(math.nan, math.inf, tolerance, 0.0, 0, f"no bound: {NEGATIVE_WEIGHTS}", 0.0, problem=problem)
     load_kernels()
     began = time.perf_counter()
     upper = _cost_of_given(problem, path) if path is not None else _cost_of_own(problem)
     found = _Search(problem, tolerance, max_cells, upper, is_own=path is None).run()
-    return replace(found, seconds=time.perf_counter() - began)
+    return replace(found, seconds=time.perf_counter() - began, problem=problem)
 
 
 @cache
@@ -300,7 +309,8 @@ class _Search:
 
     def _limit(self, last: tuple[int, int], runs: WholeArray) -> str:
         """Say why there is no finer grid, if there is none; else nothing."""
-        needed = int((runs[:, 2] - runs[:, 1]).sum())
+        widened = cell_runs.clipped(cell_runs.dilated(runs, halo(self.problem, last)), last)
+        needed = int((widened[:, 2] - widened[:, 1]).sum())
         if needed > self.max_cells:
             return f"the next grid would need {needed} cells, of {self.max_cells} allowed"
         return "a finer grid is too fine for the arithmetic" if max(last) > MOST_ALONG else ""

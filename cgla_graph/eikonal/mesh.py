@@ -16,7 +16,7 @@ from cgla_graph.model.no_fly import NoFlyArea
 SUB_CELLS = 16_384
 #: Sub-cells in all, unless that would leave fewer than so many along the side of a cell.
 MOST_SUB_CELLS, FEWEST_PARTS = 3_000_000, 4
-#: Further cells around those that matter, so that the rim of the mesh does no harm.
+#: Further cells around those that matter, unless told otherwise, so that the rim of the mesh does no harm.
 HALO = 8
 
 
@@ -67,7 +67,13 @@ class SplineMesh:
 
     @classmethod
     def build(
-        cls, bounds: Bounds, last: tuple[int, int], runs: WholeArray, area: NoFlyArea, ends: Sequence[Point]
+        cls,
+        bounds: Bounds,
+        last: tuple[int, int],
+        runs: WholeArray,
+        area: NoFlyArea,
+        ends: Sequence[Point],
+        halo: int = HALO,
     ) -> "SplineMesh":
         """
         Build the mesh of some cells.
@@ -84,10 +90,12 @@ class SplineMesh:
             No-fly area; cells inside it are left out.
         ends
             Points outside the area.
+        halo
+            Further cells around those that matter.
         """
         origin = bounds[:2]
         spacing = ((bounds[2] - bounds[0]) / last[0], (bounds[3] - bounds[1]) / last[1])
-        columns, rows = cell_runs.cells_of(cell_runs.clipped(cell_runs.dilated(runs, HALO), last))
+        columns, rows = cell_runs.cells_of(cell_runs.clipped(cell_runs.dilated(runs, halo), last))
         n_cells = len(columns)
         place, counts = np.full(n_cells, -1, dtype=np.int32), np.ones(n_cells, dtype=np.int32)
         parts, labels = 1, np.empty((0, 1, 1), dtype=np.int16)

@@ -35,6 +35,7 @@ from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.refine.refine import refine_path
+from cgla_graph.scenarios.random_map import random_scenario
 
 ROUNDING = 1e-9
 FEW_CELLS = 20_000
@@ -695,10 +696,20 @@ def test_what_makes_no_sense_is_refused(own_settings: dict[str, Any], message: s
         lower_bound(problem, **own_settings)
 
 
+def test_finer_grids_give_better_bounds_to_the_end() -> None:
+    """Waves from the rim of the tube once made the bound on 2048 cells worse than that on 1024."""
+    problem = random_scenario(1).problem
+    path = cg.solve(problem, "hybrid").path
+    found = lower_bound(problem, 1e-5, path=path, max_cells=300_000)
+    assert found.grids[-1].last == (2048, 2048)
+    gaps = [grid.upper_bound / grid.lower_bound - 1.0 for grid in found.grids]
+    assert all(finer < 0.5 * coarser for coarser, finer in itertools.pairwise(gaps))
+
+
 def test_a_closed_pocket_beside_an_end_does_no_harm() -> None:
     """No way leads into the pocket, whose cells are on the rim of the block around the end."""
     pocket = shapely.box(0.5, 0.5, 0.512, 0.512).difference(shapely.box(0.502, 0.502, 0.51, 0.51))
-    found = lower_bound(cg.Problem((0.49, 0.503), (0.52, 0.51), no_fly=pocket), 0.02, max_cells=FEW_CELLS)
+    found = lower_bound(cg.Problem((0.49, 0.503), (0.52, 0.51), no_fly=pocket), 0.02, max_cells=2 * FEW_CELLS)
     assert found.reached
 
 
