@@ -74,7 +74,8 @@ numpydoc_validation_exclude = {r"\.RiskField$"}
 nitpick_ignore_regex = [
     # names of others: there is nothing here to link them to
     ("py:.*", r"(collections|datetime|matplotlib|networkx|numpy|nx|os|pathlib|scipy|shapely)\..*"),
-    ("py:class", "ArrayLike"),
+    # what hints name as text, as it is imported by type checkers alone
+    ("py:class", r"[A-Z]\w+"),
     # a hint with a comma in quotation marks, taken apart by Sphinx
     ("py:class", r"tuple\[float"),
     # what is handed on from one function to the next has no page: hints show it as text
@@ -87,6 +88,8 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sphinx = False
 html_copy_source = False
+# excerpts would have to be fetched, which browsers refuse to pages of files
+html_show_search_summary = False
 html_theme_options = {
     "light_css_variables": {"color-brand-primary": "#1f5f8b", "color-brand-content": "#1f5f8b"},
     "dark_css_variables": {"color-brand-primary": "#7fb8de", "color-brand-content": "#7fb8de"},
