@@ -23,7 +23,7 @@ for uav, colour in zip(flight.uavs.values(), (BLUE, ORANGE), strict=True):
     draw_map(left, cg.Problem(uav.uav.start, uav.uav.goal, world.field_at(10), 20, world.bounds))
     left.plot(*uav.path.T, color=colour, zorder=4, label=f"{uav.name}: {len(uav.replans)} plans")
     left.plot(*uav.trace[::5].T, ".", color=colour, zorder=4)
-left.legend(frameon=False, fontsize=8, loc="lower left")
+left.legend(frameon=False, fontsize=8, loc="upper left")
 both = list(flight.uavs.values())
 moments = np.linspace(0.0, min(uav.times[-1] for uav in both), 500)
 tracks = [np.column_stack([np.interp(moments, uav.times, uav.path[:, axis]) for axis in (0, 1)]) for uav in both]
