@@ -47,13 +47,18 @@ class Effort(NamedTuple):
 
 #: While something is dragged, the greatest effort first: each next one is for maps on which that before takes too long.
 QUICK = (
-    Effort(Hybrid(points=225, candidates=6, tolerance=None), 0.005, 40_000),
-    Effort(Hybrid(points=225, candidates=3, tolerance=None), 0.02, FIRST_CELLS**2),
+    Effort(Hybrid(points=225, candidates=3, tolerance=None), 0.006, 40_000),
+    Effort(Hybrid(points=225, candidates=2, tolerance=None), 0.02, FIRST_CELLS**2),
 )
-#: When nothing moves.
-FULL = Effort(Hybrid(tolerance=None), 0.001, 250_000)
-#: A quick answer that took longer than the first, in seconds, is sought with less effort; below the second, with more.
-TOO_LONG, SHORT = 0.25, 0.08
+#: The same when nothing moves.
+FULL = (
+    Effort(Hybrid(tolerance=None), 0.001, 250_000),
+    Effort(Hybrid(tolerance=None), 0.005, 100_000),
+    Effort(Hybrid(points=400, candidates=4, tolerance=None), 0.01, 40_000),
+)
+#: Seconds, while something moves and when nothing does: an answer that took longer than the first is sought with less
+#: effort the next time, one that took less than the second with more.
+PACE = {False: (0.25, 0.08), True: (1.5, 0.3)}
 
 
 class Planner:
@@ -77,14 +82,14 @@ class Planner:
         """Plan nothing yet."""
         self.live = live
         self.slow: set[str] = set()
-        self._effort = 0
+        self._efforts = {False: 0, True: 0}
 
     def warm_up(self) -> None:
         """Load kernels and plan once, so that the first drag waits for nothing of that."""
         load_kernels()
         warm_up(Hybrid(tolerance=None))
         self.path(self.live.first, full=False)
-        self._effort = 0
+        self._efforts[False] = 0
 
     def path(self, draft: Draft, *, full: bool) -> dict[str, Any]:
         """
@@ -93,7 +98,8 @@ class Planner:
         Where there is none, its ``error`` says why in one sentence.
         """
         began = time.perf_counter()
-        effort = FULL if full else QUICK[self._effort]
+        ladder, (long, short) = FULL if full else QUICK, PACE[full]
+        effort = ladder[self._efforts[full]]
         try:
             scenario = self.live.drawn(draft)
             with unwarned():
@@ -101,11 +107,10 @@ class Planner:
         except Exception as error:  # noqa: BLE001 - a page that is worked on survives any draft
             answer = nothing(sentence(error))
         seconds = time.perf_counter() - began
-        if not full:
-            if seconds > TOO_LONG:
-                self._effort = min(self._effort + 1, len(QUICK) - 1)
-            elif seconds < SHORT:
-                self._effort = max(self._effort - 1, 0)
+        if seconds > long:
+            self._efforts[full] = min(self._efforts[full] + 1, len(ladder) - 1)
+        elif seconds < short:
+            self._efforts[full] = max(self._efforts[full] - 1, 0)
         return {**answer, "seconds": seconds, "full": full}
 
     def solver(self, draft: Draft, entrant: Entrant) -> dict[str, Any]:

@@ -34,7 +34,8 @@
   const [xMin, yMin, xMax, yMax] = given.map.bounds, yDown = given.map.y_down, side = Math.max(xMax - xMin, yMax - yMin);
   const digits = Math.max(0, 5 - Math.ceil(Math.log10(side))), rounded = value => Number(value.toFixed(digits));
   const within = (value, low, high) => Math.min(Math.max(value, low), high);
-  const reach = 0.03 * side;
+  // how far beyond the bounds things may be dragged, and are seen
+  const reach = 0.05 * side;
 
   const state = {
     draft: given.draft, number: 0, chosen: null, answer: null, answered: -1,
@@ -58,7 +59,10 @@
   }
   function moveTo(handle, x, y) {
     const { kind, i, j } = handle, { threats, areas } = state.draft;
-    [x, y] = [rounded(within(x, xMin - reach, xMax + reach)), rounded(within(y, yMin - reach, yMax + reach))];
+    const [u0, v0] = placeOf(handle);
+    // what a file has put further out may come back in steps
+    x = rounded(within(x, Math.min(xMin - reach, u0), Math.max(xMax + reach, u0)));
+    y = rounded(within(y, Math.min(yMin - reach, v0), Math.max(yMax + reach, v0)));
     if (kind === 'start' || kind === 'goal') state.draft[kind] = [x, y];
     else if (kind === 'threat') Object.assign(threats[i], { x, y });
     else if (kind === 'spread') setSpread(i, Math.abs(x - threats[i].x));
@@ -179,13 +183,19 @@
   const path = (points, closed) => points.length ? `M${points.map(([x, y]) => `${across(x).toFixed(1)},${down(y).toFixed(1)}`).join('L')}${closed ? 'Z' : ''}` : '';
   const pairs = flat => flat.reduce((list, value, i) => (i % 2 ? list.at(-1).push(value) : list.push([value]), list), []);
   const layers = Object.fromEntries(['below', 'areas', 'tube', 'rings', 'paths', 'handles', 'ends'].map(name => [name, svg('g')]));
-  map.append(...Object.values(layers));
+  // areas may go on far beyond the map
+  const clip = svg('rect');
+  map.append(svg('defs', {}, svg('clipPath', { id: 'seen' }, clip)), ...Object.values(layers));
+  for (const name of ['below', 'areas', 'rings']) layers[name].setAttribute('clip-path', 'url(#seen)');
   function fit() {
-    const room = stage.parentElement.clientWidth - 16, tall = Math.max(260, innerHeight * (innerWidth < 900 ? 0.6 : 0.72));
-    scale = Math.min(room / (xMax - xMin), tall / (yMax - yMin));
+    const room = stage.parentElement.clientWidth, tall = Math.max(280, innerHeight * (innerWidth < 900 ? 0.62 : 0.73));
+    scale = Math.min(room / (xMax - xMin + 2 * reach), tall / (yMax - yMin + 2 * reach));
+    const margin = reach * scale;
     [width, height] = [(xMax - xMin) * scale, (yMax - yMin) * scale];
     stage.style.width = `${width}px`;
     stage.style.height = `${height}px`;
+    stage.style.marginBlock = `${margin}px`;
+    for (const [name, value] of Object.entries({ x: -margin, y: -margin, width: width + 2 * margin, height: height + 2 * margin })) clip.setAttribute(name, value);
     map.setAttribute('viewBox', `0 0 ${width} ${height}`);
     layers.below.replaceChildren(svg('path', { class: 'fixed', d: given.map.no_fly.map(flat => path(pointsOf(flat, given.map.bounds), true)).join('') }));
     paint();
@@ -293,7 +303,8 @@
       if (!exists(handle)) return;
       const [x, y] = placeOf(handle);
       if (handle.kind === 'area') handle.node.setAttribute('d', path(state.draft.areas[handle.i], true));
-      else handle.node.setAttribute('transform', `translate(${across(x).toFixed(1)} ${down(y).toFixed(1)})`);
+      // what is beyond what is seen has its handle at the rim
+      else handle.node.setAttribute('transform', `translate(${across(within(x, xMin - reach, xMax + reach)).toFixed(1)} ${down(within(y, yMin - reach, yMax + reach)).toFixed(1)})`);
       handle.node.setAttribute('aria-label', words(handle));
       // on the side of the map that is nearer: the path goes the other way
       handle.node.querySelector('.end-label')?.setAttribute('y', down(y) > height / 2 ? 25 : -15);
@@ -319,17 +330,18 @@
     $('#answer').classList.toggle('old', state.answered < state.number - 3);
     const gap = gapOf(answer?.cost);
     const write = (id, text) => { $(id).textContent = text; };
-    write('#cost', figure(answer?.cost, 5));
-    write('#bound', figure(answer?.bound, 5));
-    // rounded up: it is a promise
+    write('#cost', amount(answer?.cost));
+    // rounded down, as the gap is rounded up: both are promises
+    write('#bound', amount(answer?.bound, Math.floor));
     write('#gap', gap === null ? '–' : `${(Math.ceil(Math.max(gap, 0) * 1e4 - 1e-6) / 100).toFixed(2)} %`);
-    write('#length', figure(answer?.length, 4));
+    write('#length', amount(answer?.length));
     write('#total-risk', figure(answer?.risk, 3));
     write('#took', isNumber(answer?.seconds) ? seconds(answer.seconds) : '–');
     const tube = answer?.tube || [];
     let d = '';
     for (let i = 0; i < tube.length; i += 4) {
-      const [x, y, w, h] = [across(tube[i]), down(tube[i + 1]), tube[i + 2] * scale, tube[i + 3] * scale];
+      // a little higher than they are, so that no line is seen between two
+      const [x, y, w, h] = [across(tube[i]), down(tube[i + 1]) + (yDown ? -0.3 : 0.3), tube[i + 2] * scale, tube[i + 3] * scale + 0.6];
       d += `M${x.toFixed(1)},${(yDown ? y : y - h).toFixed(1)}h${w.toFixed(1)}v${h.toFixed(1)}h${(-w).toFixed(1)}z`;
     }
     layers.tube.replaceChildren(...(d ? [svg('path', { class: 'tube', d })] : []));
@@ -339,6 +351,12 @@
       return [svg('path', { class: 'halo', d: line, 'stroke-width': wide + 2.5 }), svg('path', { class: `path${old}`, d: line, 'stroke-width': wide, ...look(one.colour) })];
     }));
     table();
+  }
+  /** A cost or length: five digits, or whole units where that is more. */
+  function amount(value, round = Math.round) {
+    if (!isNumber(value) || value === 0) return isNumber(value) ? '0' : '–';
+    const places = Math.min(Math.max(4 - Math.floor(Math.log10(Math.abs(value))), 0), 12), unit = given.unit && ` ${given.unit}`;
+    return (round(value * 10 ** places) / 10 ** places).toLocaleString('en', { minimumFractionDigits: places, useGrouping: true }) + unit;
   }
   function swatch(place) {
     return svg('svg', { class: 'swatch', viewBox: '0 0 34 10', 'aria-hidden': 'true' }, svg('line', { x1: 1, x2: 33, y1: 5, y2: 5, 'stroke-width': 4, ...look(place) }));
@@ -354,7 +372,7 @@
       const head = el('th', { scope: 'row' }, swatch(colour), name), gap = gapOf(answer?.cost);
       const cells = !answer ? [el('td', { colSpan: 3 }, 'waiting …')]
         : answer.error ? [el('td', { colSpan: 3, className: 'why' }, main ? 'no path' : answer.error)]
-          : [el('td', {}, figure(answer.cost, 5)), el('td', {}, gap === null ? '–' : percent(Math.max(gap, 0))), el('td', {}, isNumber(answer.seconds) ? seconds(answer.seconds) : '–')];
+          : [el('td', {}, amount(answer.cost)), el('td', {}, gap === null ? '–' : percent(Math.max(gap, 0))), el('td', {}, isNumber(answer.seconds) ? seconds(answer.seconds) : '–')];
       const away = el('td');
       if (!main) {
         const button = el('button', { type: 'button', 'aria-label': `Remove ${name}` }, '×');
@@ -453,6 +471,8 @@
     found.node.focus({ preventScroll: true });
     event.preventDefault();
   });
+  // a finger that holds something does not scroll the page
+  map.addEventListener('touchstart', event => { if (handleOf(event.target)) event.preventDefault(); }, { passive: false });
   map.addEventListener('pointermove', event => {
     if (!state.drag || event.pointerId !== state.drag.id) return;
     const { handle, dx, dy } = state.drag, [x, y] = pointed(event);
@@ -550,7 +570,7 @@
   $('#title').textContent = given.title;
   $('#file').value = given.file.split(/[\\/]/).at(-1);
   // what tests and benchmarks look at
-  const live = { latencies: [], state, get idle() { return !asking && state.answered === state.number && !state.drag; } };
+  const live = { latencies: [], state, get idle() { return !asking && !waiting && state.answered === state.number && !state.drag; } };
   window.live = live;
   new ResizeObserver(fit).observe(stage.parentElement);
   addEventListener('resize', fit);

@@ -1,0 +1,128 @@
+"""The page of `cgla live` in Chromium without a window, driven by selenium; importing it skips where there is none."""
+
+import importlib
+import os
+import shutil
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+from cgla_graph.comparisons.live.desk import Desk
+from cgla_graph.comparisons.live.draft import LiveMap
+from cgla_graph.comparisons.live.planning import Planner
+from cgla_graph.comparisons.live.server import LiveServer
+
+#: Whether these tests must not skip: on CI.
+NEEDED = bool(os.environ.get("CGLA_NEEDS_BROWSER"))
+if NEEDED:
+    webdriver = importlib.import_module("selenium.webdriver")
+else:
+    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
+from selenium.webdriver.common.by import By  # noqa: E402
+from selenium.webdriver.remote.webdriver import WebDriver  # noqa: E402
+from selenium.webdriver.remote.webelement import WebElement  # noqa: E402
+from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+DRIVER = shutil.which("chromedriver")
+#: Of every test that needs a browser.
+NEEDS_BROWSER = pytest.mark.skipif(
+    not NEEDED and (CHROMIUM is None or DRIVER is None),
+    reason="no Chromium with its driver is installed (chromium, chromedriver)",
+)
+SWITCHES = (
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+)
+#: Whether the last state is answered, in full.
+SETTLED = """
+    const {state} = live;
+    return live.idle && state.answer && (state.answer.error || state.answer.full);
+"""
+#: Whether the last state is answered.
+ANSWERED = "return live.idle"
+
+
+@contextmanager
+def browser() -> Iterator[WebDriver]:
+    """Start a browser that logs what its pages say and ask for."""
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        options = webdriver.ChromeOptions()
+        options.binary_location = str(CHROMIUM)
+        for switch in (*SWITCHES, f"--user-data-dir={profile}"):
+            options.add_argument(switch)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+        driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(str(DRIVER)))
+        try:
+            yield driver
+        finally:
+            driver.quit()
+
+
+@contextmanager
+def served(spec: str) -> Iterator[LiveServer]:
+    live = LiveMap.open(spec)
+    planner = Planner(live)
+    planner.warm_up()
+    with LiveServer(live, desk=Desk(planner)) as server:
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05})
+        thread.start()
+        try:
+            yield server
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+def opened(driver: WebDriver, address: str, *, width: int = 1280, phone: bool = False) -> WebDriver:
+    metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": phone}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": phone})
+    for log in ("browser", "performance"):
+        driver.get_log(log)
+    driver.get(address)
+    until(driver, "return Boolean(window.live)")
+    until(driver, SETTLED)
+    return driver
+
+
+def until(driver: WebDriver, script: str | Callable[[], object]) -> None:
+    WebDriverWait(driver, 60, poll_frequency=0.05).until(
+        lambda _: driver.execute_script(script) if isinstance(script, str) else script()
+    )
+
+
+def one(driver: WebDriver, selector: str) -> WebElement:
+    return driver.find_element(By.CSS_SELECTOR, selector)
+
+
+def number(driver: WebDriver, selector: str) -> float:
+    return float(one(driver, selector).text.removesuffix(" %").replace(",", ""))
+
+
+def drag(driver: WebDriver, node: WebElement, dx: float, dy: float) -> None:
+    """Drag by pixels, in steps as a hand does."""
+    chain = ActionChains(driver, duration=10).click_and_hold(node)
+    for _ in range(4):
+        chain.move_by_offset(round(dx / 4), round(dy / 4))
+    chain.release().perform()
+
+
+def draft(driver: WebDriver) -> dict[str, Any]:
+    found: dict[str, Any] = driver.execute_script("return live.state.draft")
+    return found
+
+
+def faults(driver: WebDriver) -> list[str]:
+    return [entry["message"] for entry in driver.get_log("browser")]
