@@ -16,7 +16,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, Pair, read_table
-from cgla_graph.scenarios.shipped import SCENARIOS, shipped_scenario
+from cgla_graph.scenarios.shipped import SCENARIOS, is_mission_text, shipped_scenario
 from cgla_graph.scenarios.text_files import read_text
 
 #: What prints the schema of scenario files.
@@ -291,6 +291,9 @@ def open_table(name: str | Path) -> ScenarioTable:
     path = Path(name)
     is_file = path.suffix.lower() == ".toml"
     text = read_text(path, str(path), "a TOML file") if is_file else shipped_text(str(name))
+    if is_file and is_mission_text(text):
+        msg = f"{path} is a mission, not a scenario, as it has UAVs; cgla fly {path} flies it"
+        raise ScenarioError(msg)
     return read_table(text, ScenarioTable, place=str(path), command=SCHEMA)
 
 

@@ -118,6 +118,22 @@ def mission_list() -> list[dict[str, Any]]:
     ]
 
 
+def is_mission_text(text: str) -> bool:
+    """
+    Tell whether a TOML text is a mission's: it says who flies.
+
+    Examples
+    --------
+    >>> is_mission_text("uavs = []"), is_mission_text("k = 3")
+    (True, False)
+    """
+    try:
+        found = tomllib.loads(text)
+    except (ValueError, RecursionError):
+        return False
+    return not {"uavs", "random_uavs"}.isdisjoint(found)
+
+
 def shipped_scenario(name: str) -> str:
     """
     Return the file of a shipped scenario.
@@ -132,8 +148,10 @@ def shipped_scenario(name: str) -> str:
     >>> "k = 10.0" in shipped_scenario("paper")
     True
     """
-    hint = f"it is a mission: cgla fly {name}." if name in MISSIONS.names() else ""
-    return SCENARIOS.text(name, hint)
+    if name in MISSIONS.names():
+        msg = f"{name} is a mission, not a scenario; cgla fly {name} flies it"
+        raise ScenarioError(msg)
+    return SCENARIOS.text(name)
 
 
 def shipped_mission(name: str) -> str:

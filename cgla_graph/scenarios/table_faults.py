@@ -62,6 +62,8 @@ def faults(error: ValidationError, kind: type[BaseModel], command: str) -> str:
     """
     every = error.errors()
     typos: list[str] = []
+    #: keys that are like no other, by those that there are
+    strange: dict[str, list[str]] = {}
     meant: set[tuple[int | str, ...]] = set()
     for fault in every:
         if fault["type"] == "extra_forbidden":
@@ -69,8 +71,13 @@ def faults(error: ValidationError, kind: type[BaseModel], command: str) -> str:
             keys = list(_table_at(kind, above).model_fields)
             near = difflib.get_close_matches(str(key), keys, n=1)
             meant |= {(*above, name) for name in near}
-            hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(keys)}."
-            typos.append(f"{_place(fault['loc'])}: unknown key; {hint}")
+            if near:
+                typos.append(f"{_place(fault['loc'])}: unknown key; did you mean {near[0]}?")
+            else:
+                strange.setdefault(", ".join(keys), []).append(_place(fault["loc"]))
+    for keys_there, places in strange.items():
+        many = "s" * (len(places) > 1)
+        typos.append(f"{', '.join(places[:MOST])}: unknown key{many}; known keys: {keys_there}.")
     # of a union, each member has a fault of its own
     joined: dict[str, list[Any]] = {}
     for fault in every:

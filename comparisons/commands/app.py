@@ -27,6 +27,7 @@ from cgla_graph.comparisons.commands.parameters import (
     DensityOption,
     DirectedOption,
     FatalityOption,
+    FormatsOption,
     FromOption,
     GoalOption,
     GraphArg,
@@ -274,6 +275,7 @@ def plan(
     max_density: DensityOption = None,
     corridor: CorridorOption = None,
     out: OutOption = None,
+    formats: FormatsOption = None,
     profile: ProfileOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
@@ -314,6 +316,7 @@ def plan(
             "--max-density": max_density,
             "--corridor": corridor,
             "--profile": profile,
+            "--formats": formats,
             "--start": start,
             "--goal": goal,
             "--bounds": bounds,
@@ -361,6 +364,7 @@ def plan(
     )
     opened = one_map.below(opened, max_density, corridor)
     folder = files.make_folder(out) if out else None
+    kinds = output.read_formats(formats, ["png"])
     _check_profile(profile)
     limited = max_risk is not None or max_length is not None
     with console.running_solvers():
@@ -375,7 +379,7 @@ def plan(
             from cgla_graph.comparisons.commands import density
 
             run = density.with_proof(run)
-    written = output.write_plan(folder, run) if folder and run.solution.status.has_path else []
+    written = output.write_plan(folder, run, kinds) if folder and run.solution.status.has_path else []
     profiled = _write_profile(profile, run)
     document = {
         **output.plan_document(run),
@@ -512,6 +516,7 @@ def pareto(
     ] = "hybrid",
     corridor: CorridorOption = None,
     out: OutOption = None,
+    formats: FormatsOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
     bounds: BoundsOption = None,
@@ -530,12 +535,12 @@ def pareto(
     """
     Show what less risk costs in length, and which k asks for it.
 
-    Prints the paths that are the cheapest under some k, and the k for which each is; with --out, writes them
-    (pareto.csv) and a picture (pareto.png). With --solver cgla they are all that the lattice has. With --corridor W,
-    shows what each limit of the density under a corridor costs instead (density.csv).
+    Prints the paths that are the cheapest under some k, and the k for which each is; with --out, writes a table of
+    them, their waypoints and a picture (NAME-SOLVER-pareto….*). With --solver cgla they are all that the lattice has.
+    With --corridor W, shows what each limit of the density under a corridor costs instead (NAME-SOLVER-density.csv).
     """
     from cgla_graph.comparisons import files
-    from cgla_graph.comparisons.commands import one_map
+    from cgla_graph.comparisons.commands import one_map, output
     from cgla_graph.comparisons.commands import pareto as trade_off
     from cgla_graph.comparisons.study import options
 
@@ -552,13 +557,14 @@ def pareto(
         no_fly=no_fly,
         raster=_raster(kind, scale, nodata, interpolation, origin, coordinates),
     )
+    kinds = output.read_formats(formats, ["png"])
     folder = files.make_folder(out) if out else None
     if corridor is not None:
         _density_front(opened, entrant, corridor, folder, as_json=as_json)
         return
     with console.running_solvers():
         front = trade_off.front_of(opened, entrant)
-    written = trade_off.write_front(folder, opened, front) if folder and front.points else []
+    written = trade_off.write_front(folder, opened, entrant, front, kinds) if folder and front.points else []
     if as_json:
         document = trade_off.front_document(opened, entrant, front)
         _print_json({**document, "files": [str(path) for path in written]})
@@ -577,7 +583,7 @@ def _density_front(
 
     with console.running_solvers():
         front = density.front_of(opened, entrant, corridor)
-    written = density.write_front(folder, front) if folder else []
+    written = density.write_front(folder, opened, entrant, front) if folder else []
     if as_json:
         document = density.front_document(opened, entrant, corridor, front)
         _print_json({**document, "files": [str(path) for path in written]})
@@ -600,6 +606,7 @@ def certify(
         int, typer.Option("--max-cells", metavar="N", help="cells of a grid at most, about 300 bytes each")
     ] = 2_500_000,
     out: OutOption = None,
+    formats: FormatsOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
     bounds: BoundsOption = None,
@@ -619,11 +626,11 @@ def certify(
     Prove how far a path is from the best possible.
 
     Prints a bracket around the least cost that any path can have, grid by grid as it closes; with --out, writes it
-    (certificate.csv) and a picture (certificate.png, .svg). Any planner's path can be held against it with --path.
+    and a picture (NAME-SOLVER-certificate.*). Any planner's path can be held against it with --path.
     """
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.commands import certify as proofs
-    from cgla_graph.comparisons.commands import one_map
+    from cgla_graph.comparisons.commands import one_map, output
 
     opened = one_map.open_map(
         "certify",
@@ -637,10 +644,11 @@ def certify(
         no_fly=no_fly,
         raster=_raster(kind, scale, nodata, interpolation, origin, coordinates),
     )
+    kinds = output.read_formats(formats, ["png", "svg"])
     folder = files.make_folder(out) if out else None
     with console.running_solvers():
         run = proofs.certify(opened, path, tolerance=tolerance, max_cells=max_cells)
-    written = proofs.write_certificate(folder, run) if folder else []
+    written = proofs.write_certificate(folder, run, kinds) if folder else []
     if as_json:
         _print_json({**proofs.certificate_document(run), "files": [str(file) for file in written]})
     else:

@@ -4,6 +4,7 @@ import csv
 import dataclasses
 import io
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -208,9 +209,9 @@ def certificate_document(run: Run) -> dict[str, Any]:
     return {**output.plan_document(run), "grids": grid_rows(proof_of(run))}
 
 
-def write_certificate(folder: Path, run: Run) -> list[Path]:
+def write_certificate(folder: Path, run: Run, formats: Sequence[str] = ("png", "svg")) -> list[Path]:
     """
-    Write `certificate.csv`, a row a grid, and the picture, `certificate.png` and `certificate.svg`.
+    Write ``NAME-SOLVER-certificate.csv``, a row a grid, and the picture.
 
     Raises
     ------
@@ -220,6 +221,7 @@ def write_certificate(folder: Path, run: Run) -> list[Path]:
     from cgla_graph.comparisons.plots import pictures  # noqa: PLC0415 - matplotlib only where something is drawn
     from cgla_graph.comparisons.plots.certificate import certificate_figure  # noqa: PLC0415 - the same
 
-    written = [files.write_text(folder / "certificate.csv", files.csv_text(grid_rows(proof_of(run)), COLUMNS))]
-    drawn = certificate_figure(run)
-    return [*written, *(pictures.save(drawn, folder / f"certificate.{kind}") for kind in ("png", "svg"))]
+    stem = output.stem_of(folder, run.scenario, run.solver.removesuffix(".csv"), "certificate")
+    table = files.csv_text(grid_rows(proof_of(run)), COLUMNS)
+    written = [files.write_text(stem.with_name(f"{stem.name}.csv"), table)]
+    return [*written, *pictures.save_all(certificate_figure(run), stem, formats)]

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph.comparisons import files
+from cgla_graph.comparisons.commands import output
 from cgla_graph.comparisons.numbers import figure, json_number, percent
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
@@ -75,13 +76,14 @@ def front_document(
     return {"scenario": scenario.name, "solver": entrant.label, "corridor": corridor, "points": points}
 
 
-def write_front(folder: Path, front: Sequence[DensityPoint]) -> list[Path]:
+def write_front(folder: Path, scenario: Scenario, entrant: Entrant, front: Sequence[DensityPoint]) -> list[Path]:
     """
-    Write a front: `density.csv`.
+    Write a front: ``NAME-SOLVER-density.csv``.
 
     Raises
     ------
     OutputError
         If the file cannot be written.
     """
-    return [files.write_text(folder / "density.csv", files.csv_text(front_rows(front), COLUMNS))]
+    stem = output.stem_of(folder, scenario, entrant.label, "density")
+    return [files.write_text(stem.with_name(f"{stem.name}.csv"), files.csv_text(front_rows(front), COLUMNS))]

@@ -1,7 +1,7 @@
 """What the command `plan` prints and writes: one path, and what is proven of it."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,38 +11,81 @@ from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.rows import row
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.bound_note import bound_note
+from cgla_graph.errors import CglaError
+from cgla_graph.scenarios.scenario import Scenario
+
+#: Formats that pictures are written in.
+FORMATS = ("png", "svg", "pdf")
 
 
-def write_plan(folder: Path, run: Run) -> list[Path]:
-    """Write one path: waypoints, GeoJSON on lon/lat maps, a picture (errors as `write_rows`)."""
+def write_plan(folder: Path, run: Run, formats: Sequence[str] = ("png",)) -> list[Path]:
+    """Write one path: waypoints, GeoJSON on lon/lat maps, a picture in some formats (errors as `write_rows`)."""
     from cgla_graph.comparisons.plots import pictures  # noqa: PLC0415 - matplotlib only where something is drawn
 
-    stem = folder / files.file_stem(f"{run.scenario.name}-{run.solution.solver}", set())
+    stem = stem_of(folder, run.scenario, run.solver)
     written = [files.write_text(stem.with_name(stem.name + ".csv"), files.path_csv(run.scenario, run.solution))]
     if run.scenario.projection is not None:
         geojson = files.path_geojson(run.scenario, run.solution)
         written.append(files.write_text(stem.with_name(stem.name + ".geojson"), geojson))
-    written.append(stem.with_name(stem.name + ".png"))
-    pictures.save(pictures.map_figure(run.scenario, [run]), written[-1])
-    return written
+    return [*written, *pictures.save_all(pictures.map_figure(run.scenario, [run]), stem, formats)]
+
+
+def stem_of(folder: Path, scenario: Scenario, solver: str, what: str = "") -> Path:
+    """
+    Return what the files of a command begin with: no two commands, maps or solvers share it.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> stem_of(Path("out"), load_scenario("paper"), "prm-star:milestones=100+refine", "pareto").name
+    'paper-prm-star-milestones-100-refine-pareto'
+    """
+    return folder / files.file_stem("-".join(filter(None, (scenario.name, solver, what))), set())
+
+
+def read_formats(text: str | None, usual: Sequence[str]) -> list[str]:
+    """
+    Read ``--formats``: which formats pictures are written in.
+
+    Raises
+    ------
+    CglaError
+        If there is another one.
+
+    Examples
+    --------
+    >>> read_formats("svg,pdf", ["png"]), read_formats(None, ["png"])
+    (['svg', 'pdf'], ['png'])
+    """
+    if text is None:
+        return list(usual)
+    found = list(dict.fromkeys(part.strip().lower().removeprefix(".") for part in text.split(",")))
+    for part in found:
+        if part not in FORMATS:
+            msg = f"--formats has {part!r}; give some of {','.join(FORMATS)}"
+            raise CglaError(msg)
+    return found
 
 
 def print_plan(run: Run) -> None:
     """Print a path's numbers, a line each."""
     scenario, solution = run.scenario, run.solution
     unit = " m" if scenario.projection else ""
-    gap = percent(solution.gap) if solution.status.has_path else "-"
     note = bound_note([run], unit)
+    clearance = "no no-fly area" if scenario.problem.no_fly is None else figure(solution.clearance, 6) + unit
+    if scenario.problem.clearance > 0.0:
+        clearance += f", of at least {scenario.problem.clearance:g}{unit} asked for"
     lines = {
         "scenario": scenario.full_title,
         "solver": run.solver,
         "status": f"{solution.status.label}: {solution.status.value}",
         "cost": figure(solution.cost, 9) + unit,
         "bound": rounded_down(solution.lower_bound, 9) + unit if math.isfinite(solution.lower_bound) else "",
-        "gap": f"{gap}: {note}" if note else "",
+        "gap": f"{percent(solution.gap)}: {note}" if note and solution.status.has_path else "",
         "length": figure(solution.length, 9) + unit,
         "risk": figure(solution.risk, 6),
-        "clearance": "no no-fly area" if scenario.problem.no_fly is None else figure(solution.clearance, 6) + unit,
+        "k": f"{scenario.problem.k:g}",
+        "clearance": clearance,
         "flat map": earth.distortion_note(scenario, [solution.path]) if solution.status.has_path else "",
         "waypoints": str(len(solution.path)),
         "time": f"{duration(solution.seconds)}, and {duration(solution.build_seconds)} to weigh the graph",

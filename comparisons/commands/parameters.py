@@ -39,6 +39,10 @@ DirectedOption = Annotated[
 ]
 StudyArg = Annotated[Path, typer.Argument(metavar="DIR", help="folder of a study, as compare --out makes it")]
 OutOption = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="write files and pictures into DIR")]
+FormatsOption = Annotated[
+    str | None,
+    typer.Option("--formats", metavar="A,B", help="with --out: formats of pictures, some of png,svg,pdf"),
+]
 ProfileOption = Annotated[
     Path | None,
     typer.Option("--profile", metavar="FILE", help="write risk and cost along the path: .csv, or .png, .svg, .pdf"),

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.commands import output
 from cgla_graph.comparisons.numbers import figure, json_number, percent, rounded_down
@@ -13,12 +15,15 @@ from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError
+from cgla_graph.model.path_file import degrees_of
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.trade_off.constrained import PlanWithin, plan_within_length, plan_within_risk
 from cgla_graph.solvers.trade_off.pareto import Front, pareto
 
+#: The columns of the waypoints of a front.
+PATH_COLUMNS = ("path", "x", "y", "longitude", "latitude")
 #: The columns of `pareto.csv`: a point's range of weights (empty: without end), and the path's numbers.
 COLUMNS = ("k_low", "k_high", "k", "length", "risk", "cost", "waypoints")
 
@@ -134,9 +139,11 @@ def front_rows(front: Front) -> list[dict[str, Any]]:
     ]
 
 
-def write_front(folder: Path, scenario: Scenario, front: Front) -> list[Path]:
+def write_front(
+    folder: Path, scenario: Scenario, entrant: Entrant, front: Front, formats: Sequence[str] = ("png",)
+) -> list[Path]:
     """
-    Write a front: `pareto.csv` and `pareto.png`.
+    Write a front: ``NAME-SOLVER-pareto.csv``, a row a path, their waypoints (``-pareto-paths.csv``), and a picture.
 
     Raises
     ------
@@ -146,8 +153,24 @@ def write_front(folder: Path, scenario: Scenario, front: Front) -> list[Path]:
     from cgla_graph.comparisons.plots import pictures  # noqa: PLC0415 - matplotlib only where something is drawn
     from cgla_graph.comparisons.plots.pareto import pareto_figure  # noqa: PLC0415 - the same
 
-    written = [files.write_text(folder / "pareto.csv", files.csv_text(front_rows(front), COLUMNS))]
-    return [*written, pictures.save(pareto_figure(scenario, front), folder / "pareto.png")]
+    stem = output.stem_of(folder, scenario, entrant.label, "pareto")
+    return [
+        files.write_text(stem.with_name(f"{stem.name}.csv"), files.csv_text(front_rows(front), COLUMNS)),
+        files.write_text(stem.with_name(f"{stem.name}-paths.csv"), _waypoints(scenario, front)),
+        *pictures.save_all(pareto_figure(scenario, front), stem, formats),
+    ]
+
+
+def _waypoints(scenario: Scenario, front: Front) -> str:
+    """Write the waypoints of all paths as CSV, each with the number of its row in the table of paths, from 1."""
+    columns = PATH_COLUMNS if scenario.projection else PATH_COLUMNS[:3]
+    rows: list[dict[str, Any]] = []
+    for number, point in enumerate(front, start=1):
+        table = np.column_stack(
+            [point.path, *([degrees_of(point.path, scenario.projection)] if scenario.projection else [])]
+        )
+        rows += [dict(zip(columns, (number, *line), strict=True)) for line in table.tolist()]
+    return files.csv_text(rows, columns)
 
 
 def within_document(plan: PlanWithin) -> dict[str, Any]:

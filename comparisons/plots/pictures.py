@@ -1,6 +1,7 @@
 """Pictures of a comparison, and their files: paths on the map of risk, and best costs over time."""
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from cgla_graph.comparisons.plots.map import map_figure
 from cgla_graph.comparisons.plots.page import style
 from cgla_graph.errors import OutputError
 
-__all__ = ["DPI", "map_figure", "save", "trace_figure"]
+__all__ = ["DPI", "map_figure", "save", "save_all", "trace_figure"]
 
 #: Dots per inch of PNG files.
 DPI = 150
@@ -20,7 +21,7 @@ DPI = 150
 
 def save(figure: Figure, path: Path) -> Path:
     """
-    Write a figure as PNG or SVG, whole or not at all: the same figure gives the same bytes.
+    Write a figure as PNG, SVG or PDF, whole or not at all: the same figure gives the same bytes.
 
     Raises
     ------
@@ -43,11 +44,20 @@ def save(figure: Figure, path: Path) -> Path:
     return write_bytes(path, image)
 
 
+def save_all(figure: Figure, stem: Path, kinds: Sequence[str]) -> list[Path]:
+    """Write a figure in several formats, as ``("png", "svg")``, to files of one name (errors as `save`)."""
+    return [save(figure, stem.with_name(f"{stem.name}.{kind}")) for kind in kinds]
+
+
 def _image(figure: Figure, suffix: str) -> bytes:
     """Draw a figure into memory, with nothing in it that differs from day to day."""
-    metadata: dict[str, dict[str, Any]] = {".png": {"Software": None}, ".svg": {"Date": None}}
+    metadata: dict[str, dict[str, Any]] = {
+        ".png": {"Software": None},
+        ".svg": {"Date": None},
+        ".pdf": {"CreationDate": None, "Producer": None},
+    }
     if suffix not in metadata:
-        msg = f"{suffix or 'no suffix'} is not a format; name the file .png or .svg"
+        msg = f"{suffix or 'no suffix'} is not a format; name the file .png, .svg or .pdf"
         raise OutputError(msg)
     image = io.BytesIO()
     with style():

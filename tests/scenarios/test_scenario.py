@@ -212,7 +212,7 @@ def test_mistakes_are_named(text: str, words: list[str]) -> None:
 def test_all_mistakes_are_named_the_own_typos_first() -> None:
     text = "start = [nan, 1]\ngoal = [2, '2']\nkk = 10\nthread = 3\nbounds = [0, 0, 3]\nzzz = 1"
     said = message_of(text).partition(": ")[2]
-    assert said.startswith("kk: unknown key; did you mean k? thread: unknown key; did you mean threats? zzz: unknown key")
+    assert said.startswith("kk: unknown key; did you mean k? thread: unknown key; did you mean threats?")
     assert "bounds: give at least 4, not 3 (it is [0, 0, 3]); start.0: give a finite number (it is nan);" in said
     assert said.endswith("and 1 more fault; cgla scenarios --schema says what is allowed")
     assert "needed" not in said
@@ -413,3 +413,11 @@ def test_a_scenario_cannot_be_changed() -> None:
     scenario: Scenario = load_scenario("one-threat")
     with pytest.raises(AttributeError):
         scenario.name = "other"  # type: ignore[misc]
+
+
+def test_a_mission_is_told_from_a_scenario(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="fig8 is a mission, not a scenario; cgla fly fig8 flies it"):
+        load_scenario("fig8")
+    (tmp_path / "mine.toml").write_text("detection_radius = 1\n[[uavs]]\nname = 'a'", encoding="utf-8")
+    with pytest.raises(ScenarioError, match=r"it has UAVs; cgla fly .*mine.toml flies it"):
+        load_scenario(tmp_path / "mine.toml")

@@ -122,9 +122,9 @@ def test_certify_as_json(cgla: Call, tmp_path: Path) -> None:
     assert lower[-1] <= judged.cost
     assert [grid["fraction"] for grid in grids] == [2.0 ** -(7 + i) for i in range(len(grids))]
     # the files hold the same
-    assert found["files"] == [f"out/certificate.{kind}" for kind in ("csv", "png", "svg")]
+    assert found["files"] == [f"out/small-hybrid-certificate.{kind}" for kind in ("csv", "png", "svg")]
     assert {path.name for path in (tmp_path / "out").iterdir()} == {Path(name).name for name in found["files"]}
-    with (tmp_path / "out" / "certificate.csv").open(encoding="utf-8") as file:
+    with (tmp_path / "out" / "small-hybrid-certificate.csv").open(encoding="utf-8") as file:
         table = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
     assert table == grids
 
@@ -270,7 +270,7 @@ def test_cases_without_a_bracket(cgla: Call, name: str, code: int, proven: str, 
     assert len(found["grids"]) == n_grids
     assert bool(found["path"]) == (code == 0)
     assert (found["certificate"]["lower_bound"] is None) == (code == 1)
-    assert Path("out/certificate.png").read_bytes().startswith(b"\x89PNG")
+    assert Path(f"out/{Path(name).stem}-hybrid-certificate.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_from_a_point_to_itself(cgla: Call) -> None:

@@ -52,13 +52,15 @@ def test_pareto_prints_the_front(cgla: Call) -> None:
 
 
 def test_pareto_writes_its_files_and_json(cgla: Call, tmp_path: Path) -> None:
-    answer = cgla("pareto", "small.toml", "--solver", "cgla", "--out", "out", "--json")
+    answer = cgla("pareto", "small.toml", "--solver", "cgla", "--out", "out", "--formats", "svg,pdf", "--json")
     assert (answer.code, answer.err) == (0, "")
     found = answer.document()
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"pareto.csv", "pareto.png"}
-    assert found["files"] == ["out/pareto.csv", "out/pareto.png"]
-    assert (tmp_path / "out" / "pareto.png").read_bytes().startswith(b"\x89PNG")
-    with (tmp_path / "out" / "pareto.csv").open(encoding="utf-8") as file:
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        f"small-cgla-pareto{end}" for end in (".csv", ".svg", ".pdf", "-paths.csv")
+    }
+    assert found["files"][:2] == ["out/small-cgla-pareto.csv", "out/small-cgla-pareto-paths.csv"]
+    assert (tmp_path / "out" / "small-cgla-pareto.pdf").read_bytes().startswith(b"%PDF")
+    with (tmp_path / "out" / "small-cgla-pareto.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert tuple(rows[0]) == pareto.COLUMNS
     assert (found["status"], found["scenario"], found["solver"]) == ("optimal", "small", "cgla")
@@ -78,7 +80,7 @@ def test_a_range_without_end_is_empty_in_csv_and_null_in_json(cgla: Call) -> Non
     found = cgla("pareto", "free.toml", "--solver", "cgla", "--json", "--out", "out").document()
     assert [point["k_high"] for point in found["points"]] == [None]
     assert found["knee"] is None
-    line = Path("out/pareto.csv").read_text(encoding="utf-8").splitlines()[1]
+    line = Path("out/free-cgla-pareto.csv").read_text(encoding="utf-8").splitlines()[1]
     assert line.startswith("0.0,,0.0,")
     assert "any" in cgla("pareto", "free.toml", "--solver", "cgla").out
 
