@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cgla_graph.certificate.certificate import Certificate, Grid, load_kernels, lower_bound
-from cgla_graph.certificate.subsolution import FIRST_CELLS
+from cgla_graph._types import WholeArray
+from cgla_graph.certificate.certificate import Grid, load_kernels, lower_bound
+from cgla_graph.comparisons.live import one_grid
 from cgla_graph.comparisons.live.draft import Draft, LiveMap, finite, flat, sentence, unwarned
 from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.entrant import Entrant
@@ -45,20 +46,17 @@ class Effort(NamedTuple):
     max_cells: int
 
 
-#: While something is dragged, the greatest effort first: each next one is for maps on which that before takes too long.
-QUICK = (
-    Effort(Hybrid(points=225, candidates=3, tolerance=None), 0.006, 40_000),
-    Effort(Hybrid(points=225, candidates=2, tolerance=None), 0.02, FIRST_CELLS**2),
-)
-#: The same when nothing moves.
+#: While something moves, a path is searched with few candidates, and its proof has one grid.
+QUICK = Hybrid(points=225, candidates=3, tolerance=None)
+#: When nothing moves, the greatest effort first: each next one is for maps on which that before takes too long.
 FULL = (
     Effort(Hybrid(tolerance=None), 0.001, 250_000),
     Effort(Hybrid(tolerance=None), 0.005, 100_000),
     Effort(Hybrid(points=400, candidates=4, tolerance=None), 0.01, 40_000),
 )
-#: Seconds, while something moves and when nothing does: an answer that took longer than the first is sought with less
-#: effort the next time, one that took less than the second with more.
-PACE = {False: (0.25, 0.08), True: (1.5, 0.3)}
+#: An answer that took longer, in seconds, is sought with less effort the next time; one that took less than the second,
+#: with more.
+LONG, SHORT = 1.5, 0.3
 
 
 class Planner:
@@ -74,7 +72,7 @@ class Planner:
     --------
     >>> live = LiveMap.open("one-threat")
     >>> answer = Planner(live).path(live.first, full=False)
-    >>> answer["error"], answer["bound"] < answer["cost"] < 1.006 * answer["bound"]
+    >>> answer["error"], answer["bound"] < answer["cost"] < 1.01 * answer["bound"]
     (None, True)
     """
 
@@ -82,14 +80,13 @@ class Planner:
         """Plan nothing yet."""
         self.live = live
         self.slow: set[str] = set()
-        self._efforts = {False: 0, True: 0}
+        self._effort = 0
 
     def warm_up(self) -> None:
         """Load kernels and plan once, so that the first drag waits for nothing of that."""
         load_kernels()
         warm_up(Hybrid(tolerance=None))
         self.path(self.live.first, full=False)
-        self._efforts[False] = 0
 
     def path(self, draft: Draft, *, full: bool) -> dict[str, Any]:
         """
@@ -98,19 +95,17 @@ class Planner:
         Where there is none, its ``error`` says why in one sentence.
         """
         began = time.perf_counter()
-        ladder, (long, short) = FULL if full else QUICK, PACE[full]
-        effort = ladder[self._efforts[full]]
         try:
             scenario = self.live.drawn(draft)
             with unwarned():
-                answer = _planned(scenario, effort)
+                answer = _planned(scenario, FULL[self._effort] if full else None)
         except Exception as error:  # noqa: BLE001 - a page that is worked on survives any draft
             answer = nothing(sentence(error))
         seconds = time.perf_counter() - began
-        if seconds > long:
-            self._efforts[full] = min(self._efforts[full] + 1, len(ladder) - 1)
-        elif seconds < short:
-            self._efforts[full] = max(self._efforts[full] - 1, 0)
+        if full and seconds > LONG:
+            self._effort = min(self._effort + 1, len(FULL) - 1)
+        elif full and seconds < SHORT:
+            self._effort = max(self._effort - 1, 0)
         return {**answer, "seconds": seconds, "full": full}
 
     def solver(self, draft: Draft, entrant: Entrant) -> dict[str, Any]:
@@ -137,47 +132,52 @@ def nothing(error: str) -> dict[str, Any]:
     return {"error": error, "path": [], "tube": None, "message": "", **numbers}
 
 
-def _planned(scenario: Scenario, effort: Effort) -> dict[str, Any]:
+def _planned(scenario: Scenario, effort: Effort | None) -> dict[str, Any]:
     problem = scenario.problem
-    found = solve(problem, effort.search)
-    if not found.status.has_path:
-        proof = _proof(problem, None, effort)
-        none = math.isinf(proof.lower_bound)
-        return nothing("There is no path: the goal is closed off." if none else f"No path was found: {found.message}.")
-    proof = _proof(problem, found, effort)
-    judged = problem.evaluate(found.path)
+    found = solve(problem, QUICK if effort is None else effort.search)
+    has_path = found.status.has_path
+    if effort is None:
+        proof = one_grid.prove(problem, found.cost if has_path else math.inf)
+        bound, last, runs = proof
+    else:
+        certificate = lower_bound(
+            problem, effort.tolerance, path=found.path if has_path else None, max_cells=effort.max_cells
+        )
+        bound = certificate.lower_bound
+        last, runs = _finest(certificate.grids)
+    if not has_path:
+        closed = math.isinf(bound)
+        return nothing(
+            "There is no path: the goal is closed off." if closed else f"No path was found: {found.message}."
+        )
     return {
         **nothing(""),
         "error": None,
         "path": flat(found.path),
-        "cost": judged.cost,
-        "length": judged.length,
-        "risk": judged.risk,
-        "clearance": finite(judged.clearance),
-        "bound": finite(scenario.bound_on_earth(proof.lower_bound)),
-        "tube": _tube(problem, proof.grids),
-        "message": proof.message,
+        "cost": found.cost,
+        "length": found.length,
+        "risk": found.risk,
+        "clearance": finite(found.clearance),
+        "bound": finite(scenario.bound_on_earth(bound)),
+        "tube": None if last is None or runs is None else _tube(problem, last, runs),
     }
 
 
-def _proof(problem: Problem, found: Solution | None, effort: Effort) -> Certificate:
-    path = None if found is None else found.path
-    return lower_bound(problem, effort.tolerance, path=path, max_cells=effort.max_cells)
+def _finest(grids: tuple[Grid, ...]) -> tuple[tuple[int, int] | None, WholeArray | None]:
+    """Return the finest grid that was left of another one, and that is small enough to be sent."""
+    fit = [grid for grid in grids[1:] if len(grid.runs) <= MOST_RUNS]
+    return (fit[-1].last, fit[-1].runs) if fit else (None, None)
 
 
-def _tube(problem: Problem, grids: tuple[Grid, ...]) -> list[float] | None:
+def _tube(problem: Problem, last: tuple[int, int], runs: WholeArray) -> list[float]:
     """
-    Return the finest tube as rectangles, x, y, width, height, …, map units; None where the whole map was looked at.
+    Return a tube as rectangles, x, y, width, height, …, map units.
 
     No path that leaves it is better than the known one.
     """
-    fit = [grid for grid in grids[1:] if len(grid.runs) <= MOST_RUNS]
-    if not fit:
-        return None
-    grid = fit[-1]
     low, high = np.reshape(problem.bounds, (2, 2))
-    steps = (high - low) / np.array(grid.last)
-    rows, first, end = grid.runs.T
+    steps = (high - low) / np.array(last)
+    rows, first, end = runs.T
     corners = np.stack([first - 0.5, rows - 0.5, end - 0.5, rows + 0.5], axis=1) * np.tile(steps, 2) + np.tile(low, 2)
     corners = np.clip(corners, np.tile(low, 2), np.tile(high, 2))
     corners[:, 2:] -= corners[:, :2]

@@ -10,11 +10,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import examples, few
 
+from cgla_graph.certificate.certificate import lower_bound
+from cgla_graph.comparisons.live import one_grid
 from cgla_graph.comparisons.live.desk import QUICK, REPLACED, Desk, Line
 from cgla_graph.comparisons.live.draft import Draft, DraftThreat, LiveMap, unwarned
 from cgla_graph.comparisons.live.planning import Planner, entrant_of, nothing, offered
@@ -24,6 +28,8 @@ from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import OutputError, ScenarioError
 from cgla_graph.scenarios.scenario import load_scenario, scenario_from_toml
+from cgla_graph.solvers.continuous.hybrid import Hybrid
+from cgla_graph.solvers.solving import solve
 
 LIVE = LiveMap.open("one-threat")
 DRAFT = LIVE.first.model_dump()
@@ -208,6 +214,27 @@ def test_any_draft_has_an_answer(draft: Draft) -> None:
         path = [answer["path"][i : i + 2] for i in range(0, len(answer["path"]), 2)]
         assert again.evaluate(path).cost == pytest.approx(answer["cost"], rel=1e-9)
         assert again.evaluate(path).feasible
+
+
+@pytest.mark.parametrize("name", ["paper", "gap-in-wall", "one-threat"])
+def test_one_grid_proves_what_the_certificate_does(name: str) -> None:
+    """Its bound is that of a certificate with one grid, but for rounds; the best path stays in the tube."""
+    problem = load_scenario(name).problem
+    rough = solve(problem, Hybrid(points=225, tolerance=None))
+    best = solve(problem, Hybrid(tolerance=None))
+    proof = one_grid.prove(problem, rough.cost)
+    certificate = lower_bound(problem, 0.02, path=rough.path, max_cells=128**2)
+    assert len(certificate.grids) == 1
+    assert proof.lower_bound == pytest.approx(certificate.lower_bound, rel=2e-3)
+    assert proof.lower_bound <= best.cost
+    assert proof.last is not None
+    assert proof.runs is not None
+    low, high = np.reshape(problem.bounds, (2, 2))
+    cells = {(row, column) for row, first, end in proof.runs.tolist() for column in range(first, end)}
+    assert len(cells) < 0.5 * 129**2
+    line = shapely.segmentize(shapely.LineString(best.path), 0.002)
+    places = (shapely.get_coordinates(line) - low) / (high - low) * np.array(proof.last)
+    assert {(round(y), round(x)) for x, y in places.tolist()} <= cells
 
 
 @pytest.mark.parametrize(
