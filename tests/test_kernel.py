@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numba
 import pytest
+from kept_kernels import kept_but_for
 
 from cgla_graph._kernel import kernel
 
@@ -71,10 +72,10 @@ def test_where_other_functions_are_kept_is_left_alone() -> None:
 
 
 @pytest.mark.slow
-def test_who_waits_for_compiling_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_waits_for_compiling_is_told(tmp_path: Path) -> None:
     """Once: later runs find the code on disk."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    environment = kept_but_for("certificate_kernels.steepness", at=tmp_path / "kernels")
     command = [sys.executable, "-m", "cgla_graph.comparisons", "plan", "one-threat", "--solver", "straight-line"]
-    told = [subprocess.run(command, capture_output=True, text=True, check=True) for _ in range(2)]
+    told = [subprocess.run(command, capture_output=True, text=True, check=True, env=environment) for _ in range(2)]
     assert [one.stderr.count("compiling kernels") for one in told] == [1, 0]
     assert all("compiling" not in one.stdout for one in told)
