@@ -10,7 +10,7 @@ from cgla_graph.eikonal import cell_runs
 from cgla_graph.model.problem import Problem
 
 #: Gains below this part of the bound are not worth another round.
-AIM = 1e-3
+AIM = 4e-3
 
 
 class OneGrid(NamedTuple):

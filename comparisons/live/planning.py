@@ -47,7 +47,7 @@ class Effort(NamedTuple):
 
 
 #: While something moves, a path is searched with few candidates, and its proof has one grid.
-QUICK = Hybrid(points=225, candidates=3, tolerance=None)
+QUICK = Hybrid(points=225, candidates=2, tolerance=None)
 #: When nothing moves, the greatest effort first: each next one is for maps on which that before takes too long.
 FULL = (
     Effort(Hybrid(tolerance=None), 0.001, 250_000),

@@ -226,17 +226,19 @@
     const levels = Uint8Array.from(density, value => Math.round(255 * within((value - low) / (top - low), 0, 1) ** power));
     return { rows, columns, low, top, power, levels };
   }
-  let painted = '';
+  let painted = '', barred = '';
   function paintRisk() {
-    const key = JSON.stringify([state.draft.threats, isDark(), width]);
+    const key = JSON.stringify([state.draft.threats, isDark()]);
     if (key === painted) return;
     painted = key;
-    const canvas = $('#risk'), ratio = Math.min(devicePixelRatio || 1, 2), found = risk();
-    Object.assign(canvas, { width: Math.round(width * ratio), height: Math.round(height * ratio) });
+    // as many pixels as there are samples: the browser stretches it, which is faster than drawing it anew
+    const canvas = $('#risk'), found = risk(), pictures = mapCanvases({ ...given.map, risk: found });
+    Object.assign(canvas, { width: Math.max(1, ...pictures.map(one => one.width)), height: Math.max(1, ...pictures.map(one => one.height)) });
     const context = canvas.getContext('2d');
-    context.imageSmoothingQuality = 'high';
-    for (const one of mapCanvases({ ...given.map, risk: found })) context.drawImage(one, 0, 0, canvas.width, canvas.height);
-    riskBar(found);
+    for (const one of pictures) context.drawImage(one, 0, 0, canvas.width, canvas.height);
+    const bar = JSON.stringify([found?.low, found?.top, isDark()]);
+    if (bar !== barred) riskBar(found);
+    barred = bar;
   }
   let waiting = false;
   function paint() {
@@ -305,7 +307,9 @@
       if (handle.kind === 'area') handle.node.setAttribute('d', path(state.draft.areas[handle.i], true));
       // what is beyond what is seen has its handle at the rim
       else handle.node.setAttribute('transform', `translate(${across(within(x, xMin - reach, xMax + reach)).toFixed(1)} ${down(within(y, yMin - reach, yMax + reach)).toFixed(1)})`);
-      handle.node.setAttribute('aria-label', words(handle));
+      const label = words(handle);
+      if (handle.label !== label) handle.node.setAttribute('aria-label', label);
+      handle.label = label;
       // on the side of the map that is nearer: the path goes the other way
       handle.node.querySelector('.end-label')?.setAttribute('y', down(y) > height / 2 ? 25 : -15);
       handle.node.classList.toggle('chosen', Boolean(same(handle, state.chosen)));
@@ -323,8 +327,13 @@
     if (document.activeElement !== $('#k-number')) $('#k-number').value = Number(k.toPrecision(5));
   }
   const look = place => ({ stroke: colourOf(place), 'stroke-dasharray': SVG_DASHES[place % SVG_DASHES.length] });
+  let pictured = '', seen = [];
   function paintAnswer() {
-    const answer = state.answer;
+    const answer = state.answer, every = [answer, ...state.others.flatMap(one => [one, one.answer])];
+    // while something moves, only the handles do until there is an answer
+    const key = JSON.stringify([isDark(), width, height, state.others.map(one => one.number === state.number), state.answered < state.number - 3]);
+    if (key === pictured && every.length === seen.length && every.every((one, i) => one === seen[i])) return;
+    [pictured, seen] = [key, every];
     $('#problem').hidden = !answer?.error;
     $('#problem').textContent = answer?.error || '';
     $('#answer').classList.toggle('old', state.answered < state.number - 3);
@@ -364,7 +373,7 @@
   let tabled = '';
   function table() {
     const rows = [{ name: 'hybrid', colour: 0, answer: state.answer, number: state.answered, main: true }, ...state.others];
-    const key = JSON.stringify([isDark(), state.number, rows.map(({ name, answer, number }) => [name, number, answer && [answer.error, answer.cost, answer.seconds, state.answer?.bound]])]);
+    const key = JSON.stringify([isDark(), rows.map(({ name, answer, number }) => [name, number === state.number, answer && [answer.error, answer.cost, answer.seconds, state.answer?.bound]])]);
     if (key === tabled) return;
     tabled = key;
     const focused = document.activeElement?.dataset?.remove;

@@ -17,7 +17,7 @@ from cgla_graph.comparisons.live.server import LiveServer
 from cgla_graph.scenarios.scenario import load_scenario
 
 pytestmark = [pytest.mark.slow, NEEDS_BROWSER]
-#: Random drags: 1,000 with `make fuzz TESTS=tests/comparisons/live/test_live_browser.py`, which draws others each time.
+#: Random drags: with CGLA_FUZZ=1 a thousand, and others on every run.
 DRAGS = 50 * TIMES
 
 
