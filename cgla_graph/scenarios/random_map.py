@@ -111,8 +111,8 @@ def random_scenario(
     Returns
     -------
     scenario
-        Named after threats, areas and seed, and after `k` where it is not 10: ``random-10+2-17``. The notes say how to
-        draw it again.
+        Named after threats, areas and seed, and after `k` where it is not 10: ``random-10-threats-2-areas-17``. The
+        notes say how to draw it again.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def random_scenario(
     --------
     >>> scenario = random_scenario(17, areas=2)
     >>> scenario.name, len(scenario.problem.field), scenario.problem.k
-    ('random-10+2-17', 10, 10.0)
+    ('random-10-threats-2-areas-17', 10, 10.0)
     >>> scenario.problem == random_scenario(17, areas=2).problem
     True
     """
@@ -146,7 +146,7 @@ def random_scenario(
     )
     k = problem.k
     return Scenario(
-        name=f"random-{threats}{f'+{areas}' if areas else ''}-{seed}{f'-k{k:g}' if k != K else ''}",
+        name=f"random-{'-'.join(_contents(threats, areas))}-{seed}{f'-k{k:g}' if k != K else ''}",
         title=_counted(threats, "random threat") + (f", {_counted(areas, 'no-fly area')}" if areas else ""),
         problem=problem,
         lattice=Lattice(resolution, bounds=problem.bounds),
@@ -155,6 +155,12 @@ def random_scenario(
             f"{areas=}, {area_radius=}, {k=}, {clear=}, {resolution=}, {start=}, {goal=})"
         ),
     )
+
+
+def _contents(threats: int, areas: int) -> list[str]:
+    """Name what is on a map: so many threats, and areas if there are any."""
+    words = ((threats, "threat"), (areas, "area"))
+    return [f"{number}-{word}{'s' * (number != 1)}" for number, word in words if number or word == "threat"]
 
 
 def random_scenarios(
@@ -184,7 +190,7 @@ def random_scenarios(
     -------
     scenarios
         In the order of the buckets and the seeds. Names and titles of maps from a bucket say which it is, and how
-        difficult they are: ``random-10-17-1.2to1.5``.
+        difficult they are: ``random-10-threats-17-1.2to1.5``.
 
     Raises
     ------
@@ -196,9 +202,9 @@ def random_scenarios(
     Examples
     --------
     >>> [scenario.name for scenario in random_scenarios([1, 2])]
-    ['random-10-1', 'random-10-2']
+    ['random-10-threats-1', 'random-10-threats-2']
     >>> [scenario.full_title for scenario in random_scenarios(range(100), buckets=[2.0, 3.0])]
-    ['random-10-0-2to3: 10 random threats, difficulty 2.73']
+    ['random-10-threats-0-2to3: 10 random threats, difficulty 2.73']
     """
     if buckets is None:
         return [random_scenario(seed, **settings) for seed in _different(seeds)]

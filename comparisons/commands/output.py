@@ -12,6 +12,7 @@ from cgla_graph.comparisons.study.rows import row
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.bound_note import bound_note
 from cgla_graph.errors import CglaError
+from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.scenario import Scenario
 
 #: Formats that pictures are written in.
@@ -78,7 +79,9 @@ def print_plan(run: Run) -> None:
     lines = {
         "scenario": scenario.full_title,
         "solver": run.solver,
-        "status": f"{solution.status.label}: {solution.status.value}",
+        "status": f"{solution.status.label}: {solution.status.value}"
+        if solution.status is not Status.OPTIMAL
+        else "optimal on its lattice: no path over its points costs less",
         "cost": figure(solution.cost, 9) + unit,
         "bound": rounded_down(solution.lower_bound, 9) + unit if math.isfinite(solution.lower_bound) else "",
         "gap": f"{percent(solution.gap)}: {note}" if note and solution.status.has_path else "",

@@ -135,7 +135,7 @@ def _worth_lines(flown: MissionRun) -> list[str]:
 
 
 def _ratios(ratios: Mapping[str, float]) -> str:
-    return ", ".join(f"{name} {_ratio(value)}" for name, value in ratios.items())
+    return ", ".join(f"{name} {_ratio(value)}x" for name, value in ratios.items())
 
 
 def _ratio(value: float) -> str:

@@ -22,7 +22,7 @@ from cgla_graph.comparisons.results.tables import (
     leaderboard_table,
     overview_lines,
     runs_table,
-    solver_tables,
+    solver_table,
 )
 from cgla_graph.comparisons.study.flight_run import FlightRun
 from cgla_graph.comparisons.study.runner import Run
@@ -203,13 +203,11 @@ def _print_leaderboard(found: Results, ranked: Sequence[LeaderboardRow]) -> None
         return
     by_name = found.filters.solvers is not None
     n_lines = len({(run.scenario.name, run.solver) for run in found.runs})
-    if by_name or n_lines <= MOST_LINES:
-        for table in solver_tables(found.runs):
-            console.out_table(table)
-    else:
-        console.out(f"a table of {n_lines} lines for each solver is not shown; --solver NAME shows one\n")
-    # last, as the end is what is seen first on a terminal
     print_leaderboard(found.runs, ranked)
+    if by_name or n_lines <= MOST_LINES:
+        console.out_table(solver_table(found.runs))
+    else:
+        console.out(f"{n_lines} lines, scenario by scenario, are not shown; --solver NAME shows those of one solver\n")
 
 
 def print_leaderboard(runs: Sequence[Run], ranked: Sequence[LeaderboardRow]) -> None:

@@ -1,6 +1,6 @@
 """What `cgla results` prints of a study: leaderboard, a table a solver, single runs, and failures."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from cgla_graph.comparisons.leaderboard.failures import FailureGroup, failure_groups
@@ -51,19 +51,19 @@ def leaderboard_table(title: str, found: Sequence[LeaderboardRow]) -> FittedTabl
     return FittedTable(title, heads[:1], heads[1:], SPARE, leaderboard_notes(found), rows)
 
 
-def solver_tables(runs: Sequence[Run]) -> Iterator[FittedTable]:
-    """Show each solver in a table of its own: a line a scenario."""
-    tables: dict[str, list[tuple[str, int, Summary]]] = {}
+def solver_table(runs: Sequence[Run]) -> FittedTable:
+    """Show each solver on each scenario: a line each, those of one solver together."""
+    lines: dict[str, list[Sequence[str]]] = {}
     for group in by_scenario(runs):
         counts: dict[str, int] = {}
         for run in group:
             counts[run.solver] = counts.get(run.solver, 0) + 1
         for summary in summaries(group):
-            lines = tables.setdefault(summary.solver, [])
-            lines.append((group[0].scenario.name, counts[summary.solver], summary))
-    for solver in dict.fromkeys(run.solver for run in runs):
-        rows: list[Sequence[str]] = [_scenario_cells(*line) for line in tables[solver]]
-        yield FittedTable(solver, ("scenario", "status"), _SOLVER_HEADS, _SOLVER_SPARE, rows=rows)
+            cells = _scenario_cells(group[0].scenario.name, counts[summary.solver], summary)
+            lines.setdefault(summary.solver, []).append([summary.solver, *cells])
+    rows = [line for solver in dict.fromkeys(run.solver for run in runs) for line in lines[solver]]
+    words = ("solver", "scenario", "status")
+    return FittedTable("scenario by scenario", words, _SOLVER_HEADS, _SOLVER_SPARE, rows=rows)
 
 
 def _scenario_cells(scenario: str, n_runs: int, summary: Summary) -> list[str]:

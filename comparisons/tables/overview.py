@@ -12,6 +12,8 @@ from cgla_graph.comparisons.statistics.ranking import LEVEL, too_few_note
 #: Most names in a sentence.
 _MOST_NAMES = 4
 #: How strong the evidence of a p-value is, in words: below the bound on the left.
+#: What costs within a hundredth of a percent are.
+TIE = "a tie"
 _STRENGTHS = ((0.001, "very strong evidence"), (0.01, "strong evidence"), (LEVEL, "evidence"))
 
 
@@ -133,15 +135,28 @@ def _ratio_figure(paired: Paired) -> str:
     ratio = paired.ratio.median
     if not math.isfinite(ratio):
         return "no path against a path" if ratio > 0.0 else "not known"
-    return percent(ratio - 1.0) if ratio < 2.0 else f"{ratio:.3g} times"  # noqa: PLR2004 - from here on, times read better
+    if round(100.0 * (ratio - 1.0), 2) == 0.0:
+        return TIE
+    # from two times on, times read better
+    return percent(ratio - 1.0) if ratio < 2.0 else f"{ratio:.3g} times"  # noqa: PLR2004
 
 
 def _ratio_words(paired: Paired) -> str:
-    tally = f"more expensive on {paired.losses} of {paired.n} scenarios, "
+    tally = f"more expensive on {paired.losses} of {counted(paired.n, 'scenario')}, "
     tally += f"cheaper on {paired.wins}, equal on {paired.ties}"
     interval = estimate_cell(paired.ratio, _excess, least=0.0).interval
     known = f"95 % interval, of this pair alone: {interval}" if interval else "too few scenarios for an interval"
-    return f"is the cost of {paired.solver}, the next one, against the first ({known}); {tally}"
+    ratio = paired.ratio.median
+    if not math.isfinite(ratio):
+        lead = f"{paired.solver}, the next one, against {paired.reference}"
+    elif _ratio_figure(paired) == TIE:
+        lead = f"{paired.solver}, the next one, costs the same as {paired.reference}"
+    elif ratio < 2.0:  # noqa: PLR2004 - as above
+        word = "more" if ratio >= 1.0 else "less"
+        lead = f"{paired.solver}, the next one, costs {abs(100.0 * (ratio - 1.0)):.2f} % {word} than {paired.reference}"
+    else:
+        lead = f"{paired.solver}, the next one, costs {ratio:.3g} times as much as {paired.reference}"
+    return f"{lead} ({known}); {tally}"
 
 
 def _excess(ratio: float) -> str:

@@ -290,7 +290,7 @@ def test_large_lattices_need_no_matrix(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_one_map_for_each_seed() -> None:
     scenarios = random_scenarios([5, 2, 9], areas=1, k=50.0)
-    assert [scenario.name for scenario in scenarios] == [f"random-10+1-{seed}-k50" for seed in (5, 2, 9)]
+    assert [scenario.name for scenario in scenarios] == [f"random-10-threats-1-area-{seed}-k50" for seed in (5, 2, 9)]
     assert [scenario.problem for scenario in scenarios] == [
         random_scenario(seed, areas=1, k=50.0).problem for seed in (5, 2, 9)
     ]
@@ -308,7 +308,7 @@ def test_buckets_take_the_first_maps_of_their_difficulty(buckets: list[float], e
     expected = []
     for low, high in itertools.pairwise(buckets):
         fitting = [i for i, ratio in enumerate(ratios) if low <= ratio and (ratio < high or high == math.inf)]
-        expected += [(f"random-10+1-{i}-{low:g}to{high:g}", i) for i in fitting[:each]]
+        expected += [(f"random-10-threats-1-area-{i}-{low:g}to{high:g}", i) for i in fitting[:each]]
     assert [(scenario.name, scenario.problem) for scenario in found] == [
         (name, maps[i].problem) for name, i in expected
     ]
@@ -318,10 +318,10 @@ def test_buckets_take_the_first_maps_of_their_difficulty(buckets: list[float], e
 
 
 def test_bounds_belong_to_the_upper_bucket(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(random_map, "difficulty", lambda scenario: float(scenario.name.split("-")[2]))
+    monkeypatch.setattr(random_map, "difficulty", lambda scenario: float(scenario.name.split("-")[3]))
     monkeypatch.setattr(random_map, "_ceiling", lambda *_: math.inf)
     names = [scenario.name for scenario in random_scenarios(range(1, 9), buckets=[2.0, 4.0, 5.0], each=1)]
-    assert names == ["random-10-2-2to4", "random-10-4-4to5"]
+    assert names == ["random-10-threats-2-2to4", "random-10-threats-4-4to5"]
 
 
 def test_a_bucket_that_cannot_be_filled_is_named() -> None:
@@ -353,7 +353,7 @@ def test_no_lattice_is_laid_on_maps_that_are_too_easy(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(random_map, "difficulty", noted)
     (found,) = random_scenarios(range(100), buckets=[3.0, 4.0])
-    assert 1 <= len(tried) <= 0.5 * int(found.name.split("-")[2])
+    assert 1 <= len(tried) <= 0.5 * int(found.name.split("-")[3])
 
 
 @given(seed=seeds, k=st.floats(0.0, 50.0), areas=st.integers(0, 1), resolution=st.integers(2, 9))

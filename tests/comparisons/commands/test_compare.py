@@ -37,7 +37,7 @@ def test_a_study_from_a_file(cgla: Call) -> None:
     assert answer.code == 0
     assert answer.out.count("leaderboard") == 1
     assert "how soon" not in answer.out, "tables of each scenario are for `cgla results`"
-    names = ["one-threat", "random-10-3"]
+    names = ["one-threat", "random-10-threats-3"]
     solvers = [("cgla", None), ("straight-line", None), ("few", 1), ("few", 2)]
     assert cells("out") == [(name, *one) for name in names for one in solvers]
     stored = load(Path("out"))

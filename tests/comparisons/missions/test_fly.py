@@ -104,10 +104,10 @@ def test_the_tables_agree_with_the_flights(cgla: Call, flights: list[MissionRun]
 
 def test_what_ignorance_costs_and_sharing_is_worth(cgla: Call) -> None:
     answer = cgla("fly", "small.toml")
-    prices = re.findall(r"price of ignorance \(.*\): a ([\d.]+), b ([\d.]+)", answer.out)
+    prices = re.findall(r"price of ignorance \(.*\): a ([\d.]+)x, b ([\d.]+)x", answer.out)
     assert len(prices) == 2
     # only one variant shares
-    assert len(re.findall(r"value of sharing \(.*\): a [\d.]+, b [\d.]+", answer.out)) == 1
+    assert len(re.findall(r"value of sharing \(.*\): a [\d.]+x, b [\d.]+x", answer.out)) == 1
     found = cgla("fly", "small.toml", "--json").document()
     for flight, texts in zip(found["flights"], prices, strict=True):
         for uav, text in zip(flight["uavs"], texts, strict=True):

@@ -22,7 +22,7 @@ from cgla_graph.comparisons.results import lookup
 from cgla_graph.comparisons.results.filters import Filters
 from cgla_graph.comparisons.results.regression_table import regression_table
 from cgla_graph.comparisons.results.rerun import Rerun
-from cgla_graph.comparisons.results.tables import failure_lines, leaderboard_table, runs_table, solver_tables
+from cgla_graph.comparisons.results.tables import failure_lines, leaderboard_table, runs_table, solver_table
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.store import FILE, Stored, StudyStore, load
@@ -195,7 +195,7 @@ def test_the_tables_of_a_study_fit(stored: Stored, width: int) -> None:
         leaderboard_table("leaderboard", leaderboard_of(stored.runs)),
         runs_table("runs", stored.runs),
         regression_table("both", regression(stored.runs, stored.runs)),
-        *solver_tables(stored.runs),
+        solver_table(stored.runs),
     ]
     for table in tables:
         assert {*table.spare} <= {*table.left, *table.right}
@@ -211,13 +211,14 @@ def test_the_summary_says_who_wins_and_where_each_fails(folder: Path, capfd: pyt
     text = printed(capfd, lookup.look_up(folder))
     assert "a study: 40 of 40 runs, complete" in text
     assert "prm-fast ranks first of 3 solvers on 8 scenarios" in text
-    lines = cells(text.split("leaderboard\n")[-1] if "leaderboard\n" in text else text[text.rindex("leaderboard") :])
+    lines = cells(text[text.index("leaderboard") : text.index("ranks first")])
     assert [line[0] for line in lines if line[0]] == SOLVERS
     assert "straight-line: timed-out in 1 run on maze (--rerun 40): stopped after 60 s" in text
     assert "prm-slow:a=[1,2]: crashed in 1 run on maze (--rerun 39): <b> died at 0x7f12" in text
-    # a table a solver, with a line a scenario
-    for label in SOLVERS:
-        assert re.search(rf"^{re.escape(label)} *$", text, flags=re.MULTILINE)
+    # who wins comes first, then one table with a line for each solver and scenario
+    table = re.search(r"^scenario by scenario *$", text, flags=re.MULTILINE)
+    assert table is not None
+    assert text.index("ranks first") < table.start() < text.index("│ maze ")
     assert text.count("│ maze ") == 3
 
 
@@ -225,7 +226,7 @@ def test_many_tables_are_left_to_who_asks(
     folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(lookup, "MOST_LINES", 5)
-    assert "--solver NAME shows one" in printed(capfd, lookup.look_up(folder))
+    assert "--solver NAME shows those of one" in printed(capfd, lookup.look_up(folder))
     assert printed(capfd, lookup.look_up(folder, solver="prm-fast")).count("│ maze ") == 1
 
 

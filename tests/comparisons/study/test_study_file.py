@@ -98,7 +98,7 @@ def test_every_key_is_heard() -> None:
         """
     study = study_from_toml(text)
     assert study.title == "all of it"
-    assert names(study) == ["paper", "random-3+1-4-k2", "random-3+1-2-k2"]
+    assert names(study) == ["paper", "random-3-threats-1-area-4-k2", "random-3-threats-1-area-2-k2"]
     drawn = random_scenario(4, threats=3, areas=1, k=2.0, resolution=9)
     assert (study.scenarios[1].problem, study.scenarios[1].lattice) == (drawn.problem, drawn.lattice)
     assert study.scenarios[0].lattice.shape == (12, 12)
@@ -254,7 +254,7 @@ def test_random_maps_by_difficulty() -> None:
     listed = table.replace("each", "seeds = [40, 30, 20, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1], each")
     other = study_from_toml(f"scenarios = [{listed}]\nsolvers = ['cgla']")
     for scenario in (*study.scenarios, *other.scenarios):
-        seed = int(scenario.name.split("-")[2])
+        seed = int(scenario.name.split("-")[-2])
         assert scenario.problem == random_scenario(seed, areas=2, resolution=6).problem
 
 
@@ -263,12 +263,12 @@ def test_random_maps_of_other_settings_have_other_names() -> None:
     entries = ", ".join(f"{{ generate = 'random', seeds = 2, {table} }}" for table in tables)
     study = study_from_toml(f"scenarios = [{{ generate = 'random', seeds = 2 }}, {entries}]\nsolvers = ['cgla']")
     assert names(study)[:6] == [
-        "random-10-1",
-        "random-10-2",
-        "random-10-1-k1",
-        "random-10-2-k1",
-        "random-10-1-k50",
-        "random-10-2-k50",
+        "random-10-threats-1",
+        "random-10-threats-2",
+        "random-10-threats-1-k1",
+        "random-10-threats-2-k1",
+        "random-10-threats-1-k50",
+        "random-10-threats-2-k50",
     ]
     assert len(set(names(study))) == 12
 
