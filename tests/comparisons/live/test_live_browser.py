@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from live_page import ANSWERED, NEEDS_BROWSER, SETTLED, browser, draft, drag, faults, number, one, opened, served, until
 from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.actions.action_builder import ActionBuilder
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.remote.webdriver import WebDriver
@@ -177,15 +178,20 @@ def test_random_drags_leave_no_error_behind(page: WebDriver, capfd: pytest.Captu
     rng = random.Random(None if TIMES > 1 else 7)  # noqa: S311 - no secret
     box = one(page, "#map").rect
     for count in range(DRAGS):
-        nodes = page.find_elements(By.CSS_SELECTOR, "[data-handle]")
-        node = rng.choice(nodes)
-        at = node.rect
-        target = [rng.uniform(-20, box[side] + 20) + box[axis] for axis, side in (("x", "width"), ("y", "height"))]
-        dx, dy = target[0] - at["x"] - at["width"] / 2, target[1] - at["y"] - at["height"] / 2
-        chain = ActionChains(page, duration=5).move_to_element(node).click_and_hold()
-        for _ in range(3):
-            chain.move_by_offset(round(dx / 3), round(dy / 3))
-        chain.release().perform()
+        places = page.execute_script(
+            "return [...document.querySelectorAll('[data-handle]')].map(node => node.getBoundingClientRect().toJSON())"
+        )
+        at = rng.choice(places)
+        begin = at["x"] + at["width"] / 2, at["y"] + at["height"] / 2
+        end = [rng.uniform(-20, box[side] + 20) + box[axis] for axis, side in (("x", "width"), ("y", "height"))]
+        builder = ActionBuilder(page, duration=5)
+        builder.pointer_action.move_to_location(*map(round, begin)).pointer_down()
+        for part in (0.3, 0.6, 1.0):
+            builder.pointer_action.move_to_location(
+                *(round(a + part * (b - a)) for a, b in zip(begin, end, strict=True))
+            )
+        builder.pointer_action.pointer_up()
+        builder.perform()
         if count % 10 == 9:
             act = rng.choice(["add-threat", "add-area", "undo", "redo"])
             page.execute_script("document.getElementById(arguments[0]).click()", act)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+from command_line import caller
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import examples, few
@@ -403,3 +404,13 @@ def test_a_request_that_fails_is_said_once_and_the_next_is_answered(
             {**nothing("planned"), "full": False},
         )
         assert time.monotonic() - began < 20.0
+
+
+def test_what_cannot_be_opened_is_told_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    call = caller(tmp_path, monkeypatch, capfd)
+    call("live", "nowhere", "--no-browser").refused("unknown scenario 'nowhere'")
+    call("live", "nowhere.toml", "--no-browser").refused("there is no such file")
+    with served() as server:
+        call("live", "one-threat", "--no-browser", "--port", str(server.server_port)).refused("cannot be listened on")
