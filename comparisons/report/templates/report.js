@@ -411,7 +411,9 @@
   function listen() {
     const on = (selector, event, act) => $(selector).addEventListener(event, act);
     on('#theme', 'click', () => {
-      const next = { auto: isDark() ? 'light' : 'dark', light: 'dark', dark: 'light' }[chosen.theme];
+      // the other one, then that of the system, then back to whatever the system has
+      const ofSystem = matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light', other = ofSystem === 'dark' ? 'light' : 'dark';
+      const next = chosen.theme === 'auto' ? other : chosen.theme === other ? ofSystem : 'auto';
       setTheme(next);
       remembered(next);
       fillLegends();
@@ -483,6 +485,8 @@
         draw(name);
       }
     }, { rootMargin: '200px' });
+    // of one scenario, a profile has one step
+    $('#profile').hidden = state.data.scenarios.length < 2;
     for (const box of all('[data-picture]')) watcher.observe(box);
   }
 

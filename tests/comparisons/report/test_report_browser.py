@@ -449,6 +449,10 @@ def test_light_and_dark(chromium: WebDriver, address: str, colours: str) -> None
     until(page, lambda: page.execute_script(stroke, PATHS) != before)
     page.refresh()
     assert (shade() < 200) is (colours == "light"), "the choice is remembered"
+    one(page, "#theme").click()
+    assert (one(page, "#theme").text.lower(), (shade() < 200) is (colours == "dark")) == (colours, True)
+    one(page, "#theme").click()
+    assert one(page, "#theme").text == "Auto"
 
 
 @pytest.mark.parametrize("width", [360, 768, 1280])
