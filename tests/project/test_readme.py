@@ -176,7 +176,7 @@ def test_other_programs_find_what_they_are_told() -> None:
 
 def test_the_readme_is_an_entrance() -> None:
     lines = ENTRANCE.text.splitlines()
-    assert len(lines) <= 200
+    assert len(lines) <= 150
     assert any(line.startswith("![") for line in lines[:10])
     first, last = (block.text for block in ENTRANCE.blocks if block.language == "python")
     assert len([line for line in first.splitlines() if line.strip()]) <= 10
