@@ -165,6 +165,11 @@ class Finding:
     notes: tuple[str, ...] = ()
     counterexample: str = ""
 
+    @property
+    def is_proof(self) -> bool:
+        """Whether something of it is proved: the argument, in the notes, then comes before the samples."""
+        return any(part.verdict is Verdict.PROVED for part in self.parts)
+
     @classmethod
     def single(
         cls,

@@ -188,11 +188,9 @@ def _markdown_claim(result: Result, scale: Scale) -> Iterator[str]:
             yield ""
             rows = [(part.statement, part.verdict.label, part.condition, part.result, part.sizes) for part in parts]
             yield from _markdown_table((title, "verdict", "condition", "result", "effect"), rows)
-    for table in finding.tables:
-        yield from _markdown_evidence(table)
-    if finding.notes:
-        yield ""
-        yield from (f"- {note}" for note in finding.notes)
+    tables = [line for table in finding.tables for line in _markdown_evidence(table)]
+    notes = ["", *(f"- {note}" for note in finding.notes)] if finding.notes else []
+    yield from [*notes, *tables] if finding.is_proof else [*tables, *notes]
     yield ""
     if finding.counterexample:
         yield f"Counterexample: [{finding.counterexample}](counterexamples/{finding.counterexample})."

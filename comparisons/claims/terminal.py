@@ -61,8 +61,9 @@ def _in_full(result: Result, scale: Scale) -> RenderableType:
     several = finding.parts if len(finding.parts) > 1 or finding.sizes else ()
     for words, parts in (("", several), ("beside it, ", finding.beside)):
         lines += [Padding(Text(words + part_words(part)), (0, 0, 0, 2)) for part in parts]
-    lines += [_table(table) for table in finding.tables]
-    lines += [Text(f"- {note}") for note in finding.notes]
+    tables = [_table(table) for table in finding.tables]
+    notes = [Text(f"- {note}") for note in finding.notes]
+    lines += [*notes, *tables] if finding.is_proof else [*tables, *notes]
     if finding.counterexample:
         lines.append(Text(f"counterexample: {finding.counterexample}"))
     lines.append(
