@@ -150,27 +150,31 @@
     const here = scenario(), drawn = cells().filter(cell => shown(cell.solver) && cell.curve && cell.curve.median.some(isNumber));
     if (!drawn.length) return { traces: [], layout: {}, label: 'Cost over time: nothing to show' };
     const end = 1.15 * Math.max(...drawn.map(cell => cell.curve.seconds.at(-1)));
-    const medians = drawn.flatMap(cell => cell.curve.median.filter(isNumber));
-    const [least, most] = [Math.min(...medians, here.bound || Infinity), Math.max(...medians)];
-    const isLog = least > 0 && most > 4 * least, pad = 0.05 * (most - least) || 0.05 * Math.abs(most) || 1;
+    // gaps where a bound is known that no cost reaches, as in the picture; else costs
+    const costs = drawn.flatMap(cell => cell.curve.median.filter(isNumber));
+    const isGap = here.bound > 0 && Math.min(...costs) > here.bound * (1 + 1e-9);
+    const worth = cost => isGap && isNumber(cost) ? 100 * Math.max(cost / here.bound - 1, 1e-9) : cost;
+    const medians = costs.map(worth);
+    const [least, most] = [Math.min(...medians, (!isGap && here.bound) || Infinity), Math.max(...medians)];
+    const isLog = isGap || least > 0 && most > 4 * least, pad = 0.05 * (most - least) || 0.05 * Math.abs(most) || 1;
     const top = isLog ? most * 1.2 : most + pad, traces = [];
     if (drawn.length <= MOST_BANDS) {
       for (const { solver, curve } of drawn) {
-        if (curve.low) traces.push(stepBand(solver, curve.seconds, curve.low, curve.high.map(value => isNumber(value) && value < top ? value : top), end, top));
+        if (curve.low) traces.push(stepBand(solver, curve.seconds, curve.low.map(worth), curve.high.map(worth).map(value => isNumber(value) && value < top ? value : top), end, top));
       }
     }
     for (const { solver, curve } of drawn) {
       const from = curve.median.findIndex(isNumber);
-      traces.push(stepLine(solver, curve.seconds.slice(from), curve.median.slice(from), end, (at, cost) => `cost ${figure(cost)} after ${seconds(at)}`));
+      traces.push(stepLine(solver, curve.seconds.slice(from), curve.median.slice(from).map(worth), end, (at, value) => `${isGap ? `gap ${figure(value)} %` : `cost ${figure(value)}`} after ${seconds(at)}`));
     }
-    const bottom = isLog ? least / (most / least) ** 0.1 : least - 2 * pad;
+    const bottom = isLog ? least / Math.max((most / least) ** 0.1, 1.2) : least - 2 * pad;
     return {
       traces, label: `Cost over time on ${here.name} for ${drawn.length} solvers; the numbers are in the table below`,
       layout: {
         height: 380, uirevision: here.name, xaxis: timeAxis(),
-        yaxis: { title: { text: `median cost (${here.unit})` }, type: isLog ? 'log' : 'linear', range: isLog ? [Math.log10(bottom), Math.log10(top)] : [bottom, top], tickformat: '~g' },
-        shapes: here.bound ? [{ type: 'line', xref: 'paper', x0: 0, x1: 1, y0: here.bound, y1: here.bound, line: { color: css('soft'), width: 1, dash: 'dot' } }] : [],
-        annotations: here.bound ? [{ xref: 'paper', x: 0.005, y: isLog ? Math.log10(here.bound) : here.bound, xanchor: 'left', yanchor: 'top', showarrow: false, text: 'proven lower bound', font: { size: 11 } }] : [],
+        yaxis: { title: { text: isGap ? 'median gap (%)' : `median cost (${here.unit})` }, type: isLog ? 'log' : 'linear', range: isLog ? [Math.log10(bottom), Math.log10(top)] : [bottom, top], tickformat: '~g' },
+        shapes: here.bound && !isGap ? [{ type: 'line', xref: 'paper', x0: 0, x1: 1, y0: here.bound, y1: here.bound, line: { color: css('soft'), width: 1, dash: 'dot' } }] : [],
+        annotations: here.bound && !isGap ? [{ xref: 'paper', x: 0.005, y: isLog ? Math.log10(here.bound) : here.bound, xanchor: 'left', yanchor: 'top', showarrow: false, text: 'proven lower bound', font: { size: 11 } }] : [],
       },
     };
   }
