@@ -54,3 +54,8 @@ def __getattr__(name: str) -> Any:  # noqa: ANN401 - any of the names above
         return value
     msg = f"module 'cgla_graph.comparisons' has no attribute {name!r}"
     raise AttributeError(msg)
+
+
+def __dir__() -> list[str]:
+    """List the names, imported or not."""
+    return sorted({*__all__, *globals()})

@@ -7,11 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._drawn import Drawn, pictures
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.mission.metrics import Measures
 from cgla_graph.mission.rules import Rules
@@ -19,6 +20,10 @@ from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
 from cgla_graph.model.risk import Threat
 from cgla_graph.motion.trajectory import Approach
+
+if TYPE_CHECKING:
+    from matplotlib.animation import FuncAnimation
+    from matplotlib.axes import Axes
 
 Entry = TypeVar("Entry", bound=tuple[Any, ...])
 EventKind: TypeAlias = Literal[
@@ -240,7 +245,7 @@ class UavFlight(Measures):
 
 
 @dataclass(frozen=True, eq=False)
-class Flight:
+class Flight(Drawn):
     """
     What a mission came to.
 
@@ -287,6 +292,24 @@ class Flight:
     def least_separation(self) -> float:
         """The least separation of any pair, map units; infinite for a single UAV."""
         return min((pair.distance for pair in self.separations), default=math.inf)
+
+    def animate(self, *, ax: "Axes | None" = None) -> "FuncAnimation":
+        """
+        Draw it as a film: what is true, what each UAV knows of it, and what it is going to do.
+
+        Parameters
+        ----------
+        ax
+            Matplotlib axes that show the film; None makes a figure of its size.
+
+        Returns
+        -------
+        animation
+            Notebooks show it. ``animation.save("flight.gif")`` (or ``.mp4``, where ffmpeg is installed) writes what
+            `cgla fly` writes.
+        """
+        animation: FuncAnimation = pictures().animate_flight(self, ax=ax)
+        return animation
 
     def fly_informed(self) -> "Flight":
         """Fly the mission with UAVs that know the world as it is from the start, and at every change."""

@@ -13,8 +13,9 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph.certificate.certificate import Grid
-from cgla_graph.comparisons.numbers import at_most, figure, rounded_down
-from cgla_graph.comparisons.plots.looks import COLOURS, entries_of
+from cgla_graph.comparisons.numbers import at_most, rounded_down
+from cgla_graph.comparisons.numbers import figure as digits_of
+from cgla_graph.comparisons.plots.looks import COLOURS, Entry, entries_of
 from cgla_graph.comparisons.plots.map import BaseMap
 from cgla_graph.comparisons.plots.page import Key, Part, add_legend, heading, style
 from cgla_graph.comparisons.plots.scene import cost_unit, outline, unit_scale
@@ -30,7 +31,7 @@ _OPACITY, _MOST_TICKS = 0.5, 6  # of tubes; of the axis of grid steps
 _LIGHT, _DARK = "#FFDFA3", "#A34F00"
 
 
-def certificate_figure(run: Run) -> Figure:
+def certificate_figure(run: Run, *, figure: Figure | None = None) -> Figure:
     """
     Draw a certificate: the map with its path and the tube of each grid, and the bracket against the grid step.
 
@@ -38,10 +39,13 @@ def certificate_figure(run: Run) -> Figure:
     ----------
     run
         With a certificate; without a path or a bound, what there is.
+    figure
+        An empty one to draw on; None makes one.
 
     Returns
     -------
     figure
+        The first axes are the map's, the last ones the bracket's.
         Costs are map units, or kilometres where the map has longitudes and latitudes.
 
     Examples
@@ -53,9 +57,9 @@ def certificate_figure(run: Run) -> Figure:
     ['y', 'risk per unit length', 'cost']
     """
     scenario, proof = run.scenario, proof_of(run)
-    scale, entries = unit_scale(scenario), entries_of([run])
+    scale, entries = unit_scale(scenario), _entries(run)
     with style():
-        base = BaseMap.of(scenario, entries)
+        base = BaseMap.of(scenario, entries, figure=figure)
         tubes = list(_draw_tubes(base.axes, scenario.problem, proof.grids, scale))
         keys = [*base.draw_paths(entries), *base.draw_marks(), *tubes]
         about = "no better path leaves a tube" if tubes else ""
@@ -73,6 +77,23 @@ def certificate_figure(run: Run) -> Figure:
         said = verdict(run, digits=6, scale=scale, unit="" if scenario.projection is None else " km")
         base.arrange((f"{name}:  {title}" if title else name, said[0].upper() + said[1:]), parts)
     return base.figure
+
+
+def draw_certificate(axes: Sequence[Axes], run: Run) -> None:
+    """Draw the same on axes of the user's: the map with its tubes, and if there are two, the bracket."""
+    scenario, proof = run.scenario, proof_of(run)
+    scale, entries = unit_scale(scenario), _entries(run)
+    with style():
+        base = BaseMap.on(axes[0], scenario, entries)
+        tubes = list(_draw_tubes(axes[0], scenario.problem, proof.grids, scale))
+        add_legend(axes[0], [*base.draw_paths(entries), *base.draw_marks(), *tubes])
+        if len(axes) > 1 and proof.grids and math.isfinite(proof.lower_bound):
+            _draw_bracket(axes[1], run, scale)
+
+
+def _entries(run: Run) -> list[Entry]:
+    """Return how the path looks; nothing for a bound without a solver."""
+    return entries_of([run]) if run.solver else []
 
 
 def _draw_tubes(axes: Axes, problem: Problem, grids: Sequence[Grid], scale: float) -> Iterator[Key]:
@@ -133,7 +154,7 @@ def _draw_bracket(axes: Axes, run: Run, scale: float) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     box = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
     if known[-1]:
-        said = f"{'the path' if run.solution.status.has_path else 'best known'}: {figure(float(upper[-1]), 5)}"
+        said = f"{'the path' if run.solution.status.has_path else 'best known'}: {digits_of(float(upper[-1]), 5)}"
         axes.annotate(
             said, (cells[-1], upper[-1]), (0.0, 6.0), textcoords="offset points", ha="right", va="bottom", bbox=box
         )

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.numbers import figure as digits
 from cgla_graph.comparisons.plots.map import BaseMap
-from cgla_graph.comparisons.plots.page import Key, Part, arrange, plain, style
+from cgla_graph.comparisons.plots.page import Key, Part, add_legend, arrange, plain, style
 from cgla_graph.comparisons.plots.scene import (
     NEAR_COLOUR,
     OBSTACLE_HATCH,
@@ -50,7 +50,7 @@ _MOST_MARKS = 30
 _MOST_NAMES = 9  # so many UAVs have their names on the map
 
 
-def flight_figure(views: Sequence[MissionRun]) -> Figure:
+def flight_figure(views: Sequence[MissionRun], *, figure: Figure | None = None) -> Figure:
     """
     Draw flights of one mission: one map, or several variants side by side.
 
@@ -58,6 +58,8 @@ def flight_figure(views: Sequence[MissionRun]) -> Figure:
     ----------
     views
         1 to `MOST_PANELS` flights over the same bounds.
+    figure
+        An empty one to draw on; None makes one.
 
     Returns
     -------
@@ -81,7 +83,7 @@ def flight_figure(views: Sequence[MissionRun]) -> Figure:
     scenes = [view.scene(int(moment)) for view, moment in zip(views, moments, strict=True)]
     scale = unit_scale(scenes[0])
     with style():
-        base = BaseMap.of(scenes[0])
+        base = BaseMap.of(scenes[0], figure=figure)
         panels = [base.axes]
         for scene in scenes[1:]:
             panel = base.figure.add_axes((0.0, 0.0, 0.1, 0.1), sharex=base.axes, sharey=base.axes)
@@ -111,6 +113,17 @@ def flight_figure(views: Sequence[MissionRun]) -> Figure:
         else:
             arrange(base.figure, heading, [parts])
     return base.figure
+
+
+def draw_flight(axes: Axes, view: MissionRun) -> None:
+    """Draw one flight on axes of the user's, with the legend inside and no bar of colours."""
+    moment = telling_tick(view)
+    scene = view.scene(int(moment))
+    scale = unit_scale(scene)
+    with style():
+        BaseMap.on(axes, scene)
+        _draw_flight(axes, view, moment, scale)
+        add_legend(axes, list(_legend_rows([view], [moment], scale)))
 
 
 def _level(panels: Sequence[Axes]) -> None:

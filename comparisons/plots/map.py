@@ -47,7 +47,9 @@ _FINE = 0.125
 _SHARED = 0.3
 
 
-def map_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str] = ()) -> Figure:
+def map_figure(
+    scenario: Scenario, runs: Sequence[Run], named: Collection[str] = (), *, figure: Figure | None = None
+) -> Figure:
     """
     Draw a map with its risk, its no-fly area and the path of every solver.
 
@@ -60,11 +62,13 @@ def map_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str] =
         in grey (see `entries_of`); those within the width of a pen of a better one are in its line.
     named
         Labels of solvers that are drawn in colour in any case.
+    figure
+        An empty one to draw on; None makes one.
 
     Returns
     -------
     figure
-        Axes are map units, or kilometres where the map has longitudes and latitudes.
+        The first axes are the map's: map units, or kilometres where the map has longitudes and latitudes.
 
     Examples
     --------
@@ -75,11 +79,20 @@ def map_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str] =
     """
     entries = entries_of(runs, named)
     with style():
-        base = BaseMap.of(scenario, entries)
+        base = BaseMap.of(scenario, entries, figure=figure)
         keys = [*base.draw_paths(entries), *base.draw_marks()]
         legend = base.add_legend(keys, f"cost{cost_unit(scenario)}" if entries else "")
         base.arrange(heading(scenario), [*base.parts, legend])
     return base.figure
+
+
+def draw_map(axes: Axes, scenario: Scenario, runs: Sequence[Run]) -> None:
+    """Draw the same on axes of the user's, with the legend inside and no bar of colours."""
+    entries = entries_of(runs)
+    with style():
+        base = BaseMap.on(axes, scenario, entries)
+        keys = [*base.draw_paths(entries), *base.draw_marks()]
+        add_legend(axes, keys, title=f"cost{cost_unit(scenario)}" if entries else "")
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,13 +118,27 @@ class BaseMap:
     inches: float
 
     @classmethod
-    def of(cls, scenario: Scenario, entries: Sequence[Entry] = ()) -> "BaseMap":
+    def of(cls, scenario: Scenario, entries: Sequence[Entry] = (), *, figure: Figure | None = None) -> "BaseMap":
         """Draw the risk over the bounds, and over where infeasible paths of solvers leave them."""
-        figure = Figure()
+        figure = figure or Figure()
         axes = figure.add_subplot()
         size, inches = _frame_map(axes, scenario, entries)
         bar = draw_risk(figure, axes, scenario, wide=size[0] > _WIDE * size[1])
         return cls(scenario, figure, axes, None if bar is None else bar.ax, size, inches)
+
+    @classmethod
+    def on(cls, axes: Axes, scenario: Scenario, entries: Sequence[Entry] = ()) -> "BaseMap":
+        """Draw the same on axes that are there, which keep their place; without a bar of colours."""
+        figure = axes.figure
+        while not isinstance(figure, Figure):
+            figure = figure.figure  # of a figure inside another one
+        _frame_map(axes, scenario, entries)
+        (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+        width, height = abs(right - left), abs(high - low)
+        room = axes.get_window_extent()
+        inches = min(room.width / width, room.height / height) / figure.dpi
+        draw_risk(figure, axes, scenario, with_bar=False)
+        return cls(scenario, figure, axes, None, (width * inches, height * inches), inches)
 
     @property
     def wide(self) -> bool:

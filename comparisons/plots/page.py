@@ -52,14 +52,14 @@ def style() -> Iterator[None]:
         yield
 
 
-def add_legend(figure: Figure, rows: Iterable[Key], *, title: str = "", columns: int = 1) -> Legend:
+def add_legend(figure: Figure | Axes, rows: Iterable[Key], *, title: str = "", columns: int = 1) -> Legend:
     """
-    Make a legend of the figure; `arrange` finds its place.
+    Make a legend of the figure, for which `arrange` finds a place; or inside axes, where there is most room.
 
     Parameters
     ----------
     figure
-        The figure.
+        The figure, or axes.
     rows
         What is drawn, and what it is: every label is shown as it is.
     title
@@ -68,19 +68,20 @@ def add_legend(figure: Figure, rows: Iterable[Key], *, title: str = "", columns:
         How many columns the rows are spread over.
     """
     handles, labels = map(list, zip(*rows, strict=True))
+    inside = isinstance(figure, Axes)
+    pad: dict[str, Any] = {} if inside else {"borderaxespad": 0.0, "borderpad": 0.0, "labelspacing": 0.55}
     legend = figure.legend(
         handles,
         [" "] * len(labels),
         title=title,
         ncols=columns,
-        loc="upper left",
+        loc="best" if inside else "upper left",
         alignment="left",
-        frameon=False,
-        borderaxespad=0.0,
-        borderpad=0.0,
+        frameon=inside,
         handlelength=3.2,
-        labelspacing=0.55,
+        **pad,
     )
+    legend.set_zorder(7.0)
     # not given at once, as matplotlib leaves out labels that begin with an underscore
     for text, label in zip(legend.get_texts(), labels, strict=True):
         text.set_text(label)

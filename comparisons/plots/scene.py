@@ -105,7 +105,9 @@ def _degrees(value: float, letters: str) -> str:
     return f"{round(abs(value), 3):g}° {letters[value < 0.0]}"
 
 
-def draw_risk(figure: Figure, axes: Axes, scenario: Scenario, *, wide: bool) -> Colorbar | None:
+def draw_risk(
+    figure: Figure, axes: Axes, scenario: Scenario, *, wide: bool = False, with_bar: bool = True
+) -> Colorbar | None:
     """Draw the risk field over the bounds; return its colour bar, not in its place yet: None where there is no risk."""
     x_min, y_min, x_max, y_max = scenario.problem.bounds
     scale = unit_scale(scenario)
@@ -128,6 +130,8 @@ def draw_risk(figure: Figure, axes: Axes, scenario: Scenario, *, wide: bool) -> 
         aspect="equal",
         zorder=1,
     )
+    if not with_bar:
+        return None
     bar = figure.colorbar(
         image,
         cax=figure.add_axes((0.0, 0.0, 0.1, 0.1)),

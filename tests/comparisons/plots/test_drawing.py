@@ -1,0 +1,54 @@
+"""Pictures from Python: what `plot` and `animate` draw, and that they leave matplotlib's settings and figures alone."""
+
+import pickle
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
+
+import cgla_graph as cg
+
+PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField([cg.Threat(0.5, 0.5, 0.1)]), k=10.0)
+
+
+def test_everything_draws_on_axes_that_are_given_and_touches_nothing_else() -> None:
+    solution, proof = cg.solve(PROBLEM, "cgla", resolution=5), cg.lower_bound(PROBLEM, 0.2)
+    flight = cg.Mission(cg.World(), [cg.Uav("a", (0.1, 0.1), (0.9, 0.9), 0.2)], cg.solvers.get("cgla")).fly()
+    settings, figures = dict(mpl.rcParams), plt.get_fignums()
+    for draw in (PROBLEM.plot, solution.plot, proof.plot, flight.plot, PROBLEM.on_lattice(3).plot):
+        axes = Figure().add_subplot()
+        assert draw(ax=axes) is axes
+        assert axes.has_data()
+    assert (dict(mpl.rcParams), plt.get_fignums()) == (settings, figures)
+
+
+def test_solutions_are_named_by_solver_and_cost() -> None:
+    solution = cg.solve(PROBLEM, "cgla", resolution=5)
+    axes = PROBLEM.plot(solution, ax=Figure().add_subplot())
+    words = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert words[0] == f"cgla: {solution.cost:.5g}"
+
+
+def test_without_axes_a_figure_of_pyplot_is_made() -> None:
+    axes = PROBLEM.plot()
+    try:
+        assert axes.figure.number in plt.get_fignums()
+    finally:
+        plt.close(axes.figure)
+
+
+def test_a_copy_from_elsewhere_says_how_it_is_drawn() -> None:
+    copy = pickle.loads(pickle.dumps(cg.solve(PROBLEM, "straight-line")))  # noqa: S301 - our own bytes
+    with pytest.raises(cg.CglaError, match=r"problem\.plot\(solution\)"):
+        copy.plot()
+    assert PROBLEM.plot(copy, ax=Figure().add_subplot()).has_data()
+
+
+def test_the_film_is_written_as_the_command_writes_it(tmp_path: Path) -> None:
+    mission = cg.Mission(cg.World(), [cg.Uav("a", (0.1, 0.1), (0.3, 0.3), 0.2)], cg.solvers.get("cgla"))
+    film = mission.fly().animate(ax=Figure().add_subplot())
+    film.save(tmp_path / "film.gif")
+    assert (tmp_path / "film.gif").read_bytes().startswith(b"GIF89a")
+    assert "data:image/gif;base64," in film._repr_html_()
