@@ -4,8 +4,8 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
