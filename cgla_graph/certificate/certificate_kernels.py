@@ -242,16 +242,19 @@ def steepness(
 
 
 @kernel
-def soften(steep: FloatArray, controls: WholeArray, factors: FloatArray) -> None:
-    """Lower the cost factors of the nodes around each piece that is too steep, by the worst of its pieces."""
-    worst = np.ones(factors.shape[0])
+def soften(steep: FloatArray, controls: WholeArray, floors: FloatArray, costs: FloatArray) -> None:
+    """
+    Lower the costs of the nodes around each piece that is too steep, by the worst of their pieces.
+
+    No piece lowers a node below its own floor, shape ``(m,)``: where the spline of a piece of low cost is steep because
+    of nodes on the slope beside it, these come down, and the piece, along which paths may run, keeps its cost.
+    """
+    before = costs.copy()
     for p in range(controls.shape[0]):
         if 1.0 < steep[p] < math.inf:
             for o in range(9):
                 q = controls[p, o]
-                worst[q] = max(worst[q], steep[p])
-    for q in range(factors.shape[0]):
-        factors[q] /= worst[q]
+                costs[q] = min(costs[q], max(before[q] / steep[p], min(before[q], floors[p])))
 
 
 @kernel

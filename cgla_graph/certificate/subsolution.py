@@ -12,7 +12,9 @@ first enters the block of cells around the goal at ``y`` costs at least ``phi(st
 ``psi(y)`` or more from there (`Tip`), so that ``phi(start) - max (phi - psi)`` over the rim of the block is a bound.
 
 **Where the spline is too steep**, mostly where fronts meet, the cost is lowered by as much and the equation solved
-again, a few times: what is lost is of second order in the spacing where paths are smooth.
+again, a few times: what is lost is of second order in the spacing where paths are smooth. Along the foot of a slope of
+a raster, the solution bends upwards without bound, and a spline is steep beside it. There the slope is lowered first,
+and not the foot, along which paths run.
 
 **A few cells that stay too steep** need not lower the bound everywhere. Let ``|grad phi| <= c`` but for some cells,
 where ``|grad phi| <= s c``. Follow a path to the first of them that it enters, B, at ``a``, and go on where it leaves B
@@ -42,6 +44,11 @@ from cgla_graph.model.risk_raster_kernels import raster_floor
 
 #: Times that the equation is solved on one grid, at most; more where cells of rasters are steep against each other.
 MOST_ROUNDS, MOST_ROUNDS_ON_RASTERS = 8, 16
+#: Cells around those that matter, at most: around ends that are next to each other, a grid may be very fine.
+MOST_HALO = 96
+#: Rounds on bilinear rasters that lower no cost below that of the cell that is too steep. (Where risk jumps, nodes have
+#: the lesser cost as it is.)
+GENTLE_ROUNDS = 8
 #: Cells that may stay too steep, at most, and the rounding of what they are charged for.
 MOST_CHARGED, ROUNDING = 2000, 1e-12
 #: Cells along the longer side of the first grid; every further grid has twice as many.
@@ -122,7 +129,7 @@ def halo(problem: Problem, last: tuple[int, int]) -> int:
     >>> halo(Problem((0, 0), (1, 1)), (512, 512)), halo(Problem((0, 0), (1, 1)), (4096, 4096))
     (8, 40)
     """
-    return HALO if problem.field.rasters else max(HALO, max(last) // 100)
+    return HALO if problem.field.rasters else min(max(HALO, max(last) // 100), MOST_HALO)
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,21 +212,25 @@ class Level:
         piece, source_piece = mesh.ends if to_goal else mesh.ends[::-1]
         block = self.blocks[1 if to_goal else 0]
         checked = mesh.matters & ~block.holds
-        factors = np.ones(mesh.n_nodes)
+        costs = self.costs.copy()
+        rasters = problem.field.rasters
+        rounds = MOST_ROUNDS_ON_RASTERS if rasters else MOST_ROUNDS
+        gentle = GENTLE_ROUNDS if rasters and all(one.interpolation == "bilinear" for one in rasters) else 0
+        floors = self.bounds[:, :, certificate_kernels.LEAST].min(axis=1)
         steep = np.empty(len(mesh.columns))
         radius = (self.reach + 1.5) * max(mesh.spacing)
         near = np.hypot(*(mesh.node_points - source).T) <= radius
         best: Subsolution | None = None
         reached = -math.inf
-        for _ in range(MOST_ROUNDS_ON_RASTERS if problem.field.rasters else MOST_ROUNDS):
+        for number in range(rounds):
             times = costs_to_go(
                 problem,
                 mesh,
                 source,
                 source_piece,
-                self.costs * factors,
+                costs,
                 radius=radius,
-                start_factor=float(factors[near].min()),
+                start_factor=float((costs[near] / self.costs[near]).min()),
             )
             if piece < 0 or np.isinf(times[mesh.controls[piece]]).all():
                 return None
@@ -233,9 +244,11 @@ class Level:
                     found = Subsolution(eased.bound - lost, eased.values - lost)
             if best is None or found.bound > best.bound:
                 best = found
-            if steepest < 1.0 + aim or 0.0 <= gained < aim * reached:
+            if number == gentle:
+                floors[:] = 0.0
+            if steepest < 1.0 + aim or (number >= gentle and 0.0 <= gained < aim * reached):
                 break
-            certificate_kernels.soften(steep, mesh.controls, factors)
+            certificate_kernels.soften(steep, mesh.controls, floors, costs)
         return best
 
     def _charged(self, times: FloatArray, steep: FloatArray, steepest: float, bound: float) -> tuple[float, float]:

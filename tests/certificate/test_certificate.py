@@ -706,6 +706,16 @@ def test_finer_grids_give_better_bounds_to_the_end() -> None:
     assert all(finer < 0.5 * coarser for coarser, finer in itertools.pairwise(gaps))
 
 
+def test_paths_along_the_foot_of_a_slope_are_bounded() -> None:
+    """There the solution bends upwards without bound: with all costs around lowered alike, the gap was 9.8 %."""
+    values = np.full((7, 7), 0.05)
+    values[2:5, 2:5] = 3.0
+    field = cg.RiskField(rasters=[cg.RasterRisk(values, bounds=(0, 0, 1, 1))])
+    problem = cg.Problem((0.1, 0.5), (0.9, 0.45), field, k=10.0)
+    path = cg.solve(problem, "hybrid", tolerance=0.1).path
+    assert lower_bound(problem, 0.01, path=path, max_cells=4 * FEW_CELLS).reached
+
+
 def test_a_closed_pocket_beside_an_end_does_no_harm() -> None:
     """No way leads into the pocket, whose cells are on the rim of the block around the end."""
     pocket = shapely.box(0.5, 0.5, 0.512, 0.512).difference(shapely.box(0.502, 0.502, 0.51, 0.51))
@@ -715,7 +725,7 @@ def test_a_closed_pocket_beside_an_end_does_no_harm() -> None:
 
 def test_ends_in_one_cell_are_told_apart_in_the_end() -> None:
     field = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, 0.9), cg.Threat(0.52, 0.5, 0.05, 0.9)])
-    assert lower_bound(cg.Problem((0.5, 0.5), (0.5 + 1e-6, 0.5), field, 20.0), 0.01, max_cells=FEW_CELLS).reached
+    assert lower_bound(cg.Problem((0.5, 0.5), (0.5 + 1e-6, 0.5), field, 20.0), 0.01, max_cells=5 * FEW_CELLS).reached
 
 
 @pytest.mark.parametrize("goal", [(0.8, 0.05), (1.0, 0.05), (1.0, 0.0)])
