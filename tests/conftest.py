@@ -10,8 +10,11 @@ from pathlib import Path
 import pytest
 import strategies  # noqa: F401 - how examples are drawn is settled before any test is imported
 
-# What a script starts in the background ignores Ctrl-C, and so would the programs that tests start and interrupt.
+# What a script starts in the background ignores Ctrl-C, and what nohup starts a terminal that is closed; so would the
+# programs that tests start and interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP"):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.fixture
