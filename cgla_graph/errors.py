@@ -32,6 +32,14 @@ class ScenarioError(CglaError, ValueError):
     """A scenario file, or a map that it names, cannot be read or is malformed."""
 
 
+class FileFormatError(CglaError, ValueError):
+    """A file that somebody else wrote, of zones or of a plan, cannot be read, is malformed or is not understood."""
+
+
+class PlanError(FileFormatError):
+    """A flight plan is malformed, or files of that format cannot hold it."""
+
+
 class MissionError(CglaError, ValueError):
     """A mission, one of its UAVs, its world or a mission file is malformed."""
 

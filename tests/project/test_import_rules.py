@@ -14,7 +14,9 @@ ROOT = Path(__file__).resolve().parents[2]
 #: What stands on which floor, the lowest first: modules import only from their own floor and from those below it.
 FLOORS = (
     ("errors", "_types", "_kernel", "_validate", "_drawn"),
+    ("untrusted",),
     ("model",),
+    ("flight_plans",),
     ("cost_to_go",),
     ("refine",),
     ("fusion",),

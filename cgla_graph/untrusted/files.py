@@ -1,0 +1,121 @@
+"""The bytes and the text of a file that somebody else wrote: of bounded size, in a known encoding."""
+
+import codecs
+import os
+from pathlib import Path
+from typing import Literal, NoReturn, TypeAlias
+
+from cgla_graph.errors import FileFormatError
+
+FilePath: TypeAlias = str | os.PathLike[str]
+Kind: TypeAlias = Literal["zip", "xml", "json", "text"]
+
+#: Bytes of a file, or of what an archive holds, at most.
+MOST_BYTES = 64 << 20
+#: Marks that begin a text, and the encodings that they say; that of UTF-32 begins like that of UTF-16.
+MARKS = (
+    (codecs.BOM_UTF8, "utf-8"),
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+
+
+def read_bytes(path: FilePath) -> bytes:
+    """
+    Return the bytes of a regular file.
+
+    Raises
+    ------
+    FileFormatError
+        If it is not there, is no regular file, cannot be read, or has more than `MOST_BYTES`.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "zones.json")
+    ...     _ = file.write_bytes(b"{}")
+    ...     read_bytes(file)
+    b'{}'
+    """
+    file = os.fspath(path)
+    try:
+        # a pipe or a device might never end, or never begin
+        if not Path(path).is_file():
+            fault(file, "there is no such file" if not Path(path).exists() else "it is no file", "check the name")
+        with Path(path).open("rb") as stream:
+            data = stream.read(MOST_BYTES + 1)
+    except FileFormatError:
+        raise
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        fault(file, f"it cannot be read ({reason})", "check the name, and who may read it")
+    if len(data) > MOST_BYTES:
+        fault(file, f"it has more than {MOST_BYTES >> 20} MiB", "cut out the part that matters")
+    return data
+
+
+def read_text(path: FilePath) -> str:
+    """
+    Return the text of a file: UTF-8, or what its byte-order mark says.
+
+    Raises
+    ------
+    FileFormatError
+        If it cannot be read, is too large (`MOST_BYTES`), or is no such text.
+    """
+    return text_of(read_bytes(path), os.fspath(path))
+
+
+def text_of(data: bytes, file: str) -> str:
+    r"""
+    Return the text that bytes stand for, without the byte-order mark.
+
+    Parameters
+    ----------
+    data
+        UTF-8, or what a byte-order mark says.
+    file
+        What errors call it.
+
+    Raises
+    ------
+    FileFormatError
+        If it is no such text.
+
+    Examples
+    --------
+    >>> text_of(b"\xef\xbb\xbf{}", "zones.json"), text_of("{}".encode("utf-16"), "zones.json")
+    ('{}', '{}')
+    """
+    encoding = next((name for mark, name in MARKS if data.startswith(mark)), "utf-8")
+    try:
+        return data.decode("utf-8-sig" if encoding == "utf-8" else encoding)
+    except UnicodeDecodeError as error:
+        fault(file, f"byte {error.start} is not {encoding.upper()}", "save it as UTF-8 text")
+
+
+def kind_of(data: bytes) -> Kind:
+    r"""
+    Tell what bytes are by how they begin.
+
+    Examples
+    --------
+    >>> kind_of(b"\xef\xbb\xbf {}"), kind_of(b"<kml/>"), kind_of(b"PK\x03\x04"), kind_of(b"QGC WPL 110")
+    ('json', 'xml', 'zip', 'text')
+    """
+    if data.startswith((b"PK\x03\x04", b"PK\x05\x06")):
+        return "zip"
+    head = data[:4096]
+    for mark, _ in MARKS:
+        head = head.removeprefix(mark)
+    head = head.replace(b"\0", b"").lstrip()
+    return "xml" if head.startswith(b"<") else "json" if head.startswith((b"{", b"[")) else "text"
+
+
+def fault(where: str, wrong: str, remedy: str) -> NoReturn:
+    """Raise the error that says in one line where something is wrong, what, and what to do."""
+    msg = f"{where}: {wrong}; {remedy}"
+    raise FileFormatError(" ".join(msg.split()))

@@ -1,0 +1,104 @@
+"""JSON that somebody else wrote: of bounded depth and size, with one value a key, without NaN."""
+
+import json
+import os
+from typing import NoReturn
+
+import numpy as np
+
+from cgla_graph.errors import FileFormatError
+from cgla_graph.untrusted.files import FilePath, fault, read_bytes, text_of
+
+#: Objects and lists inside one another, at most.
+DEEPEST = 64
+#: Objects, and objects and lists together: 50 MB of positions are fewer, 50 MB of brackets would fill the memory.
+MOST_OBJECTS, MOST_LISTS = 1_000_000, 4_000_000
+
+
+class _RefusedError(Exception):
+    """What is said of a document that is JSON, but is refused."""
+
+
+def read_json(path: FilePath) -> object:
+    """
+    Return what a JSON file holds.
+
+    Raises
+    ------
+    FileFormatError
+        If it cannot be read, is too large or nested too deeply, is not JSON (NaN is none), or has a key twice in an
+        object, of which one value would be lost.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "zones.json")
+    ...     _ = file.write_bytes(b'{"features": []}')
+    ...     read_json(file)
+    {'features': []}
+    """
+    return json_of(read_bytes(path), os.fspath(path))
+
+
+def json_of(data: bytes, file: str) -> object:
+    """
+    Return what the bytes of a JSON document hold; errors call it `file`, and are those of `read_json`.
+
+    Examples
+    --------
+    >>> json_of(b'{"a": 1, "a": 2}', "zones.json")
+    Traceback (most recent call last):
+        ...
+    cgla_graph.errors.FileFormatError: zones.json: the key 'a' stands twice in one object; leave one of them
+    """
+    text = text_of(data, file)
+    _require_shape(text, file)
+    try:
+        return json.loads(text, object_pairs_hook=_one_value_a_key, parse_constant=_no_constant)
+    except json.JSONDecodeError as error:
+        fault(file, f"line {error.lineno}, column {error.colno}: not JSON ({error.msg})", "correct it there")
+    except _RefusedError as error:
+        raise FileFormatError(f"{file}: {error}") from error  # noqa: TRY003, EM102 - said where it was found
+    except (ValueError, RecursionError) as error:
+        fault(file, f"not JSON that can be read ({error})", "remove numbers of thousands of digits")
+
+
+def _require_shape(text: str, file: str) -> None:
+    """Check how deep and how large a document is, before anything is made of it."""
+    plain = text
+    if "\\" in text:
+        # (an escaped quote ends no string)
+        plain = text.replace("\\\\", "").replace('\\"', "")
+    codes = np.frombuffer(plain.encode("utf-8"), dtype=np.uint8)
+    step = np.zeros(256, dtype=np.int8)
+    step[[ord("["), ord("{")]], step[[ord("]"), ord("}")]] = 1, -1
+    quote = ord('"')
+    marks = codes[(step[codes] != 0) | (codes == quote)]
+    inside = np.cumsum(marks == quote, dtype=np.int32) % 2 == 1
+    marks = marks[~inside & (marks != quote)]
+    steps = step[marks]
+    if np.cumsum(steps, dtype=np.int32).max(initial=0) > DEEPEST:
+        fault(file, f"it is nested more than {DEEPEST} deep", "leave out what is nested so")
+    objects, both = int((marks == ord("{")).sum()), int((steps == 1).sum())
+    if objects > MOST_OBJECTS or both > MOST_LISTS:
+        wrong = f"it has {objects:,} objects and {both - objects:,} lists, more than {MOST_OBJECTS:,} or {MOST_LISTS:,}"
+        fault(file, wrong, "cut out the part that matters")
+
+
+def _one_value_a_key(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    """Return an object; a key that stands twice is refused, as one of its values would be lost."""
+    made = dict(pairs)
+    if len(made) < len(pairs):
+        seen: set[str] = set()
+        twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
+        msg = f"the key {twice[:60]!r} stands twice in one object; leave one of them"
+        raise _RefusedError(msg)
+    return made
+
+
+def _no_constant(name: str) -> NoReturn:
+    """Refuse NaN and Infinity."""
+    msg = f"it holds {name}, which is no JSON; write a number, or null"
+    raise _RefusedError(msg)

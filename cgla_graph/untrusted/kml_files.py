@@ -1,0 +1,86 @@
+"""KML that somebody else wrote, plain or in an archive (KMZ), of which nothing is written to the disk."""
+
+import io
+import os
+import struct
+import zipfile
+import zlib
+from xml.etree.ElementTree import Element
+
+from cgla_graph.errors import FileFormatError
+from cgla_graph.untrusted.files import MOST_BYTES, FilePath, fault, kind_of, read_bytes
+from cgla_graph.untrusted.xml_files import tag_of, xml_of
+
+#: Files in an archive, at most, and what each of them is listed under.
+MOST_MEMBERS, MEMBER = 10_000, b"PK\x01\x02"
+
+
+def read_kml(path: FilePath) -> Element:
+    """
+    Return the root of a KML file, or of the one KML file in an archive (KMZ); its content says which it is.
+
+    Raises
+    ------
+    FileFormatError
+        If it cannot be read, is no KML (see `cgla_graph.untrusted.xml_files.read_xml`), or is an archive with none or
+        with several, or one that is damaged, encrypted or grows beyond `MOST_BYTES`.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "zones.kmz")
+    ...     with zipfile.ZipFile(file, "w") as archive:
+    ...         archive.writestr("doc.kml", "<kml><Document/></kml>")
+    ...     tag_of(read_kml(file))
+    'kml'
+    """
+    return kml_of(read_bytes(path), os.fspath(path))
+
+
+def kml_of(data: bytes, file: str) -> Element:
+    """
+    Return the root of the bytes of a KML or KMZ file; errors call it `file`, and are those of `read_kml`.
+
+    Examples
+    --------
+    >>> tag_of(kml_of(b"<kml/>", "zones.kml"))
+    'kml'
+    """
+    root = xml_of(unzipped(data, file, ".kml") if kind_of(data) == "zip" else data, file)
+    if tag_of(root) != "kml":
+        fault(file, f"its root is <{tag_of(root)[:60]}>", "give a file whose root is <kml>")
+    return root
+
+
+def unzipped(data: bytes, file: str, ending: str) -> bytes:
+    """
+    Return the one member of an archive whose name ends so; no more of it than `MOST_BYTES` is ever unpacked.
+
+    Raises
+    ------
+    FileFormatError
+        If there is none or more than one, or it cannot be unpacked.
+    """
+    if data.count(MEMBER) > MOST_MEMBERS:
+        fault(file, f"it is an archive of more than {MOST_MEMBERS:,} files", f"give the {ending} file alone")
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            found = [info for info in archive.infolist() if info.filename.lower().endswith(ending)]
+            if len(found) != 1:
+                few = ", ".join(info.filename[:40] for info in found[:3])
+                wrong = f"it is an archive with {len(found)} {ending} files" + (f" ({few}, …)" if found else "")
+                fault(file, wrong, "unpack it, and give those that count")
+            # others may take as much memory as they like
+            if found[0].compress_type not in {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}:
+                fault(file, f"its {ending} file is compressed in an unusual way", "pack it as an ordinary zip archive")
+            with archive.open(found[0]) as member:
+                content = member.read(MOST_BYTES + 1)
+    except FileFormatError:
+        raise
+    except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, RuntimeError, OSError, ValueError) as error:
+        fault(file, f"its archive is damaged or encrypted ({error})", f"give the {ending} file alone")
+    if len(content) > MOST_BYTES:
+        fault(file, f"its {ending} file has more than {MOST_BYTES >> 20} MiB", "cut out the part that matters")
+    return content

@@ -1,0 +1,93 @@
+"""XML that somebody else wrote: without declarations of types or entities, of bounded depth and size."""
+
+import os
+from xml.etree.ElementTree import Element, ParseError, TreeBuilder
+
+from defusedxml.common import DefusedXmlException
+from defusedxml.ElementTree import DefusedXMLParser
+
+from cgla_graph.untrusted.files import FilePath, fault, read_bytes
+
+#: Elements inside one another, and altogether, at most.
+DEEPEST, MOST_ELEMENTS = 64, 1_000_000
+
+
+class _Builder(TreeBuilder):
+    """Builds a tree that is not too deep or too large."""
+
+    def __init__(self, file: str) -> None:
+        super().__init__()
+        self.file, self.depth, self.count = file, 0, 0
+
+    def start(self, tag: str, attrs: dict[str, str], /) -> Element:
+        self.depth += 1
+        self.count += 1
+        if self.depth > DEEPEST:
+            fault(self.file, f"it is nested more than {DEEPEST} deep", "leave out what is nested so")
+        if self.count > MOST_ELEMENTS:
+            fault(self.file, f"it has more than {MOST_ELEMENTS:,} elements", "cut out the part that matters")
+        return super().start(tag, attrs)
+
+    def end(self, tag: str, /) -> Element:
+        self.depth -= 1
+        return super().end(tag)
+
+
+def read_xml(path: FilePath) -> Element:
+    """
+    Return the root of an XML file.
+
+    Raises
+    ------
+    FileFormatError
+        If it cannot be read, is too large or nested too deeply, is not XML, or declares a document type or entities,
+        by which a file could name others or grow without end.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "plan.gpx")
+    ...     _ = file.write_bytes(b"<gpx><wpt lat='1' lon='2'/></gpx>")
+    ...     read_xml(file)[0].get("lat")
+    '1'
+    """
+    return xml_of(read_bytes(path), os.fspath(path))
+
+
+def xml_of(data: bytes, file: str) -> Element:
+    """
+    Return the root of the bytes of an XML document; errors call it `file`, and are those of `read_xml`.
+
+    Examples
+    --------
+    >>> xml_of(b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>', "plan.gpx")
+    Traceback (most recent call last):
+        ...
+    cgla_graph.errors.FileFormatError: plan.gpx: it declares a document type or entities; remove the declaration
+    """
+    parser = DefusedXMLParser(target=_Builder(file), forbid_dtd=True)
+    try:
+        parser.feed(data)
+        return parser.close()
+    except ParseError as error:
+        line, column = error.position
+        reason = str(error).partition(":")[0]
+        fault(file, f"line {line}, column {column}: not XML ({reason})", "correct it there")
+    except DefusedXmlException:
+        fault(file, "it declares a document type or entities", "remove the declaration")
+    except (ValueError, LookupError) as error:
+        fault(file, f"not XML that can be read ({error})", "save it as UTF-8")
+
+
+def tag_of(element: Element) -> str:
+    """
+    Return the name of an element without its namespace.
+
+    Examples
+    --------
+    >>> tag_of(xml_of(b'<kml xmlns="http://www.opengis.net/kml/2.2"/>', "plan.kml"))
+    'kml'
+    """
+    return element.tag.rpartition("}")[2]
