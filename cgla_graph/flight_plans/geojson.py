@@ -64,7 +64,7 @@ def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
             lines.append((name if isinstance(name, str) else "", _line(coordinates, place)))
         elif kind == "MultiLineString" and isinstance(coordinates, list) and len(coordinates) == 1:
             lines.append(("", _line(coordinates[0], place)))
-        elif kind in {"Polygon", "MultiPolygon"}:
+        elif kind in ("Polygon", "MultiPolygon"):
             remarks.append(f"feature {index}: a {kind} is no part of what is flown: left out")
         else:
             fault(place, f"its geometry is {shown(kind or geometry)}", "a plan has points and one line")

@@ -5,7 +5,7 @@ from typing import Final
 from xml.etree.ElementTree import Element
 from xml.sax.saxutils import escape
 
-from cgla_graph.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, Waypoint, decimal, fault
+from cgla_graph.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, Waypoint, decimal, fault, few_written
 from cgla_graph.flight_plans.tagged import (
     ALTITUDE,
     HOME,
@@ -21,6 +21,8 @@ from cgla_graph.untrusted.xml_files import tag_of
 
 #: The namespace of our extensions.
 NAMESPACE: Final = "urn:cgla-graph:plan:1"
+#: So many waypoints are written: files of more would be too large to be read again.
+_MOST_WRITTEN: Final = 100_000
 
 
 def read_tree(root: Element, where: str) -> FlightPlan:
@@ -111,12 +113,18 @@ def write(plan: FlightPlan) -> str:
     plan
         One with longitudes and latitudes.
 
+    Raises
+    ------
+    PlanError
+        If it has too many waypoints.
+
     Examples
     --------
     >>> text = write(FlightPlan.along([(24.0, 60.0), (24.1, 60.1)], altitude=80))
     >>> '<rtept lat="60.1" lon="24.1"><ele>0</ele>' in text
     True
     """
+    few_written(len(plan.waypoints), _MOST_WRITTEN, "GPX")
     name = f"<name>{escape(plan.name)}</name>" if plan.name else ""
     head = (
         f'<gpx version="1.1" creator="cgla-graph" xmlns="http://www.topografix.com/GPX/1/1" xmlns:cgla="{NAMESPACE}">'

@@ -11,7 +11,16 @@ from xml.etree.ElementTree import Element
 from xml.sax.saxutils import escape, quoteattr
 
 from cgla_graph.flight_plans.geojson import chosen
-from cgla_graph.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, Reference, Waypoint, decimal, fault
+from cgla_graph.flight_plans.plan import (
+    MOST_WAYPOINTS,
+    FlightPlan,
+    Home,
+    Reference,
+    Waypoint,
+    decimal,
+    fault,
+    few_written,
+)
 from cgla_graph.flight_plans.tagged import ALTITUDE, NAMES, REFERENCE, ROLE, place_of, text_tags, waypoint_of
 from cgla_graph.untrusted.xml_files import tag_of
 
@@ -24,6 +33,8 @@ _GROUPS, _AREAS = {"MultiGeometry"}, {"Polygon", "LinearRing", "Model"}
 _TRACKS = {"Track", "MultiTrack"}
 _OTHERS = {"NetworkLink", "GroundOverlay", "ScreenOverlay", "PhotoOverlay", "Tour"}
 _LEAST, _MOST = 2, 3
+#: So many waypoints are written, each as a point: files of more would be too large to be read again.
+_MOST_WRITTEN: Final = 50_000
 
 
 def read_tree(root: Element, where: str) -> FlightPlan:
@@ -144,12 +155,18 @@ def write(plan: FlightPlan) -> str:
     plan
         One with longitudes and latitudes.
 
+    Raises
+    ------
+    PlanError
+        If it has too many waypoints.
+
     Examples
     --------
     >>> text = write(FlightPlan.along([(24.0, 60.0), (24.1, 60.1)], altitude=80))
     >>> "<coordinates>24,60,80 24.1,60.1,0</coordinates>" in text
     True
     """
+    few_written(len(plan.waypoints), _MOST_WRITTEN, "KML")
     lines = ['<?xml version="1.0" encoding="UTF-8"?>', '<kml xmlns="http://www.opengis.net/kml/2.2">', "<Document>"]
     if plan.name:
         lines.append(f"<name>{escape(plan.name)}</name>")

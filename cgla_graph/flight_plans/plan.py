@@ -360,6 +360,18 @@ def numbered(remarks: Sequence[str], most: int = 20) -> Iterator[str]:
         yield f"and {len(remarks) - most} more like these"
 
 
+def few_written(count: int, most: int, kind: str) -> None:
+    """
+    Check that a file that is written is small enough to be read again.
+
+    Examples
+    --------
+    >>> few_written(3, 50_000, "KML")
+    """
+    if count > most:
+        fault("the plan", f"it has {count} waypoints", f"{kind} is written for at most {most}: take .geojson or .csv")
+
+
 def decimal(value: float) -> str:
     """
     Write a number in full, without an exponent: it reads back to the last bit.

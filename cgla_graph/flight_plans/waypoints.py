@@ -12,8 +12,8 @@ SIGNATURE: Final = "QGC WPL"
 _WITH_HOME, _WITHOUT_HOME = "110", "120"
 #: index, current, frame, command, seven parameters, autocontinue
 _COLUMNS = 12
-#: Items of a file, at most: each waypoint may have a few that fly nowhere.
-_MOST_ITEMS = 4 * MOST_WAYPOINTS
+#: Items of a file, at most: some waypoints have one that flies nowhere.
+_MOST_ITEMS = 2 * MOST_WAYPOINTS
 #: Digits of a whole number, and characters of any number, at most: the least double has 1077.
 _MOST_DIGITS, _LONGEST = 9, 1200
 _GLOBAL_FRAME = 0

@@ -6,6 +6,7 @@ from xml.etree.ElementTree import Element, ParseError, TreeBuilder
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
+from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import FilePath, fault, read_bytes
 
 #: Elements inside one another, and altogether, at most.
@@ -71,6 +72,8 @@ def xml_of(data: bytes, file: str) -> Element:
     try:
         parser.feed(data)
         return parser.close()
+    except FileFormatError:
+        raise
     except ParseError as error:
         line, column = error.position
         reason = str(error).partition(":")[0]

@@ -1,5 +1,6 @@
 """Files as nobody should write them: those that are right, damaged somewhere."""
 
+import copy
 import json
 import random
 from collections.abc import Callable, Iterable
@@ -52,7 +53,8 @@ def damaged_json(data: bytes, seed: int) -> bytes:
             other, other_key = draw.choice(places)
             where[key] = json.loads(json.dumps(other[other_key])) if other_key in _keys(other) else None
         else:
-            where[key] = draw.choice(VALUES)
+            # (a copy: what is drawn may be changed later)
+            where[key] = copy.deepcopy(draw.choice(VALUES))
     return json.dumps(document).encode()
 
 
