@@ -1,5 +1,6 @@
 """What all TOML files with a map share: their tables, how these become map units, and how a fault is told."""
 
+import re
 import tomllib
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -311,6 +312,13 @@ class MapBuilder:
         """What each of them is called: its place in this file, or what its GeoJSON file calls it."""
         written = [f"no_fly.polygons.{number}" for number in range(len(self.table.no_fly.polygons))]
         return [*written, *(area.name for name in self.table.no_fly.geojson for area in self._areas_in(name))]
+
+    @property
+    def named_areas(self) -> list[tuple[str, BaseGeometry]]:
+        """Those that their GeoJSON file gives a name of its own, in map units."""
+        given = zip(self.no_fly_names, self.projected_no_fly, strict=True)
+        unnamed = re.compile(r"no_fly\.polygons\.\d+|area \d+")
+        return [(name, shape) for name, shape in given if not unnamed.fullmatch(name)]
 
     @cached_property
     def projected_no_fly(self) -> list[BaseGeometry]:

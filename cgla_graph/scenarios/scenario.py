@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from pydantic import Field
+from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph._validate import four_numbers, non_negative_number, point, shown
@@ -45,6 +46,8 @@ class Scenario:
         Whether y grows downwards, as in grid maps; pictures follow.
     notes
         Where the values come from.
+    areas
+        Names and shapes of the no-fly areas that have a name in their file, map units; pictures write them.
 
     Examples
     --------
@@ -60,6 +63,7 @@ class Scenario:
     projection: LocalProjection | None = None
     y_down: bool = False
     notes: str = ""
+    areas: Sequence[tuple[str, BaseGeometry]] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         """Let the problem know where on the Earth it is."""
@@ -357,4 +361,5 @@ def scenario_of(
         settings=table.solvers,
         projection=builder.projection,
         notes=table.notes,
+        areas=builder.named_areas,
     )

@@ -14,6 +14,7 @@ from PIL import Image
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
+from cgla_graph.comparisons.plots.flight import flown_places
 from cgla_graph.comparisons.plots.map import BaseMap
 from cgla_graph.comparisons.plots.page import Key, Part, add_legend, arrange, plain
 from cgla_graph.comparisons.plots.scene import (
@@ -76,7 +77,8 @@ class Film:
         self.view = view
         self.flight = view.flight
         self.scale = unit_scale(view.scene(0))
-        base = BaseMap.of(view.scene(0))
+        base = BaseMap.of(view.scene(0), places=flown_places(view))
+        self._part = base.part
         self.figure, self.axes = base.figure, base.axes
         self.figure.set_dpi(DPI)
         # the risk changes, and needs no bar; `_draw_truth` draws it
@@ -158,7 +160,7 @@ class Film:
         axes, scale, world = self.axes, self.scale, self.view.mission.world
         for artist in self._truth:
             artist.remove()
-        bar = draw_risk(self.figure, axes, self.view.scene(tick), wide=False)
+        bar = draw_risk(self.figure, axes, self.view.scene(tick), wide=False, part=self._part)
         if bar is not None:
             self.figure.delaxes(bar.ax)
         for image in axes.images:
@@ -172,7 +174,7 @@ class Film:
                 draw_ring(axes, (threat.x * scale, threat.y * scale), radius, zorder=2.2, **TIMED_LOOK)
         draw_ends(axes, self.view.mission.uavs, scale, size=5.5, zorder=3.0)
         clip_to_bounds(axes, world.bounds, areas, scale)
-        self._truth = [*axes.images, *axes.patches, *axes.lines]
+        self._truth = [*axes.images, *axes.patches, *(line for line in axes.lines if line.get_gid() is None)]
 
     # what moves
 

@@ -12,6 +12,7 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.ticker import MaxNLocator, NullLocator
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._types import FloatArray
 from cgla_graph.certificate.certificate import Grid
 from cgla_graph.comparisons.numbers import at_most, rounded_down
 from cgla_graph.comparisons.numbers import figure as digits_of
@@ -59,9 +60,10 @@ def certificate_figure(run: Run, *, figure: Figure | None = None) -> Figure:
     scenario, proof = run.scenario, proof_of(run)
     scale, entries = unit_scale(scenario), _entries(run)
     with style():
-        base = BaseMap.of(scenario, entries, figure=figure)
+        base = BaseMap.of(scenario, entries, places=_corners(scenario.problem, proof.grids), figure=figure)
         tubes = list(_draw_tubes(base.axes, scenario.problem, proof.grids, scale))
         keys = [*base.draw_paths(entries), *base.draw_marks(), *tubes]
+        base.name_areas([entry.path for entry in entries])
         about = "no better path leaves a tube" if tubes else ""
         legend = add_legend(base.figure, keys, title=about, columns=3 if base.wide else 2)
         parts = [*base.parts, Part.of(base.figure, legend)]
@@ -84,7 +86,7 @@ def draw_certificate(axes: Sequence[Axes], run: Run) -> None:
     scenario, proof = run.scenario, proof_of(run)
     scale, entries = unit_scale(scenario), _entries(run)
     with style():
-        base = BaseMap.on(axes[0], scenario, entries)
+        base = BaseMap.on(axes[0], scenario, entries, places=_corners(scenario.problem, proof.grids))
         tubes = list(_draw_tubes(axes[0], scenario.problem, proof.grids, scale))
         add_legend(axes[0], [*base.draw_paths(entries), *base.draw_marks(), *tubes])
         if len(axes) > 1 and proof.grids and math.isfinite(proof.lower_bound):
@@ -108,6 +110,15 @@ def _draw_tubes(axes: Axes, problem: Problem, grids: Sequence[Grid], scale: floa
         axes.add_patch(PathPatch(fill, facecolor=(colour, _OPACITY), edgecolor="none", zorder=1.5))
         axes.add_patch(PathPatch(outline(tube, scale), facecolor="none", edgecolor=colour, linewidth=0.8, zorder=1.6))
         yield Patch(facecolor=(colour, _OPACITY), edgecolor=colour), f"tube, grid step 1/{max(grid.last)}"
+
+
+def _corners(problem: Problem, grids: Sequence[Grid]) -> list[FloatArray]:
+    """Return the corners of the box around what is shaded, a little inside: a tube may reach the edge of the map."""
+    if len(grids) < 2:  # noqa: PLR2004 - the first is not shaded
+        return []
+    low, high = np.reshape(_tube(problem, grids[1]).bounds, (2, 2))
+    within = 0.01 * (high - low)
+    return [np.array([low + within, high - within])]
 
 
 def _tube(problem: Problem, grid: Grid) -> BaseGeometry:

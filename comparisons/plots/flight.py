@@ -83,13 +83,13 @@ def flight_figure(views: Sequence[MissionRun], *, figure: Figure | None = None) 
     scenes = [view.scene(int(moment)) for view, moment in zip(views, moments, strict=True)]
     scale = unit_scale(scenes[0])
     with style():
-        base = BaseMap.of(scenes[0], figure=figure)
+        base = BaseMap.of(scenes[0], places=[place for view in views for place in flown_places(view)], figure=figure)
         panels = [base.axes]
         for scene in scenes[1:]:
             panel = base.figure.add_axes((0.0, 0.0, 0.1, 0.1), sharex=base.axes, sharey=base.axes)
             panel.set(aspect="equal", facecolor=base.axes.get_facecolor(), xlabel=base.axes.get_xlabel())
             panel.tick_params(labelleft=False)
-            bar = draw_risk(base.figure, panel, scene, wide=False)
+            bar = draw_risk(base.figure, panel, scene, wide=False, part=base.part)
             if bar is not None and base.bar is not None:
                 base.figure.delaxes(bar.ax)
             elif bar is not None:
@@ -121,9 +121,16 @@ def draw_flight(axes: Axes, view: MissionRun) -> None:
     scene = view.scene(int(moment))
     scale = unit_scale(scene)
     with style():
-        BaseMap.on(axes, scene)
+        BaseMap.on(axes, scene, places=flown_places(view))
         _draw_flight(axes, view, moment, scale)
         add_legend(axes, list(_legend_rows([view], [moment], scale)))
+
+
+def flown_places(view: MissionRun) -> list[FloatArray]:
+    """List what is seen whole in pictures of a flight: starts, goals and traces, and what comes and goes."""
+    ends = [np.array([uav.start, uav.goal], dtype=np.float64) for uav in view.mission.uavs]
+    flown = [uav.path for uav in view.flight.uavs.values() if len(uav.path)]
+    return [*ends, *flown]
 
 
 def _level(panels: Sequence[Axes]) -> None:

@@ -17,8 +17,10 @@ from shapely import LineString
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, FloatArray
+from cgla_graph.comparisons.numbers import at_most, rounded_down
+from cgla_graph.comparisons.numbers import figure as digits
 from cgla_graph.comparisons.plots.looks import Entry, cost_label, entries_of, others_label
-from cgla_graph.comparisons.plots.page import Key, Part, add_legend, arrange, heading, style
+from cgla_graph.comparisons.plots.page import Key, Part, add_legend, add_table, arrange, heading, plain, style
 from cgla_graph.comparisons.plots.scene import (
     area_key,
     axis_labels,
@@ -30,12 +32,15 @@ from cgla_graph.comparisons.plots.scene import (
     draw_risk,
     unit_scale,
 )
+from cgla_graph.comparisons.plots.view import label_degrees, name_areas, view_of
+from cgla_graph.comparisons.study.rows import scenario_bound
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.scenarios.scenario import Scenario
 
 _LONG, _WIDE_LONG, _SHORT = 4.8, 6.5, 0.9  # inches: longer side of the map, of a wide one, least shorter side
 _WIDE = 2.5  # maps wider than this times their height have everything else below them
 _BAR = 0.13  # inches: thickness of the colour bar
+_TABLE_GAP, _LEAST_COLUMN = 0.25, 3.2  # inches: above a table, and how high the column beside the map may be at least
 _ROW = 0.2  # inches that a row of the legend takes
 _PEN, _DASHED, _THIN = 1.6, 1.2, 0.8  # points: width of the lines in colour, of infeasible ones, and of all others
 _STEP = 0.9  # points: how much wider a line is for each better one that runs over it
@@ -81,9 +86,29 @@ def map_figure(
     with style():
         base = BaseMap.of(scenario, entries, figure=figure)
         keys = [*base.draw_paths(entries), *base.draw_marks()]
+        base.name_areas([entry.path for entry in entries])
         legend = base.add_legend(keys, f"cost{cost_unit(scenario)}" if entries else "")
-        base.arrange(heading(scenario), [*base.parts, legend])
+        base.arrange(heading(scenario), [*base.parts, *base.with_table(legend, numbers_table(scenario, runs, entries))])
     return base.figure
+
+
+def numbers_table(scenario: Scenario, runs: Sequence[Run], entries: Sequence[Entry]) -> list[list[str]]:
+    """Write what else is to be known of the paths in colour: their gap to the proven bound, length and risk."""
+    scale, bound = unit_scale(scenario), scenario_bound(runs)
+    shown = [entry for entry in entries if entry.stands_out and len(entry.path) and not entry.infeasible]
+    if not shown:
+        return []
+    proven = 0.0 < bound < math.inf
+    unit = "" if scenario.projection is None else " km"
+    table = [["", *(["gap at most"] if proven else []), f"length{cost_unit(scenario)}", "risk"]]
+    for entry in shown:
+        solution = entry.shown.solution
+        gap = [at_most(max(solution.cost / bound - 1.0, 0.0))] if proven else []
+        table.append([plain(entry.label, 20), *gap, digits(solution.length * scale, 5), digits(solution.risk, 4)])
+    if proven:
+        table.append([])
+        table.append([f"no path costs less than {rounded_down(bound * scale, 5)}{unit}"])
+    return table
 
 
 def draw_map(axes: Axes, scenario: Scenario, runs: Sequence[Run]) -> None:
@@ -108,6 +133,8 @@ class BaseMap:
         Where it is drawn, and the axes of its colour bar; None where there is no risk.
     size, inches
         Width and height of the map, and of one unit of its axes, inches.
+    part
+        What of the map is shown, map units.
     """
 
     scenario: Scenario
@@ -116,29 +143,39 @@ class BaseMap:
     bar: Axes | None
     size: tuple[float, float]
     inches: float
+    part: Bounds
 
     @classmethod
-    def of(cls, scenario: Scenario, entries: Sequence[Entry] = (), *, figure: Figure | None = None) -> "BaseMap":
-        """Draw the risk over the bounds, and over where infeasible paths of solvers leave them."""
+    def of(
+        cls,
+        scenario: Scenario,
+        entries: Sequence[Entry] = (),
+        *,
+        places: Sequence[FloatArray] = (),
+        figure: Figure | None = None,
+    ) -> "BaseMap":
+        """Draw the risk where solvers' paths and other places (map units) are, and where infeasible paths leave it."""
         figure = figure or Figure()
         axes = figure.add_subplot()
-        size, inches = _frame_map(axes, scenario, entries)
-        bar = draw_risk(figure, axes, scenario, wide=size[0] > _WIDE * size[1])
-        return cls(scenario, figure, axes, None if bar is None else bar.ax, size, inches)
+        size, inches, part = _frame_map(axes, scenario, entries, places)
+        bar = draw_risk(figure, axes, scenario, wide=size[0] > _WIDE * size[1], part=part)
+        return cls(scenario, figure, axes, None if bar is None else bar.ax, size, inches, part)
 
     @classmethod
-    def on(cls, axes: Axes, scenario: Scenario, entries: Sequence[Entry] = ()) -> "BaseMap":
+    def on(
+        cls, axes: Axes, scenario: Scenario, entries: Sequence[Entry] = (), *, places: Sequence[FloatArray] = ()
+    ) -> "BaseMap":
         """Draw the same on axes that are there, which keep their place; without a bar of colours."""
         figure = axes.figure
         while not isinstance(figure, Figure):
             figure = figure.figure  # of a figure inside another one
-        _frame_map(axes, scenario, entries)
+        *_, part = _frame_map(axes, scenario, entries, places)
         (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
         width, height = abs(right - left), abs(high - low)
         room = axes.get_window_extent()
         inches = min(room.width / width, room.height / height) / figure.dpi
-        draw_risk(figure, axes, scenario, with_bar=False)
-        return cls(scenario, figure, axes, None, (width * inches, height * inches), inches)
+        draw_risk(figure, axes, scenario, with_bar=False, part=part)
+        return cls(scenario, figure, axes, None, (width * inches, height * inches), inches, part)
 
     @property
     def wide(self) -> bool:
@@ -160,6 +197,17 @@ class BaseMap:
         columns = max(1, int(self.size[0] / width)) if self.wide else math.ceil(len(keys) / rows)
         return Part.of(self.figure, add_legend(self.figure, keys, title=title, columns=columns))
 
+    def with_table(self, legend: Part, table: Sequence[Sequence[str]]) -> list[Part]:
+        """Put a table below a legend where there is room for it beside the map; beside or below a wide map, anyway."""
+        if not table:
+            return [legend]
+        text = add_table(self.figure, table)
+        part = Part.of(self.figure, text)
+        if not self.wide and legend.size[1] + _TABLE_GAP + part.size[1] > max(self.size[1], _LEAST_COLUMN):
+            text.remove()
+            return [legend]
+        return [legend.over(part, _TABLE_GAP)]
+
     def arrange(self, heading: tuple[str, str], parts: Sequence[Part]) -> None:
         """Put parts beside each other; below each other where the map is wide."""
         arrange(self.figure, heading, [[part] for part in parts] if self.wide else [parts])
@@ -167,6 +215,13 @@ class BaseMap:
     def draw_paths(self, entries: Sequence[Entry]) -> Iterator[Key]:
         """Draw the paths of solvers, those within the width of a pen as one; yield the rows of the legend."""
         yield from _draw_paths(self.axes, entries, unit_scale(self.scenario), _PEN / 72.0 / self.inches)
+
+    def name_areas(self, paths: Sequence[FloatArray]) -> None:
+        """Write the names of areas where they hide neither each other nor paths (map units); the size is final then."""
+        self.figure.set_size_inches(12.0, 12.0)
+        self.axes.set_position((0.1, 0.1, self.size[0] / 12.0, self.size[1] / 12.0))
+        ends = [np.array([end]) for end in (self.scenario.problem.start, self.scenario.problem.goal)]
+        name_areas(self.axes, self.scenario.areas, unit_scale(self.scenario), [*paths, *ends])
 
     def draw_marks(self) -> Iterator[Key]:
         """Draw start, goal and no-fly area; yield the legend's rows."""
@@ -187,40 +242,38 @@ class BaseMap:
         yield from data_keys(problem)
 
 
-def _frame_map(axes: Axes, scenario: Scenario, entries: Sequence[Entry]) -> tuple[tuple[float, float], float]:
-    """Set limits and labels; return the width and height of the map, inches, and the inches of one unit."""
-    (x_min, y_min, x_max, y_max), inches = _view(scenario, entries)
+def _frame_map(
+    axes: Axes, scenario: Scenario, entries: Sequence[Entry], places: Sequence[FloatArray]
+) -> tuple[tuple[float, float], float, Bounds]:
+    """Set limits and labels; return the size of the map and of one unit, inches, and what part of it is shown."""
+    problem, scale = scenario.problem, unit_scale(scenario)
+    view = view_of(
+        problem.bounds,
+        np.array([problem.start, problem.goal], dtype=np.float64),
+        [*(entry.path for entry in entries if len(entry.path) and not entry.infeasible), *places],
+        [entry.path for entry in entries if len(entry.path) and entry.infeasible],
+        crop=scenario.projection is not None,
+    )
+    low, high = np.reshape(view.frame, (2, 2)) * scale
+    width, height = high - low
+    inches = float((_WIDE_LONG if width > _WIDE * height else _LONG) / max(width, height))
+    # a thin map gets room on both sides
+    lacking = np.maximum(_SHORT / inches - (high - low), 0.0)
+    (x_min, y_min), (x_max, y_max) = low - 0.5 * lacking, high + 0.5 * lacking
     axes.set_xlim(x_min, x_max)
     axes.set_ylim(*((y_max, y_min) if scenario.y_down else (y_min, y_max)))
     axes.set_aspect("equal")
     axes.set_facecolor("0.92")  # outside the bounds, where a path leaves them or the map is very thin
-    size = (x_max - x_min) * inches, (y_max - y_min) * inches
+    size = float(x_max - x_min) * inches, float(y_max - y_min) * inches
+    if scenario.projection is not None:
+        label_degrees(axes, scenario.projection, (max(2, int(1.1 * size[0])), max(2, int(1.6 * size[1]))))
+        return size, inches, view.part
     axes.xaxis.set_major_locator(MaxNLocator(max(1, int(1.3 * size[0])), steps=[1, 2, 5, 10], min_n_ticks=1))
     axes.yaxis.set_major_locator(MaxNLocator(max(2, int(1.3 * size[1])), steps=[1, 2, 5, 10]))
     x_label, y_label = axis_labels(scenario)
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
-    return size, inches
-
-
-def _view(scenario: Scenario, entries: Sequence[Entry]) -> tuple[Bounds, float]:
-    """
-    Choose what part of the plane is shown, and the inches of one unit.
-
-    It is the bounds, and some room where an infeasible path leaves them; a thin map gets room on both sides.
-    """
-    scale = unit_scale(scenario)
-    low, high = np.reshape(scenario.problem.bounds, (2, 2)) * scale
-    room = 0.1 * (high - low).max()
-    for entry in entries:
-        if entry.infeasible and len(entry.path):
-            low = np.minimum(low, np.maximum(entry.path.min(axis=0) * scale, low - room))
-            high = np.maximum(high, np.minimum(entry.path.max(axis=0) * scale, high + room))
-    width, height = high - low
-    inches = (_WIDE_LONG if width > _WIDE * height else _LONG) / max(width, height)
-    lacking = np.maximum(_SHORT / inches - (high - low), 0.0)
-    low, high = low - 0.5 * lacking, high + 0.5 * lacking
-    return (float(low[0]), float(low[1]), float(high[0]), float(high[1])), float(inches)
+    return size, inches, view.part
 
 
 def _draw_paths(axes: Axes, entries: Sequence[Entry], scale: float, pen: float) -> Iterator[Key]:

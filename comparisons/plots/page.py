@@ -91,6 +91,35 @@ def add_legend(figure: Figure | Axes, rows: Iterable[Key], *, title: str = "", c
     return legend
 
 
+def add_table(figure: Figure, rows: Sequence[Sequence[str]]) -> Text:
+    """
+    Write a small table, the first column on the left and numbers on the right; `arrange` finds a place for it.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+    rows
+        Cells; a row of one cell is a remark below, and says what it says.
+
+    Examples
+    --------
+    >>> print(add_table(Figure(), [["", "length"], ["a", "1.25"], ["a remark"]]).get_text())
+       length
+    a    1.25
+    a remark
+    """
+    tabular = [row for row in rows if len(row) > 1]
+    widths = [max(len(row[i]) for row in tabular) for i in range(len(tabular[0]))] if tabular else []
+    lines = []
+    for row in rows:
+        padded = [f"{cell:>{width}}" for cell, width in zip(row[1:], widths[1:], strict=False)]
+        lines.append("  ".join([f"{row[0]:<{widths[0]}}", *padded]) if len(row) > 1 else "".join(row))
+    known = _glyphs("DejaVuSansMono.ttf") | {ord("\n")}
+    text = "".join(char if ord(char) in known else "\N{REPLACEMENT CHARACTER}" for char in "\n".join(lines))
+    return figure.text(0.0, 1.0, text, fontsize=7.0, family="DejaVu Sans Mono", linespacing=1.45, va="top", color="0.2")
+
+
 @dataclass(frozen=True, eq=False)
 class Part:
     """
@@ -238,7 +267,7 @@ def plain(text: str, most: int) -> str:
 
 
 @cache
-def _glyphs() -> frozenset[int]:
-    """Return the characters that the font can draw."""
-    font = get_font(str(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")))
+def _glyphs(file: str = "DejaVuSans.ttf") -> frozenset[int]:
+    """Return the characters that a font can draw."""
+    font = get_font(str(Path(mpl.get_data_path(), "fonts", "ttf", file)))
     return frozenset(int(code) for code in font.get_charmap())

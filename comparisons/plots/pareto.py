@@ -51,7 +51,7 @@ def pareto_figure(scenario: Scenario, front: Front) -> Figure:
     if not front.points:
         return map_figure(scenario, [])
     with style():
-        base = BaseMap.of(scenario)
+        base = BaseMap.of(scenario, places=[point.path for point in front])
         legend = base.add_legend(list(base.draw_marks()))
         colours, norm = _colours(front)
         scale = unit_scale(scenario)

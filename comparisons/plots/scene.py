@@ -106,16 +106,31 @@ def _degrees(value: float, letters: str) -> str:
 
 
 def draw_risk(
-    figure: Figure, axes: Axes, scenario: Scenario, *, wide: bool = False, with_bar: bool = True
+    figure: Figure,
+    axes: Axes,
+    scenario: Scenario,
+    *,
+    wide: bool = False,
+    with_bar: bool = True,
+    part: Bounds | None = None,
 ) -> Colorbar | None:
-    """Draw the risk field over the bounds; return its colour bar, not in its place yet: None where there is no risk."""
+    """
+    Draw the risk field over the bounds, or a part of the map; return its colour bar: None where there is no risk.
+
+    The bar is not in its place yet.
+    """
     x_min, y_min, x_max, y_max = scenario.problem.bounds
     scale = unit_scale(scenario)
     corner, width, height = (x_min * scale, y_min * scale), (x_max - x_min) * scale, (y_max - y_min) * scale
     axes.add_patch(Rectangle(corner, width, height, facecolor="white", zorder=0))
     axes.add_patch(Rectangle(corner, width, height, facecolor="none", edgecolor="0.2", linewidth=0.8, zorder=2.5))
     _draw_cells(axes, scenario.problem, scale)
-    risk = risk_samples(scenario.problem, _FINE_GRID if scenario.problem.field.rasters else _GRID)
+    shown = scenario.problem
+    if part is not None and part != shown.bounds:
+        shown = Problem(part[:2], part[2:], shown.field, bounds=part)
+        x_min, y_min, x_max, y_max = part
+        corner, width, height = (x_min * scale, y_min * scale), (x_max - x_min) * scale, (y_max - y_min) * scale
+    risk = risk_samples(shown, _FINE_GRID if shown.field.rasters else _GRID)
     if not risk.top > 0.0:
         return None
     heavy = risk.power < 1.0
