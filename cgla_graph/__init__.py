@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from cgla_graph.cost_to_go.cost_matrix import CostMatrix as CostMatrix
     from cgla_graph.cost_to_go.cost_matrix import cost_matrix as cost_matrix
     from cgla_graph.errors import CglaError as CglaError
+    from cgla_graph.flight_plans.formats import read_plan as read_plan
+    from cgla_graph.flight_plans.formats import write_plan as write_plan
+    from cgla_graph.flight_plans.plan import FlightPlan as FlightPlan
+    from cgla_graph.flight_plans.plan import Waypoint as Waypoint
     from cgla_graph.mission.mission import Mission as Mission
     from cgla_graph.mission.records import Flight as Flight
     from cgla_graph.mission.records import MissionStatus as MissionStatus
@@ -58,6 +62,7 @@ _HOMES = {
     "CostModel": "model.cost_model",
     "Evaluation": "model.problem",
     "Flight": "mission.records",
+    "FlightPlan": "flight_plans.plan",
     "GeometricGraph": "model.graph",
     "GraphProblem": "model.problem",
     "Lattice": "model.lattice",
@@ -76,6 +81,7 @@ _HOMES = {
     "TimedThreat": "mission.world",
     "Uav": "mission.uav",
     "VirtualObstacle": "mission.virtual_obstacle",
+    "Waypoint": "flight_plans.plan",
     "World": "mission.world",
     "below_density": "solvers.trade_off.density",
     "cost_matrix": "cost_to_go.cost_matrix",
@@ -87,8 +93,10 @@ _HOMES = {
     "pareto": "solvers.trade_off.pareto",
     "plan_within_length": "solvers.trade_off.constrained",
     "plan_within_risk": "solvers.trade_off.constrained",
+    "read_plan": "flight_plans.formats",
     "risk_weight": "model.ground_risk",
     "solve": "solvers.solving",
+    "write_plan": "flight_plans.formats",
 }
 
 __all__ = [*sorted(_HOMES), "comparisons", "solvers"]  # noqa: PLE0604 - strings, all of them

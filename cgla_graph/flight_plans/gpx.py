@@ -121,7 +121,7 @@ def write(plan: FlightPlan) -> str:
     Examples
     --------
     >>> text = write(FlightPlan.along([(24.0, 60.0), (24.1, 60.1)], altitude=80))
-    >>> '<rtept lat="60.1" lon="24.1"><ele>0</ele>' in text
+    >>> '<rtept lat="60.1" lon="24.1"><ele>80</ele>' in text
     True
     """
     few_written(len(plan.waypoints), _MOST_WRITTEN, "GPX")

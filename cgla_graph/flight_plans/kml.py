@@ -163,7 +163,7 @@ def write(plan: FlightPlan) -> str:
     Examples
     --------
     >>> text = write(FlightPlan.along([(24.0, 60.0), (24.1, 60.1)], altitude=80))
-    >>> "<coordinates>24,60,80 24.1,60.1,0</coordinates>" in text
+    >>> "<coordinates>24,60,80 24.1,60.1,80 24.1,60.1,0</coordinates>" in text
     True
     """
     few_written(len(plan.waypoints), _MOST_WRITTEN, "KML")

@@ -302,7 +302,7 @@ def items_of(plan: FlightPlan, where: str) -> list[Item]:
     --------
     >>> plan = FlightPlan.along([(24.0, 60.0), (24.1, 60.0), (24.1, 60.1)], altitude=80, speed=15)
     >>> [item.command for item in items_of(plan, "mine.plan")]
-    [22, 178, 16, 21]
+    [22, 178, 16, 16, 21]
     """
     if plan.coordinates != "lonlat":
         fault(where, "the plan is in a plane", "only one with longitudes and latitudes can be flown")

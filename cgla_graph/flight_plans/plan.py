@@ -256,9 +256,9 @@ class FlightPlan:
 
         Examples
         --------
-        >>> plan = FlightPlan.along([(24.0, 60.0), (24.1, 60.0), (24.1, 60.1)], altitude=80, speed=15)
-        >>> [(one.role, one.altitude) for one in plan.waypoints]
-        [('take-off', 80.0), ('waypoint', 80.0), ('landing', 0.0)]
+        >>> plan = FlightPlan.along([(24.0, 60.0), (24.1, 60.0)], altitude=80, speed=15)
+        >>> [(one.role, one.x, one.altitude) for one in plan.waypoints]
+        [('take-off', 24.0, 80.0), ('waypoint', 24.1, 80.0), ('landing', 24.1, 0.0)]
         """
         try:
             places = point_array("lonlat", lonlat)
@@ -268,7 +268,8 @@ class FlightPlan:
             fault("lonlat", f"it has the shape {places.shape}", "give a row a waypoint, shape (m, 2) with m at least 1")
         (east, north), *others = places.tolist()
         waypoints = [Waypoint(east, north, altitude, reference, role="take-off")]
-        waypoints += [Waypoint(x, y, altitude, reference, speed) for x, y in others[:-1]]
+        # the last leg is flown at its altitude, and the descent is upright
+        waypoints += [Waypoint(x, y, altitude, reference, speed) for x, y in others]
         ground = None if altitude is None else 0.0
         waypoints += [Waypoint(x, y, ground, "home", speed, "landing") for x, y in others[-1:]]
         return cls(tuple(waypoints), Home(east, north), name)

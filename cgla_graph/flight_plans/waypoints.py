@@ -129,7 +129,8 @@ def write(plan: FlightPlan, where: str) -> str:
     QGC WPL 110
     0 1 0 16 0 0 0 0 60 24 0 1
     1 0 3 22 0 0 0 0 60 24 80 1
-    2 0 3 21 0 0 0 0 60.1 24.1 0 1
+    2 0 3 16 0 0 0 0 60.1 24.1 80 1
+    3 0 3 21 0 0 0 0 60.1 24.1 0 1
     """
     first = plan.waypoints[0]
     home = plan.home or Home(first.x, first.y)

@@ -19,6 +19,8 @@ import typer
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.commands.parameters import (
+    AboveOption,
+    AltitudeOption,
     BoundsOption,
     ClearanceOption,
     CoordinatesOption,
@@ -26,6 +28,7 @@ from cgla_graph.comparisons.commands.parameters import (
     DaskOption,
     DensityOption,
     DirectedOption,
+    ExportOption,
     FatalityOption,
     FormatsOption,
     FromOption,
@@ -50,6 +53,7 @@ from cgla_graph.comparisons.commands.parameters import (
     ResumeOption,
     ScaleOption,
     ScenarioArg,
+    SpeedOption,
     StartOption,
     StudyArg,
     ToleranceOption,
@@ -277,6 +281,10 @@ def plan(
     out: OutOption = None,
     formats: FormatsOption = None,
     profile: ProfileOption = None,
+    export: ExportOption = None,
+    altitude: AltitudeOption = None,
+    above: AboveOption = None,
+    speed: SpeedOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
     bounds: BoundsOption = None,
@@ -301,9 +309,10 @@ def plan(
     Plan one path.
 
     Prints its numbers, and how far it is from the best possible; with --out, writes its waypoints (CSV, and GeoJSON
-    on lon/lat maps) and a picture. With --max-risk or --max-length, a budget takes the place of the weight k; with
-    --max-density, no cell of a raster within half the --corridor is above it. On the
-    file of a graph, plans between two of its nodes, --from A --to B, with each of the solvers that --solver names.
+    on lon/lat maps) and a picture; with --export, a plan that ground stations and viewers open. With --max-risk or
+    --max-length, a budget takes the place of the weight k; with --max-density, no cell of a raster within half the
+    --corridor is above it. On the file of a graph, plans between two of its nodes, --from A --to B, with each of the
+    solvers that --solver names.
     """
     from cgla_graph.comparisons import files
     from cgla_graph.scenarios.graph_endings import is_graph_file
@@ -316,6 +325,10 @@ def plan(
             "--max-density": max_density,
             "--corridor": corridor,
             "--profile": profile,
+            "--export": export,
+            "--altitude": altitude,
+            "--above": above,
+            "--speed": speed,
             "--formats": formats,
             "--start": start,
             "--goal": goal,
@@ -345,9 +358,11 @@ def plan(
             raise typer.Exit(MISSING)
         return
     _refuse(of_graph, f"{scenario[0]} is {NO_GRAPH}")
+    from cgla_graph.comparisons.commands import export as exports
     from cgla_graph.comparisons.commands import one_map, output
     from cgla_graph.comparisons.study import options, runner
 
+    exported = exports.read_export(export, altitude, above, speed)
     bound = options.read_tolerance(tolerance, certify=not no_certificate)
     entrant = options.read_entrant("hybrid" if solver is None else solver, refine=refine)
     opened = one_map.open_map(
@@ -363,6 +378,7 @@ def plan(
         raster=_raster(kind, scale, nodata, interpolation, origin, coordinates),
     )
     opened = one_map.below(opened, max_density, corridor)
+    exports.check_map(exported, opened)
     folder = files.make_folder(out) if out else None
     kinds = output.read_formats(formats, ["png"])
     _check_profile(profile)
@@ -379,26 +395,19 @@ def plan(
             from cgla_graph.comparisons.commands import density
 
             run = density.with_proof(run)
-    written = output.write_plan(folder, run, kinds) if folder and run.solution.status.has_path else []
-    profiled = _write_profile(profile, run)
-    document = {
-        **output.plan_document(run),
-        "files": [str(path) for path in [*written, *profiled]],
-    }
-    if limited:
-        document["within"] = trade_off.within_document(within)
-    if run.scenario.projection is not None and run.solution.status.has_path:
-        from cgla_graph.model.path_file import degrees_of
-
-        document["path_lonlat"] = degrees_of(run.solution.path, run.scenario.projection).tolist()
+    written = [(output.write_plan(folder, run, kinds) if folder and run.solution.status.has_path else [], folder)]
+    written.append((_write_profile(profile, run), profile.parent if profile else None))
+    written += [([file], file.parent) for file in exports.write_export(exported, opened, run.solution)]
     if as_json:
-        _print_json(document)
+        more = {"within": trade_off.within_document(within)} if limited else {}
+        names = [str(path) for paths, _ in written for path in paths]
+        _print_json({**output.plan_document(run), "files": names, **more})
     else:
         output.print_plan(run)
         if limited:
             trade_off.print_within(run.scenario, within)
-        _say_files(written, folder)
-        _say_files(profiled, profile.parent if profile else None)
+        for paths, place in written:
+            _say_files(paths, place)
     if not run.solution.status.has_path:
         raise typer.Exit(MISSING)
 

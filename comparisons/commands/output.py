@@ -12,6 +12,7 @@ from cgla_graph.comparisons.study.rows import row
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.bound_note import bound_note
 from cgla_graph.errors import CglaError
+from cgla_graph.model.path_file import degrees_of
 from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.scenario import Scenario
 
@@ -105,10 +106,13 @@ def print_lines(lines: Mapping[str, str]) -> None:
 
 
 def plan_document(run: Run) -> dict[str, Any]:
-    """Return one path as JSON: its row, its waypoints, and what is proven."""
+    """Return one path as JSON: its row, its waypoints (in degrees too, if the map has them), and what is proven."""
+    projection, path = run.scenario.projection, run.solution.path
+    in_degrees = {} if projection is None or not len(path) else {"path_lonlat": degrees_of(path, projection).tolist()}
     return {
         **row(run),
-        "path": run.solution.path.tolist(),
+        "path": path.tolist(),
+        **in_degrees,
         "certificate": certificate_document(run),
         "stretch": json_number(run.scenario.stretch(run.solution.path)),
     }

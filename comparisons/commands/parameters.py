@@ -47,6 +47,23 @@ ProfileOption = Annotated[
     Path | None,
     typer.Option("--profile", metavar="FILE", help="write risk and cost along the path: .csv, or .png, .svg, .pdf"),
 ]
+ExportOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--export",
+        metavar="NAME.plan",
+        help="write the path to fly it: .plan, .waypoints, .kml, .gpx, .geojson, .csv; may be repeated",
+    ),
+]
+AltitudeOption = Annotated[
+    float | None, typer.Option("--altitude", metavar="M", help="of the flight, metres above home (see --above)")
+]
+AboveOption = Annotated[
+    str | None, typer.Option("--above", metavar="WHAT", help="what --altitude is above: home (default), ground or sea")
+]
+SpeedOption = Annotated[
+    float | None, typer.Option("--speed", metavar="V", help="of the flight, metres a second (default: left open)")
+]
 ResumeOption = Annotated[
     bool, typer.Option("--resume", help="go on with the study in --out; nothing that is done is made again")
 ]
