@@ -358,6 +358,42 @@ def geodesic_length(start: Point, goal: Point) -> float:
     return float(_geod().inv(*start, *goal)[2])
 
 
+def geodesic_points(place: Point, azimuths: FloatArray, distance: float) -> FloatArray:
+    """
+    Return the points so far from a point of the Earth in some directions, degrees, shape ``(n, 2)``.
+
+    Parameters
+    ----------
+    place
+        Longitude and latitude, degrees.
+    azimuths
+        Clockwise from north, degrees, shape ``(n,)``.
+    distance
+        Metres.
+
+    Examples
+    --------
+    >>> geodesic_points((25.0, 60.0), np.array([0.0, 90.0]), 55_800.0).round(2).tolist()
+    [[25.0, 60.5], [26.0, 60.0]]
+    """
+    many = np.ones(len(azimuths))
+    longitude, latitude, _ = _geod().fwd(place[0] * many, place[1] * many, azimuths, distance * many)
+    return np.column_stack([longitude, latitude])
+
+
+def geodesic_lengths(place: Point, points: FloatArray) -> FloatArray:
+    """
+    Return the distances of points from one on WGS84, metres; longitudes may go on beyond 180 degrees.
+
+    Examples
+    --------
+    >>> geodesic_lengths((179.0, 0.0), np.array([[181.0, 0.0], [179.0, 1.0]])).round().tolist()
+    [222639.0, 110574.0]
+    """
+    many = np.ones(len(points))
+    return np.asarray(_geod().inv(place[0] * many, place[1] * many, wrapped(points[:, 0]), points[:, 1])[2])
+
+
 def wrapped(longitude: FloatArray) -> FloatArray:
     """
     Bring longitudes into -180 to 180 degrees, those that are there already to the last bit.

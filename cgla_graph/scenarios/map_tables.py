@@ -20,9 +20,10 @@ from cgla_graph.model.raster_file import Kind, RasterCells, cells_in_metres, rea
 from cgla_graph.model.risk import Reading, Threat
 from cgla_graph.model.risk_raster import MOST_CELLS, Interpolation, Origin, RasterRisk
 from cgla_graph.scenarios.drawing import Stream, drawn_threats
-from cgla_graph.scenarios.geojson import Area, read_areas
+from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
 from cgla_graph.scenarios.table_faults import faults
+from cgla_graph.zones.geojson import Area
 
 #: How many spreads around its centre a threat is seen: a box around threats has room to go around them; and beyond so
 #: many, it is not felt.

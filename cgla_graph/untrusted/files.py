@@ -22,9 +22,16 @@ MARKS = (
 )
 
 
-def read_bytes(path: FilePath) -> bytes:
+def read_bytes(path: FilePath, called: str = "") -> bytes:
     """
     Return the bytes of a regular file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    called
+        What errors call it, if not by its path.
 
     Raises
     ------
@@ -40,7 +47,7 @@ def read_bytes(path: FilePath) -> bytes:
     ...     read_bytes(file)
     b'{}'
     """
-    file = os.fspath(path)
+    file = called or os.fspath(path)
     try:
         # a pipe or a device might never end, or never begin
         if not Path(path).is_file():

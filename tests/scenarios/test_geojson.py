@@ -102,9 +102,9 @@ def test_byte_order_mark_is_harmless(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("document", "words"),
     [
-        ('{"type":\n  nonsense}', ", line 2, column 3: not JSON"),
-        ("", ", line 1, column 1: not JSON"),
-        ("[" * 100_000, "not JSON that can be read"),
+        ('{"type":\n  nonsense}', ": line 2, column 3: not JSON"),
+        ("", ": line 1, column 1: not JSON"),
+        ("[" * 100_000, "nested more than 64 deep"),
         ('{"type": ' + "9" * 5000 + "}", "not JSON that can be read"),
         ([], "not GeoJSON, it is no JSON object"),
         ({}, "not GeoJSON, its type is None"),
@@ -137,8 +137,8 @@ def test_byte_order_mark_is_harmless(tmp_path: Path) -> None:
         (polygon([["24", 60.0]]), "position 0 has the longitude '24'"),
         (polygon([[24.0, None]]), "position 0 has the latitude None"),
         (polygon([[True, 60.0]]), "position 0 has the longitude True"),
-        (polygon([[math.nan, 60.0]]), "position 0 has the longitude nan"),
-        (polygon([[24.0, -math.inf]]), "position 0 has the latitude -inf"),
+        (polygon([[math.nan, 60.0]]), "it holds NaN, which is no JSON"),
+        (polygon([[24.0, -math.inf]]), "it holds -Infinity, which is no JSON"),
         (polygon([[10**400, 60.0]]), "position 0 has the longitude 1000"),
         (polygon([[180.5, 60.0]]), "longitude 180.5; a number in [-180, 180]"),
         (polygon([[385000.0, 6672000.0]]), "longitude 385000.0; a number in [-180, 180]"),
@@ -165,11 +165,11 @@ def test_hole_outside_and_flat_ring_and_overlap_are_invalid(tmp_path: Path) -> N
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     assert "there is no such file" in message_of(tmp_path / "none.geojson")
-    assert "cannot be read (" in message_of(tmp_path)
+    assert "it is no file" in message_of(tmp_path)
     latin = tmp_path / "latin.geojson"
     latin.write_bytes('{"name": "MÄKI"}'.encode("latin-1"))
     assert "byte 11 is not UTF-8" in message_of(latin)
-    assert "no file has such a name" in message_of(Path("no\0name"))
+    assert "there is no such file" in message_of(Path("no\0name"))
 
 
 def test_line_can_be_read_back_from_json() -> None:

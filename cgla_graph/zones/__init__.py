@@ -1,0 +1,1 @@
+"""Zones that authorities publish, as no-fly areas: what applies at an altitude and a time."""
