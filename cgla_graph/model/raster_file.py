@@ -65,9 +65,12 @@ def read_cells(
     bounds: Bounds | None = None,
     coordinates: Coordinates | None = None,
     origin: str = "upper",
+    signed: bool = False,
 ) -> RasterCells:
     """
     Read the cells of a raster file; nothing is allocated before its size is known to be at most `most` cells.
+
+    Negative values, which no risk has, are refused unless it is `signed`.
 
     Raises
     ------
@@ -108,7 +111,7 @@ def read_cells(
         _fail(
             file, f"its bounds {box} are no degrees", "give west, south, east, north; longitudes may go on beyond 180"
         )
-    _require_risk(file, said)
+    _require_risk(file, said, signed=signed)
     return RasterCells(said[::-1] if origin == "lower" else said, box, kind)
 
 
@@ -544,11 +547,11 @@ def _require_size(file: Path, rows: int, columns: int, most: int) -> None:
         _fail(file, wrong, "cut out the part that matters, or join cells to larger ones")
 
 
-def _require_risk(file: Path, values: NDArray[np.float64]) -> None:
-    """Check that there are data, all of them finite and at least 0."""
+def _require_risk(file: Path, values: NDArray[np.float64], *, signed: bool) -> None:
+    """Check that there are data, all of them finite and at least 0, unless they may have a sign."""
     if np.isnan(values).all():
         _fail(file, "it holds no data: all of its values are NaN or nodata", "give a raster with data")
-    wrong = (values < 0.0) | np.isinf(values)
+    wrong = ((values < 0.0) & (not signed)) | np.isinf(values)
     if wrong.any():
         row, column = np.argwhere(wrong)[0].tolist()
         first = f"the first is {values[row, column]:g} in row {row}, column {column}"

@@ -23,9 +23,13 @@ def is_ed269(document: object) -> bool:
     >>> is_ed269({"title": "zones", "features": []}), is_ed269({"type": "FeatureCollection", "features": []})
     (True, False)
     """
-    if isinstance(document, list):
-        return bool(document)
-    return isinstance(document, dict) and "features" in document and not isinstance(document.get("type"), str)
+    if not isinstance(document, dict):
+        return isinstance(document, list) and bool(document)
+    features = document.get("features")
+    volumes = isinstance(features, list) and any(
+        isinstance(one, dict) and isinstance(one.get("geometry"), list) for one in features
+    )
+    return volumes or ("features" in document and not isinstance(document.get("type"), str))
 
 
 def read_document(document: object, file: str) -> list[Zone]:

@@ -12,7 +12,7 @@ from cgla_graph.zones.ed269 import (
 from cgla_graph.zones.entries import Entry
 from cgla_graph.zones.periods import Period, moment_of, period_of
 from cgla_graph.zones.shapes import AreaShape, circle_of, joined, polygon_of, ring_of, short
-from cgla_graph.zones.zone import GROUND, SPELLINGS, UNLIMITED, Layer, Zone
+from cgla_graph.zones.zone import GROUND, SPELLINGS, UNLIMITED, Layer, Validity, Zone
 
 #: Keys that no other GeoJSON has: those of properties, and those of geometries.
 OWN_PROPERTIES = {"zoneAuthority", "limitedApplicability", "variant", "restrictionConditions", "regulationExemption"}
@@ -50,9 +50,9 @@ def _is_own(feature: dict[str, object]) -> bool:
     return any(part.keys() & OWN_MEMBERS for part in (geometry, *inside))
 
 
-def read_document(document: object, file: str) -> tuple[list[Zone], list[str]]:
+def read_document(document: object, file: str) -> tuple[list[Zone], list[Validity]]:
     """
-    Return the zones of a document, and what it says of itself that matters.
+    Return the zones of a document, and when it is valid.
 
     Parameters
     ----------
@@ -76,21 +76,17 @@ def read_document(document: object, file: str) -> tuple[list[Zone], list[str]]:
     inf
     """
     whole = Entry(document, file)
-    remarks = []
-    for key in METADATA:
-        if whole.has(key):
-            about = whole.entry(key)
-            first, last = (moment_of(about, one) if about.has(one) else None for one in ("validFrom", "validTo"))
-            if about.has("issued"):
-                moment_of(about, "issued")
-            if first is not None or last is not None:
-                since = f"from {first:%Y-%m-%d %H:%M} UTC" if first is not None else ""
-                until = f"to {last:%Y-%m-%d %H:%M} UTC" if last is not None else ""
-                remarks.append(f"{file} is valid {' '.join(filter(None, (since, until)))}")
+    validities = [_validity(whole.entry(key), file) for key in METADATA if whole.has(key)]
     if whole.values.get("type") == "Feature":
-        return [_zone(document, 0, file)], remarks
+        return [_zone(document, 0, file)], validities
     features = whole.items("features", empty=False)
-    return [_zone(value, index, file) for index, value in enumerate(features)], remarks
+    return [_zone(value, index, file) for index, value in enumerate(features)], validities
+
+
+def _validity(about: Entry, file: str) -> Validity:
+    """Read when the file is valid."""
+    _, first, last = (moment_of(about, key) if about.has(key) else None for key in ("issued", "validFrom", "validTo"))
+    return Validity(file, first, last)
 
 
 def _zone(value: object, index: int, file: str) -> Zone:

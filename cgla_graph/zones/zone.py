@@ -1,8 +1,8 @@
 """A zone: what an authority publishes about a piece of airspace."""
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from datetime import datetime
 from typing import Literal, TypeAlias
 
 from cgla_graph.zones.periods import Period
@@ -148,37 +148,32 @@ class NoArea:
 
 
 @dataclass(frozen=True)
-class Zones:
+class Validity:
     """
-    All that files of zones hold.
+    When the zones of a file are valid, as it says.
 
     Parameters
     ----------
-    zones
-        In the order of the files.
-    no_areas
-        What is in them besides.
-    formats
-        Of each file, the format that its content says.
-    remarks
-        What else is to be known of the files.
+    file
+        The file.
+    first, last
+        None where it does not say.
 
     Examples
     --------
-    >>> import shapely
-    >>> len(Zones((Zone("A", "", "PROHIBITED", (Layer(shapely.box(6, 49, 7, 50)),)),)))
-    1
+    >>> from datetime import UTC
+    >>> Validity("zones.json", datetime(2026, 8, 4, tzinfo=UTC), None).remark(datetime(2026, 8, 1, tzinfo=UTC))
+    'zones.json is valid from 2026-08-04 00:00 UTC only'
     """
 
-    zones: tuple[Zone, ...]
-    no_areas: tuple[NoArea, ...] = ()
-    formats: dict[str, Format] = field(default_factory=dict)
-    remarks: tuple[str, ...] = ()
+    file: str
+    first: datetime | None
+    last: datetime | None
 
-    def __len__(self) -> int:
-        """How many things are to be accounted for."""
-        return len(self.zones) + len(self.no_areas)
-
-    def __iter__(self) -> Iterator[Zone]:
-        """Go through the zones."""
-        return iter(self.zones)
+    def remark(self, moment: datetime) -> str:
+        """Say that a moment is not in it, or nothing."""
+        if self.first is not None and moment < self.first:
+            return f"{self.file} is valid from {self.first:%Y-%m-%d %H:%M} UTC only"
+        if self.last is not None and moment > self.last:
+            return f"{self.file} was valid until {self.last:%Y-%m-%d %H:%M} UTC"
+        return ""

@@ -26,6 +26,7 @@ FLOORS = (
     ("networkx_backend",),
     ("motion",),
     ("mission",),
+    ("zones",),
     ("scenarios",),
     ("solvers.base", "solvers.budget", "solvers.geometry", "solvers.listing"),
     ("solvers.exact",),

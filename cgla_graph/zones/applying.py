@@ -1,0 +1,431 @@
+"""What is closed at an altitude and a time, what is open, and why: every zone is accounted for."""
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from typing import Literal, TypeAlias
+
+import shapely
+
+from cgla_graph._types import Bounds
+from cgla_graph.errors import FileFormatError
+from cgla_graph.model.projection import LocalProjection, project_area
+from cgla_graph.zones.ground import Ground
+from cgla_graph.zones.periods import moment_from
+from cgla_graph.zones.shapes import AreaShape, joined, part_near, short
+from cgla_graph.zones.zone import SPELLINGS, TREATMENTS, Format, Layer, Limit, NoArea, Validity, Zone
+
+State: TypeAlias = Literal["closed", "open", "left out"]
+Range: TypeAlias = tuple[float, float]
+
+#: How far the ellipsoid of WGS84 is above mean sea level, metres: EGM96 has it between -86 and 107.
+GEOID = (-87.0, 108.0)
+ALTITUDE = re.compile(r"([+-]?\d+(?:\.\d*)?)\s*(?:m\s*)?(AGL|AMSL|WGS84)?", re.IGNORECASE | re.ASCII)
+OUTSIDE = "outside the map"
+NOT_COMPARED = "heights above ground and sea cannot be compared without the ground's elevation"
+
+
+@dataclass(frozen=True)
+class ZoneRecord:
+    """
+    What became of a zone.
+
+    Attributes
+    ----------
+    file, identifier, name, kind
+        Of the zone; of what is no zone in a file, `kind` is empty.
+    state
+        ``closed``, ``open`` or ``left out``.
+    reason
+        Why, in a few words.
+    limits
+        Floors and ceilings of its layers.
+    authority
+        Who may be asked.
+    remark
+        What else is to be known, or nothing.
+    """
+
+    file: str
+    identifier: str
+    name: str
+    kind: str
+    state: State
+    reason: str
+    limits: str = ""
+    authority: str = ""
+    remark: str = ""
+
+
+@dataclass(frozen=True)
+class ZoneAccount:
+    """
+    What became of every zone of some files.
+
+    Attributes
+    ----------
+    records
+        In the order of the files.
+    remarks
+        What else is to be known of the files.
+
+    Examples
+    --------
+    >>> record = ZoneRecord("zones.json", "A", "", "PROHIBITED", "closed", "PROHIBITED")
+    >>> ZoneAccount((record,)).summary()
+    '1 zone: 1 closed (1 PROHIBITED)'
+    """
+
+    records: tuple[ZoneRecord, ...]
+    remarks: tuple[str, ...] = ()
+
+    def count(self, state: State) -> int:
+        """Count those that are closed, open or left out."""
+        return sum(record.state == state for record in self.records)
+
+    def reasons(self, state: State) -> Counter[str]:
+        """Count the reasons of a state."""
+        return Counter(record.reason for record in self.records if record.state == state)
+
+    def summary(self) -> str:
+        """Say in one line how many are closed, open and left out, and why."""
+        states: tuple[State, ...] = ("closed", "open", "left out")
+        parts = []
+        for state in states:
+            counted = self.reasons(state)
+            if counted:
+                why = ", ".join(f"{count} {reason}" for reason, count in counted.most_common())
+                parts.append(f"{counted.total()} {state} ({why})")
+        return f"{len(self.records)} zone{'s' * (len(self.records) != 1)}: {', '.join(parts)}"
+
+    def notes(self) -> list[str]:
+        """Say what else a pilot has to know: what was taken as closed as it could not be decided, and the like."""
+        found = list(self.remarks)
+        counted = Counter(record.remark for record in self.records if record.remark and record.state == "closed")
+        for remark, count in counted.items():
+            first = next(record for record in self.records if record.remark == remark)
+            more = f" and {count - 1} more" if count > 1 else ""
+            found.append(f"{first.identifier}{more}: {remark}")
+        return found
+
+    def document(self) -> dict[str, object]:
+        """Return all of it as JSON."""
+        states: tuple[State, ...] = ("closed", "open", "left out")
+        return {
+            "count": len(self.records),
+            **{state.replace(" ", "_"): self.count(state) for state in states},
+            "notes": self.notes(),
+            "list": [dict(vars(record)) for record in self.records],
+        }
+
+
+@dataclass(frozen=True)
+class Altitude:
+    """
+    How high a flight is.
+
+    Parameters
+    ----------
+    metres
+        How high.
+    reference
+        Above the ground (AGL), mean sea level (AMSL) or the ellipsoid (WGS84).
+
+    Examples
+    --------
+    >>> Altitude.of("450 AMSL"), Altitude.of(100)
+    (Altitude(metres=450.0, reference='AMSL'), Altitude(metres=100.0, reference='AGL'))
+    """
+
+    metres: float
+    reference: Literal["AGL", "AMSL", "WGS84"] = "AGL"
+
+    @classmethod
+    def of(cls, value: "str | float | Altitude") -> "Altitude":
+        """
+        Read a number of metres above the ground, or one followed by what it is above.
+
+        Raises
+        ------
+        FileFormatError
+            If it is anything else.
+        """
+        if isinstance(value, Altitude):
+            return value
+        match = None if isinstance(value, bool) else ALTITUDE.fullmatch(str(value).strip())
+        if match is None or not abs(float(match[1])) <= 1e5:  # noqa: PLR2004 - the edge of space
+            msg = f"altitude is {short(value)}; give metres above ground, as 100, or above the sea, as '450 AMSL'"
+            raise FileFormatError(msg)
+        return cls(float(match[1]), (match[2] or "AGL").upper())  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """
+    What became of a zone, and where it is closed.
+
+    Attributes
+    ----------
+    zone
+        The zone, or what a file has beside zones.
+    state, reason, remark
+        As of `ZoneRecord`.
+    area
+        What is closed, degrees; None if nothing is.
+    """
+
+    zone: Zone | NoArea
+    state: State
+    reason: str
+    remark: str = ""
+    area: AreaShape | None = None
+
+    def record(self) -> ZoneRecord:
+        """Return what is told of it."""
+        zone = self.zone
+        if isinstance(zone, NoArea):
+            return ZoneRecord(zone.file, zone.label, "", "", self.state, self.reason)
+        limits = "; ".join(dict.fromkeys(f"{layer.lower} to {layer.upper}" for layer in zone.layers))
+        return ZoneRecord(
+            zone.file,
+            zone.identifier,
+            zone.name,
+            zone.kind,
+            self.state,
+            self.reason,
+            limits,
+            zone.authority,
+            self.remark,
+        )
+
+
+@dataclass(frozen=True)
+class Applied:
+    """
+    All zones of some files at an altitude and a time.
+
+    Attributes
+    ----------
+    verdicts
+        What became of each, in the order of the files.
+    remarks
+        What else is to be known of the files.
+    """
+
+    verdicts: tuple[Verdict, ...]
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def closed(self) -> list[Verdict]:
+        """Those that are closed."""
+        return [one for one in self.verdicts if one.state == "closed"]
+
+    def account(self) -> ZoneAccount:
+        """Return what is told of all of them."""
+        return ZoneAccount(tuple(one.record() for one in self.verdicts), self.remarks)
+
+    def within(self, box: Bounds) -> "Applied":
+        """
+        Return them on a map alone: areas are cut off at its borders, and those that are not on it are left out.
+
+        Parameters
+        ----------
+        box
+            West, south, east, north, degrees; west less than east.
+        """
+
+        def cut(verdict: Verdict) -> Verdict:
+            area = None if verdict.area is None else part_near(verdict.area, box)
+            if verdict.area is None or area is verdict.area:
+                return verdict
+            if area is None:
+                return replace(verdict, state="left out", reason=OUTSIDE, remark="", area=None)
+            return replace(verdict, area=area)
+
+        return replace(self, verdicts=tuple(map(cut, self.verdicts)))
+
+    def no_fly(self, projection: LocalProjection) -> shapely.GeometryCollection:
+        """
+        Return what is closed as a no-fly area, for `cgla_graph.Problem`.
+
+        Parameters
+        ----------
+        projection
+            Makes metres of degrees.
+
+        Examples
+        --------
+        >>> zone = Zone("A", "", "PROHIBITED", (Layer(shapely.box(24, 60, 25, 61)),))
+        >>> applied = Zones((zone,)).apply(altitude=100)
+        >>> round(applied.no_fly(LocalProjection(24.5, 60.5)).area / 1e9, 1)
+        6.1
+        """
+        areas = [one.area for one in self.verdicts if one.area is not None]
+        return shapely.GeometryCollection([project_area(area, projection) for area in areas])
+
+
+@dataclass(frozen=True)
+class Zones:
+    """
+    All that files of zones hold, as `read_zones` reads them.
+
+    Parameters
+    ----------
+    zones
+        In the order of the files.
+    no_areas
+        What is in them besides: points and lines of KML, which close nothing.
+    formats
+        Of each file, the format that its content says.
+    validities
+        When what files say is valid, where they say so.
+
+    Examples
+    --------
+    >>> zone = Zone("A", "", "PROHIBITED", (Layer(shapely.box(6, 49, 7, 50), upper=Limit(120.0, "AGL")),))
+    >>> for altitude in (100, 150, "450 AMSL"):
+    ...     print(Zones((zone,)).apply(altitude=altitude).account().summary())
+    1 zone: 1 closed (1 PROHIBITED)
+    1 zone: 1 open (1 not at this altitude)
+    1 zone: 1 closed (1 PROHIBITED)
+    """
+
+    zones: tuple[Zone, ...]
+    no_areas: tuple[NoArea, ...] = ()
+    formats: Mapping[str, Format] = field(default_factory=dict)
+    validities: tuple[Validity, ...] = ()
+
+    def __len__(self) -> int:
+        """How many zones there are."""
+        return len(self.zones)
+
+    def __iter__(self) -> Iterator[Zone]:
+        """Go through the zones."""
+        return iter(self.zones)
+
+    def apply(
+        self,
+        *,
+        altitude: "str | float | Altitude | None" = None,
+        at: str | datetime | None = None,
+        treat: Mapping[str, str] | None = None,
+        ground: Ground | None = None,
+    ) -> Applied:
+        """
+        Say what is closed at an altitude and a time.
+
+        Parameters
+        ----------
+        altitude
+            Metres above ground, or as ``"450 AMSL"``; None for all heights: whatever is closed somewhere above a place
+            is.
+        at
+            A moment, with its zone (ISO 8601); None for all times: whatever is closed at some time is.
+        treat
+            Which kinds of zones are ``closed`` and which ``open``, instead of `TREATMENTS`.
+        ground
+            Elevations, with which heights above ground and above the sea are compared; without them, a zone that takes
+            such a comparison is closed.
+
+        Raises
+        ------
+        FileFormatError
+            If altitude, time or kinds are none.
+        """
+        flight = None if altitude is None else Altitude.of(altitude)
+        moment = _moment(at)
+        treated = {**TREATMENTS, **treatments_of(treat or {})}
+        verdicts = [_verdict(zone, flight, moment, treated, ground) for zone in self.zones]
+        others = [Verdict(one, "left out", one.reason) for one in self.no_areas]
+        late = [] if moment is None else [one.remark(moment) for one in self.validities]
+        return Applied((*verdicts, *others), tuple(filter(None, late)))
+
+
+def treatments_of(given: Mapping[str, str]) -> dict[str, str]:
+    """
+    Check which kinds of zones are closed and which open; both spellings of a kind are one.
+
+    Raises
+    ------
+    FileFormatError
+        If there is no such kind, or it is neither.
+
+    Examples
+    --------
+    >>> treatments_of({"REQ_AUTHORIZATION": "open"})
+    {'REQ_AUTHORISATION': 'open'}
+    """
+    found = {}
+    for key, value in given.items():
+        kind = SPELLINGS.get(key.strip().upper(), key.strip().upper())
+        if kind not in TREATMENTS:
+            msg = f"treat has {short(key)}; kinds of zones are {', '.join((*TREATMENTS, *SPELLINGS))}"
+            raise FileFormatError(msg)
+        if value not in {"closed", "open"}:
+            msg = f"treat.{key} is {short(value)}; give closed or open"
+            raise FileFormatError(msg)
+        found[kind] = value
+    return found
+
+
+def _moment(at: str | datetime | None) -> datetime | None:
+    if at is None or (isinstance(at, datetime) and at.tzinfo is not None):
+        return at
+    return moment_from(str(at.isoformat() if isinstance(at, datetime) else at), "the time (at)")
+
+
+def _verdict(
+    zone: Zone, flight: Altitude | None, moment: datetime | None, treated: Mapping[str, str], ground: Ground | None
+) -> Verdict:
+    """Say what becomes of a zone."""
+    if treated[zone.kind] == "open":
+        return Verdict(zone, "open", zone.kind)
+    if moment is not None and zone.periods and not any(period.includes(moment) for period in zone.periods):
+        return Verdict(zone, "open", "not at this time")
+    met = [(layer, answer) for layer in zone.layers if (answer := _meets(layer, flight, ground)) is not False]
+    if not met:
+        return Verdict(zone, "open", "not at this altitude")
+    # what is known to be closed needs no remark that the rest is not known
+    unknown = all(answer is None for _, answer in met)
+    remarks = [NOT_COMPARED] if unknown else []
+    remarks += dict.fromkeys(layer.remark for layer, _ in met if layer.remark)
+    return Verdict(zone, "closed", zone.kind, "; ".join(remarks), joined([layer.area for layer, _ in met]))
+
+
+def _meets(layer: Layer, flight: Altitude | None, ground: Ground | None) -> bool | None:
+    """Whether a flight is in a layer somewhere; None if that cannot be known."""
+    if flight is None:
+        return True
+    answers: list[bool | None] = []
+    range_of: list[Range | None] = []
+    for limit, sign in ((layer.lower, 1.0), (layer.upper, -1.0)):
+        # nobody flies below the ground, and there is always room above no ceiling
+        if math.isinf(limit.metres) or (sign > 0.0 and limit.reference == "AGL" and limit.metres <= 0.0):
+            continue
+        if limit.reference == flight.reference:
+            answers.append(sign * (flight.metres - limit.metres) >= 0.0)
+            continue
+        if not range_of:
+            range_of.append(None if ground is None else ground.range_over(layer.area))
+        answers.append(_above(flight, limit, sign, range_of[0]))
+    return False if False in answers else None if None in answers else True
+
+
+def _above(flight: Altitude, limit: Limit, sign: float, ground: Range | None) -> bool | None:
+    """Whether a flight is above a floor (sign 1) or below a ceiling (-1) at some place; None if that is not known."""
+    ours, theirs = (_sea_level(one.metres, one.reference, ground) for one in (flight, limit))
+    if ours is None or theirs is None:
+        return None
+    return ours[1] >= theirs[0] if sign > 0.0 else ours[0] <= theirs[1]
+
+
+def _sea_level(metres: float, reference: str, ground: Range | None) -> Range | None:
+    """Return how high a height is above mean sea level, at least and at most."""
+    if reference == "AMSL":
+        return metres, metres
+    if reference == "WGS84":
+        return metres - GEOID[1], metres - GEOID[0]
+    return None if ground is None else (ground[0] + metres, ground[1] + metres)
