@@ -1,5 +1,6 @@
 """One UAV of a mission: from where to where, how far it sees, how it weighs risk."""
 
+import re
 from dataclasses import dataclass
 from typing import cast
 
@@ -7,6 +8,9 @@ from cgla_graph._types import Point
 from cgla_graph._validate import non_negative_number, point, positive_number
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.validate import told, whole_tick
+
+#: How a colour is written.
+COLOUR = r"#[0-9a-fA-F]{6}"
 
 
 @dataclass(frozen=True, init=False)
@@ -30,6 +34,8 @@ class Uav:
         The paper's SD, map units, below the detection radius; given as None: half the detection radius.
     departs
         The tick of take-off. On the ground it hears others but does not see, and nobody can meet it.
+    colour
+        Its colour in pictures, as ``"#0072B2"``; None: the next one of a palette.
 
     Raises
     ------
@@ -50,6 +56,7 @@ class Uav:
     k: float
     safe_distance: float
     departs: int
+    colour: str | None
 
     def __init__(
         self,
@@ -61,12 +68,16 @@ class Uav:
         k: float = 10.0,
         safe_distance: float | None = None,
         departs: int = 0,
+        colour: str | None = None,
     ) -> None:
         """Check everything once."""
         if not isinstance(cast("object", name), str) or not name.strip():
             msg = f"a UAV's name is {name!r}; give a text"
             raise MissionError(msg)
         with told(f"UAV {name}"):
+            if colour is not None and not re.fullmatch(COLOUR, str(colour)):
+                msg = f"colour is {colour!r}; give six hexadecimal digits behind a #, as '#0072B2'"
+                raise MissionError(msg)
             radius = positive_number("detection_radius", detection_radius)
             safe = 0.5 * radius if safe_distance is None else safe_distance
             # as it is frozen, its attributes are set from behind
@@ -79,6 +90,7 @@ class Uav:
                 k=non_negative_number("k", k),
                 safe_distance=positive_number("safe_distance", safe),
                 departs=whole_tick("departs", departs),
+                colour=colour,
             )
             if self.safe_distance >= radius:
                 msg = (

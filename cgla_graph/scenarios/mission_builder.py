@@ -91,6 +91,7 @@ class MissionBuilder:
                 "start": self.ground.end(f"uavs.{number}.start", entry.start),
                 "goal": self.ground.end(f"uavs.{number}.goal", entry.goal),
                 "departs": entry.departs,
+                "colour": entry.colour,
             }
             for number, entry in enumerate(self.table.uavs)
         ]

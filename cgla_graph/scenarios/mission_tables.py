@@ -11,6 +11,7 @@ from pydantic import AfterValidator, Discriminator, Field, Tag
 from cgla_graph._types import Point
 from cgla_graph.fusion.fusion import Fusion, Integral
 from cgla_graph.mission.rules import Avoidance, Exclude, KnowledgeRule, Meeting, Movement, Replan, Start, Update
+from cgla_graph.mission.uav import COLOUR
 from cgla_graph.mission.virtual_obstacle import Placement, Zones
 from cgla_graph.mission.world import TimedThreat, World, union_of
 from cgla_graph.scenarios.drawing import MOST_MISSES, Stream
@@ -54,6 +55,7 @@ class UavTable(UavSettings):
     start: Pair
     goal: Pair
     departs: int = Field(0, ge=0, description="tick of take-off")
+    colour: str | None = Field(None, pattern=f"^{COLOUR}$", description='in pictures, as "#0072B2"')
 
 
 class RandomUavsTable(Table):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, PathPatch
 from matplotlib.text import Text
@@ -15,19 +16,19 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.plots.flight import flown_places
+from cgla_graph.comparisons.plots.looks import dashes_of
 from cgla_graph.comparisons.plots.map import BaseMap
 from cgla_graph.comparisons.plots.page import Key, Part, add_legend, arrange, plain
 from cgla_graph.comparisons.plots.scene import (
     NEAR_COLOUR,
     OBSTACLE_HATCH,
     OUTLINE_SPREADS,
+    TIMED_COLOUR,
     TIMED_LOOK,
     Look,
     area_key,
     arrowhead,
     clip_to_bounds,
-    colour_of,
-    dashes_of,
     data_keys,
     draw_area,
     draw_ends,
@@ -35,9 +36,12 @@ from cgla_graph.comparisons.plots.scene import (
     draw_risk,
     line_key,
     outline,
+    own_colour,
     patch_key,
+    risk_colours,
     unit_scale,
 )
+from cgla_graph.comparisons.risk_samples import risk_samples
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import MissionStatus, UavFlight
 from cgla_graph.mission.world import TimedArea
@@ -46,6 +50,10 @@ from cgla_graph.mission.world import TimedArea
 MOST_FRAMES = 120
 DPI = 110
 _FAINT = 0.45  # opacity of the risk that is true, whoever knows it
+_BANDS = (0.05, 0.2, 0.4, 0.6, 0.8)  # where its colour changes, relative to the greatest
+_FEW_SAMPLES = 60  # along the longer side, to find the greatest
+_NEGATIVE = "#D3DDE2"  # what an improper field has below 0
+_FLASH, _LEAST_FLASH = 10, 8.0  # frames that something new is pointed at; points: the least radius of a ring around it
 _MOST_KNOWERS = 5  # so many UAVs each have a ring of their own around what they know
 _MOST_ROWS = 12  # so many UAVs each have a line of their own that says how they are
 _PLAN_DASHES = (0, (2, 1.5))
@@ -53,7 +61,7 @@ _TURN = 5.0  # line widths of a dash of an outline that several UAVs share
 _RING_GAP = 2.6  # points between the rings of UAVs that know the same threat
 
 
-def frame_ticks(ticks: int) -> list[int]:
+def frame_ticks(ticks: int, most: int = MOST_FRAMES) -> list[int]:
     """
     Choose the ticks that become frames: every one, or evenly fewer; always the first and the last.
 
@@ -62,7 +70,7 @@ def frame_ticks(ticks: int) -> list[int]:
     >>> frame_ticks(3), len(frame_ticks(1000)), frame_ticks(1000)[-1]
     ([0, 1, 2, 3], 113, 1000)
     """
-    step = max(1, math.ceil(ticks / (MOST_FRAMES - 2)))
+    step = max(1, math.ceil(ticks / (most - 2)))
     return sorted({*range(0, ticks + 1, step), ticks})
 
 
@@ -73,14 +81,14 @@ class Film:
     What does not change is drawn once for as long as the world stays as it is; each frame adds what moves.
     """
 
-    def __init__(self, view: MissionRun) -> None:
+    def __init__(self, view: MissionRun, dpi: int = DPI) -> None:
         self.view = view
         self.flight = view.flight
         self.scale = unit_scale(view.scene(0))
         base = BaseMap.of(view.scene(0), places=flown_places(view))
         self._part = base.part
         self.figure, self.axes = base.figure, base.axes
-        self.figure.set_dpi(DPI)
+        self.figure.set_dpi(dpi)
         # the risk changes, and needs no bar; `_draw_truth` draws it
         for image in self.axes.images:
             image.remove()
@@ -89,16 +97,14 @@ class Film:
         self._status: list[Text] = []
         self._clock = self._lay_out(base)
         self._truth: list[Artist] = []
+        self._bands = self._make_bands()
+        ticks = frame_ticks(self.flight.ticks)
+        self._flash = _FLASH * max(1, ticks[1] - ticks[0] if len(ticks) > 1 else 1)
         self._tick_of_truth: int | None = None
         self._canvas: Any = FigureCanvasAgg(self.figure)  # matplotlib does not say all of its types
         self._background: Any = None
         left, right = self.axes.get_xlim()
-        self._points = 72.0 / DPI * self.axes.bbox.width / (right - left)  # points a unit of the axes
-
-    def frames(self) -> Iterator[Image.Image]:
-        """Yield the frames, all of one size."""
-        for tick in frame_ticks(self.flight.ticks):
-            yield self.frame(tick)
+        self._points = 72.0 / dpi * self.axes.bbox.width / (right - left)  # points a unit of the axes
 
     def frame(self, tick: int) -> Image.Image:
         """Draw the state of a tick."""
@@ -155,6 +161,23 @@ class Film:
             yield patch_key(**TIMED_LOOK), "comes and goes"
         yield from data_keys(self.view.scene(0).problem)
 
+    def _make_bands(self) -> tuple[Colormap, BoundaryNorm]:
+        """
+        Choose a few even colours for the risk of all ticks: a GIF has no room for shades, which it would turn to rings.
+
+        They do not change when a threat comes or goes.
+        """
+        scenes = [self.view.scene(tick) for tick in sorted({0, *self.view.mission.world.changes})]
+        # as the picture chooses them; a few samples say how great risk gets
+        samples = [risk_samples(scene.problem, _FEW_SAMPLES) for scene in scenes]
+        top, power = max(one.top for one in samples) or 1.0, min(one.power for one in samples)
+        shares = np.array([*_BANDS, 1.0])
+        edges = [-1e-9 * top, *(top * shares ** (1.0 / power)).tolist()]
+        strong = risk_colours()(np.array([0.0, *(0.5 * (shares[1:] + shares[:-1]))]))
+        faint = 1.0 - _FAINT * (1.0 - strong[:, :3])
+        colours = ListedColormap(faint).with_extremes(under=_NEGATIVE, over=tuple(faint[-1]))
+        return colours, BoundaryNorm(edges, len(faint))
+
     def _draw_truth(self, tick: int) -> None:
         """Draw the risk and the areas as they are from a tick on, and all starts and goals."""
         axes, scale, world = self.axes, self.scale, self.view.mission.world
@@ -164,7 +187,7 @@ class Film:
         if bar is not None:
             self.figure.delaxes(bar.ax)
         for image in axes.images:
-            image.set_alpha(_FAINT)
+            image.set(cmap=self._bands[0], norm=self._bands[1])
         areas = [] if world.no_fly is None else draw_area(axes, world.no_fly, scale)
         for area in world.areas_at(tick).values():
             areas += draw_area(axes, area, scale, timed=True)
@@ -185,7 +208,7 @@ class Film:
         flights = list(self.flight.uavs.values())
         if len(flights) <= _MOST_ROWS:
             for number, (text, uav) in enumerate(zip(self._status, flights, strict=True)):
-                text.set(text=f"{plain(uav.name, 20)}: {state_at(uav, tick)}", color=colour_of(number))
+                text.set(text=f"{plain(uav.name, 20)}: {state_at(uav, tick)}", color=own_colour(uav.uav, number))
                 yield text
             return
         states = [state_at(uav, tick).split(" at ")[0] for uav in flights]
@@ -198,6 +221,7 @@ class Film:
         flights = list(self.flight.uavs.values())
         if len(flights) > _MOST_KNOWERS:
             yield from self._known_to_any(flights, tick)
+        yield from self._new(tick)
         for number, uav in enumerate(flights):
             yield from self._trace(uav, number, tick)
             place = uav.position_at(tick)
@@ -211,13 +235,32 @@ class Film:
             yield self._body(uav, number, tick)
         yield from self._near(flights, tick)
 
+    def _new(self, tick: int) -> Iterator[Artist]:
+        """Point at what has just come up: a ring that closes in on it, for the next few frames."""
+        for item in self.view.mission.world.timed:
+            age = (tick - item.appears) / self._flash
+            if not item.appears or not 0.0 <= age < 1.0:
+                continue
+            look: Look = {"edgecolor": TIMED_COLOUR, "linewidth": 2.6, "zorder": 3.6}
+            if isinstance(item, TimedArea):
+                x_min, y_min, x_max, y_max = item.polygon.bounds
+                place, radius = (
+                    np.array([0.5 * (x_min + x_max), 0.5 * (y_min + y_max)]),
+                    math.hypot(x_max - x_min, y_max - y_min),
+                )
+                radius *= 0.5
+            else:
+                place, radius = np.array([item.threat.x, item.threat.y]), OUTLINE_SPREADS * item.threat.spread
+            least = _LEAST_FLASH / (self._points * self.scale)
+            yield self._ring(place, max(radius, least) * (1.0 + 1.5 * (1.0 - age)), **look)
+
     def _trace(self, uav: UavFlight, number: int, tick: int) -> Iterator[Artist]:
         flown = uav.path[uav.times <= tick + 1e-9]
         if len(flown) > 1:
             gone, n_uavs = tick > uav.ended, len(self.flight.uavs)
             yield self._line(
                 flown,
-                color=colour_of(number),
+                color=own_colour(uav.uav, number),
                 linestyle=dashes_of(number),
                 # where traces run one over the other, each shows beside the next
                 linewidth=1.6 + 1.1 * (n_uavs - 1 - number) if n_uavs <= _MOST_KNOWERS else 1.2,
@@ -228,7 +271,7 @@ class Film:
 
     def _sight(self, uav: UavFlight, number: int, tick: int) -> Iterator[Artist]:
         """Draw how far it sees, and the virtual obstacles that it plans around."""
-        place, colour = uav.trace[tick - uav.departed], colour_of(number)
+        place, colour = uav.trace[tick - uav.departed], own_colour(uav.uav, number)
         many = len(self.flight.uavs) > _MOST_KNOWERS
         radius = uav.uav.detection_radius
         yield self._ring(place, radius, edgecolor="none", facecolor=colour, alpha=0.05 if many else 0.1, zorder=1.4)
@@ -245,7 +288,7 @@ class Film:
         ahead = plan_ahead(uav, tick)
         if len(ahead) > 1:
             yield self._line(
-                ahead, color=colour_of(number), linestyle=_PLAN_DASHES, linewidth=1.1, alpha=0.9, zorder=3.1
+                ahead, color=own_colour(uav.uav, number), linestyle=_PLAN_DASHES, linewidth=1.1, alpha=0.9, zorder=3.1
             )
 
     def _body(self, uav: UavFlight, number: int, tick: int) -> Artist:
@@ -258,7 +301,7 @@ class Film:
             linestyle="none",
             marker=arrowhead(*heading.tolist()),
             markersize=15.0 if len(self.flight.uavs) <= _MOST_KNOWERS else 10.0,
-            markerfacecolor=colour_of(number),
+            markerfacecolor=own_colour(uav.uav, number),
             markeredgecolor="white",
             markeredgewidth=0.8,
             zorder=4.0 + 0.01 * number,
@@ -267,7 +310,7 @@ class Film:
     def _known(self, uav: UavFlight, number: int, tick: int) -> Iterator[Artist]:
         """Outline what a UAV knows in its colour; rings of several stand one in the other."""
         knowledge = uav.knowledge_at(tick)
-        look: Look = {"edgecolor": colour_of(number), "linewidth": 1.3, "zorder": 2.4}
+        look: Look = {"edgecolor": own_colour(uav.uav, number), "linewidth": 1.3, "zorder": 2.4}
         for threat in knowledge.threats.values():
             radius = OUTLINE_SPREADS * threat.spread - _RING_GAP * number / (self._points * self.scale)
             if radius > 0.0:

@@ -14,18 +14,19 @@ from matplotlib.colors import to_rgb
 from PIL import Image
 
 from cgla_graph.comparisons.files import write_bytes
-from cgla_graph.comparisons.plots.animation import Film, frame_ticks
-from cgla_graph.comparisons.plots.looks import COLOURS
+from cgla_graph.comparisons.plots.animation import DPI, MOST_FRAMES, Film, frame_ticks
 from cgla_graph.comparisons.plots.page import style
-from cgla_graph.comparisons.plots.scene import NEAR_COLOUR, TIMED_COLOUR
+from cgla_graph.comparisons.plots.scene import NEAR_COLOUR, TIMED_COLOUR, own_colour
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.errors import OutputError
 
 #: Seconds that all frames but the last take together, and that the last one stays.
 SECONDS, LAST_SECONDS = 8.0, 2.0
-_COLOURS = 255  # of the palette that all frames share; one more says that a dot has not changed
+#: Dots per inch, frames at most and colours: the usual ones, and small ones.
+_USUAL, _SMALL = (DPI, MOST_FRAMES, 255), (82, 46, 80)
 _WHITE = 253  # of 255: from here on in red, green and blue, a dot is white
 _SAMPLES = 6  # frames that the palette is made of
+_MOST_OWN = 40  # UAVs whose colours are exact
 _SHADE = 5  # colours that differ by no more in red, green and blue are one
 
 
@@ -41,11 +42,12 @@ def suffixes() -> list[str]:
     return [".gif", ".mp4"] if shutil.which("ffmpeg") else [".gif"]
 
 
-def animate(view: MissionRun, paths: Sequence[Path]) -> list[Path]:
+def animate(view: MissionRun, paths: Sequence[Path], *, small: bool = False) -> list[Path]:
     """
     Write the animation of a flight to files: the same flight gives the same bytes.
 
-    Each is ``.gif``, or ``.mp4`` where ffmpeg is installed, and appears whole or not at all.
+    Each is ``.gif``, or ``.mp4`` where ffmpeg is installed, and appears whole or not at all. A small one, for notebooks
+    that are kept, is three quarters as wide, with fewer frames and colours.
 
     Raises
     ------
@@ -57,7 +59,7 @@ def animate(view: MissionRun, paths: Sequence[Path]) -> list[Path]:
             msg = f"{path}: {path.suffix or 'no suffix'} is not a format of animations; name the file .gif or .mp4"
             raise OutputError(msg)
     try:
-        encoded = _encoded(view, [path.suffix.lower() for path in paths])
+        encoded = _encoded(view, [path.suffix.lower() for path in paths], *(_SMALL if small else _USUAL))
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         msg = f"{', '.join(map(str, paths))}: cannot be drawn: {reason}"
@@ -65,18 +67,19 @@ def animate(view: MissionRun, paths: Sequence[Path]) -> list[Path]:
     return [write_bytes(path, data) for path, data in zip(paths, encoded, strict=True)]
 
 
-def _encoded(view: MissionRun, kinds: Sequence[str]) -> list[bytes]:
+def _encoded(view: MissionRun, kinds: Sequence[str], dpi: int, most: int, n_colours: int) -> list[bytes]:
     """Draw each frame once, for all formats; one frame at a time is held as it was drawn."""
     with style(), ExitStack() as stack:
-        film = Film(view)
-        ticks = frame_ticks(view.flight.ticks)
+        film = Film(view, dpi)
+        ticks = frame_ticks(view.flight.ticks, most)
         some = [film.frame(ticks[i]) for i in np.unique(np.linspace(0, len(ticks) - 1, _SAMPLES).astype(int))]
         milliseconds = frame_milliseconds(len(ticks))
+        own = [own_colour(uav, number) for number, uav in enumerate(view.mission.uavs)]
         encoders: list[_Gif | _Mp4] = []
         for kind in kinds:
-            encoders.append(_ENCODERS[kind](some, milliseconds))
+            encoders.append(_ENCODERS[kind](some, milliseconds, own, n_colours))
             stack.push(encoders[-1])
-        for frame in film.frames():
+        for frame in map(film.frame, ticks):
             for encoder in encoders:
                 encoder.add(frame)
         return [encoder.data() for encoder in encoders]
@@ -97,8 +100,9 @@ def frame_milliseconds(n_frames: int) -> int:
 class _Gif:
     """Encodes frames as a GIF that repeats for ever; all share one palette: what does not change costs nothing."""
 
-    def __init__(self, some: Sequence[Image.Image], milliseconds: int) -> None:
-        self.palette, self.milliseconds = _palette(some), milliseconds
+    def __init__(self, some: Sequence[Image.Image], milliseconds: int, own: Sequence[str], n_colours: int) -> None:
+        # one more says that a dot has not changed
+        self.palette, self.milliseconds = _palette(some, own, n_colours), milliseconds
         self.images: list[Image.Image] = []
 
     def __enter__(self) -> Self:
@@ -124,16 +128,19 @@ class _Gif:
         return file.getvalue()
 
 
-def _palette(some: Sequence[Image.Image]) -> Image.Image:
+def _palette(some: Sequence[Image.Image], own: Sequence[str], n_colours: int) -> Image.Image:
     """Return an image whose palette suits all frames: exact where colours mean something, else what is used most."""
-    meant = [to_rgb(name) for name in ("white", "black", NEAR_COLOUR, TIMED_COLOUR, *COLOURS)]
+    meant = [
+        to_rgb(name)
+        for name in ("white", "black", NEAR_COLOUR, TIMED_COLOUR, *dict.fromkeys(own[: min(_MOST_OWN, n_colours // 4)]))
+    ]
     # with the shades of thin lines, which are mixed with what is below
     shades = [[round(255 * (1 - share * (1 - part))) for part in colour] for colour in meant for share in (1.0, 0.55)]
     exact = [list(colour) for colour in dict.fromkeys(map(tuple, shades))]
     sheet = Image.new("RGB", (some[0].width, sum(frame.height for frame in some)))
     for row, frame in enumerate(some):
         sheet.paste(frame, (0, row * frame.height))
-    used = sheet.quantize(_COLOURS - len(exact), method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    used = sheet.quantize(n_colours - len(exact), method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     others = np.reshape(used.getpalette() or [], (-1, 3))
     # a shade next to an exact colour would take dots from it
     apart = np.abs(others[:, None, :] - np.array(exact)).max(axis=2).min(axis=1) > _SHADE
@@ -145,7 +152,8 @@ def _palette(some: Sequence[Image.Image]) -> Image.Image:
 class _Mp4:
     """Encodes frames as a film that every browser plays; ffmpeg gets them through a pipe."""
 
-    def __init__(self, some: Sequence[Image.Image], milliseconds: int) -> None:
+    def __init__(self, some: Sequence[Image.Image], milliseconds: int, own: Sequence[str], n_colours: int) -> None:
+        del own, n_colours  # a film has room for all
         program = shutil.which("ffmpeg")
         if program is None:
             msg = "ffmpeg is not installed; install it, or write a .gif"

@@ -232,7 +232,7 @@ class FlightAnimation(FuncAnimation):
         """Show it in a notebook, as an image that repeats."""
         self._draw_was_started = True
         with tempfile.TemporaryDirectory() as folder:
-            (file,) = animate(self._view, [Path(folder, "flight.gif")])
+            (file,) = animate(self._view, [Path(folder, "flight.gif")], small=True)
             data = base64.b64encode(file.read_bytes()).decode()
         return f'<img alt="the flight, tick by tick" style="max-width:100%" src="data:image/gif;base64,{data}">'
 

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.numbers import figure as digits
+from cgla_graph.comparisons.plots.looks import dashes_of
 from cgla_graph.comparisons.plots.map import BaseMap
 from cgla_graph.comparisons.plots.page import Key, Part, add_legend, arrange, plain, style
 from cgla_graph.comparisons.plots.scene import (
@@ -24,8 +25,6 @@ from cgla_graph.comparisons.plots.scene import (
     area_key,
     arrowhead,
     clip_to_bounds,
-    colour_of,
-    dashes_of,
     data_keys,
     draw_area,
     draw_ends,
@@ -33,6 +32,7 @@ from cgla_graph.comparisons.plots.scene import (
     draw_ring,
     draw_risk,
     line_key,
+    own_colour,
     patch_key,
     timed_places,
     unit_scale,
@@ -182,7 +182,7 @@ def _draw_timed(axes: Axes, view: MissionRun, scale: float) -> None:
 
 def _draw_trace(axes: Axes, uav: UavFlight, number: int, spacing: int, width: float, scale: float) -> None:
     """Draw the flown path, with an arrowhead every so many ticks."""
-    colour = colour_of(number)
+    colour = own_colour(uav.uav, number)
     look: Look = {"solid_joinstyle": "round", "solid_capstyle": "round", "clip_on": False}
     # all halos lie below all traces, which would hide each other otherwise
     axes.plot(*(uav.path.T * scale), color="white", linewidth=width + 1.6, alpha=0.85, zorder=2.9, **look)
@@ -214,7 +214,7 @@ def _draw_names(axes: Axes, view: MissionRun, scale: float) -> None:
             plain(uav.name, 16),
             (uav.uav.start[0] * scale, uav.uav.start[1] * scale),
             (5.0 if to_right else -5.0, -5.0 if below else 5.0),
-            color=colour_of(number),
+            color=own_colour(uav.uav, number),
             fontweight="bold",
             ha="left" if to_right else "right",
             va="top" if below else "bottom",
@@ -225,7 +225,7 @@ def _draw_moment(axes: Axes, view: MissionRun, moment: float, scale: float) -> N
     """Draw circles, positions and virtual obstacles at the telling moment, and the distance of the closest pair."""
     shown = shown_at(view, moment)
     for number, uav, place in shown:
-        spot, colour = (place[0] * scale, place[1] * scale), colour_of(number)
+        spot, colour = (place[0] * scale, place[1] * scale), own_colour(uav.uav, number)
         look: Look = {"edgecolor": colour, "linewidth": 0.9, "zorder": 2.8}
         draw_ring(axes, spot, uav.uav.detection_radius * scale, linestyle=SIGHT_DASHES, **look)
         if len(view.flight.uavs) > 1:
@@ -253,7 +253,7 @@ def _draw_moment(axes: Axes, view: MissionRun, moment: float, scale: float) -> N
         )
     for number, _, place in shown:
         edge: Look = {"markeredgecolor": "white", "markeredgewidth": 0.8, "zorder": 4.6}
-        draw_mark(axes, np.multiply(place, scale), "o", 5.5, colour_of(number), **edge)
+        draw_mark(axes, np.multiply(place, scale), "o", 5.5, own_colour(uav.uav, number), **edge)
 
 
 def _panel_title(view: MissionRun, scale: float) -> str:
@@ -279,7 +279,7 @@ def _legend_rows(views: Sequence[MissionRun], moments: Sequence[float], scale: f
     first, alone = views[0], len(views) == 1
     unit = "" if first.projection is None else " km"
     for number, uav in enumerate(first.flight.uavs.values()):
-        line = line_key(color=colour_of(number), linestyle=dashes_of(number), linewidth=1.5)
+        line = line_key(color=own_colour(uav.uav, number), linestyle=dashes_of(number), linewidth=1.5)
         end = f": {uav.status.label} at tick {uav.ended}, cost {digits(uav.cost * scale, 5)}{unit}" if alone else ""
         yield line, f"{plain(uav.name, 24)}{end}"
     mark: Look = {"color": "0.2", "linestyle": "none", "markerfacecolor": "white", "markeredgewidth": 1.2}

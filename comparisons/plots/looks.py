@@ -32,9 +32,24 @@ DASHES: tuple[Dashes, ...] = (
 #: The colour of solvers that do not stand out.
 GREY = "0.62"
 _INFEASIBLE_COLOUR = "#D55E00"
-_INFEASIBLE_DASHES: tuple[Dashes, ...] = ((0, (6, 3)), (0, (3, 3)), (0, (9, 3, 2, 3)))
+#: Infeasible paths have dashes of these lengths, and then the next number of dots between them.
+_INFEASIBLE_DASHES = (6.0, 3.0, 9.0)
 #: Up to so many solvers all stand out; of more, so many of the best do, and those that the user names.
 MOST_COLOURED, BEST = len(COLOURS), 5
+
+
+def dashes_of(number: int) -> Dashes:
+    """
+    Return the dashes that go with a colour: no two numbers share both.
+
+    Examples
+    --------
+    >>> dashes_of(0), dashes_of(len(COLOURS))
+    ((0, None), (0, (3.5, 1.5)))
+    """
+    turn = number // len(COLOURS)
+    # there are more than that only where somebody names as many: a dash, and more and more dots
+    return DASHES[turn] if turn < len(DASHES) else (0, (5.0, 1.5, *(1.0, 1.5) * (turn - len(DASHES) + 2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +104,9 @@ class Entry:
         """The dashes of its path: none before the colours are used up; infeasible ones all have gaps."""
         look = self.look or 0
         if self.infeasible:
-            return _INFEASIBLE_DASHES[look % len(_INFEASIBLE_DASHES)]
-        return DASHES[look // len(COLOURS) % len(DASHES)]
+            dots, length = divmod(look, len(_INFEASIBLE_DASHES))
+            return 0, (_INFEASIBLE_DASHES[length], 3.0, *(1.0, 2.0) * dots)
+        return dashes_of(look)
 
 
 def entries_of(runs: Sequence[Run], named: Collection[str] = ()) -> list[Entry]:

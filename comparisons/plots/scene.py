@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph.comparisons.plots.looks import COLOURS, DASHES, Dashes
+from cgla_graph.comparisons.plots.looks import COLOURS
 from cgla_graph.comparisons.risk_samples import greatest_cells, missing_cells, risk_samples, sample_edges
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import TimedArea, TimedThreat, World
@@ -257,9 +257,16 @@ def colour_of(number: int) -> str:
     return COLOURS[number % len(COLOURS)]
 
 
-def dashes_of(number: int) -> Dashes:
-    """Return the dashes of a UAV's trace: solid until the colours are used up."""
-    return DASHES[number // len(COLOURS) % len(DASHES)]
+def own_colour(uav: Uav, number: int) -> str:
+    """
+    Return the colour of a UAV: what its mission says, else the one of its number.
+
+    Examples
+    --------
+    >>> own_colour(Uav("b", (0, 0), (1, 1), 0.2, colour="#aa0000"), 1)
+    '#aa0000'
+    """
+    return uav.colour or colour_of(number)
 
 
 def arrowhead(east: float, north: float) -> Outline:
@@ -322,7 +329,7 @@ def draw_ends(axes: Axes, uavs: Sequence[Uav], scale: float, *, size: float, zor
     marks: list[Artist] = []
     for number, uav in enumerate(uavs):
         for end, marker, width in ((uav.start, "o", size), (uav.goal, "*", 1.8 * size)):
-            look: Look = {"markeredgecolor": colour_of(number), "markeredgewidth": 1.3, "clip_on": False}
+            look: Look = {"markeredgecolor": own_colour(uav, number), "markeredgewidth": 1.3, "clip_on": False}
             depth = zorder - 0.01 * number
             marks.append(draw_mark(axes, np.multiply(end, scale), marker, width, zorder=depth, **look))
     return marks

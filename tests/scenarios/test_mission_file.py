@@ -732,3 +732,12 @@ def test_the_command_lists_missions(cgla: Call) -> None:
     assert cgla("missions", "--schema").document() == mission_schema()
     assert cgla("missions", "--show", "fig8").out == mission_text("fig8")
     cgla("missions", "--show", "fgi8").refused("fgi8", "fig8")
+
+
+def test_a_uav_may_have_a_colour_and_no_other_word_is_one() -> None:
+    (uav,) = mission_of(BASE.replace('"a"', '"a", colour = "#Aa1122"')).uavs
+    assert uav.colour == "#Aa1122"
+    with pytest.raises(MissionError, match=r"colour.*red"):
+        mission_of(BASE.replace('"a"', '"a", colour = "red"'))
+    with pytest.raises(MissionError, match=r"'#12345'.*six hexadecimal digits"):
+        Uav("a", (0, 0), (1, 1), 0.4, colour="#12345")

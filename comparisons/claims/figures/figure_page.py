@@ -14,9 +14,10 @@ from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.claims.artefact import Picture
 from cgla_graph.comparisons.claims.paper.flights import BOUNDS, GOAL, START, paper_lattice
 from cgla_graph.comparisons.plots.flight import flight_figure
+from cgla_graph.comparisons.plots.looks import dashes_of
 from cgla_graph.comparisons.plots.page import Part, add_legend, arrange, style
 from cgla_graph.comparisons.plots.pictures import save
-from cgla_graph.comparisons.plots.scene import Look, colour_of, dashes_of, draw_risk, line_key
+from cgla_graph.comparisons.plots.scene import Look, colour_of, draw_risk, line_key
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField

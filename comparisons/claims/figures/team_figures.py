@@ -27,7 +27,8 @@ from cgla_graph.comparisons.claims.inference import Proportion
 from cgla_graph.comparisons.claims.paper.flights import RADIUS, SAFE_DISTANCE, TEAM_K
 from cgla_graph.comparisons.claims.paper.obstacle_claims import SPREADS, STEPNUMS, curve
 from cgla_graph.comparisons.claims.paper.routes import Route, fly
-from cgla_graph.comparisons.plots.scene import SIGHT_DASHES, Look, colour_of, dashes_of, draw_ring, line_key, patch_key
+from cgla_graph.comparisons.plots.looks import dashes_of
+from cgla_graph.comparisons.plots.scene import SIGHT_DASHES, Look, colour_of, draw_ring, line_key, patch_key
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import UavFlight
 

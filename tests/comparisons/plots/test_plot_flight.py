@@ -22,15 +22,18 @@ from matplotlib.patches import Circle
 from missions_small import CROSSING, DEGREES, flown_of
 from PIL import Image, ImageSequence
 
+from cgla_graph.comparisons.missions.fly import StopRequest, fly_one, open_mission
 from cgla_graph.comparisons.plots import animation_file, pictures
 from cgla_graph.comparisons.plots.animation import MOST_FRAMES, Film, frame_ticks, plan_ahead, state_at
 from cgla_graph.comparisons.plots.animation_file import LAST_SECONDS, SECONDS, animate, frame_milliseconds
 from cgla_graph.comparisons.plots.flight import flight_figure, mark_spacing, place_at, telling_tick
+from cgla_graph.comparisons.plots.looks import dashes_of
 from cgla_graph.comparisons.plots.page import plain, style
-from cgla_graph.comparisons.plots.scene import NEAR_COLOUR, arrowhead, colour_of, dashes_of, life, outline
+from cgla_graph.comparisons.plots.scene import NEAR_COLOUR, TIMED_COLOUR, arrowhead, colour_of, life, outline
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.errors import OutputError
 from cgla_graph.mission.records import MissionStatus
+from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import TimedThreat
 from cgla_graph.model.risk import Threat
 
@@ -176,8 +179,8 @@ def test_any_name_can_be_drawn(told: MissionRun, name: str) -> None:
 
 
 def test_a_crowd_keeps_its_colours_apart() -> None:
-    looks = {(colour_of(number), dashes_of(number)) for number in range(40)}
-    assert len(looks) == 40
+    looks = {(colour_of(number), dashes_of(number)) for number in range(60)}
+    assert len(looks) == 60
 
 
 def test_a_picture_is_the_same_every_time(told: MissionRun, tmp_path: Path) -> None:
@@ -391,3 +394,58 @@ def test_formats(told: MissionRun, tmp_path: Path, monkeypatch: pytest.MonkeyPat
     with pytest.raises(OutputError, match=r"\.avi is not a format of animations"):
         animate(told, [tmp_path / "told.avi"])
     assert not list(tmp_path.iterdir())
+
+
+# colours, and what comes up
+
+
+def test_a_uav_has_the_colour_that_its_mission_says(told: MissionRun) -> None:
+    uavs = dict(told.flight.uavs)
+    own = {"detection_radius": uavs["a"].uav.detection_radius, "colour": "#aa1122"}
+    painted = dataclasses.replace(uavs["a"], uav=Uav("a", uavs["a"].uav.start, uavs["a"].uav.goal, **own))
+    flown = dataclasses.replace(told, flight=dataclasses.replace(told.flight, uavs=uavs | {"a": painted}))
+    figure = flight_figure([flown])
+    (trace,) = traces(figure.axes[0], "#aa1122")
+    np.testing.assert_array_equal(trace, uavs["a"].path)
+    assert figure.legends[0].legend_handles[0].get_color() == "#aa1122"
+    assert traces(figure.axes[0], colour_of(1))
+    with style():
+        bodies = [line for line in Film(flown)._moving(4) if isinstance(line, Line2D)]
+    assert "#aa1122" in {line.get_markerfacecolor() for line in bodies}
+
+
+def test_what_comes_up_is_pointed_at_for_a_while_and_changes_no_other_colour(told: MissionRun) -> None:
+    threat = next(item for item in told.mission.world.timed if isinstance(item, TimedThreat))
+    spot = (threat.threat.x, threat.threat.y)
+
+    def pointers(film: Film, tick: int) -> list[float]:
+        rings = [one for one in film._moving(tick) if isinstance(one, Circle) and one.center == spot]
+        return [ring.radius for ring in rings if to_hex(ring.get_edgecolor()) == TIMED_COLOUR.lower()]
+
+    with style():
+        film = Film(told)
+        assert pointers(film, threat.appears - 1) == pointers(film, threat.appears + 10) == []
+        (first,), (later,) = pointers(film, threat.appears), pointers(film, threat.appears + 5)
+        assert first > later > 1.5 * threat.threat.spread
+        before, after = (np.asarray(film.frame(tick)) for tick in (threat.appears - 1, threat.appears))
+        other = told.mission.world.field.threats[0]
+        column, row = film.axes.transData.transform((other.x + 0.04, other.y))
+        at = before.shape[0] - 1 - int(row), int(column)
+    assert before[at].tolist() == after[at].tolist() != list(WHITE)
+
+
+def test_a_film_has_few_colours_of_risk(told: MissionRun) -> None:
+    with style():
+        film = Film(told)
+        film.frame(0)
+        colours, norm = film.axes.images[0].cmap, film.axes.images[0].norm
+    assert len({tuple(colours(norm(share))) for share in np.linspace(0.0, 1.0, 500)}) <= 7
+    assert colours(norm(0.0))[:3] == pytest.approx((1.0, 1.0, 1.0), abs=1e-3)
+
+
+@pytest.mark.slow
+def test_a_film_for_notebooks_is_small(tmp_path: Path) -> None:
+    _, (spec,) = open_mission("fig8", variant="with virtual obstacles")
+    flown = fly_one(spec, None, StopRequest())
+    (small,) = animate(flown, [tmp_path / "small.gif"], small=True)
+    assert small.stat().st_size < 300_000
