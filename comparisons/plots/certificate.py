@@ -18,7 +18,7 @@ from cgla_graph.comparisons.numbers import at_most, rounded_down
 from cgla_graph.comparisons.numbers import figure as digits_of
 from cgla_graph.comparisons.plots.looks import COLOURS, Entry, entries_of
 from cgla_graph.comparisons.plots.map import BaseMap
-from cgla_graph.comparisons.plots.page import Key, Part, add_legend, heading, style
+from cgla_graph.comparisons.plots.page import Key, Part, add_inner_legend, add_legend, heading, style
 from cgla_graph.comparisons.plots.scene import cost_unit, outline, unit_scale
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.certificate import proof_of, verdict
@@ -27,6 +27,7 @@ from cgla_graph.model.problem import Problem
 _WIDTH, _LOWEST, _HIGHEST = 3.6, 2.1, 3.4  # inches: width of the plot of the bracket, and within what its height is
 _LABELS = 0.5  # inches: what its labels take below it
 _GAP = 0.25  # inches: space above the legend
+_LOW_MAP = 3.2  # inches: maps lower than this have the legend below them
 _OPACITY, _MOST_TICKS = 0.5, 6  # of tubes; of the axis of grid steps
 #: Tubes from the coarsest to the finest: orange, as risk is violet, paths are blue and areas are grey.
 _LIGHT, _DARK = "#FFDFA3", "#A34F00"
@@ -65,7 +66,9 @@ def certificate_figure(run: Run, *, figure: Figure | None = None) -> Figure:
         keys = [*base.draw_paths(entries), *base.draw_marks(), *tubes]
         base.name_areas([entry.path for entry in entries])
         about = "no better path leaves a tube" if tubes else ""
-        legend = add_legend(base.figure, keys, title=about, columns=3 if base.wide else 2)
+        legend = add_legend(
+            base.figure, keys, title=about, columns=3 if base.wide else 4 if base.size[1] < _LOW_MAP else 2
+        )
         parts = [*base.parts, Part.of(base.figure, legend)]
         if proof.grids and math.isfinite(proof.lower_bound):
             axes = base.figure.add_axes((0.0, 0.0, 0.5, 0.5))
@@ -74,7 +77,13 @@ def certificate_figure(run: Run, *, figure: Figure | None = None) -> Figure:
             room = base.size[1] - _LABELS - _GAP - below.size[1]
             height = _LOWEST if base.wide else min(max(room, _LOWEST), _HIGHEST)
             bracket = Part.of(base.figure, axes, (_WIDTH, height))
-            parts += [bracket, below] if base.wide else [bracket.over(below, _GAP)]
+            if base.wide:
+                parts += [bracket, below]
+            elif base.size[1] < _LOW_MAP:
+                # a low map has room below it, not beside it
+                parts = [parts[0].over(below, _GAP), *parts[1:], bracket]
+            else:
+                parts.append(bracket.over(below, _GAP))
         name, title = heading(scenario)
         said = verdict(run, digits=6, scale=scale, unit="" if scenario.projection is None else " km")
         base.arrange((f"{name}:  {title}" if title else name, said[0].upper() + said[1:]), parts)
@@ -88,7 +97,8 @@ def draw_certificate(axes: Sequence[Axes], run: Run) -> None:
     with style():
         base = BaseMap.on(axes[0], scenario, entries, places=_corners(scenario.problem, proof.grids))
         tubes = list(_draw_tubes(axes[0], scenario.problem, proof.grids, scale))
-        add_legend(axes[0], [*base.draw_paths(entries), *base.draw_marks(), *tubes])
+        rows = [*base.draw_paths(entries), *tubes]
+        add_inner_legend(axes[0], [*rows, *base.draw_marks()], least=len(rows))
         if len(axes) > 1 and proof.grids and math.isfinite(proof.lower_bound):
             _draw_bracket(axes[1], run, scale)
 

@@ -75,8 +75,8 @@ def plot_problem(problem: Problem, solutions: Iterable[Solution], *, ax: Axes | 
 
 
 def scenario_of(problem: Problem) -> Scenario:
-    """Give a problem a name, as the pictures of the command line have it."""
-    return Scenario("problem", "", problem, Lattice(20, bounds=problem.bounds), projection=problem.projection)
+    """Make a scenario of a problem, as the pictures of the command line have it; without a name, as none is known."""
+    return Scenario("", "", problem, Lattice(20, bounds=problem.bounds), projection=problem.projection)
 
 
 def view_of(flight: Flight) -> MissionRun:

@@ -12,7 +12,7 @@ from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.numbers import figure as digits
 from cgla_graph.comparisons.plots.looks import dashes_of
 from cgla_graph.comparisons.plots.map import BaseMap
-from cgla_graph.comparisons.plots.page import Key, Part, add_legend, arrange, plain, style
+from cgla_graph.comparisons.plots.page import Key, Part, add_inner_legend, arrange, plain, style
 from cgla_graph.comparisons.plots.scene import (
     NEAR_COLOUR,
     OBSTACLE_HATCH,
@@ -47,6 +47,7 @@ MOST_PANELS = 4
 _LONG = 3.4  # inches: longer side of a map that is not alone
 #: Marks on the longest trace, about.
 _MOST_MARKS = 30
+_MOST_LINES = 16  # so many UAVs of all panels together have a line in the table
 _MOST_NAMES = 9  # so many UAVs have their names on the map
 
 
@@ -104,7 +105,8 @@ def flight_figure(views: Sequence[MissionRun], *, figure: Figure | None = None) 
             size = np.array(base.size) * _LONG / max(base.size)
             base = replace(base, size=(float(size[0]), float(size[1])))
         legend = base.add_legend(list(_legend_rows(views, moments, scale)), width=2.4)
-        parts = [*(Part.of(base.figure, panel, base.size) for panel in panels), *base.parts[1:], legend]
+        beside = base.with_table(legend, _numbers_table(views, scale))
+        parts = [*(Part.of(base.figure, panel, base.size) for panel in panels), *base.parts[1:], *beside]
         title = _closest_text(first, scale) if len(views) == 1 else ""
         about = (plain(first.label if len(views) == 1 else first.name, 80), plain(first.title, 160))
         heading = (about[0], f"{about[1]}. {title}" if about[1] and title else about[1] or title)
@@ -123,7 +125,7 @@ def draw_flight(axes: Axes, view: MissionRun) -> None:
     with style():
         BaseMap.on(axes, scene, places=flown_places(view))
         _draw_flight(axes, view, moment, scale)
-        add_legend(axes, list(_legend_rows([view], [moment], scale)))
+        add_inner_legend(axes, list(_legend_rows([view], [moment], scale)), least=len(view.flight.uavs))
 
 
 def flown_places(view: MissionRun) -> list[FloatArray]:
@@ -305,6 +307,25 @@ def _legend_rows(views: Sequence[MissionRun], moments: Sequence[float], scale: f
     if first.mission.world.timed:
         yield patch_key(**TIMED_LOOK), "comes and goes"
     yield from data_keys(first.scene(0).problem)
+
+
+def _numbers_table(views: Sequence[MissionRun], scale: float) -> list[list[str]]:
+    """Write what each UAV has flown: one line each, and for several variants, those of all."""
+    unit = "" if views[0].projection is None else " (km)"
+    several = len(views) > 1
+    n_uavs = len(views[0].flight.uavs)
+    if n_uavs * len(views) > _MOST_LINES:
+        return []
+    table = [["", *([f"cost{unit}"] if several else []), f"length{unit}", "risk", "plans"]]
+    for number, view in enumerate(views):
+        if several:
+            table += [[]] * bool(number) + [[plain(view.variant or view.name, 40)]]
+        for uav in view.flight.uavs.values():
+            cost = [digits(uav.cost * scale, 5)] if several else []
+            table.append(
+                [plain(uav.name, 16), *cost, digits(uav.length * scale, 5), digits(uav.risk, 4), str(len(uav.plans))]
+            )
+    return table
 
 
 def telling_tick(view: MissionRun) -> float:

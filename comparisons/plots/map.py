@@ -20,7 +20,17 @@ from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.comparisons.numbers import at_most, rounded_down
 from cgla_graph.comparisons.numbers import figure as digits
 from cgla_graph.comparisons.plots.looks import Entry, cost_label, entries_of, others_label
-from cgla_graph.comparisons.plots.page import Key, Part, add_legend, add_table, arrange, heading, plain, style
+from cgla_graph.comparisons.plots.page import (
+    Key,
+    Part,
+    add_inner_legend,
+    add_legend,
+    add_table,
+    arrange,
+    heading,
+    plain,
+    style,
+)
 from cgla_graph.comparisons.plots.scene import (
     area_key,
     axis_labels,
@@ -116,8 +126,9 @@ def draw_map(axes: Axes, scenario: Scenario, runs: Sequence[Run]) -> None:
     entries = entries_of(runs)
     with style():
         base = BaseMap.on(axes, scenario, entries)
-        keys = [*base.draw_paths(entries), *base.draw_marks()]
-        add_legend(axes, keys, title=f"cost{cost_unit(scenario)}" if entries else "")
+        rows = list(base.draw_paths(entries))
+        title = f"cost{cost_unit(scenario)}" if entries else ""
+        add_inner_legend(axes, [*rows, *base.draw_marks()], least=len(rows), title=title)
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,6 +24,7 @@ from cgla_graph.scenarios.scenario import Scenario
 #: A row of a legend: what is drawn, and what it is.
 Key: TypeAlias = tuple[Artist, str]
 _PAD, _GAP = 0.1, 0.2  # inches: border, space between parts
+_MOST_COVERED = 0.2  # of axes, by a legend inside them
 _STYLE: dict[str, Any] = {
     "axes.linewidth": 0.6,
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same text everywhere
@@ -118,6 +119,38 @@ def add_table(figure: Figure, rows: Sequence[Sequence[str]]) -> Text:
     known = _glyphs("DejaVuSansMono.ttf") | {ord("\n")}
     text = "".join(char if ord(char) in known else "\N{REPLACEMENT CHARACTER}" for char in "\n".join(lines))
     return figure.text(0.0, 1.0, text, fontsize=7.0, family="DejaVu Sans Mono", linespacing=1.45, va="top", color="0.2")
+
+
+def add_inner_legend(axes: Axes, rows: Sequence[Key], *, least: int, title: str = "") -> Legend | None:
+    """
+    Make a legend inside axes of the user's, as long as it leaves the map to be seen.
+
+    Where the axes are small it gets smaller letters, then no more than its first rows, and then it is left out.
+
+    Parameters
+    ----------
+    axes
+        The axes, in their place.
+    rows
+        What is drawn, and what it is.
+    least
+        How many of them matter most.
+    title
+        What stands above; may be empty.
+    """
+    canvas: Any = FigureCanvasAgg(axes.figure)  # type: ignore[arg-type]
+    room = axes.get_window_extent(canvas.get_renderer())
+    for size, some in ((0.0, rows), (6.0, rows), (6.0, rows[:least])):
+        if not some:
+            break
+        legend = add_legend(axes, some, title=title)
+        for text in (*legend.get_texts(), legend.get_title()) if size else ():
+            text.set_fontsize(size)
+        box = legend.get_window_extent(canvas.get_renderer())
+        if box.width * box.height <= _MOST_COVERED * room.width * room.height and box.width <= room.width:
+            return legend
+        legend.remove()
+    return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,7 +273,8 @@ def heading(scenario: Scenario) -> tuple[str, str]:
     >>> heading(load_scenario("one-threat"))[0]
     'one-threat,  k = 10'
     """
-    return f"{plain(scenario.name, 48)},  k = {scenario.problem.k:g}", plain(scenario.title, 160)
+    name = plain(scenario.name, 48)
+    return f"{name}{',  ' if name else ''}k = {scenario.problem.k:g}", plain(scenario.title, 160)
 
 
 def plain(text: str, most: int) -> str:

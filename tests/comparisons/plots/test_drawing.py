@@ -52,3 +52,29 @@ def test_the_film_is_written_as_the_command_writes_it(tmp_path: Path) -> None:
     film.save(tmp_path / "film.gif")
     assert (tmp_path / "film.gif").read_bytes().startswith(b"GIF89a")
     assert "data:image/gif;base64," in film._repr_html_()
+
+
+def test_a_legend_never_covers_more_than_a_fifth_of_axes() -> None:
+    solutions = [cg.solve(PROBLEM, name, resolution=5) for name in ("cgla", "dijkstra")]
+    solutions += [cg.solve(PROBLEM, "straight-line")]
+    found = {}
+    for side in (0.4, 1.5, 2.2, 6.0):
+        figure = Figure(figsize=(side / 0.8, side / 0.8))
+        axes = PROBLEM.plot(*solutions, ax=figure.add_axes((0.1, 0.1, 0.8, 0.8)))
+        figure.canvas.draw()
+        legend = axes.get_legend()
+        found[side] = [] if legend is None else [text.get_text() for text in legend.get_texts()]
+        if legend is not None:
+            box, room = legend.get_window_extent(), axes.get_window_extent()
+            assert box.width * box.height <= 0.21 * room.width * room.height
+    assert found[0.4] == []
+    assert {word.split(":")[0] for word in found[6.0]} == {"cgla", "dijkstra", "straight-line", "start", "goal"}
+    assert found[2.2] in (found[6.0], found[6.0][:3])
+
+
+def test_a_picture_without_a_name_is_headed_by_its_weight_alone() -> None:
+    axes = cg.solve(PROBLEM, "straight-line").plot()
+    try:
+        assert "k = 10" in [text.get_text() for text in axes.figure.texts]
+    finally:
+        plt.close(axes.figure)
