@@ -358,6 +358,27 @@ def geodesic_length(start: Point, goal: Point) -> float:
     return float(_geod().inv(*start, *goal)[2])
 
 
+def geodesic_between(starts: FloatArray, ends: FloatArray, share: float) -> FloatArray:
+    """
+    Return the points at a share of the way along geodesics on WGS84, degrees, shape ``(n, 2)``.
+
+    Parameters
+    ----------
+    starts, ends
+        Their ends, degrees, shape ``(n, 2)`` each.
+    share
+        0 for the starts, 1 for the ends.
+
+    Examples
+    --------
+    >>> geodesic_between(np.array([[24.0, 60.0]]), np.array([[26.0, 60.0]]), 0.5).round(4).tolist()
+    [[25.0, 60.0038]]
+    """
+    azimuth, _, distance = _geod().inv(starts[:, 0], starts[:, 1], ends[:, 0], ends[:, 1])
+    longitude, latitude, _ = _geod().fwd(starts[:, 0], starts[:, 1], azimuth, share * distance)
+    return np.column_stack([longitude, latitude])
+
+
 def geodesic_points(place: Point, azimuths: FloatArray, distance: float) -> FloatArray:
     """
     Return the points so far from a point of the Earth in some directions, degrees, shape ``(n, 2)``.
