@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from cgla_graph.solvers.trade_off.density import below_density as below_density
     from cgla_graph.solvers.trade_off.density import density_front as density_front
     from cgla_graph.solvers.trade_off.pareto import pareto as pareto
+    from cgla_graph.zones.reading import read_zones as read_zones
 
 __version__ = "0.1.0"
 
@@ -94,6 +95,7 @@ _HOMES = {
     "plan_within_length": "solvers.trade_off.constrained",
     "plan_within_risk": "solvers.trade_off.constrained",
     "read_plan": "flight_plans.formats",
+    "read_zones": "zones.reading",
     "risk_weight": "model.ground_risk",
     "solve": "solvers.solving",
     "write_plan": "flight_plans.formats",

@@ -14,19 +14,23 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
 from cgla_graph._validate import four_numbers, point
-from cgla_graph.errors import CglaError, ScenarioError
+from cgla_graph.errors import CglaError, FileFormatError, ScenarioError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.raster_file import in_degrees
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.grid_map import GridMap
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around
-from cgla_graph.scenarios.map_tables import NoFlyTable, RasterTable
+from cgla_graph.scenarios.map_tables import NoFlyTable, RasterTable, applied_zones, with_files
 from cgla_graph.scenarios.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
 from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, load_scenario, scenario_of
+from cgla_graph.untrusted.files import kind_of
+from cgla_graph.zones.reading import is_geojson
 
 #: The complete graph of a grid map joins its cells up to this many; a larger map gets a lattice of 50 a side.
 MOST_CELLS = 6000
+#: Endings of files of no-fly areas and zones; others are told by their content.
+AREAS = (".geojson", ".json", ".kml", ".kmz")
 #: Endings of rasters that are scenarios by themselves; .npz and .csv are those of graphs.
 RASTERS = (".tif", ".tiff", ".asc", ".npy")
 
@@ -40,6 +44,7 @@ def open_scenarios(
     k: float | None = None,
     clearance: float | None = None,
     no_fly: Sequence[Path] = (),
+    zones: Mapping[str, object] | None = None,
     raster: Mapping[str, object] | None = None,
 ) -> Iterator[Scenario]:
     """
@@ -48,7 +53,8 @@ def open_scenarios(
     Parameters
     ----------
     spec
-        A shipped scenario's name, a ``.toml`` scenario, a ``.geojson`` of no-fly areas, a raster of risk (``.tif``,
+        A shipped scenario's name, a ``.toml`` scenario, a ``.geojson`` of no-fly areas, a file of zones (ED-269,
+        ED-318, KML, KMZ: its content says), a raster of risk (``.tif``,
         ``.tiff``, ``.asc`` or ``.npy``; start and goal are needed, and k is 1), a ``.map``, or a ``.scen`` with rows
         counted from 0: ``FILE.scen:ROW``, ``FILE.scen:FIRST-LAST``, or all of them without rows.
     start, goal
@@ -60,7 +66,9 @@ def open_scenarios(
     k, clearance
         Instead of the file's own.
     no_fly
-        GeoJSON files of more no-fly areas, on maps in longitude and latitude.
+        Files of more no-fly areas, on maps in longitude and latitude: GeoJSON, or zones.
+    zones
+        What is said of zones: altitude, at, treat, ground, as ``[no_fly]`` of scenario files has them.
     raster
         Of a raster alone: its settings, as `raster_scenario` has them.
 
@@ -93,11 +101,17 @@ def open_scenarios(
     if kind in {".map", ".scen"} and no_fly:
         msg = f"{path}: a grid map has no longitudes and latitudes; leave out the areas of {no_fly[0]}"
         raise ScenarioError(msg)
+    if kind in {".map", ".scen"} and zones:
+        msg = f"{path}: a grid map has no zones; leave out {next(iter(zones))}"
+        raise ScenarioError(msg)
     if raster and kind not in RASTERS:
         msg = f"{spec} is no raster (those end in {', '.join(RASTERS)}): leave out {next(iter(raster))}"
         raise ScenarioError(msg)
-    for scenario in _opened(path, rows, spec, start, goal, bounds, clearance, no_fly, raster or {}):
-        yield _changed(scenario, k, None if kind not in {".map", ".scen"} else clearance)
+    try:
+        for scenario in _opened(path, rows, spec, start, goal, bounds, clearance, no_fly, zones or {}, raster or {}):
+            yield _changed(scenario, k, None if kind not in {".map", ".scen"} else clearance)
+    except FileFormatError as error:
+        raise ScenarioError(str(error)) from error
 
 
 def _opened(
@@ -109,23 +123,44 @@ def _opened(
     bounds: Bounds | None,
     clearance: float | None,
     no_fly: Sequence[Path],
+    zones: Mapping[str, object],
     raster: Mapping[str, object],
 ) -> Iterator[Scenario]:
-    """Open what is there, by its ending."""
+    """Open what is there, by its ending, or else by its content."""
     kind = path.suffix.lower()
     margin = clearance or 0.0
     if kind in RASTERS:
         yield raster_scenario(
-            path, start=start, goal=goal, bounds=bounds, clearance=margin, no_fly=no_fly, settings=raster
+            path, start=start, goal=goal, bounds=bounds, clearance=margin, no_fly=no_fly, zones=zones, settings=raster
         )
-    elif kind in {".geojson", ".json"}:
-        yield areas_scenario([path, *no_fly], start=start, goal=goal, bounds=bounds, clearance=margin)
+    elif kind in AREAS or (kind != ".toml" and holds_areas(path)):
+        yield areas_scenario([path, *no_fly], start=start, goal=goal, bounds=bounds, clearance=margin, zones=zones)
     elif kind == ".map":
         yield _map_scenario(path, start, goal)
     elif kind == ".scen":
         yield from (_moved(scenario, start, goal) for scenario in _row_scenarios(path, rows))
     else:
-        yield load_scenario(spec, start=start, goal=goal, bounds=bounds, clearance=clearance, no_fly=no_fly)
+        yield load_scenario(
+            spec, start=start, goal=goal, bounds=bounds, clearance=clearance, no_fly=no_fly, zones=zones
+        )
+
+
+def holds_areas(path: Path) -> bool:
+    """
+    Tell whether a file of whatever name begins like one of areas: like JSON, XML or an archive.
+
+    Examples
+    --------
+    >>> holds_areas(Path("no such file"))
+    False
+    """
+    try:
+        with path.open("rb") as stream:
+            return (
+                path.is_file() and path.suffix.lower() not in {".map", ".scen"} and kind_of(stream.read(4096)) != "text"
+            )
+    except (OSError, ValueError):
+        return False
 
 
 def raster_scenario(
@@ -137,6 +172,7 @@ def raster_scenario(
     k: float = 1.0,
     clearance: float = 0.0,
     no_fly: Sequence[Path] = (),
+    zones: Mapping[str, object] | None = None,
     settings: Mapping[str, object] | None = None,
 ) -> Scenario:
     """
@@ -156,7 +192,9 @@ def raster_scenario(
     clearance
         How far paths have to stay from no-fly areas, map units.
     no_fly
-        GeoJSON files.
+        Files of GeoJSON or zones.
+    zones
+        What is said of zones: altitude, at, treat, ground.
     settings
         Other keys of ``[[rasters]]`` in scenario files: kind, scale, nodata, interpolation, origin; and coordinates,
         plane or lonlat.
@@ -183,7 +221,7 @@ def raster_scenario(
             clearance=clearance,
             bounds=box,
             rasters=[RasterTable.model_validate({"file": path.name, "bounds": own, **given})],
-            no_fly=NoFlyTable(geojson=[str(file.absolute()) for file in no_fly]),
+            no_fly=with_files(NoFlyTable(), no_fly, zones or {}),
         )
     except ValidationError as error:
         fault = error.errors()[0]
@@ -234,9 +272,10 @@ def areas_scenario(
     goal: Point | None = None,
     bounds: Bounds | None = None,
     clearance: float = 0.0,
+    zones: Mapping[str, object] | None = None,
 ) -> Scenario:
     """
-    Make a scenario of the no-fly areas of GeoJSON files, named after the first.
+    Make a scenario of the no-fly areas of GeoJSON files, or of files of zones, named after the first.
 
     Parameters
     ----------
@@ -245,9 +284,12 @@ def areas_scenario(
     start, goal
         Degrees; None for the corners of the box around all areas, south-west and north-east.
     bounds
-        No path leaves these, degrees; None for the box around all areas and the ends.
+        No path leaves these, degrees; None for the box around all areas and the ends; of zones, with both ends given,
+        for a box around these that holds every path at most 2.2 times as long as the way between them.
     clearance
         How far paths have to stay from the areas, metres.
+    zones
+        What is said of zones: altitude, at, treat, ground.
 
     Raises
     ------
@@ -255,6 +297,8 @@ def areas_scenario(
         If something is malformed, or start or goal is not on the map.
     """
     path = files[0]
+    if not all(is_geojson(file) for file in files):
+        return _zones_scenario(files, start, goal, bounds, clearance, zones or {})
     areas = [area for file in files for area in read_areas(file)]
     west, south, east, north = bounds_of(box_around(shapely.get_coordinates([area.polygon for area in areas])))
     try:
@@ -267,6 +311,47 @@ def areas_scenario(
             clearance=clearance,
             bounds=None if bounds is None else list(four_numbers("bounds", bounds)),
             no_fly=NoFlyTable(geojson=[path.name, *(str(file.absolute()) for file in files[1:])]),
+        )
+    except CglaError as error:
+        msg = f"{path}: {error}"
+        raise ScenarioError(msg) from error
+    scenario = scenario_of(table, path.parent, path.stem, str(path))
+    return dataclasses.replace(scenario, lattice=_even_lattice(scenario.problem.bounds, 900))
+
+
+def _zones_scenario(
+    files: Sequence[Path],
+    start: Point | None,
+    goal: Point | None,
+    bounds: Bounds | None,
+    clearance: float,
+    settings: Mapping[str, object],
+) -> Scenario:
+    """Make a scenario of files of zones."""
+    path = files[0]
+    no_fly = with_files(NoFlyTable(), files, settings)
+    no_fly = no_fly.model_copy(update={"geojson": [], "zones": [*no_fly.geojson, *no_fly.zones]})
+    # (what is wrong with a file is told without the name of the first before it)
+    applied = applied_zones(no_fly, Path())
+    count = len(applied.verdicts)
+    box = None if bounds is None else four_numbers("bounds", bounds)
+    if start is None or goal is None:
+        closed = [one.area for one in applied.closed]
+        if not closed:
+            msg = f"{path}: none of its {count} zones is closed; give --start and --goal"
+            raise ScenarioError(msg)
+        box = box or bounds_of(box_around(shapely.get_coordinates(closed)))
+        start, goal = start or (box[0], box[1]), goal or (box[2], box[3])
+    try:
+        table = ScenarioTable(
+            title=f"{count} zone{'s' * (count != 1)} of {', '.join(file.name for file in files)}",
+            coordinates="lonlat",
+            start=list(point("start", start)),
+            goal=list(point("goal", goal)),
+            k=0.0,
+            clearance=clearance,
+            bounds=None if box is None else list(box),
+            no_fly=no_fly,
         )
     except CglaError as error:
         msg = f"{path}: {error}"

@@ -2,7 +2,9 @@
 
 import re
 import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
@@ -15,7 +17,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import Bounds, Point
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.lattice import Lattice, LatticeKind
-from cgla_graph.model.projection import LocalProjection, places_around, project_area, projected_bounds
+from cgla_graph.model.projection import LocalProjection, geodesic_length, places_around, project_area, projected_bounds
 from cgla_graph.model.raster_file import Kind, RasterCells, cells_in_metres, read_cells
 from cgla_graph.model.risk import Reading, Threat
 from cgla_graph.model.risk_raster import MOST_CELLS, Interpolation, Origin, RasterRisk
@@ -23,11 +25,17 @@ from cgla_graph.scenarios.drawing import Stream, drawn_threats
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
 from cgla_graph.scenarios.table_faults import faults
+from cgla_graph.zones.applying import Applied
 from cgla_graph.zones.geojson import Area
+from cgla_graph.zones.ground import read_ground
+from cgla_graph.zones.reading import is_geojson, read_zones
 
 #: How many spreads around its centre a threat is seen: a box around threats has room to go around them; and beyond so
 #: many, it is not felt.
 SEEN, FELT = 3.0, 8.0
+#: Metres around ends that are in one place, on a map of zones; how much of a map's side is seen around it; and the
+#: latitude from which on all meridians may be near.
+NEAREST, SEEN_MARGIN, MOST_LATITUDE = 2000.0, 0.02, 85.0
 
 
 class Table(BaseModel):
@@ -89,10 +97,28 @@ class RandomThreatsTable(Table):
 
 
 class NoFlyTable(Table):
-    """No-fly areas: polygons written here, and GeoJSON files beside this one."""
+    """No-fly areas: polygons written here, and files beside this one: GeoJSON, or zones that authorities publish."""
 
     polygons: list[Ring] = Field(default_factory=list, description="rings of corners, closed or not")
     geojson: list[str] = Field(default_factory=list, description="paths of GeoJSON files (lon/lat), from this file")
+    zones: list[str] = Field(
+        default_factory=list,
+        description="paths of files of zones (lon/lat), from this file: ED-269, ED-318, KML, KMZ, GeoJSON",
+    )
+    altitude: float | str | None = Field(
+        default=None,
+        description="of the flight, metres above ground, or as '450 AMSL': which layers of zones count (default: all)",
+    )
+    at: datetime | str | None = Field(
+        default=None, description="when the flight is, with its zone: which zones apply (default: all)"
+    )
+    treat: dict[str, Literal["closed", "open"]] = Field(
+        default_factory=dict, description="which kinds of zones are closed and which open, as REQ_AUTHORISATION"
+    )
+    ground: str | None = Field(
+        default=None,
+        description="path of a raster of elevations (lon/lat), which compares heights above ground and sea",
+    )
 
 
 class RasterTable(Table):
@@ -154,6 +180,45 @@ class MapTable(Table):
         return None
 
 
+def applied_zones(table: NoFlyTable, folder: Path) -> Applied:
+    """
+    Read the files of zones that a table names, and say what is closed at its altitude and time.
+
+    Raises
+    ------
+    FileFormatError
+        If one of them cannot be read, or altitude, time or kinds are none.
+    """
+    ground = None if table.ground is None else read_ground(folder / table.ground)
+    zones = read_zones([folder / name for name in table.zones])
+    return zones.apply(altitude=table.altitude, at=table.at, treat=table.treat, ground=ground)
+
+
+def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping[str, object]) -> NoFlyTable:
+    """
+    Return a table with more files of areas, and with what is said of zones.
+
+    Parameters
+    ----------
+    table
+        As it was.
+    files
+        GeoJSON files, or files of zones; if any of them is of zones, all count as zones.
+    settings
+        Other keys of the table, instead of its own.
+
+    Raises
+    ------
+    FileFormatError
+        If a file cannot be read.
+    """
+    paths = [str(Path(file).absolute()) for file in files]
+    if not table.zones and all(is_geojson(path) for path in paths):
+        return table.model_copy(update={"geojson": [*table.geojson, *paths]})
+    moved = {"geojson": [], "zones": [*table.geojson, *table.zones, *paths]} if paths else {}
+    return NoFlyTable.model_validate({**table.model_dump(exclude_unset=True), **moved, **settings})
+
+
 @dataclass(frozen=True)
 class MapBuilder:
     """
@@ -192,7 +257,7 @@ class MapBuilder:
         if self.is_plane:
             west, south, east, north = given or self._around_rasters() or (0.0, 0.0, 1.0, 1.0)
             return west, south, east, north
-        areas = shapely.get_coordinates(self.no_fly_shapes)
+        areas = shapely.get_coordinates(self._own_shapes)
         if given is not None:
             box = box_of(given)
             self._check_threats(box)
@@ -204,10 +269,18 @@ class MapBuilder:
         threats = [places_around((one.x, one.y), SEEN * one.spread_of()) for one in self.table.threats]
         corners = [np.reshape(cells.bounds, (2, 2)) for cells in self.cells]
         points = np.concatenate([areas, *threats, *corners])
+        if not len(points) and self.table.no_fly.zones and self.table.ends():
+            return self._around_journey()
         if not len(points):
             msg = "there is nothing to lay bounds around; add bounds = [west, south, east, north], degrees"
             raise ValueError(msg)
         return widened(box_around(points), self.table.ends())
+
+    def _around_journey(self) -> Bounds:
+        """Return a box around all ends: every path at most 2.2 times as long as the way between them is inside."""
+        ends = [place for _, place in self.table.ends()]
+        far = max(NEAREST, *(geodesic_length(one, other) for one in ends for other in ends))
+        return box_around(np.concatenate([places_around(place, far) for place in ends]))
 
     def _around_rasters(self) -> Bounds | None:
         """Return the box around all rasters of a map in the plane, if there are any."""
@@ -304,15 +377,60 @@ class MapBuilder:
         return shapes if projection is None else [project_area(shape, projection) for shape in shapes]
 
     @cached_property
-    def no_fly_shapes(self) -> list[BaseGeometry]:
-        """All no-fly areas in the file's own coordinates."""
+    def _own_shapes(self) -> list[BaseGeometry]:
+        """All no-fly areas but zones, in the file's own coordinates."""
         return self.shapes("no_fly.geojson", self.table.no_fly.polygons, self.table.no_fly.geojson)
 
     @cached_property
+    def no_fly_shapes(self) -> list[BaseGeometry]:
+        """All no-fly areas in the file's own coordinates; of zones, those that are closed, and what is near the map."""
+        zones = self.zones
+        closed = [] if zones is None else [one.area for one in zones.verdicts if one.area is not None]
+        return [*self._own_shapes, *closed]
+
+    @cached_property
     def no_fly_names(self) -> list[str]:
-        """What each of them is called: its place in this file, or what its GeoJSON file calls it."""
+        """What each of them is called: its place in this file, or what its own file calls it."""
         written = [f"no_fly.polygons.{number}" for number in range(len(self.table.no_fly.polygons))]
-        return [*written, *(area.name for name in self.table.no_fly.geojson for area in self._areas_in(name))]
+        zones = [] if self.zones is None else [one.zone.label for one in self.zones.closed]
+        return [*written, *(area.name for name in self.table.no_fly.geojson for area in self._areas_in(name)), *zones]
+
+    @cached_property
+    def zones(self) -> Applied | None:
+        """
+        What becomes of each zone on this map; None if there are no files of zones.
+
+        Raises
+        ------
+        FileFormatError
+            If one of them cannot be read, or what is said of them is malformed.
+        """
+        given = self.table.no_fly
+        if not given.zones:
+            return None
+        if self.is_plane:
+            msg = f'no_fly.zones {given.zones[0]!r} holds longitudes and latitudes; set coordinates = "lonlat"'
+            raise ValueError(msg)
+        return applied_zones(given, self.folder).within(self._seen_box())
+
+    def _seen_box(self) -> Bounds:
+        """Return a box in degrees around all that is within the bounds on the plane, and around the clearance."""
+        projection = self.projection
+        assert projection is not None  # noqa: S101 - zones are on maps in degrees
+        x_min, y_min, x_max, y_max = self.bounds
+        margin = SEEN_MARGIN * max(x_max - x_min, y_max - y_min) + getattr(self.table, "clearance", 0.0)
+        corners = shapely.box(x_min - margin, y_min - margin, x_max + margin, y_max + margin)
+        rim = shapely.get_coordinates(shapely.segmentize(corners.exterior, 0.01 * corners.length))
+        reach = float(np.hypot(rim[:, 0], rim[:, 1]).max())
+        if abs(projection.latitude) + reach / 110_000.0 >= MOST_LATITUDE:
+            # a pole may be inside, and all meridians
+            return projection.longitude - 180.0, -90.0, projection.longitude + 180.0, 90.0
+        degrees = projection.inverse(rim)
+        east = degrees[:, 0] + 360.0 * np.round((projection.longitude - degrees[:, 0]) / 360.0)
+        (west, south), (far_east, north) = (
+            side(np.column_stack([east, degrees[:, 1]]), axis=0).tolist() for side in (np.min, np.max)
+        )
+        return west, south, far_east, north
 
     @property
     def named_areas(self) -> list[tuple[str, BaseGeometry]]:

@@ -16,9 +16,10 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField
-from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, Pair, read_table
+from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, Pair, read_table, with_files
 from cgla_graph.scenarios.shipped import SCENARIOS, is_mission_text, shipped_scenario
 from cgla_graph.scenarios.text_files import read_text
+from cgla_graph.zones.applying import ZoneAccount
 
 #: What prints the schema of scenario files.
 SCHEMA = "cgla scenarios --schema"
@@ -46,6 +47,8 @@ class Scenario:
         Whether y grows downwards, as in grid maps; pictures follow.
     notes
         Where the values come from.
+    zones
+        What became of every zone of the files that it names; None if it names none.
     areas
         Names and shapes of the no-fly areas that have a name in their file, map units; pictures write them.
 
@@ -64,6 +67,7 @@ class Scenario:
     y_down: bool = False
     notes: str = ""
     areas: Sequence[tuple[str, BaseGeometry]] = field(default=(), repr=False)
+    zones: ZoneAccount | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Let the problem know where on the Earth it is."""
@@ -233,6 +237,7 @@ def load_scenario(
     bounds: Bounds | None = None,
     clearance: float | None = None,
     no_fly: Sequence[str | Path] = (),
+    zones: Mapping[str, object] | None = None,
 ) -> Scenario:
     """
     Load a shipped scenario by name, or a scenario file by path.
@@ -247,7 +252,9 @@ def load_scenario(
     clearance
         Instead of the file's: how far every path has to stay from no-fly areas, map units.
     no_fly
-        GeoJSON files of more no-fly areas, on a map in longitude and latitude.
+        Files of more no-fly areas, on a map in longitude and latitude: GeoJSON, or zones.
+    zones
+        What is said of zones, instead of the file's own: altitude, at, treat, ground.
 
     Raises
     ------
@@ -272,9 +279,9 @@ def load_scenario(
     except CglaError as error:
         msg = f"{path}: {error}"
         raise ScenarioError(msg) from error
-    if no_fly:
-        more = [str(Path(file).absolute()) for file in no_fly]
-        changes["no_fly"] = table.no_fly.model_copy(update={"geojson": [*table.no_fly.geojson, *more]})
+    if no_fly or zones:
+        # (files of the command line are where it is, and those of the table where it is)
+        changes["no_fly"] = with_files(table.no_fly, no_fly, zones or {})
     return scenario_of(table, path.parent, path.stem, str(path), changes)
 
 
@@ -362,4 +369,5 @@ def scenario_of(
         projection=builder.projection,
         notes=table.notes,
         areas=builder.named_areas,
+        zones=None if builder.zones is None else builder.zones.account(),
     )

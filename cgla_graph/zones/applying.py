@@ -23,9 +23,9 @@ Range: TypeAlias = tuple[float, float]
 
 #: How far the ellipsoid of WGS84 is above mean sea level, metres: EGM96 has it between -86 and 107.
 GEOID = (-87.0, 108.0)
-ALTITUDE = re.compile(r"([+-]?\d+(?:\.\d*)?)\s*(?:m\s*)?(AGL|AMSL|WGS84)?", re.IGNORECASE | re.ASCII)
+ALTITUDE = re.compile(r"([+-]?\d+(?:\.\d*)?)\s*(?:m\s*)?(AGL|AMSL|WGS84|HOME)?", re.IGNORECASE | re.ASCII)
 OUTSIDE = "outside the map"
-NOT_COMPARED = "heights above ground and sea cannot be compared without the ground's elevation"
+NOT_COMPARED = "closed because heights above different things cannot be compared without the ground's elevation"
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,8 @@ class Altitude:
     metres
         How high.
     reference
-        Above the ground (AGL), mean sea level (AMSL) or the ellipsoid (WGS84).
+        Above the ground (AGL), mean sea level (AMSL), the ellipsoid (WGS84), or where the flight begins (HOME), which
+        cannot be compared with anything that is published.
 
     Examples
     --------
@@ -141,7 +142,7 @@ class Altitude:
     """
 
     metres: float
-    reference: Literal["AGL", "AMSL", "WGS84"] = "AGL"
+    reference: Literal["AGL", "AMSL", "WGS84", "HOME"] = "AGL"
 
     @classmethod
     def of(cls, value: "str | float | Altitude") -> "Altitude":
@@ -428,4 +429,4 @@ def _sea_level(metres: float, reference: str, ground: Range | None) -> Range | N
         return metres, metres
     if reference == "WGS84":
         return metres - GEOID[1], metres - GEOID[0]
-    return None if ground is None else (ground[0] + metres, ground[1] + metres)
+    return (ground[0] + metres, ground[1] + metres) if ground is not None and reference == "AGL" else None

@@ -62,6 +62,18 @@ def read_zones(files: FilePath | Sequence[FilePath]) -> Zones:
     )
 
 
+def is_geojson(path: FilePath) -> bool:
+    """
+    Tell whether a file holds plain GeoJSON, which says nothing of altitudes and times.
+
+    Raises
+    ------
+    FileFormatError
+        As `read_zones`.
+    """
+    return set(read_zones(path).formats.values()) == {"GeoJSON"}
+
+
 def _stamp(path: FilePath) -> tuple[int, int]:
     """Return what changes when a file does."""
     try:

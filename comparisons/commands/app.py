@@ -21,6 +21,7 @@ from cgla_graph.comparisons import console
 from cgla_graph.comparisons.commands.parameters import (
     AboveOption,
     AltitudeOption,
+    AtOption,
     BoundsOption,
     ClearanceOption,
     CoordinatesOption,
@@ -34,6 +35,7 @@ from cgla_graph.comparisons.commands.parameters import (
     FromOption,
     GoalOption,
     GraphArg,
+    GroundOption,
     InterpolationOption,
     JsonOption,
     KindOption,
@@ -58,8 +60,10 @@ from cgla_graph.comparisons.commands.parameters import (
     StudyArg,
     ToleranceOption,
     ToOption,
+    TreatOption,
     WeightOption,
     WorkersOption,
+    ZonesListOption,
 )
 
 if TYPE_CHECKING:
@@ -132,6 +136,12 @@ def compare(
     k: KOption = None,
     clearance: ClearanceOption = None,
     no_fly: NoFlyOption = None,
+    altitude: AltitudeOption = None,
+    above: AboveOption = None,
+    at: AtOption = None,
+    treat: TreatOption = None,
+    ground: GroundOption = None,
+    zones_list: ZonesListOption = None,
     kind: KindOption = None,
     scale: ScaleOption = None,
     nodata: NodataOption = None,
@@ -177,6 +187,7 @@ def compare(
     """
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.commands import compare as comparison
+    from cgla_graph.comparisons.commands import zone_list
     from cgla_graph.comparisons.study import options
     from cgla_graph.scenarios.graph_endings import is_graph_file
 
@@ -194,6 +205,7 @@ def compare(
         k=k,
         clearance=clearance,
         no_fly=no_fly or (),
+        zones=zone_list.chosen(altitude, above, at, treat, ground),
         raster=_raster(kind, scale, nodata, interpolation, origin, coordinates),
     )
     graphs = [spec for spec in scenarios or [] if is_graph_file(spec)]
@@ -208,6 +220,7 @@ def compare(
             "--workers": workers or None,
             "--dask": dask,
             **of_maps.given,
+            "--zones-list": zones_list,
             "--refine": refine,
             "--tolerance": tolerance,
             "--no-certificate": no_certificate,
@@ -239,11 +252,12 @@ def compare(
         tolerance=tolerance,
         certify=not no_certificate,
     )
+    zoned = zone_list.told(request.study.scenarios, zones_list, altitude=altitude, as_json=as_json)
     # a study to go on with has a folder
     folder = files.make_folder(out) if out and not resume else out
     done = comparison.compare_all(request, how)
     if as_json:
-        _print_json(comparison.comparison_document(done))
+        _print_json({**comparison.comparison_document(done), **zoned})
     else:
         comparison.print_compared(request, done)
         _say_files(done.written, folder)
@@ -293,6 +307,10 @@ def plan(
     metre_price: MetreOption = None,
     clearance: ClearanceOption = None,
     no_fly: NoFlyOption = None,
+    at: AtOption = None,
+    treat: TreatOption = None,
+    ground: GroundOption = None,
+    zones_list: ZonesListOption = None,
     kind: KindOption = None,
     scale: ScaleOption = None,
     nodata: NodataOption = None,
@@ -339,6 +357,10 @@ def plan(
             "any other argument": scenario[1:] or None,
             "--clearance": clearance,
             "--no-fly": no_fly,
+            "--at": at,
+            "--treat": treat,
+            "--ground": ground,
+            "--zones-list": zones_list,
             "--kind": kind,
             "--scale": scale,
             "--nodata": nodata,
@@ -359,10 +381,10 @@ def plan(
         return
     _refuse(of_graph, f"{scenario[0]} is {NO_GRAPH}")
     from cgla_graph.comparisons.commands import export as exports
-    from cgla_graph.comparisons.commands import one_map, output
+    from cgla_graph.comparisons.commands import one_map, output, zone_list
     from cgla_graph.comparisons.study import options, runner
 
-    exported = exports.read_export(export, altitude, above, speed)
+    exported = exports.read_export(export, altitude, above, speed, zones=zone_list.may_be(scenario[0], no_fly))
     bound = options.read_tolerance(tolerance, certify=not no_certificate)
     entrant = options.read_entrant("hybrid" if solver is None else solver, refine=refine)
     opened = one_map.open_map(
@@ -375,10 +397,14 @@ def plan(
         k=one_map.priced(k, prevented_fatality, metre_price),
         clearance=clearance,
         no_fly=no_fly,
+        zones=zone_list.chosen(altitude, above, at, treat, ground),
         raster=_raster(kind, scale, nodata, interpolation, origin, coordinates),
     )
     opened = one_map.below(opened, max_density, corridor)
     exports.check_map(exported, opened)
+    zoned = zone_list.told(
+        [opened], zones_list, altitude=None if export else altitude, two=bool(export) and above is None, as_json=as_json
+    )
     folder = files.make_folder(out) if out else None
     kinds = output.read_formats(formats, ["png"])
     _check_profile(profile)
@@ -401,7 +427,7 @@ def plan(
     if as_json:
         more = {"within": trade_off.within_document(within)} if limited else {}
         names = [str(path) for paths, _ in written for path in paths]
-        _print_json({**output.plan_document(run), "files": names, **more})
+        _print_json({**output.plan_document(run), "files": names, **more, **zoned})
     else:
         output.print_plan(run)
         if limited:
@@ -532,6 +558,12 @@ def pareto(
     k: KOption = None,
     clearance: ClearanceOption = None,
     no_fly: NoFlyOption = None,
+    altitude: AltitudeOption = None,
+    above: AboveOption = None,
+    at: AtOption = None,
+    treat: TreatOption = None,
+    ground: GroundOption = None,
+    zones_list: ZonesListOption = None,
     kind: KindOption = None,
     scale: ScaleOption = None,
     nodata: NodataOption = None,
@@ -549,7 +581,7 @@ def pareto(
     With --corridor W, shows what each limit of the density under a corridor costs instead (NAME-SOLVER-density.csv).
     """
     from cgla_graph.comparisons import files
-    from cgla_graph.comparisons.commands import one_map, output
+    from cgla_graph.comparisons.commands import one_map, output, zone_list
     from cgla_graph.comparisons.commands import pareto as trade_off
     from cgla_graph.comparisons.study import options
 
@@ -564,19 +596,21 @@ def pareto(
         k=k,
         clearance=clearance,
         no_fly=no_fly,
+        zones=zone_list.chosen(altitude, above, at, treat, ground),
         raster=_raster(kind, scale, nodata, interpolation, origin, coordinates),
     )
     kinds = output.read_formats(formats, ["png"])
     folder = files.make_folder(out) if out else None
+    zoned = zone_list.told([opened], zones_list, altitude=altitude, as_json=as_json)
     if corridor is not None:
-        _density_front(opened, entrant, corridor, folder, as_json=as_json)
+        _density_front(opened, entrant, corridor, folder, zoned, as_json=as_json)
         return
     with console.running_solvers():
         front = trade_off.front_of(opened, entrant)
     written = trade_off.write_front(folder, opened, entrant, front, kinds) if folder and front.points else []
     if as_json:
         document = trade_off.front_document(opened, entrant, front)
-        _print_json({**document, "files": [str(path) for path in written]})
+        _print_json({**document, "files": [str(path) for path in written], **zoned})
     else:
         trade_off.print_front(opened, entrant, front)
         _say_files(written, folder)
@@ -585,7 +619,13 @@ def pareto(
 
 
 def _density_front(
-    opened: "Scenario", entrant: "Entrant", corridor: float, folder: Path | None, *, as_json: bool
+    opened: "Scenario",
+    entrant: "Entrant",
+    corridor: float,
+    folder: Path | None,
+    zoned: Mapping[str, Any],
+    *,
+    as_json: bool,
 ) -> None:
     """Show what each limit of the density under a corridor costs."""
     from cgla_graph.comparisons.commands import density
@@ -595,7 +635,7 @@ def _density_front(
     written = density.write_front(folder, opened, entrant, front) if folder else []
     if as_json:
         document = density.front_document(opened, entrant, corridor, front)
-        _print_json({**document, "files": [str(path) for path in written]})
+        _print_json({**document, "files": [str(path) for path in written], **zoned})
     else:
         console.out_table(density.front_table(opened, entrant, corridor, front))
         _say_files(written, folder)
@@ -622,6 +662,12 @@ def certify(
     k: KOption = None,
     clearance: ClearanceOption = None,
     no_fly: NoFlyOption = None,
+    altitude: AltitudeOption = None,
+    above: AboveOption = None,
+    at: AtOption = None,
+    treat: TreatOption = None,
+    ground: GroundOption = None,
+    zones_list: ZonesListOption = None,
     kind: KindOption = None,
     scale: ScaleOption = None,
     nodata: NodataOption = None,
@@ -639,7 +685,7 @@ def certify(
     """
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.commands import certify as proofs
-    from cgla_graph.comparisons.commands import one_map, output
+    from cgla_graph.comparisons.commands import one_map, output, zone_list
 
     opened = one_map.open_map(
         "certify",
@@ -651,15 +697,17 @@ def certify(
         k=k,
         clearance=clearance,
         no_fly=no_fly,
+        zones=zone_list.chosen(altitude, above, at, treat, ground),
         raster=_raster(kind, scale, nodata, interpolation, origin, coordinates),
     )
     kinds = output.read_formats(formats, ["png", "svg"])
     folder = files.make_folder(out) if out else None
+    zoned = zone_list.told([opened], zones_list, altitude=altitude, as_json=as_json)
     with console.running_solvers():
         run = proofs.certify(opened, path, tolerance=tolerance, max_cells=max_cells)
     written = proofs.write_certificate(folder, run, kinds) if folder else []
     if as_json:
-        _print_json({**proofs.certificate_document(run), "files": [str(file) for file in written]})
+        _print_json({**proofs.certificate_document(run), "files": [str(file) for file in written], **zoned})
     else:
         proofs.print_certificate(run)
         _say_files(written, folder)

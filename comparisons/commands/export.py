@@ -42,10 +42,17 @@ class Export:
 
 
 def read_export(
-    targets: Sequence[Path] | None, altitude: float | None, above: str | None, speed: float | None
+    targets: Sequence[Path] | None,
+    altitude: float | None,
+    above: str | None,
+    speed: float | None,
+    *,
+    zones: bool = False,
 ) -> Export:
     """
     Read ``--export``, ``--altitude``, ``--above`` and ``--speed``, before any work is done.
+
+    Where there are `zones`, the altitude chooses which of them count, whether a plan is written or not.
 
     Raises
     ------
@@ -70,7 +77,7 @@ def read_export(
         files.make_folder(target.parent)
     given = {"--altitude": altitude, "--above": above, "--speed": speed}
     for option, value in given.items():
-        if value is not None and not asked:
+        if value is not None and not asked and not (zones and option != "--speed"):
             msg = f"{option} is about the plan that is written: give its file (--export NAME.plan), or leave this out"
             raise CglaError(msg)
     if above is not None and above not in ABOVE:

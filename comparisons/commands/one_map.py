@@ -16,6 +16,7 @@ def open_map(
     spec: str | Sequence[str],
     *,
     no_fly: Path | Sequence[Path] | None = None,
+    zones: Mapping[str, Any] | None = None,
     raster: Mapping[str, Any] | None = None,
     **more: Any,  # noqa: ANN401 - see below
 ) -> Scenario:
@@ -27,8 +28,8 @@ def open_map(
     command
         Its name.
     spec
-        The map; several GeoJSON files are one.
-    no_fly, raster, more
+        The map; several files of areas or zones are one.
+    no_fly, zones, raster, more
         As `options.MapOptions` has them.
 
     Raises
@@ -37,7 +38,9 @@ def open_map(
         If anything is wrong with any of it.
     """
     files = [] if no_fly is None else [no_fly] if isinstance(no_fly, Path) else list(no_fly)
-    return options.open_one(command, spec, options.MapOptions(no_fly=files, raster=raster or {}, **more))
+    return options.open_one(
+        command, spec, options.MapOptions(no_fly=files, zones=zones or {}, raster=raster or {}, **more)
+    )
 
 
 def priced(k: float | None, prevented_fatality: float | None, metre_price: float | None) -> float | None:

@@ -9,21 +9,25 @@ ScenarioArg = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="SCENARIO",
-        help="shipped name, mission, .toml, .geojson, .tif, .asc, .map, .scen (FILE.scen:FIRST-LAST), or a graph, "
+        help="shipped name, mission, .toml, .geojson, zones (.json, .kml, .kmz), .tif, .asc, .map, .scen "
+        "(FILE.scen:FIRST-LAST), or a graph, "
         "as of plan",
     ),
 ]
 OneScenarioArg = Annotated[
     list[str],
     typer.Argument(
-        metavar="SCENARIO", help="shipped name, .toml, .geojson (or several), .tif, .asc, .npy, .map, or FILE.scen:ROW"
+        metavar="SCENARIO",
+        help="shipped name, .toml, .geojson or zones (.json, .kml, .kmz; or several), .tif, .asc, .npy, .map, or "
+        "FILE.scen:ROW",
     ),
 ]
 OneScenarioOrGraphArg = Annotated[
     list[str],
     typer.Argument(
         metavar="SCENARIO",
-        help="shipped name, .toml, .geojson (or several), .tif, .asc, .npy, .map, or FILE.scen:ROW; or a graph: "
+        help="shipped name, .toml, .geojson or zones (.json, .kml, .kmz; or several), .tif, .asc, .npy, .map, or "
+        "FILE.scen:ROW; or a graph: "
         ".graphml, .json, .csv, .mtx, .npz",
     ),
 ]
@@ -56,10 +60,18 @@ ExportOption = Annotated[
     ),
 ]
 AltitudeOption = Annotated[
-    float | None, typer.Option("--altitude", metavar="M", help="of the flight, metres above home (see --above)")
+    float | None,
+    typer.Option(
+        "--altitude", metavar="M", help="of the flight, metres (see --above): of exported plans, and which zones count"
+    ),
 ]
 AboveOption = Annotated[
-    str | None, typer.Option("--above", metavar="WHAT", help="what --altitude is above: home (default), ground or sea")
+    str | None,
+    typer.Option(
+        "--above",
+        metavar="WHAT",
+        help="what --altitude is above: home, ground or sea (default: home in exported plans, ground of zones)",
+    ),
 ]
 SpeedOption = Annotated[
     float | None, typer.Option("--speed", metavar="V", help="of the flight, metres a second (default: left open)")
@@ -111,7 +123,31 @@ ClearanceOption = Annotated[
 ]
 NoFlyOption = Annotated[
     list[Path] | None,
-    typer.Option("--no-fly", metavar="FILE.geojson", help="more no-fly areas, on maps in lon/lat; may be repeated"),
+    typer.Option(
+        "--no-fly",
+        metavar="FILE",
+        help="more no-fly areas, on maps in lon/lat: GeoJSON, or zones (ED-269, ED-318, KML, KMZ); may be repeated",
+    ),
+]
+AtOption = Annotated[
+    str | None,
+    typer.Option("--at", metavar="TIME", help="of zones: when the flight is, as 2026-08-01T12:00+02:00 (default: all)"),
+]
+TreatOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--treat",
+        metavar="KIND=closed|open",
+        help="of zones: as REQ_AUTHORISATION=open (default: all closed but NO_RESTRICTION); may be repeated",
+    ),
+]
+GroundOption = Annotated[
+    Path | None,
+    typer.Option("--ground", metavar="FILE.tif", help="of zones: elevations, to compare heights above ground and sea"),
+]
+ZonesListOption = Annotated[
+    Path | None,
+    typer.Option("--zones-list", metavar="FILE", help="write what became of each zone, and why: .csv or .json"),
 ]
 KindOption = Annotated[
     str | None,

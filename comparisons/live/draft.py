@@ -152,7 +152,7 @@ class LiveMap:
         if table is not None:
             builder = MapBuilder(table, Path(spec).parent)
             areas = [_corners(shape) for shape in builder.areas("no_fly", table.no_fly.polygons, [])]
-            others = builder.areas("no_fly.geojson", [], table.no_fly.geojson)
+            others = builder.projected_no_fly[len(table.no_fly.polygons) :]
             fixed = shapely.GeometryCollection(others) if others else None
         few = len(areas) <= MOST_AREAS and all(len(area) <= MOST_CORNERS for area in areas)
         if not few or len(problem.field.threats) > MOST_THREATS:

@@ -4,6 +4,7 @@ import json
 import math
 import re
 from collections.abc import Iterable, Mapping
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -165,6 +166,8 @@ def _value(value: Any) -> str:  # noqa: ANN401 - the same
     if isinstance(value, str):
         # JSON's escapes are TOML's, but for this one letter
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, datetime):
+        return value.isoformat()
     if isinstance(value, Mapping):
         return _inline(value)
     if isinstance(value, (list, tuple)):

@@ -13,7 +13,7 @@ from cgla_graph.comparisons.study.runner import TOLERANCE
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.scenarios.loading import RASTERS, open_scenarios
+from cgla_graph.scenarios.loading import AREAS, RASTERS, holds_areas, open_scenarios
 from cgla_graph.scenarios.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -149,7 +149,10 @@ class MapOptions:
     clearance
         How far paths have to stay from no-fly areas, instead of the map's.
     no_fly
-        GeoJSON files of more no-fly areas.
+        Files of more no-fly areas: GeoJSON, or zones.
+    zones
+        What is said of zones by ``--altitude`` (with ``--above``), ``--at``, ``--treat`` and ``--ground``; None where
+        these were left out.
     raster
         What is said of a raster by ``--kind``, ``--scale``, ``--nodata``, ``--interpolation``, ``--origin`` and
         ``--coordinates``; None where these were left out.
@@ -167,6 +170,7 @@ class MapOptions:
     k: float | None = None
     clearance: float | None = None
     no_fly: Sequence[Path] = ()
+    zones: Mapping[str, Any] = field(default_factory=dict)
     raster: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -177,8 +181,9 @@ class MapOptions:
     @property
     def given(self) -> dict[str, object]:
         """What is said, by the names of the options."""
-        own = {name.name: getattr(self, name.name) for name in dataclasses.fields(self) if name.name != "raster"}
-        said = {name: value for name, value in {**own, **self.raster}.items() if value is not None and value != ()}
+        fields = [one.name for one in dataclasses.fields(self) if one.name not in {"raster", "zones"}]
+        every = {**{name: getattr(self, name) for name in fields}, **self.zones, **self.raster}
+        said = {name: value for name, value in every.items() if value is not None and value != ()}
         return {f"--{name.replace('_', '-')}": value for name, value in said.items()}
 
     def open(self, spec: str) -> Iterator[Scenario]:
@@ -191,6 +196,7 @@ class MapOptions:
             If anything is wrong with it, or with what is said of it.
         """
         settings = {name: value for name, value in self.raster.items() if value is not None}
+        zones = {name: value for name, value in self.zones.items() if value is not None}
         if is_raster(spec):
             if self.k is None:
                 msg = f"{spec}: a raster has no risk weight; give --k K, what a unit of risk is worth in length"
@@ -206,9 +212,15 @@ class MapOptions:
             k=None if self.k is None else _least_zero("--k", self.k),
             clearance=None if self.clearance is None else _least_zero("--clearance", self.clearance),
             no_fly=self.no_fly,
+            zones=zones,
             raster=settings,
         ):
             check_settings(scenario)
+            # (an altitude may be that of an exported plan)
+            of_zones = [name for name in zones if name != "altitude"]
+            if of_zones and scenario.zones is None:
+                msg = f"{spec} has no zones: leave out --{of_zones[0]}, or name their files (--no-fly FILE)"
+                raise CglaError(msg)
             if self.resolution is None:
                 yield scenario
             else:
@@ -243,7 +255,7 @@ def open_all(specs: Sequence[str], how: MapOptions | None = None) -> Iterator[Sc
 
 def open_one(command: str, specs: str | Sequence[str], how: MapOptions | None = None) -> Scenario:
     """
-    Open the one map that a command takes; several GeoJSON files are one map.
+    Open the one map that a command takes; several files of areas or zones are one map.
 
     Raises
     ------
@@ -253,10 +265,11 @@ def open_one(command: str, specs: str | Sequence[str], how: MapOptions | None = 
     first, *more = [specs] if isinstance(specs, str) else specs
     how = how or MapOptions()
     if more:
-        others = [spec for spec in (first, *more) if not spec.lower().endswith((".geojson", ".json"))]
+        others = [spec for spec in (first, *more) if not spec.lower().endswith(AREAS) and not holds_areas(Path(spec))]
         if others:
             named = ", ".join((first, *more))
-            msg = f"{command} takes one map, not {named}; or several GeoJSON files as one, and {others[0]} is none"
+            kinds = "GeoJSON files or files of zones"
+            msg = f"{command} takes one map, not {named}; or several {kinds} as one, and {others[0]} is none"
             raise CglaError(msg)
         how = dataclasses.replace(how, no_fly=[*map(Path, more), *how.no_fly])
     opened = list(how.open(first))
