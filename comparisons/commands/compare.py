@@ -318,7 +318,7 @@ def kept_note(request: Request, how: How, done: Compared) -> str:
         if done.left:
             kept += f" ({_remedy(how)} goes on)"
     total = max(sum(1 for _ in (*request.study.cells(), *request.study.flights())), n_done + done.left)
-    return f"{n_done} of {total} runs are done{kept}"
+    return f"{n_done} of {total} run{'s' * (total != 1)} {'is' if n_done == 1 else 'are'} done{kept}"
 
 
 def left_note(how: How, done: Compared) -> str:

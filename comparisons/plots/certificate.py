@@ -66,9 +66,8 @@ def certificate_figure(run: Run, *, figure: Figure | None = None) -> Figure:
         keys = [*base.draw_paths(entries), *base.draw_marks(), *tubes]
         base.name_areas([entry.path for entry in entries])
         about = "no better path leaves a tube" if tubes else ""
-        legend = add_legend(
-            base.figure, keys, title=about, columns=3 if base.wide else 4 if base.size[1] < _LOW_MAP else 2
-        )
+        columns = 3 if base.wide else 4 if base.size[1] < _LOW_MAP else 2
+        legend = add_legend(base.figure, keys, title=about, columns=columns)
         parts = [*base.parts, Part.of(base.figure, legend)]
         if proof.grids and math.isfinite(proof.lower_bound):
             axes = base.figure.add_axes((0.0, 0.0, 0.5, 0.5))

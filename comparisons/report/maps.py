@@ -32,7 +32,7 @@ SLACK = 1.0 / 4000.0
 def map_key(scenario: Scenario) -> str:
     """Return a text that scenarios have in common exactly when their maps look the same."""
     problem = scenario.problem
-    digest = hashlib.sha256(repr((problem.bounds, scenario.y_down)).encode())
+    digest = hashlib.sha256(repr((problem.bounds, scenario.y_down, problem.clearance)).encode())
     digest.update(np.ascontiguousarray(problem.field.table).tobytes())
     for raster in problem.field.rasters:
         digest.update(repr((raster.bounds, raster.interpolation, raster.cells.shape)).encode())
@@ -49,13 +49,14 @@ def map_document(scenario: Scenario) -> dict[str, Any]:
     -------
     document
         ``bounds`` in map units, ``y_down``, ``risk`` (None without risk), and of the no-fly area either ``no_fly``,
-        rings, each a flat list of steps (see `steps_of`), or ``walls``, a raster.
+        rings, each a flat list of steps (see `steps_of`), or ``walls``, a raster. ``margin`` are the rings of the area
+        widened by the clearance, where the problem asks for one.
 
     Examples
     --------
     >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> sorted(map_document(load_scenario("one-threat")))
-    ['bounds', 'no_fly', 'risk', 'walls', 'y_down']
+    ['bounds', 'margin', 'no_fly', 'risk', 'walls', 'y_down']
     """
     problem = scenario.problem
     return {
@@ -63,6 +64,7 @@ def map_document(scenario: Scenario) -> dict[str, Any]:
         "y_down": scenario.y_down,
         "risk": _risk(problem),
         **_no_fly(problem),
+        "margin": _margin(problem),
     }
 
 
@@ -88,6 +90,17 @@ def _no_fly(problem: Problem) -> dict[str, Any]:
     if shapely.get_num_coordinates(simple) > MOST_CORNERS:
         return {"no_fly": [], "walls": _walls(area, problem)}
     return {"no_fly": [steps_of(shapely.get_coordinates(ring), problem) for ring in _rings(simple)], "walls": None}
+
+
+def _margin(problem: Problem) -> list[list[int]]:
+    """Draw how far paths stay from the no-fly area, by outlines; nothing where those have too many corners."""
+    if problem.clearance <= 0.0 or problem.area.is_empty:
+        return []
+    area = shapely.intersection(problem.model.area.geometry, shapely.box(*problem.bounds))
+    simple = shapely.simplify(area, SLACK * _side(problem))
+    if shapely.get_num_coordinates(simple) > MOST_CORNERS:
+        return []
+    return [steps_of(shapely.get_coordinates(ring), problem) for ring in _rings(simple)]
 
 
 def _rings(area: BaseGeometry) -> Iterator[BaseGeometry]:

@@ -174,10 +174,10 @@ def _facts(stored: Stored) -> list[str]:
 def _progress(stored: Stored) -> str:
     done, what = [], []
     if stored.scenarios or not stored.missions:
-        done.append(f"{len(stored.runs):,} of {stored.n_cells:,} runs")
+        done.append(f"{len(stored.runs):,} of {_several(stored.n_cells, 'run')}")
         what.append(_several(len(stored.scenarios), "scenario"))
     if stored.missions:
-        done.append(f"{len(stored.flights):,} of {stored.n_flights:,} flights")
+        done.append(f"{len(stored.flights):,} of {_several(stored.n_flights, 'flight')}")
         what.append(_several(len(stored.missions), "mission"))
     so_far = "" if stored.is_complete else " so far"
     what.append(_several(len(stored.solvers), "solver"))

@@ -6,7 +6,7 @@ from typing import Any
 
 from cgla_graph.comparisons.leaderboard.failures import failed, failure_groups
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
-from cgla_graph.comparisons.numbers import DASH, Cell, listed, p_equals
+from cgla_graph.comparisons.numbers import DASH, Cell, counted, listed, p_equals
 from cgla_graph.comparisons.statistics.ranking import Ranking, too_few_note
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.leaderboard_columns import COLUMNS
@@ -156,7 +156,9 @@ def failures(runs: Sequence[Run]) -> dict[str, Any]:
         for group in groups[:MOST_GROUPS]
     ]
     rest = len(groups) - len(shown)
-    headline = f"{n_failed:,} of {len(runs):,} runs found no path that may be flown." if n_failed else "No run failed."
+    headline = "No run failed."
+    if n_failed:
+        headline = f"{n_failed:,} of {counted(len(runs), 'run')} found no path that may be flown."
     more = f"{rest} more groups are not listed; the table of runs has them all." if rest else ""
     return {"headline": headline, "groups": shown, "more": more}
 

@@ -69,7 +69,8 @@ def overview(found: Sequence[LeaderboardRow], n_scenarios: int) -> Overview:
     if not n_instances:
         return Overview("No scenario has been run by all solvers yet, so none can be ranked.", [where])
     if len(found) == 1:
-        words = f"{first.solver} is the only solver: it found a path in {first.n_paths:,} of {first.n_runs:,} runs."
+        runs = counted(first.n_runs, "run")
+        words = f"{first.solver} is the only solver: it found a path in {first.n_paths:,} of {runs}."
         return Overview(words, [where])
     if not any(one.n_paths for one in found):
         return Overview(f"None of {len(found)} solvers found a path on {counted(n_instances, 'scenario')}.", [where])
@@ -170,7 +171,7 @@ def _strength(p: float) -> str:
 def _failing(found: Sequence[LeaderboardRow]) -> tuple[str, str]:
     n_runs, n_failed = sum(one.n_runs for one in found), sum(one.n_runs - one.n_paths for one in found)
     if not n_failed:
-        return "nowhere", f"each of the {n_runs:,} runs found a path"
+        return "nowhere", "the one run found a path" if n_runs == 1 else f"each of the {n_runs:,} runs found a path"
     worst = sorted(found, key=lambda one: one.n_paths / one.n_runs)
     failing = [one for one in worst if one.n_paths < one.n_runs]
     parts = [
@@ -180,7 +181,7 @@ def _failing(found: Sequence[LeaderboardRow]) -> tuple[str, str]:
     more = f"; {len(failing) - 3} more solvers" if len(failing) > 3 else ""  # noqa: PLR2004 - those named above
     clean = len(found) - len(failing)
     return (
-        f"{n_failed:,} of {n_runs:,} runs have no path",
+        f"{n_failed:,} of {counted(n_runs, 'run')} have no path",
         f"{'; '.join(parts)}{more}. {counted(clean, 'solver') if clean else 'No solver'} always found one",
     )
 

@@ -93,12 +93,13 @@
     });
     const [start, goal] = points(here.ends);
     traces.push({
-      type: 'scatter', mode: 'markers+text', x: [start[0], goal[0]], y: [start[1], goal[1]], text: ['start', 'goal'],
-      textposition: 'top center', textfont: { color: css('ink') }, hoverinfo: 'text', cliponaxis: false,
+      type: 'scatter', mode: 'markers', x: [start[0], goal[0]], y: [start[1], goal[1]], text: ['start', 'goal'], hoverinfo: 'text', cliponaxis: false,
       marker: { symbol: ['circle', 'star'], size: [10, 14], color: css('paper'), line: { color: css('ink'), width: 2 } },
     });
     riskBar(map.risk);
-    const rings = map.no_fly.map(flat => 'M' + points(flat).map(([x, y]) => `${plain(x)},${plain(y)}`).join('L') + 'Z');
+    const ring = flat => 'M' + points(flat).map(([x, y]) => `${plain(x)},${plain(y)}`).join('L') + 'Z';
+    const rings = map.no_fly.map(ring), margins = map.margin.map(ring);
+    $('#margin-note').hidden = !margins.length;
     const width = state.print ? PAPER : box.clientWidth || 600, height = Math.min(Math.max((width - 60) * (yMax - yMin) / (xMax - xMin) + 78, 280), 640);
     box.style.height = `${height}px`;
     const pad = 0.02 * side, [low, high] = [yMin - pad, yMax + pad];
@@ -109,8 +110,13 @@
         xaxis: { range: [xMin - pad, xMax + pad], showgrid: false, zeroline: false, showline: false, constrain: 'domain' },
         yaxis: { range: map.y_down ? [high, low] : [low, high], showgrid: false, zeroline: false, showline: false, scaleanchor: 'x', constrain: 'domain' },
         images: mapImages(map),
+        // above all paths, on paper of their own
+        annotations: [['start', start], ['goal', goal]].map(([text, [x, y]]) => ({
+          text, x, y, showarrow: false, yshift: 16, font: { color: css('ink'), size: 12 }, bgcolor: faint(isDark() ? '#14171c' : '#ffffff', 0.8), borderpad: 1,
+        })),
         shapes: [
           ...(rings.length ? [{ type: 'path', path: rings.join(' '), fillrule: 'evenodd', fillcolor: css('wall'), line: { color: css('soft'), width: 0.8 }, layer: 'between' }] : []),
+          ...(margins.length ? [{ type: 'path', path: margins.join(' '), line: { color: css('soft'), width: 1.2, dash: 'dash' }, layer: 'between' }] : []),
           { type: 'rect', x0: xMin, x1: xMax, y0: yMin, y1: yMax, line: { color: css('soft'), width: 1 }, layer: 'between' },
         ],
       },
@@ -368,11 +374,24 @@
     options($('#scenario'), data.scenarios.map((one, i) => [String(i), one.name]));
     options($('#filter-scenario'), data.names.map(name => [name, name]), 'all');
     options($('#filter-solver'), data.solvers.map(name => [name, name]), 'all');
+    // of one scenario, a profile has one step
+    $('#profile').hidden = data.scenarios.length < 2;
+    $('#profile').parentElement.classList.toggle('halves', !$('#profile').hidden);
     const used = new Set(rows().status);
     options($('#filter-status'), [['!', 'without a path'], ...data.statuses.filter((_, i) => used.has(i)).map(one => [one.label, one.label])], 'all');
     setScenario(scenario() ? state.scenario : data.scenarios[0]?.name ?? null);
     arrange();
     redraw();
+    markWide();
+  }
+
+  // ---- a hint where there is more to the right
+  function markWide() {
+    for (const box of all('.scroll')) {
+      const wide = box.scrollWidth > box.clientWidth + 2;
+      box.classList.toggle('wider', wide);
+      box.classList.toggle('ended', wide && box.scrollLeft + box.clientWidth >= box.scrollWidth - 2);
+    }
   }
 
   // ---- while a study runs
@@ -380,7 +399,7 @@
   function swapParts(page) {
     for (const part of all('[data-live]')) {
       const fresh = page.getElementById(part.id);
-      if (!fresh || fresh.innerHTML === part.innerHTML) continue;
+      if (!fresh || fresh.innerHTML === part.innerHTML.replace(/(class="scroll)(?: wider| ended)+/g, '$1')) continue;
       const open = all('details[open]', part).map(node => node.dataset.key), sideways = all('.scroll', part).map(node => node.scrollLeft);
       const focused = part.contains(document.activeElement) ? all('button, summary, .scroll', part).indexOf(document.activeElement) : -1;
       part.replaceChildren(...fresh.childNodes);
@@ -448,6 +467,9 @@
       arrange();
     });
     on('#table tbody', 'click', ({ target }) => { if (target.dataset.command) copy(target); });
+    addEventListener('resize', markWide);
+    document.addEventListener('toggle', markWide, true);
+    document.addEventListener('scroll', markWide, { capture: true, passive: true });
     let waiting = 0;
     on('#filter-text', 'input', ({ target }) => { clearTimeout(waiting); waiting = setTimeout(() => setFilter('text', target.value), 120); });
     for (const name of ['scenario', 'solver', 'status']) on(`#filter-${name}`, 'change', ({ target }) => setFilter(name, target.value));
@@ -489,8 +511,6 @@
         draw(name);
       }
     }, { rootMargin: '200px' });
-    // of one scenario, a profile has one step
-    $('#profile').hidden = state.data.scenarios.length < 2;
     for (const box of all('[data-picture]')) watcher.observe(box);
   }
 

@@ -14,13 +14,18 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import shapely
 from new_column import write_study_with_it
 from report_studies import ODD, failing, odd_runs, small_runs, stored_of
 
 from cgla_graph.comparisons.report.page import report_html, write_report
-from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.comparisons.study.store import Stored
+from cgla_graph.model.lattice import Lattice
+from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Status
+from cgla_graph.scenarios.scenario import Scenario
 
 #: Whether these tests must not skip: on CI.
 NEEDED = bool(os.environ.get("CGLA_NEEDS_BROWSER"))
@@ -270,6 +275,51 @@ def test_no_fly_areas_lie_over_the_risk_and_under_the_paths(page: WebDriver) -> 
     with_map(page)
     order = page.execute_script(ORDER, PATHS)
     assert order
+
+
+def test_the_clearance_is_drawn_around_areas_and_ends_are_named_above_paths(
+    chromium: WebDriver, tmp_path: Path
+) -> None:
+    problem = Problem((0.1, 0.5), (0.9, 0.5), no_fly=shapely.box(0.4, 0.3, 0.6, 0.6), clearance=0.1)
+    where = Scenario("margin", "", problem, Lattice(5, bounds=problem.bounds))
+    runs = list(compare([where], [Entrant.parse("hybrid")]))
+    driver = opened(chromium, write_report(stored_of(runs), tmp_path / "margin.html").as_uri())
+    with_map(driver)
+    dashed = [
+        path
+        for path in driver.find_elements(By.CSS_SELECTOR, "#map .shapelayer path")
+        if "dash" in (path.get_attribute("style") or "")
+    ]
+    assert len(dashed) == 1
+    assert one(driver, "#margin-note").is_displayed()
+    assert texts(driver, "#map .annotation-text") == ["start", "goal"]
+    layers = driver.execute_script(
+        "const [path, words] = ['.scatterlayer', '.infolayer'].map(name => document.querySelector('#map ' + name));"
+        "return path.compareDocumentPosition(words) & Node.DOCUMENT_POSITION_FOLLOWING"
+    )
+    assert layers
+    # of one scenario, success takes the whole width
+    width = driver.execute_script(
+        "return [success, document.querySelector('main')].map(one => one.getBoundingClientRect().width)"
+    )
+    assert width[0] > 0.85 * width[1]
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_a_row_is_copied_without_scrolling_and_wide_tables_say_that_they_scroll(
+    chromium: WebDriver, address: str, width: int
+) -> None:
+    driver = opened(chromium, address, width=width)
+    show(driver, "#table")
+    button = one(driver, "#table tbody button")
+    box = driver.execute_script(
+        "const {left, right} = arguments[0].getBoundingClientRect(); return [left, right, innerWidth]", button
+    )
+    assert 0 <= box[0] < box[1] <= box[2]
+    hint = "return getComputedStyle(arguments[0].closest('.scroll'), '::before').content"
+    assert "→" in driver.execute_script(hint, button)
+    driver.execute_script("arguments[0].closest('.scroll').scrollLeft = 1e5", button)
+    until(driver, lambda: "←" in driver.execute_script(hint, button))
 
 
 def test_y_grows_downwards_where_the_map_says_so(page: WebDriver) -> None:
