@@ -18,7 +18,7 @@ from cgla_graph.comparisons.numbers import at_most, rounded_down
 from cgla_graph.comparisons.numbers import figure as digits_of
 from cgla_graph.comparisons.plots.looks import COLOURS, Entry, entries_of
 from cgla_graph.comparisons.plots.map import BaseMap
-from cgla_graph.comparisons.plots.page import Key, Part, add_inner_legend, add_legend, heading, style
+from cgla_graph.comparisons.plots.page import Key, Part, add_inner_legend, add_legend, arrange, heading, style
 from cgla_graph.comparisons.plots.scene import cost_unit, outline, unit_scale
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.certificate import proof_of, verdict
@@ -69,6 +69,7 @@ def certificate_figure(run: Run, *, figure: Figure | None = None) -> Figure:
         columns = 3 if base.wide else 4 if base.size[1] < _LOW_MAP else 2
         legend = add_legend(base.figure, keys, title=about, columns=columns)
         parts = [*base.parts, Part.of(base.figure, legend)]
+        rows: list[list[Part]] = []
         if proof.grids and math.isfinite(proof.lower_bound):
             axes = base.figure.add_axes((0.0, 0.0, 0.5, 0.5))
             _draw_bracket(axes, run, scale)
@@ -80,12 +81,17 @@ def certificate_figure(run: Run, *, figure: Figure | None = None) -> Figure:
                 parts += [bracket, below]
             elif base.size[1] < _LOW_MAP:
                 # a low map has room below it, not beside it
-                parts = [parts[0].over(below, _GAP), *parts[1:], bracket]
+                parts.append(bracket)
+                rows = [parts, [below]]
             else:
                 parts.append(bracket.over(below, _GAP))
         name, title = heading(scenario)
         said = verdict(run, digits=6, scale=scale, unit="" if scenario.projection is None else " km")
-        base.arrange((f"{name}:  {title}" if title else name, said[0].upper() + said[1:]), parts)
+        about_it = (f"{name}:  {title}" if title else name, said[0].upper() + said[1:])
+        if rows:
+            arrange(base.figure, about_it, rows)
+        else:
+            base.arrange(about_it, parts)
     return base.figure
 
 
