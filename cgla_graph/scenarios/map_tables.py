@@ -3,7 +3,7 @@
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
@@ -25,10 +25,11 @@ from cgla_graph.scenarios.drawing import Stream, drawn_threats
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
 from cgla_graph.scenarios.table_faults import faults
-from cgla_graph.zones.applying import Applied
+from cgla_graph.zones.applying import Applied, ZoneAccount
 from cgla_graph.zones.geojson import Area
 from cgla_graph.zones.ground import read_ground
 from cgla_graph.zones.reading import is_geojson, read_zones
+from cgla_graph.zones.shapes import with_fewer_corners
 
 #: How many spreads around its centre a threat is seen: a box around threats has room to go around them; and beyond so
 #: many, it is not felt.
@@ -36,6 +37,8 @@ SEEN, FELT = 3.0, 8.0
 #: Metres around ends that are in one place, on a map of zones; how much of a map's side is seen around it; and the
 #: latitude from which on all meridians may be near.
 NEAREST, SEEN_MARGIN, MOST_LATITUDE = 2000.0, 0.02, 85.0
+#: Corners of all zones on a map, about, and by how much of its longer side they may grow so that there are no more.
+MOST_CORNERS, MOST_BEYOND = 4000, 0.002
 
 
 class Table(BaseModel):
@@ -441,8 +444,29 @@ class MapBuilder:
 
     @cached_property
     def projected_no_fly(self) -> list[BaseGeometry]:
-        """All no-fly areas in map units."""
-        return self._projected(self.no_fly_shapes)
+        """All no-fly areas in map units; zones of very many corners are within areas of fewer."""
+        areas = self._projected(self._own_shapes)
+        return [*areas, *self._fewer_corners[0]]
+
+    @cached_property
+    def _fewer_corners(self) -> tuple[Sequence[BaseGeometry], float]:
+        """The zones that are closed in map units, and how far they reach beyond their outlines."""
+        zones, projection = self.zones, self.projection
+        if zones is None or projection is None:
+            return [], 0.0
+        areas = [project_area(one.area, projection) for one in zones.verdicts if one.area is not None]
+        x_min, y_min, x_max, y_max = self.bounds
+        return with_fewer_corners(areas, MOST_CORNERS, MOST_BEYOND * max(x_max - x_min, y_max - y_min))
+
+    def zone_account(self) -> ZoneAccount | None:
+        """Return what became of each zone of the files that the table names; None if it names none."""
+        if self.zones is None:
+            return None
+        account, beyond = self.zones.account(), self._fewer_corners[1]
+        if not beyond:
+            return account
+        remark = f"outlines of very many corners are simplified, and reach up to {beyond:g} m beyond those in the files"
+        return replace(account, remarks=(*account.remarks, remark))
 
     def no_fly(self) -> BaseGeometry | None:
         """Return all no-fly areas in map units."""

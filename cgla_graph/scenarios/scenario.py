@@ -369,5 +369,5 @@ def scenario_of(
         projection=builder.projection,
         notes=table.notes,
         areas=builder.named_areas,
-        zones=None if builder.zones is None else builder.zones.account(),
+        zones=builder.zone_account(),
     )

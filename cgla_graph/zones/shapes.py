@@ -23,6 +23,9 @@ CORNERS, BEYOND = 72, 1.001
 WIDEST, MOST_CORNERS = 500_000.0, 5000
 #: Edges of an outline that crosses itself whose boxes overlap with that of one edge, on average and at most.
 OVERLAPS = 50
+#: Metres from which on outlines are simplified, how many times as far as the tolerance they then reach, and how many
+#: corners are few.
+LEAST_TOLERANCE, WIDENED, FEW_CORNERS = 0.5, 3.0, 20
 #: Points of an edge at which it is checked that a circle is inside.
 CHECKED = 16
 
@@ -326,6 +329,60 @@ def part_near(area: AreaShape, box: Bounds) -> AreaShape | None:
         cut: BaseGeometry = here if inside else shapely.intersection(here, shapely.box(*box))
         found += [part for part in shapely.get_parts(cut).tolist() if isinstance(part, Polygon) and part.area > 0.0]
     return joined(found) if found else None
+
+
+def with_fewer_corners(areas: Sequence[AreaShape], most: int, reach: float) -> tuple[list[AreaShape], float]:
+    """
+    Return areas around others, with fewer corners where these have too many: they may grow, but never shrink.
+
+    Outlines are simplified (Douglas and Peucker) to tolerances that double until there are few corners, and then
+    widened by their sum, so that what they lost is inside again.
+
+    Parameters
+    ----------
+    areas
+        On a plane.
+    most
+        Corners of all of them together, about.
+    reach
+        How far they may reach beyond, map units.
+
+    Returns
+    -------
+    areas, beyond
+        How far they reach beyond at most; 0 where they are as they were.
+
+    Examples
+    --------
+    >>> circle = shapely.Point(0, 0).buffer(1000.0, quad_segs=5000)
+    >>> (fewer,), beyond = with_fewer_corners([circle], 100, 50.0)
+    >>> len(fewer.exterior.coords) <= 100, fewer.contains(circle), beyond
+    (True, True, 10.5)
+    """
+    simple, tolerance, off = list(areas), LEAST_TOLERANCE, 0.0
+    while int(np.sum(shapely.get_num_coordinates(simple))) > most and WIDENED * (off + tolerance) <= reach:
+        simple = [
+            area if shapely.get_num_coordinates(area) <= FEW_CORNERS else shapely.simplify(area, tolerance)
+            for area in simple
+        ]
+        off += tolerance
+        tolerance *= 2.0
+    return [_around(area, one, off) for area, one in zip(areas, simple, strict=True)], WIDENED * off
+
+
+def _around(area: AreaShape, simple: AreaShape, off: float) -> AreaShape:
+    """
+    Return an area of fewer corners around another, or itself if there is none.
+
+    What is between an outline and one of its chords is within the tolerance of that chord; so what a simplified area
+    has lost is no farther away from it than the sum of all tolerances.
+    """
+    if simple is area:
+        return area
+    grown = shapely.buffer(simple, 1.01 * off, join_style="mitre", mitre_limit=1.5)
+    shapely.prepare(grown)
+    fewer = shapely.get_num_coordinates(grown) < shapely.get_num_coordinates(area)
+    return grown if fewer and grown.is_valid and grown.contains(area) else area
 
 
 def short(value: object) -> str:
