@@ -254,22 +254,37 @@ class _Walls:
         """
         if rounding <= 0.0:
             return False
+        if first == last:
+            return self._is_corner(first, rounding)
         middle = LineString([first, last]).interpolate(0.5, normalized=True)
         ends = [shapely.Point(first), shapely.Point(last)]
         (_, nearest) = self.tree.query_nearest(middle, all_matches=False, return_distance=True)
         if nearest[0] > rounding:
             return False
         piece = LineString([first, last])
-        for ring in self.rings:
-            if max(shapely.distance(ring, end) for end in ends) > rounding:
-                continue
-            low, high = sorted(ring.project(end) for end in ends)
-            between = substring(ring, low, high)
-            around = [*substring(ring, high, ring.length).coords, *substring(ring, 0.0, low).coords]
-            for way in (between.coords, around):
-                if shapely.distance(piece, shapely.points(np.array(way))).max() <= rounding:
-                    return True
-        return False
+        # each end is on the ring that is nearest to it: on others it may be within a rounding, but across a thin wall
+        away = [[float(shapely.distance(ring, end)) for ring in self.rings] for end in ends]
+        one, other = (min(range(len(self.rings)), key=far.__getitem__) for far in away)
+        if one != other or max(away[0][one], away[1][one]) > rounding:
+            return False
+        ring = self.rings[one]
+        low, high = sorted(ring.project(end) for end in ends)
+        between = substring(ring, low, high).coords
+        around = [*substring(ring, high, ring.length).coords, *substring(ring, 0.0, low).coords]
+        piece = LineString([first, last])
+        ways = (shapely.points(np.array(way)) for way in (between, around))
+        return any(shapely.distance(piece, way).max() <= rounding for way in ways)
+
+    def _is_corner(self, place: Point, rounding: float) -> bool:
+        """Tell whether the outline near a place is one line, which can be passed on its other side."""
+        edges = self.area.edges[self.tree.query(shapely.Point(place), predicate="dwithin", distance=rounding), :4]
+        # edges that share a corner nearby are one line
+        lines: list[set[Point]] = []
+        for edge in edges.reshape(-1, 2, 2).tolist():
+            line = {(x, y) for x, y in edge if math.dist((x, y), place) <= rounding}
+            joined = [other for other in lines if other & line]
+            lines = [other for other in lines if not other & line] + [line.union(*joined)]
+        return len(lines) == 1
 
 
 def geodesic_gaps(ends: FloatArray, samples: Sequence[FloatArray]) -> FloatArray:

@@ -715,6 +715,90 @@ def certify(
         raise typer.Exit(MISSING)
 
 
+@app.command()
+def check(
+    plan_file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="PLAN", help=".plan, .waypoints, .kml, .kmz, .gpx, .geojson, or .csv: its content says which"
+        ),
+    ],
+    against: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[MAP]", help="a scenario or a raster of risk, as of plan, and files of zones"),
+    ] = None,
+    zones: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--zones", "--no-fly", metavar="FILE", help="zones: ED-269, ED-318, KML, KMZ, GeoJSON; may be repeated"
+        ),
+    ] = None,
+    risk: Annotated[
+        Path | None, typer.Option("--risk", metavar="FILE.tif", help="risk on a raster: .tif, .asc, .npy")
+    ] = None,
+    k: KOption = None,
+    clearance: ClearanceOption = None,
+    bounds: BoundsOption = None,
+    altitude: AltitudeOption = None,
+    above: AboveOption = None,
+    at: AtOption = None,
+    treat: TreatOption = None,
+    ground: GroundOption = None,
+    zones_list: ZonesListOption = None,
+    kind: KindOption = None,
+    scale: ScaleOption = None,
+    nodata: NodataOption = None,
+    interpolation: InterpolationOption = None,
+    origin: OriginOption = None,
+    coordinates: CoordinatesOption = None,
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", metavar="R", help="how tight the bracket of the best cost shall be")
+    ] = 0.01,
+    no_certificate: NoCertificateOption = False,
+    out: OutOption = None,
+    formats: FormatsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Check a plan of anybody: which zones its legs cross, and how much better any plan could be.
+
+    Leg by leg: length, risk, cost, clearance, and what is crossed, where and how long; then a proven bracket of what
+    the best clean plan between the same ends costs. With --out, draws it (NAME-check.*). Exits with 1 unless clean.
+    """
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.commands import check as checks
+    from cgla_graph.comparisons.commands import check_map, check_report, output, zone_list
+    from cgla_graph.comparisons.study import options
+    from cgla_graph.flight_plans.formats import read_plan
+
+    asked = options.read_tolerance(tolerance, certify=not no_certificate)
+    kinds = output.read_formats(formats, ["png"])
+    request = check_map.request_of(
+        against or [],
+        zones or [],
+        risk,
+        k=k,
+        clearance=clearance,
+        bounds=bounds,
+        settings=zone_list.chosen(altitude, above, at, treat, ground),
+        raster=_raster(kind, scale, nodata, interpolation, origin, coordinates),
+    )
+    plan_read = read_plan(plan_file)
+    on = check_map.open_check_map(plan_read, str(plan_file), request)
+    zoned = zone_list.told([on.scenario], zones_list, altitude=altitude, as_json=as_json)
+    folder = files.make_folder(out) if out else None
+    with console.running_solvers():
+        checked = checks.check_plan(plan_read, str(plan_file), on, tolerance=asked)
+    written = check_report.write_checked(folder, checked, kinds) if folder else []
+    if as_json:
+        _print_json({**check_report.checked_document(checked), "files": [str(path) for path in written], **zoned})
+    else:
+        check_report.print_checked(checked)
+        _say_files(written, folder)
+    if not checked.is_clean:
+        raise typer.Exit(MISSING)
+
+
 @app.command(context_settings={"allow_interspersed_args": False})
 def conform(
     planner: Annotated[
