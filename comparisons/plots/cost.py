@@ -122,8 +122,20 @@ class Measure:
         axes.set_yscale("log")
         low, high = axes.get_ylim()
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 300.0 * low else (1.0,)))
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda percent, _: f"{percent:g} %"))
+        axes.yaxis.set_major_formatter(FuncFormatter(_gap_label))
         axes.yaxis.set_minor_formatter(NullFormatter())
+
+
+def _gap_label(percent: float, _: object = None) -> str:
+    """
+    Write a gap beside its axis; the least one stands for all below it as well.
+
+    Examples
+    --------
+    >>> _gap_label(5.0), _gap_label(LEAST_GAP)
+    ('5 %', 'at most 0.01 %')
+    """
+    return f"{'at most ' if percent <= 1.001 * LEAST_GAP else ''}{percent:g} %"
 
 
 def trace_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str] = ()) -> Figure | None:

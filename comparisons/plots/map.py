@@ -50,7 +50,7 @@ from cgla_graph.scenarios.scenario import Scenario
 _LONG, _WIDE_LONG, _SHORT = 4.8, 6.5, 0.9  # inches: longer side of the map, of a wide one, least shorter side
 _WIDE = 2.5  # maps wider than this times their height have everything else below them
 _BAR = 0.13  # inches: thickness of the colour bar
-_TABLE_GAP, _LEAST_COLUMN = 0.25, 3.2  # inches: above a table, and how high the column beside the map may be at least
+_TABLE_GAP, _LEAST_COLUMN = 0.25, 4.2  # inches: above a table, and how high the column beside the map may be at least
 _ROW = 0.2  # inches that a row of the legend takes
 _PEN, _DASHED, _THIN = 1.6, 1.2, 0.8  # points: width of the lines in colour, of infeasible ones, and of all others
 _STEP = 0.9  # points: how much wider a line is for each better one that runs over it

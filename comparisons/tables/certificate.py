@@ -59,7 +59,7 @@ def verdict(run: Run, *, digits: int = 9, scale: float = 1.0, unit: str = "") ->
 def certificate_table(run: Run) -> FittedTable:
     """Show how the bracket closed: a line a grid, coarse to fine."""
     unit = "m" if run.scenario.projection else "map units"
-    heads = ("grid step", f"in {unit}", "cells", "lower bound", "upper bound", "gap")
+    heads = ("grid step", f"in {unit}", "cells", "lower bound", "upper bound", "gap at most")
     rows: list[Sequence[str]] = [
         [
             f"1/{max(grid.last)}",

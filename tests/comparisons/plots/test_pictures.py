@@ -182,6 +182,13 @@ def test_many_named_solvers_differ_in_colour_or_dashes() -> None:
     assert_tidy(figure)
 
 
+def test_many_infeasible_paths_differ_in_dashes() -> None:
+    where = scenario(no_fly=RING)
+    runs = [run(where, f"bad-{i}", [START, (0.1 + 0.02 * i, 0.9), GOAL], status=Status.INFEASIBLE) for i in range(12)]
+    figure = plots.map_figure(where, runs, [one.solver for one in runs])
+    assert len({str(line._dash_pattern) for line in paths(figure)}) == 12
+
+
 def test_of_many_solvers_the_best_five_and_the_named_are_in_colour() -> None:
     where = scenario(k=1.0)
     runs = [*fan(where, 28), run(where, "nothing", (), status=Status.STUCK)]
@@ -416,6 +423,7 @@ def test_maps_with_longitudes_and_latitudes_are_in_kilometres() -> None:
     (scale,) = [line for line in axes.lines if line.get_gid() == "scale"]
     (said,) = [text.get_text() for text in axes.texts if text.get_text().endswith(" km")]
     assert float(np.ptp(scale.get_xdata())) == pytest.approx(float(said.removesuffix(" km")))
+    assert said in {"2 km", "5 km"}
     assert paths(figure)[0].get_xdata().tolist() == [-9.0, 0.0, 9.0]
     assert legend_of(figure).get_title().get_text() == "cost (km)"
     assert labels(figure)[0] == "east: 18.974"
@@ -590,6 +598,17 @@ def test_the_optimum_is_below_the_best_path_known_to_the_certificate() -> None:
     assert figure is not None
     (zone,) = figure.axes[0].patches
     assert zone.get_window_extent().y1 == pytest.approx(figure.axes[0].transData.transform((1.0, 9.0))[1])
+
+
+def test_a_gap_of_zero_is_at_most_the_least_that_is_shown() -> None:
+    where = scenario()
+    figure = plots.trace_figure(where, bounded([traced(where, [2.2, 2.0])], 2.0))
+    assert figure is not None
+    FigureCanvasAgg(figure).draw()
+    words = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    assert "at most 0.01 %" in words
+    assert "0.01 %" not in words
+    assert_tidy(figure)
 
 
 @pytest.mark.parametrize("bound", [np.nan, 0.0, np.inf])

@@ -147,6 +147,11 @@ def test_variants_stand_side_by_side(flights: list[MissionRun]) -> None:
     assert panels[0].get_xlim() == panels[1].get_xlim()
     assert panels[0].images[0].get_clim() == panels[1].images[0].get_clim()
     assert labels(figure)[:2] == ["a", "b"]
+    (table,) = [text.get_text() for text in figure.texts if "plans" in text.get_text()]
+    lines = [line.split() for line in table.splitlines() if line[:2] in {"a ", "b "}]
+    every = [uav for flown in flights for uav in flown.flight.uavs.values()]
+    assert [line[-1] for line in lines] == [str(len(uav.plans)) for uav in every]
+    assert [float(line[1]) for line in lines] == pytest.approx([uav.cost for uav in every], rel=1e-4)
     assert_tidy(figure)
 
 
@@ -432,6 +437,17 @@ def test_what_comes_up_is_pointed_at_for_a_while_and_changes_no_other_colour(tol
         column, row = film.axes.transData.transform((other.x + 0.04, other.y))
         at = before.shape[0] - 1 - int(row), int(column)
     assert before[at].tolist() == after[at].tolist() != list(WHITE)
+
+
+def test_the_colours_of_a_film_reach_to_the_greatest_risk_that_ever_comes(tmp_path: Path) -> None:
+    weak = CROSSING.replace("spread = 0.08", "spread = 0.08, peak = 0.2").replace(
+        "y = 0.5, spread = 0.05", "y = 0.5, spread = 0.05, peak = 0.1"
+    )
+    (flown,) = flown_of(weak, tmp_path, variant="alone", max_ticks=2)
+    with style():
+        film = Film(flown)
+        film.frame(0)
+    assert film.axes.images[0].norm.boundaries[-1] == pytest.approx(1.0, rel=0.01)
 
 
 def test_a_film_has_few_colours_of_risk(told: MissionRun) -> None:
