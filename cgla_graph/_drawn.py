@@ -1,7 +1,9 @@
-"""The door from what the model computes to the pictures of it, which are drawn upstairs and imported when asked for."""
+"""What problems, solutions and the like look like: `comparisons.plots` draws it, and is imported when asked."""
 
 import importlib
 from typing import TYPE_CHECKING, Any
+
+from cgla_graph._brief import Brief
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -12,7 +14,15 @@ def pictures() -> Any:  # noqa: ANN401 - a module
     return importlib.import_module("cgla_graph.comparisons.plots.drawing")
 
 
-class Drawn:
+class Shown(Brief):
+    """What a notebook shows as a small table and a picture, without matplotlib."""
+
+    def _repr_html_(self) -> str:
+        """Return HTML that stands by itself: no style, script or name that reaches beyond it."""
+        return str(importlib.import_module("cgla_graph.comparisons.plots.notebook").html(self))
+
+
+class Drawn(Shown):
     """What has a picture."""
 
     def plot(self, *, ax: "Axes | None" = None) -> "Axes":

@@ -184,7 +184,7 @@ def proper(fields: Sequence[RiskField]) -> Group:
     Examples
     --------
     >>> proper([])
-    (RiskField(threats=(), rasters=(), improper=False),)
+    (RiskField(),)
     """
     if not isinstance(fields, Iterable):
         msg = f"fields are {fields!r}; give a list with the RiskField of each UAV"

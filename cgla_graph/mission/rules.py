@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, TypeAlias
 
+from cgla_graph._drawn import Shown
 from cgla_graph.fusion.fusion import Fusion, Integral
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
@@ -27,7 +28,7 @@ KnowledgeRule: TypeAlias = Literal["sensed", "all"]
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Rules:
+class Rules(Shown):
     """
     UAVs, the world they fly in, and the rules: everything that decides the flight, as `cgla_graph.Mission` reads it.
 

@@ -9,6 +9,7 @@ from typing import NamedTuple, TypeAlias, cast
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._brief import Brief
 from cgla_graph._types import Bounds
 from cgla_graph._validate import bounds_box, point
 from cgla_graph.errors import MissionError
@@ -18,7 +19,7 @@ from cgla_graph.model.risk import RiskField, Threat
 
 
 @dataclass(frozen=True)
-class TimedThreat:
+class TimedThreat(Brief):
     """
     A threat that is not there all the time, or not always in the same place.
 
@@ -92,7 +93,7 @@ class TimedThreat:
 
 
 @dataclass(frozen=True, eq=False)
-class TimedArea:
+class TimedArea(Brief):
     """
     A no-fly area that is not there all the time.
 
@@ -149,7 +150,7 @@ class _State(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class World:
+class World(Brief):
     """
     What is true on the map of a mission, whether a UAV knows it or not.
 

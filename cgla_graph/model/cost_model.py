@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._brief import Brief
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, point_array, shown
 from cgla_graph.errors import ProblemError
@@ -23,7 +24,7 @@ THREADED_FROM = 200
 
 
 @dataclass(frozen=True)
-class CostModel:
+class CostModel(Brief):
     """
     The one cost of the toolkit: every graph, solver and oracle weighs its segments with it.
 

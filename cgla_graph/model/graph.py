@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._brief import Brief
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import number_array, point, point_array, shown
 from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
@@ -43,7 +44,7 @@ MOST_POINTS = 100_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class GeometricGraph:
+class GeometricGraph(Brief):
     """
     Nodes, and a weight for each ordered pair of them: the one thing that a graph solver sees.
 

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._brief import Brief
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph._validate import four_numbers, non_negative_number, point, shown
 from cgla_graph.errors import CglaError, ScenarioError
@@ -26,7 +27,7 @@ SCHEMA = "cgla scenarios --schema"
 
 
 @dataclass(frozen=True, eq=False)
-class Scenario:
+class Scenario(Brief):
     """
     A problem with a name, and with what a comparison needs to know beside it.
 

@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
+from cgla_graph._brief import Brief
 from cgla_graph.certificate.certificate import Certificate, load_kernels, lower_bound
 from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
@@ -27,7 +28,7 @@ TOLERANCE = 0.005
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class Run(Brief):
     """
     One solver's run on one scenario.
 

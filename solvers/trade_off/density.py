@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
+from cgla_graph._brief import Brief
 from cgla_graph._validate import non_negative_number, number_array, whole_number
 from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.errors import ProblemError
@@ -95,7 +96,7 @@ def _past_the_rim(raster: RasterRisk, problem: Problem) -> RasterRisk:
 
 
 @dataclass(frozen=True, eq=False)
-class DensityPoint:
+class DensityPoint(Brief):
     """
     The best path found under one limit.
 

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from cgla_graph._brief import Brief
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.errors import ProblemError
@@ -37,7 +38,7 @@ LEAST_RISK = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class FrontPoint:
+class FrontPoint(Brief):
     """
     A path of the front, and the risk weights for which no other found path is cheaper.
 
@@ -78,7 +79,7 @@ class FrontPoint:
 
 
 @dataclass(frozen=True, eq=False)
-class Front:
+class Front(Brief):
     """
     The front: along `points`, risk falls, length rises, and so does the weight that asks for them.
 

@@ -1,0 +1,121 @@
+"""What a REPL shows of each public class fits on three lines, however large it is; what notebooks show is small."""
+
+import dataclasses
+import inspect
+import re
+import subprocess
+import sys
+from functools import cache
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+import shapely
+
+import cgla_graph as cg
+from cgla_graph.model.solution import TracePoint
+from cgla_graph.solvers.trade_off.pareto import Front, FrontPoint
+
+RNG = np.random.default_rng(3)
+SHOWN = ("Problem", "GraphProblem", "Solution", "Certificate", "Flight", "Mission", "Study")
+
+
+@cache
+def instances() -> dict[str, Any]:
+    """Make a sizeable instance of each public class."""
+    threats = [cg.Threat(float(x), float(y), 0.02, 0.4) for x, y in RNG.random((300, 2))]
+    raster = cg.RasterRisk(RNG.random((60, 60)), (0, 0, 1, 1))
+    field = cg.RiskField(threats, rasters=[raster])
+    area = shapely.unary_union([shapely.Point(0.5, y).buffer(0.03, 64) for y in np.linspace(0.2, 0.8, 9)])
+    problem = cg.Problem((0.05, 0.1), (0.95, 0.9), field, 10.0, no_fly=area, clearance=0.001)
+    path = np.column_stack([np.linspace(0.05, 0.95, 5000), np.linspace(0.1, 0.9, 5000) + 0.01 * RNG.random(5000)])
+    trace = tuple(TracePoint(0.1 * i, i, 2.0) for i in range(500))
+    solution = cg.Solution(
+        cg.Status.FOUND, path, tuple(range(5000)), 3.0, 2.0, 0.1, 0.01, 2.9, "hybrid", trace=trace, problem=problem
+    )
+    simple = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField(threats[:20]), 5.0)
+    lattice = cg.Lattice(40, bounds=(0, 0, 1, 1))
+    graph = cg.GeometricGraph.complete(lattice, cg.RiskField(threats[:5]), 10.0)
+    grid = cg.GeometricGraph.eight_connected(lattice, cg.RiskField(threats[:5]), 10.0)
+    uavs = [cg.Uav(f"u{i}", (0.1, 0.1 * i), (0.9, 0.1 * i), detection_radius=0.2) for i in range(1, 4)]
+    timed = [cg.TimedThreat(threat, appears=3) for threat in threats[:50]]
+    closed = cg.TimedArea(area, appears=900)
+    world = cg.World(cg.RiskField(threats[:3]), timed=[*timed, closed])
+    mission = cg.Mission(world, uavs, cg.solvers.get("dijkstra"), resolution=8, max_ticks=3)
+    comparisons = cg.comparisons
+    scenario = dataclasses.replace(
+        cg.load_scenario("paper"), name="<script>alert(1)</script>", notes="long " * 400, problem=problem
+    )
+    entrant = comparisons.Entrant.parse("rrt-star:iterations=500")
+    made: list[Any] = [
+        *(threats[0], raster, field, problem, solution, lattice, graph, uavs[0], timed[0], closed, world, mission),
+        *(cg.GraphProblem(grid, 0, 1599), cg.CostModel(field, 10.0, area), cg.NoFlyArea(area)),
+        *(problem.evaluate(path), cg.cost_matrix(grid, target=0), cg.lower_bound(simple, 0.05), mission.fly()),
+        *(cg.Sharing(), cg.VirtualObstacle(), cg.Status.FOUND, cg.MissionStatus.ARRIVED, cg.CglaError("wrong")),
+        *(scenario, entrant, comparisons.Run(scenario, "hybrid", None, exact=False, solution=solution)),
+        comparisons.Study([scenario] * 30, [entrant] * 30),
+        cg.Waypoint(24.0, 60.0),
+        cg.FlightPlan(tuple(cg.Waypoint(24.0 + 1e-4 * i, 60.0) for i in range(900))),
+        Front(tuple(FrontPoint(i, i + 1, i, solution) for i in range(50)), cg.Status.OPTIMAL),
+        FrontPoint(1.0, 2.0, 1.5, solution),
+    ]
+    return {type(one).__name__: one for one in made}
+
+
+def public_classes() -> list[str]:
+    """List the classes among the public names, of the package, its solvers and its comparisons."""
+    found = {
+        value.__name__
+        for home in (cg, cg.comparisons, cg.solvers)
+        for value in (getattr(home, name) for name in home.__all__)
+        if inspect.isclass(value) and not getattr(value, "_is_protocol", False)
+    }
+    return sorted(found - {"Traits"})
+
+
+@pytest.mark.parametrize("name", sorted({*public_classes(), "Front", "FrontPoint"}))
+def test_it_is_short(name: str) -> None:
+    assert name in instances(), f"give this test a sizeable {name}"
+    text = repr(instances()[name])
+    assert len(text) <= 300, text[:600]
+    assert text.count("\n") < 3
+
+
+@pytest.mark.parametrize("name", cg.solvers.names())
+def test_solvers_and_what_they_say_of_themselves_are_short(name: str) -> None:
+    text = repr(cg.solvers.get(name))
+    assert len(text) <= 300
+    assert text.count("\n") < 3
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_notebooks_show_a_table_and_a_picture(name: str) -> None:
+    text = instances()[name]._repr_html_()
+    assert len(text) < 60_000
+    ET.fromstring(text)  # noqa: S314 - our own; and it fails on what is not closed or escaped
+    assert "<table" in text
+    assert "<svg" in text
+    assert not re.search(r"<(script|style)|\bid=|background|=\"-?(nan|inf)|[ML](nan|inf)", text)
+
+
+def test_names_are_escaped() -> None:
+    wicked = dataclasses.replace(instances()["Solution"], solver="<script>alert('&')</script>")
+    text = wicked._repr_html_()
+    assert "<script" not in text
+    assert "&lt;script&gt;" in text
+
+
+def test_graphs_without_places_have_a_table_alone() -> None:
+    graph = cg.GeometricGraph.from_matrix(np.ones((5, 5)))
+    text = cg.GraphProblem(graph, 0, 4)._repr_html_()
+    assert "<table" in text
+    assert "<svg" not in text
+
+
+def test_no_matplotlib_is_needed() -> None:
+    code = (
+        "import sys, cgla_graph as cg; text = cg.load_scenario('paper').problem._repr_html_(); "
+        "sys.exit('matplotlib' in sys.modules or '<svg' not in text)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
