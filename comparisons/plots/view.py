@@ -70,8 +70,8 @@ def view_of(
     >>> ends = np.array([(1.0, 1.0), (2.0, 3.0)])
     >>> view_of((0, 0, 100, 100), ends, [ends], [], crop=True).frame
     (0.6, 0.6, 2.4, 3.4)
-    >>> view_of((0, 0, 4, 4), ends, [ends], [], crop=True).frame
-    (0.0, 0.0, 4.0, 4.0)
+    >>> view_of((0.5, 0.5, 2.8, 3.1), ends, [ends], [], crop=True).frame
+    (0.5, 0.5, 2.8, 3.1)
     >>> view_of((0, 0, 4, 3), ends, [ends], [], crop=False).frame
     (-0.08, -0.08, 4.08, 3.08)
     """
