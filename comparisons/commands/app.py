@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cgla_graph.comparisons import console
+from cgla_graph.comparisons.commands import completion
 from cgla_graph.comparisons.commands.parameters import (
     AboveOption,
     AltitudeOption,
@@ -77,7 +78,6 @@ DONE, MISSING, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 NO_GRAPH = "no file of a graph; those end in .graphml, .csv, .mtx, .npz, or .json where that has a list of nodes"
 
 app = typer.Typer(
-    add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
@@ -107,7 +107,12 @@ def compare(
     scenarios: ScenarioArg = None,
     solvers: Annotated[
         str | None,
-        typer.Option("--solvers", metavar="A,B", help="names, with settings as NAME:A=1:B=2 (default: all)"),
+        typer.Option(
+            "--solvers",
+            metavar="A,B",
+            autocompletion=completion.solvers,
+            help="names, with settings as NAME:A=1:B=2 (default: all)",
+        ),
     ] = None,
     seeds: Annotated[
         int | None,
@@ -277,6 +282,7 @@ def plan(
         typer.Option(
             "--solver",
             metavar="NAME",
+            autocompletion=completion.solvers,
             help="name, with settings as NAME:A=1:B=2 (default: hybrid; on a graph cgla, and several as A,B)",
         ),
     ] = None,
@@ -547,7 +553,10 @@ def check_graph(
 def pareto(
     scenario: OneScenarioArg,
     solver: Annotated[
-        str, typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:A=1:B=2")
+        str,
+        typer.Option(
+            "--solver", metavar="NAME", autocompletion=completion.solvers, help="name, with settings as NAME:A=1:B=2"
+        ),
     ] = "hybrid",
     corridor: CorridorOption = None,
     out: OutOption = None,
@@ -885,7 +894,10 @@ def _show_conformance(name: str | None, *, schema: bool, as_json: bool) -> None:
 @app.command()
 def answer(
     solver: Annotated[
-        str, typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:A=1:B=2")
+        str,
+        typer.Option(
+            "--solver", metavar="NAME", autocompletion=completion.solvers, help="name, with settings as NAME:A=1:B=2"
+        ),
     ] = "hybrid",
     resolution: Annotated[
         int, typer.Option("--resolution", metavar="N", help="points a side of a closed lattice")
@@ -905,11 +917,21 @@ def answer(
 @app.command()
 def fly(
     mission: Annotated[
-        str, typer.Argument(metavar="[MISSION]", help="shipped name, or .toml (cgla missions lists them)")
+        str,
+        typer.Argument(
+            metavar="[MISSION]",
+            autocompletion=completion.missions,
+            help="shipped name, or .toml (cgla missions lists them)",
+        ),
     ] = "fig8",
     solver: Annotated[
         str | None,
-        typer.Option("--solver", metavar="NAME", help="name, with settings as NAME:A=1:B=2 (default: the mission's)"),
+        typer.Option(
+            "--solver",
+            metavar="NAME",
+            autocompletion=completion.solvers,
+            help="name, with settings as NAME:A=1:B=2 (default: the mission's)",
+        ),
     ] = None,
     variant: Annotated[
         str | None, typer.Option("--variant", metavar="NAME", help="fly only this variant (default: all)")

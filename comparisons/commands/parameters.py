@@ -5,10 +5,13 @@ from typing import Annotated
 
 import typer
 
+from cgla_graph.comparisons.commands import completion
+
 ScenarioArg = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="SCENARIO",
+        autocompletion=completion.scenarios_and_missions,
         help="shipped name, mission, .toml, .geojson, zones (.json, .kml, .kmz), .tif, .asc, .map, .scen "
         "(FILE.scen:FIRST-LAST), or a graph, "
         "as of plan",
@@ -18,6 +21,7 @@ OneScenarioArg = Annotated[
     list[str],
     typer.Argument(
         metavar="SCENARIO",
+        autocompletion=completion.scenarios,
         help="shipped name, .toml, .geojson or zones (.json, .kml, .kmz; or several), .tif, .asc, .npy, .map, or "
         "FILE.scen:ROW",
     ),
@@ -26,6 +30,7 @@ OneScenarioOrGraphArg = Annotated[
     list[str],
     typer.Argument(
         metavar="SCENARIO",
+        autocompletion=completion.scenarios,
         help="shipped name, .toml, .geojson or zones (.json, .kml, .kmz; or several), .tif, .asc, .npy, .map, or "
         "FILE.scen:ROW; or a graph: "
         ".graphml, .json, .csv, .mtx, .npz",

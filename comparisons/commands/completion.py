@@ -1,0 +1,53 @@
+"""What a shell completes after TAB: names of scenarios, missions and solvers, from lists that are read at once."""
+
+from cgla_graph.scenarios.shipped import MISSIONS, SCENARIOS
+from cgla_graph.solvers.listing import built_in
+
+
+def scenarios(incomplete: str) -> list[str]:
+    """
+    List the scenarios whose names go on so; where there is none, the shell offers files.
+
+    Examples
+    --------
+    >>> scenarios("pap")
+    ['paper']
+    """
+    return [name for name in SCENARIOS.names() if name.startswith(incomplete)]
+
+
+def missions(incomplete: str) -> list[str]:
+    """
+    List the missions whose names go on so.
+
+    Examples
+    --------
+    >>> missions("swar")
+    ['swarm']
+    """
+    return [name for name in MISSIONS.names() if name.startswith(incomplete)]
+
+
+def scenarios_and_missions(incomplete: str) -> list[str]:
+    """
+    List both.
+
+    Examples
+    --------
+    >>> scenarios_and_missions("pap"), scenarios_and_missions("swar")
+    (['paper'], ['swarm'])
+    """
+    return [*scenarios(incomplete), *missions(incomplete)]
+
+
+def solvers(incomplete: str) -> list[str]:
+    """
+    List the built-in solvers that go on so, behind those that are there already.
+
+    Examples
+    --------
+    >>> solvers("cgla,dij")
+    ['cgla,dijkstra']
+    """
+    before, comma, last = incomplete.rpartition(",")
+    return [f"{before}{comma}{name}" for name in built_in() if name.startswith(last)]
