@@ -23,7 +23,7 @@ Range: TypeAlias = tuple[float, float]
 
 #: How far the ellipsoid of WGS84 is above mean sea level, metres: EGM96 has it between -86 and 107.
 GEOID = (-87.0, 108.0)
-ALTITUDE = re.compile(r"([+-]?\d+(?:\.\d*)?)\s*(?:m\s*)?(AGL|AMSL|WGS84|HOME)?", re.IGNORECASE | re.ASCII)
+ALTITUDE = re.compile(r"([+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?)\s*(?:m\s*)?(AGL|AMSL|WGS84|HOME)?", re.IGNORECASE | re.ASCII)
 OUTSIDE = "outside the map"
 NOT_COMPARED = "closed because heights above different things cannot be compared without the ground's elevation"
 

@@ -320,6 +320,8 @@ def part_near(area: AreaShape, box: Bounds) -> AreaShape | None:
     """
     found: list[AreaShape] = []
     west, south, east, north = area.bounds
+    if box[0] <= west and east <= box[2] and box[1] <= south and north <= box[3]:
+        return area
     for turn in (-360.0, 0.0, 360.0):
         if west + turn > box[2] or east + turn < box[0] or south > box[3] or north < box[1]:
             continue
