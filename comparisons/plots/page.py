@@ -53,7 +53,9 @@ def style() -> Iterator[None]:
         yield
 
 
-def add_legend(figure: Figure | Axes, rows: Iterable[Key], *, title: str = "", columns: int = 1) -> Legend:
+def add_legend(
+    figure: Figure | Axes, rows: Iterable[Key], *, title: str = "", columns: int = 1, small: bool = False
+) -> Legend:
     """
     Make a legend of the figure, for which `arrange` finds a place; or inside axes, where there is most room.
 
@@ -67,10 +69,14 @@ def add_legend(figure: Figure | Axes, rows: Iterable[Key], *, title: str = "", c
         What stands above; may be empty.
     columns
         How many columns the rows are spread over.
+    small
+        Whether letters and gaps are small, as suits small axes.
     """
     handles, labels = map(list, zip(*rows, strict=True))
     inside = isinstance(figure, Axes)
     pad: dict[str, Any] = {} if inside else {"borderaxespad": 0.0, "borderpad": 0.0, "labelspacing": 0.55}
+    if small:
+        pad = {"fontsize": 6.0, "labelspacing": 0.2, "borderpad": 0.3, "handletextpad": 0.5}
     legend = figure.legend(
         handles,
         [" "] * len(labels),
@@ -79,7 +85,7 @@ def add_legend(figure: Figure | Axes, rows: Iterable[Key], *, title: str = "", c
         loc="best" if inside else "upper left",
         alignment="left",
         frameon=inside,
-        handlelength=3.2,
+        handlelength=1.8 if small else 3.2,
         **pad,
     )
     legend.set_zorder(7.0)
@@ -88,7 +94,9 @@ def add_legend(figure: Figure | Axes, rows: Iterable[Key], *, title: str = "", c
         text.set_text(label)
     for handle in legend.legend_handles:
         if isinstance(handle, Line2D):
-            handle.set_markersize(min(handle.get_markersize(), 10.0))  # no marker reaches into the next row
+            handle.set_markersize(
+                min(handle.get_markersize(), 6.0 if small else 10.0)
+            )  # no marker reaches into the next row
     return legend
 
 
@@ -139,13 +147,12 @@ def add_inner_legend(axes: Axes, rows: Sequence[Key], *, least: int, title: str 
         What stands above; may be empty.
     """
     canvas: Any = FigureCanvasAgg(axes.figure)  # type: ignore[arg-type]
+    axes.apply_aspect()
     room = axes.get_window_extent(canvas.get_renderer())
-    for size, some in ((0.0, rows), (6.0, rows), (6.0, rows[:least])):
+    for small, some in ((False, rows), (True, rows), (True, rows[:least])):
         if not some:
             break
-        legend = add_legend(axes, some, title=title)
-        for text in (*legend.get_texts(), legend.get_title()) if size else ():
-            text.set_fontsize(size)
+        legend = add_legend(axes, some, title="" if small else title, small=small)
         box = legend.get_window_extent(canvas.get_renderer())
         if box.width * box.height <= _MOST_COVERED * room.width * room.height and box.width <= room.width:
             return legend
