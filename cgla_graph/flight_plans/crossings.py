@@ -133,9 +133,9 @@ def crossings_of(
     named = _Named(areas)
     if walls.area.is_empty:
         return Crossings((), _NONE, _NONE, np.full(len(starts), np.inf))
-    clearances = walls.distances(starts, ends)
-    hit = np.nonzero(walls.area.crosses(starts, ends))[0]
-    clearances[hit] = 0.0
+    crosses = np.asarray(walls.area.crosses(starts, ends))
+    hit, clearances = np.nonzero(crosses)[0], np.zeros(len(starts))
+    clearances[~crosses] = walls.distances(starts[~crosses], ends[~crosses])
     found: list[Crossing] = []
     crossing: list[int] = []
     for leg in hit[:MOST_LISTED].tolist():
@@ -174,13 +174,13 @@ class _Named:
     def parts(self, pieces: Sequence[Piece]) -> Iterator[tuple[int, Piece]]:
         """Yield the parts of pieces inside each area; of a piece on the border of two, all of it for both."""
         for first, last in pieces:
-            touched = self.near(LineString([first, last]))
+            piece = LineString([first, last])
             parts = []
-            for number in touched:
+            for number in sorted(self.tree.query(piece).tolist()):
                 walls = self.walls.get(number) or self.walls.setdefault(number, _Walls(self.areas[number].shape))
                 if walls.area.crosses(first, last):
                     parts += [(number, part) for part in walls.pieces(np.array(first), np.array(last))]
-            yield from parts or [(number, (first, last)) for number in touched]
+            yield from parts or [(number, (first, last)) for number in self.near(piece)]
 
     def circles(
         self, route: FloatArray, radii: Sequence[float], before: FloatArray, rounding: float
@@ -258,8 +258,7 @@ class _Walls:
             return self._is_corner(first, rounding)
         middle = LineString([first, last]).interpolate(0.5, normalized=True)
         ends = [shapely.Point(first), shapely.Point(last)]
-        (_, nearest) = self.tree.query_nearest(middle, all_matches=False, return_distance=True)
-        if nearest[0] > rounding:
+        if not len(self.tree.query(middle, predicate="dwithin", distance=rounding)):
             return False
         piece = LineString([first, last])
         # each end is on the ring that is nearest to it: on others it may be within a rounding, but across a thin wall
