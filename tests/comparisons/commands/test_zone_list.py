@@ -1,0 +1,94 @@
+"""Zones on the command line: what is closed, open and left out, and the list of them."""
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+from command_line import Call, caller
+from zone_files import circle, data_of, ed269, ed318, geojson, kml, volume
+
+ENDS = ("--start", "5.9,49.1", "--goal", "6.3,49.1")
+QUICK = (*ENDS, "--no-certificate", "--solver", "visibility-graph")
+
+
+@pytest.fixture
+def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
+    """Call the command line in a folder with files of zones."""
+    high = ed269(volume(upperLimit=300, upperVerticalReference="AMSL"), identifier="A-9", restriction="CONDITIONAL")
+    far = ed318(circle(20.0, 60.0, 500.0))
+    for name, document in {"castle.json": ed269(), "high.json": high, "far.json": far, "map.kml": kml()}.items():
+        (tmp_path / name).write_bytes(data_of(document))
+    (tmp_path / "areas.geojson").write_bytes(data_of(geojson()))
+    return caller(tmp_path, monkeypatch, capfd)
+
+
+def test_a_plan_says_what_became_of_every_zone(call: Call) -> None:
+    files = ("castle.json", "high.json", "far.json", "map.kml")
+    answer = call("plan", *files, *QUICK, "--altitude", 100, "--treat", "PROHIBITED=open")
+    assert answer.code == 0, answer.err
+    zones, note, *_ = answer.out.splitlines()
+    assert zones == (
+        "zones      7 zones: 3 closed (2 UNCLASSIFIED, 1 CONDITIONAL), 1 open (1 PROHIBITED), 3 left out "
+        "(1 outside the map, 1 a Point, not an area, 1 a LineString, not an area)"
+    )
+    assert note.startswith("note       A-9: closed because heights above different things cannot be compared")
+    answer = call("plan", *files, *QUICK, "--altitude", 301, "--above", "sea", "--json")
+    (account,) = answer.document()["zones"].values()
+    assert (account["count"], account["closed"], account["open"], account["left_out"]) == (7, 3, 1, 3)
+    assert len(account["list"]) == 7
+    assert [one["reason"] for one in account["list"] if one["state"] == "open"] == ["not at this altitude"]
+
+
+def test_the_list_of_zones(call: Call, tmp_path: Path) -> None:
+    """Of all commands that plan, as CSV and JSON."""
+    assert call("plan", "castle.json", "far.json", *QUICK, "--zones-list", "out/zones.csv").code == 0
+    with (tmp_path / "out" / "zones.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["identifier"], row["state"], row["reason"]) for row in rows] == [
+        ("A-1", "closed", "PROHIBITED"),
+        ("B-2", "left out", "outside the map"),
+    ]
+    assert rows[0]["authority"] == "Castle office, castle@example.com"
+    how = ("castle.json", *ENDS, "--zones-list", "zones.json", "--json")
+    for words in (
+        ("compare", *how, "--solvers", "visibility-graph", "--no-certificate"),
+        ("pareto", *how, "--solver", "visibility-graph"),
+        ("certify", *how, "--tolerance", "0.5"),
+    ):
+        answer = call(*words)
+        assert answer.code == 0, answer.err
+        assert answer.document()["zones"]["castle"]["closed"] == 1
+        (listed,) = json.loads((tmp_path / "zones.json").read_text(encoding="utf-8"))["zones"]
+        assert (listed["scenario"], listed["identifier"]) == ("castle", "A-1")
+        (tmp_path / "zones.json").unlink()
+
+
+def test_an_altitude_is_of_zones_and_of_plans(call: Call, tmp_path: Path) -> None:
+    answer = call("plan", "castle.json", *QUICK, "--altitude", 130, "--export", "castle.plan")
+    assert answer.code == 0, answer.err
+    assert "1 open (1 not at this altitude)" in answer.out
+    assert "above ground for zones, above home in plans" in answer.out
+    assert (tmp_path / "castle.plan").is_file()
+    # areas that say nothing of heights are what they were
+    assert call("plan", "areas.geojson", *QUICK, "--altitude", 130, "--export", "areas.plan").code == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("castle.json", *QUICK, "--treat", "PROHIBITED"), "--treat is 'PROHIBITED'; give KIND=closed"),
+        (("castle.json", *QUICK, "--treat", "ALL=open"), "treat has 'ALL'; kinds of zones are PROHIBITED"),
+        (("castle.json", *QUICK, "--at", "2026-08-01T12:00"), "with its zone"),
+        (("castle.json", *QUICK, "--altitude", "3", "--above", "moon"), "--above is 'moon'"),
+        (("castle.json", *QUICK, "--ground", "none.tif"), "no such file"),
+        (("castle.json", *QUICK, "--zones-list", "zones.txt"), "ends in .csv or .json"),
+        (("castle.json", "paper", *QUICK), "paper is none"),
+        (("areas.geojson", *QUICK, "--at", "2026-08-01T12:00Z"), "areas.geojson has no zones: leave out --at"),
+        (("areas.geojson", *QUICK, "--zones-list", "z.csv"), "there are no zones on the map"),
+        (("paper", "--treat", "PROHIBITED=open"), "paper has no zones"),
+        (("none.kml", *QUICK), "none.kml: there is no such file"),
+    ],
+)
+def test_what_is_wrong_is_one_line(call: Call, words: tuple[str, ...], said: str) -> None:
+    call("plan", *words).refused(said)

@@ -1,0 +1,174 @@
+"""Maps of zones: in scenario files, alone, and beside other maps; what is on the map is closed, and nothing is lost."""
+
+import json
+from pathlib import Path
+
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import few
+from zone_files import circle, data_of, ed269, ed318, geojson, kml, kmz, volume
+
+from cgla_graph.errors import ScenarioError
+from cgla_graph.model.projection import geodesic_length, project_area
+from cgla_graph.scenarios.loading import open_scenarios
+from cgla_graph.scenarios.map_tables import NoFlyTable, with_files
+from cgla_graph.scenarios.scenario import Scenario, load_scenario
+from cgla_graph.solvers.solving import solve
+from cgla_graph.zones.shapes import circle_of
+
+START, GOAL = (5.9, 49.1), (6.3, 49.1)
+
+
+def written(path: Path, document: object) -> Path:
+    path.write_bytes(data_of(document))
+    return path
+
+
+def only(spec: Path, **how: object) -> Scenario:
+    (scenario,) = open_scenarios(str(spec), **{"start": START, "goal": GOAL, **how})  # type: ignore[arg-type]
+    return scenario
+
+
+def toml(folder: Path, *lines: str) -> Path:
+    path = folder / "mine.toml"
+    top = f'coordinates = "lonlat"\nstart = {list(START)}\ngoal = {list(GOAL)}\nk = 1\n[no_fly]\n'
+    path.write_text(top + "\n".join(lines), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("name", ["zones.json", "zones.kml", "zones.txt", "zones"])
+def test_a_file_of_zones_is_a_map_whatever_it_is_called(tmp_path: Path, name: str) -> None:
+    for document in (ed269(), ed318(), kmz(kml())):
+        scenario = only(written(tmp_path / name, document))
+        assert scenario.zones is not None
+        assert scenario.zones.count("closed") in {1, 2}
+        assert solve(scenario.problem, "visibility-graph").status.has_path
+        # two of the kinds of files are on one line, too
+        more = only(tmp_path / name, no_fly=[written(tmp_path / "more.geojson", geojson())])
+        assert more.zones is not None
+        assert more.zones.count("closed") == scenario.zones.count("closed") + 1
+        assert [name for name, _ in more.areas][-1] == "Castle"
+
+
+def test_a_map_of_zones_is_about_the_journey(tmp_path: Path) -> None:
+    """All that is at most twice as far as the straight way is on it; what is elsewhere is left out, and said to be."""
+    far = ed269(volume(horizontalProjection={"type": "Circle", "center": [20, 60], "radius": 5000}))
+    scenario = only(written(tmp_path / "far.json", {"features": [*ed269()["features"], *far["features"]]}))
+    assert scenario.zones is not None
+    assert scenario.zones.summary() == "2 zones: 1 closed (1 PROHIBITED), 1 left out (1 outside the map)"
+    length = geodesic_length(START, GOAL)
+    x_min, y_min, x_max, y_max = scenario.problem.bounds
+    assert max(-x_min, -y_min, x_max, y_max) < 2.0 * length
+    ellipse = shapely.Point(0, 0).buffer(1.0)
+    shape = shapely.transform(ellipse, lambda points: points * (length, 0.75**0.5 * length))
+    assert shapely.box(x_min, y_min, x_max, y_max).contains(shape)
+    with pytest.raises(ScenarioError, match="inside the no-fly area 'A-1"):
+        only(tmp_path / "far.json", start=(6.01, 49.1))
+
+
+def test_without_ends_a_map_is_around_what_is_closed(tmp_path: Path) -> None:
+    path = written(tmp_path / "zones.json", ed269())
+    (scenario,) = open_scenarios(str(path))
+    assert scenario.problem.no_fly is not None
+    with pytest.raises(ScenarioError, match="none of its 1 zones is closed; give --start and --goal"):
+        next(open_scenarios(str(path), zones={"treat": {"PROHIBITED": "open"}}))
+
+
+def test_scenario_files_name_zones(tmp_path: Path) -> None:
+    august = [{"permanent": "NO", "startDateTime": "2026-08-01T00:00Z"}]
+    document = ed269(volume(lowerLimit=50, upperLimit=300, upperVerticalReference="AMSL"), applicability=august)
+    written(tmp_path / "zones.json", document)
+    at = "at = 2026-08-02T12:00:00+02:00"
+    for lines, summary in {
+        (): "1 zone: 1 closed (1 PROHIBITED)",
+        ("altitude = 49",): "1 zone: 1 open (1 not at this altitude)",
+        ('altitude = "301 AMSL"',): "1 zone: 1 open (1 not at this altitude)",
+        ("altitude = 60", at): "1 zone: 1 closed (1 PROHIBITED)",
+        ('at = "2026-07-31T12:00Z"',): "1 zone: 1 open (1 not at this time)",
+        ('treat = { PROHIBITED = "open" }',): "1 zone: 1 open (1 PROHIBITED)",
+    }.items():
+        scenario = load_scenario(toml(tmp_path, 'zones = ["zones.json"]', *lines))
+        assert scenario.zones is not None
+        assert scenario.zones.summary() == summary
+        assert (scenario.problem.no_fly is None) is ("closed" not in summary)
+    # the command line comes before the file
+    changed = only(toml(tmp_path, 'zones = ["zones.json"]', "altitude = 49"), zones={"altitude": "60 AGL"})
+    assert changed.zones is not None
+    assert changed.zones.count("closed") == 1
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        (['zones = ["none.json"]'], "none.json: there is no such file"),
+        (['zones = ["zones.json"]', 'altitude = "high"'], "altitude is 'high'"),
+        (['zones = ["zones.json"]', "at = 2026-08-02T12:00:00"], "with its zone"),
+        (['zones = ["zones.json"]', 'treat = { PROHIBITED = "maybe" }'], "no_fly.treat.PROHIBITED"),
+        (['zones = ["zones.json"]', 'treat = { ALL = "open" }'], "treat has 'ALL'"),
+        (['zones = ["zones.json"]', 'ground = "none.tif"'], "none.tif: there is no such file"),
+        (['zones = ["wrong.json"]'], "wrong.json: zone 0 'A-1': restriction"),
+    ],
+)
+def test_what_is_wrong_with_zones_is_told(tmp_path: Path, lines: list[str], said: str) -> None:
+    written(tmp_path / "zones.json", ed269())
+    written(tmp_path / "wrong.json", ed269(restriction="MAYBE"))
+    with pytest.raises(ScenarioError, match=said.replace(".", r"\.")) as told:
+        load_scenario(toml(tmp_path, *lines))
+    assert "\n" not in str(told.value)
+
+
+def test_zones_are_on_maps_in_degrees(tmp_path: Path) -> None:
+    written(tmp_path / "zones.json", ed269())
+    text = 'start = [0, 0]\ngoal = [1, 1]\nk = 1\n[no_fly]\nzones = ["zones.json"]'
+    (tmp_path / "plane.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(ScenarioError, match='set coordinates = "lonlat"'):
+        load_scenario(tmp_path / "plane.toml")
+
+
+def test_files_beside_maps(tmp_path: Path) -> None:
+    """GeoJSON stays what it was; with zones beside it, it is accounted for, too."""
+    areas, zones = written(tmp_path / "a.geojson", geojson()), written(tmp_path / "z.json", ed269())
+    plain = with_files(NoFlyTable(geojson=["own.geojson"]), [areas], {"altitude": 100})
+    assert (plain.geojson, plain.zones) == (["own.geojson", str(areas)], [])
+    both = with_files(NoFlyTable(geojson=["own.geojson"]), [zones], {"altitude": 100})
+    assert (both.geojson, both.zones, both.altitude) == ([], ["own.geojson", str(zones)], 100)
+
+
+@few
+@given(
+    longitude=st.sampled_from([6.0, 179.9, -179.95, 0.0]),
+    latitude=st.sampled_from([0.0, 60.0, -75.0]),
+    places=st.lists(st.tuples(st.floats(-4, 4), st.floats(-2, 2), st.floats(100, 40_000)), min_size=1, max_size=6),
+)
+def test_all_that_is_on_the_map_is_closed(
+    tmp_path_factory: pytest.TempPathFactory,
+    longitude: float,
+    latitude: float,
+    places: list[tuple[float, float, float]],
+) -> None:
+    """Cut off outside of it, at any turn of longitude: against the circles themselves, projected whole."""
+
+    def east(by: float) -> float:
+        return (longitude + by + 180.0) % 360.0 - 180.0
+
+    circles = [([east(dx), latitude + dy], radius) for dx, dy, radius in places]
+    document = ed318({"type": "GeometryCollection", "geometries": [circle(x, y, radius) for (x, y), radius in circles]})
+    path = written(tmp_path_factory.getbasetemp() / "circles.json", document)
+    how = {"start": (east(-0.5), latitude), "goal": (east(0.5), latitude)}
+    try:
+        (scenario,) = open_scenarios(str(path), **how)  # type: ignore[arg-type]
+    except ScenarioError as error:
+        assert "inside the no-fly area" in str(error)  # noqa: PT017 - an end may be in a circle
+        return
+    projection = scenario.projection
+    assert projection is not None
+    box = shapely.box(*scenario.problem.bounds)
+    whole = shapely.union_all([project_area(circle_of(*one, "", ("", "")), projection) for one in circles])
+    no_fly = scenario.problem.no_fly
+    seen = shapely.Polygon() if no_fly is None else shapely.union_all(shapely.get_parts(no_fly))
+    difference = shapely.symmetric_difference(whole, seen).intersection(box)
+    # (within a metre of edges that bend)
+    assert difference.area <= 2.0 * (whole.length + 1.0)
+    json.dumps(scenario.zones.document() if scenario.zones else {}, allow_nan=False)
