@@ -270,7 +270,7 @@ class _Search:
         runs = cell_runs.rectangle(last)
         before = -math.inf
         while True:
-            level = Level.lay(closed, last, runs)
+            level = Level.lay(closed, last, runs, worth=FRACTION * self.tolerance * self.best)
             self.cells = len(level.mesh.columns)
             self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.upper))
             bounds = level.both(FRACTION * self.tolerance, charge=True)

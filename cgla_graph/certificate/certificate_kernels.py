@@ -10,15 +10,19 @@ order in the spacing only.
 """
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
-from cgla_graph.eikonal.marching_kernels import Mesh
+from cgla_graph.eikonal.marching_kernels import Mesh, spline_value
 from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, REACH2, X, Y
 from cgla_graph.model.risk_raster_kernels import Rasters, raster_floor, raster_range
 
+#: A spline over all cells of a box, row by row: controls of its pieces, last node, origin, spacing, control values; and
+#: what it counts as at most (`tips.Near`).
+Box: TypeAlias = tuple[WholeArray, tuple[int, int], tuple[float, float], tuple[float, float], FloatArray, float]
 #: Parts of a cell with rasters: lines of theirs may pass its middle.
 QUARTERS = 4
 #: Columns of the cost bounds: cost at the node, its slopes, how far it may fall below that linear function on the cell,
@@ -323,6 +327,85 @@ def rim_excess(
                 )
                 tangent = height + step * half * (gy if across else gx)
                 worst = max(worst, value - tangent + 0.5 * half * half * bend)
+    return worst
+
+
+@kernel
+def box_at(x: float, y: float, column: int, row: int, box: Box) -> float:
+    """Evaluate the spline over a box on one of its cells, without its cap."""
+    controls, last, origin, spacing, values, _ = box
+    u = (x - origin[0]) / spacing[0] - column
+    v = (y - origin[1]) / spacing[1] - row
+    return spline_value(controls[row * (last[0] + 1) + column], u, v, values)
+
+
+@kernel
+def box_cell(at: float, low: float, step: float, last: int) -> int:
+    """Return the column or row of a box that holds a coordinate, or the nearest."""
+    return min(max(math.floor((at - low) / step + 0.5), 0), last)
+
+
+@kernel
+def box_values(points: FloatArray, box: Box, out: FloatArray) -> None:
+    """Evaluate the spline over a box, or its cap if that is less, at points, shape ``(n, 2)``."""
+    _, last, origin, spacing, _, cap = box
+    for n in range(points.shape[0]):
+        x = min(max(points[n, 0], origin[0]), origin[0] + last[0] * spacing[0])
+        y = min(max(points[n, 1], origin[1]), origin[1] + last[1] * spacing[1])
+        column = box_cell(x, origin[0], spacing[0], last[0])
+        row = box_cell(y, origin[1], spacing[1], last[1])
+        out[n] = min(box_at(x, y, column, row, box), cap)
+
+
+@kernel
+def box_excess(
+    values: FloatArray, mesh: Mesh, checked: BoolArray, centre: tuple[int, int], reach: int, box: Box
+) -> float:
+    """
+    Bound ``phi - psi`` over the rim of a block, as `rim_excess`, where ``psi`` is the lesser of a box's spline and cap.
+
+    Both splines are quadratic on what an edge of the rim and a cell of the box have in common, so that three values
+    give the Bézier control values of their difference.
+    """
+    controls, columns, rows, origin, spacing = mesh
+    _, last, low, step, _, cap = box
+    worst = -math.inf
+    phi = np.empty(3)
+    gap = np.empty(3)
+    for p in range(columns.shape[0]):
+        di = columns[p] - centre[0]
+        dj = rows[p] - centre[1]
+        if max(abs(di), abs(dj)) != reach or not checked[p] or values[controls[p, 4]] == math.inf:
+            continue
+        for side in range(4):
+            # 0 and 1: the edges to the west and the east, along y
+            along = 1 if side < 2 else 0
+            sign = 1 if side % 2 else -1
+            if (di if along == 1 else dj) != sign * reach:
+                continue
+            across = 1 - along
+            fixed = origin[across] + spacing[across] * ((columns[p] if along == 1 else rows[p]) + 0.5 * sign)
+            middle = origin[along] + spacing[along] * (rows[p] if along == 1 else columns[p])
+            # (paths stay inside the map, and the box with them)
+            if not low[across] <= fixed <= low[across] + last[across] * step[across]:
+                continue
+            begin = max(middle - 0.5 * spacing[along], low[along])
+            end = min(middle + 0.5 * spacing[along], low[along] + last[along] * step[along])
+            line = box_cell(fixed, low[across], step[across], last[across])
+            first = box_cell(begin, low[along], step[along], last[along])
+            for cell in range(first, box_cell(end, low[along], step[along], last[along]) + 1):
+                a = begin if cell == first else low[along] + (cell - 0.5) * step[along]
+                b = min(end, low[along] + (cell + 0.5) * step[along])
+                for i in range(3):
+                    at = a + 0.5 * i * (b - a)
+                    x, y = (fixed, at) if along == 1 else (at, fixed)
+                    column, row = (line, cell) if along == 1 else (cell, line)
+                    u = (x - origin[0]) / spacing[0] - columns[p]
+                    v = (y - origin[1]) / spacing[1] - rows[p]
+                    phi[i] = spline_value(controls[p], u, v, values)
+                    gap[i] = phi[i] - box_at(x, y, column, row, box)
+                worst = max(worst, gap[0], 2.0 * gap[1] - 0.5 * (gap[0] + gap[2]), gap[2])
+                worst = max(worst, max(phi[0], 2.0 * phi[1] - 0.5 * (phi[0] + phi[2]), phi[2]) - cap)
     return worst
 
 

@@ -33,6 +33,7 @@ import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.certificate import certificate_kernels
+from cgla_graph.certificate.tips import Near, Tip
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go, node_costs
 from cgla_graph.eikonal.marching_kernels import spline_value
@@ -40,7 +41,6 @@ from cgla_graph.eikonal.mesh import HALO, SplineMesh
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import raster_array
-from cgla_graph.model.risk_raster_kernels import raster_floor
 
 #: Times that the equation is solved on one grid, at most; more where cells of rasters are steep against each other.
 MOST_ROUNDS, MOST_ROUNDS_ON_RASTERS = 8, 16
@@ -56,6 +56,11 @@ FIRST_CELLS = 128
 #: Cells from an end to the rim of its block on the first grid. It grows with the cube root of the refinement, as then
 #: the least is lost to the tip, whose bound is of third order, and to the spline beside it.
 FIRST_REACH = 3
+#: Directions in which the loss at an end is estimated.
+DIRECTIONS = 32
+#: A box around an end is so many times as wide as its block, and has so many cells along its longer side; gains below
+#: this part of its bound are not worth another round; none is smaller than this part of the coordinates.
+BOX, BOX_CELLS, BOX_AIM, LEAST_BOX = 2.5, 64, 1e-3, 2.0**-30
 #: A raster is in line with the bounds of a problem within this part of a cell.
 IN_LINE = 1e-6
 
@@ -158,10 +163,11 @@ class Level:
     bounds: FloatArray
     costs: FloatArray
     reach: int
+    worth: float
 
     @classmethod
-    def lay(cls, problem: Problem, last: tuple[int, int], runs: WholeArray) -> "Level":
-        """Build the mesh of some cells and bound the cost on each."""
+    def lay(cls, problem: Problem, last: tuple[int, int], runs: WholeArray, worth: float = math.inf) -> "Level":
+        """Build the mesh of some cells and bound the cost on each; a loss of `worth` at an end is worth a box there."""
         ends = problem.start, problem.goal
         mesh = SplineMesh.build(problem.bounds, last, runs, problem.model.area, ends, halo(problem, last))
         parts = certificate_kernels.QUARTERS if problem.field.rasters else 1
@@ -178,7 +184,7 @@ class Level:
             bounds,
         )
         reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
-        return cls(problem, mesh, bounds, _costs_to_solve_for(problem, mesh), reach)
+        return cls(problem, mesh, bounds, _costs_to_solve_for(problem, mesh), reach, worth)
 
     def both(self, aim: float, *, charge: bool = False) -> tuple[Subsolution, Subsolution] | None:
         """Bound the cost to the goal and to the start, at the same time; None if no way leads from one to the other."""
@@ -210,7 +216,7 @@ class Level:
         mesh, problem = self.mesh, self.problem
         source, other = (problem.goal, problem.start) if to_goal else (problem.start, problem.goal)
         piece, source_piece = mesh.ends if to_goal else mesh.ends[::-1]
-        block = self.blocks[1 if to_goal else 0]
+        block = self.goal_block if to_goal else self.start_block
         checked = mesh.matters & ~block.holds
         costs = self.costs.copy()
         rasters = problem.field.rasters
@@ -218,7 +224,8 @@ class Level:
         gentle = GENTLE_ROUNDS if rasters and all(one.interpolation == "bilinear" for one in rasters) else 0
         floors = self.bounds[:, :, certificate_kernels.LEAST].min(axis=1)
         steep = np.empty(len(mesh.columns))
-        radius = (self.reach + 1.5) * max(mesh.spacing)
+        # as far as the nodes around the block, at its corners too
+        radius = (self.reach + 1.5) * math.hypot(*mesh.spacing)
         near = np.hypot(*(mesh.node_points - source).T) <= radius
         best: Subsolution | None = None
         reached = -math.inf
@@ -231,15 +238,16 @@ class Level:
                 costs,
                 radius=radius,
                 start_factor=float((costs[near] / self.costs[near]).min()),
+                first=lambda points: np.where(block.around_it(self, points), block.costs(points), math.inf),
             )
             if piece < 0 or np.isinf(times[mesh.controls[piece]]).all():
                 return None
             steepest = certificate_kernels.steepness(times, mesh.kernel_mesh, mesh.last, checked, self.bounds, steep)
-            found = self._shifted(times / max(steepest, 1.0), source, other, piece, block)
+            found = self._shifted(times / max(steepest, 1.0), other, piece, block)
             gained, reached = found.bound - reached, max(reached, found.bound)
             if charge and 1.0 + aim < steepest < math.inf and not block.holds[piece]:
                 scale, lost = self._charged(times, steep, steepest, found.bound)
-                eased = self._shifted(times / scale, source, other, piece, block)
+                eased = self._shifted(times / scale, other, piece, block)
                 if eased.bound - lost > found.bound:
                     found = Subsolution(eased.bound - lost, eased.values - lost)
             if best is None or found.bound > best.bound:
@@ -265,95 +273,35 @@ class Level:
         chosen = int(np.argmax((bound * steepest - charges) / scales))
         return float(scales[chosen]), float(charges[chosen] / scales[chosen])
 
-    def _shifted(self, values: FloatArray, source: Point, other: Point, piece: int, block: "Block") -> Subsolution:
+    def _shifted(self, values: FloatArray, other: Point, piece: int, block: "Block") -> Subsolution:
         """Shift a spline that is nowhere too steep so that it bounds the cost to the source itself."""
         mesh = self.mesh
-        excess = certificate_kernels.rim_excess(
-            values, mesh.kernel_mesh, mesh.matters, source, block.centre, self.reach, block.tip.numbers
-        )
+        excess = block.excess(self, values)
         shifted = values - excess if math.isfinite(excess) else np.full_like(values, -math.inf)
         if block.holds[piece]:
-            return Subsolution(block.tip.least_cost * math.dist(source, other), shifted)
+            return Subsolution(block.least(other), shifted)
         x, y = ((other[axis] - mesh.origin[axis]) / mesh.spacing[axis] for axis in range(2))
         at = spline_value(mesh.controls[piece], x - int(mesh.columns[piece]), y - int(mesh.rows[piece]), shifted)
         return Subsolution(float(at), shifted)
 
     @cached_property
-    def blocks(self) -> "tuple[Block, Block]":
-        """The blocks around start and goal."""
-        return Block.around(self, self.problem.start), Block.around(self, self.problem.goal)
+    def start_block(self) -> "Block":
+        """The block around the start."""
+        return Block.around(self, self.problem.start)
+
+    @cached_property
+    def goal_block(self) -> "Block":
+        """The block around the goal."""
+        return Block.around(self, self.problem.goal)
 
     def kept(self, to_goal: Subsolution, to_start: Subsolution, limit: float) -> WholeArray:
         """Return the runs of the cells on which a path may cost less than the limit."""
         mesh = self.mesh
         keep = np.empty(len(mesh.columns), dtype=np.bool_)
         certificate_kernels.within(to_goal.values, to_start.values, mesh.controls, mesh.matters, limit, keep)
-        for block in self.blocks:
+        for block in (self.start_block, self.goal_block):
             keep |= mesh.matters & block.holds
         return cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
-
-
-@dataclass(frozen=True, eq=False)
-class Tip:
-    """
-    What the cost to an end is at least, near it.
-
-    Let ``c >= c_0 + g . d - H r^2 / 2`` at ``d`` from the end, where ``r = |d| <= R``, and let ``L`` be the least of
-    that. Then ``psi = c_0 r + r (g . d) / 2 - beta r^3 / 3`` with ``beta = H / 2 + gamma`` and ``gamma = |g|^2 / (4
-    L)`` has ``|grad psi| <= c`` on the disc if ``|g| R <= 2 L``: the part of its gradient along ``d`` is ``c_0 + g .
-    d - beta r^2``, the other at most ``|g| r / 2``, and ``|g|^2 / 4 + gamma^2 r^2 <= 2 gamma L``. A path that leaves
-    the disc on its way to the end costs at least ``L (R - r)`` up to its rim, and the least of psi there from its
-    last way in; where that is less than psi, or the condition fails, ``psi = L r``, which holds for any path.
-
-    Attributes
-    ----------
-    numbers
-        ``c_0, g_x, g_y, beta``.
-    least_cost
-        ``L``.
-    """
-
-    numbers: FloatArray
-    least_cost: float
-
-    @classmethod
-    def at(cls, problem: Problem, end: Point, rim: float) -> "Tip":
-        """Bound the cost to an end from points up to `rim` away, map units."""
-        *_, constant = cls._bounds(problem, end, rim)
-        best, high = cls(np.array([constant, 0.0, 0.0, 0.0]), constant), constant * rim
-        for radius in (2.0 * rim, 1.5 * rim):
-            cost, gx, gy, drop, _ = cls._bounds(problem, end, radius)
-            slope = math.hypot(gx, gy)
-            least = cost - slope * radius - drop
-            if not (least > 0.0 and slope * radius <= 2.0 * least):
-                continue
-            beta = drop / radius**2 + slope**2 / (4.0 * least)
-            last_way = cost * radius - 0.5 * slope * radius**2 - beta * radius**3 / 3.0
-            # on the rim, but for the slope, which is as much above on one side as below on the other
-            level = cost * rim - beta * rim**3 / 3.0
-            if last_way + least * (radius - rim) >= cost * rim + 0.5 * slope * rim**2 and level > high:
-                best, high = cls(np.array([cost, gx, gy, beta]), max(least, 1.0)), level
-        return best
-
-    @staticmethod
-    def _bounds(problem: Problem, end: Point, radius: float) -> tuple[float, float, float, float, float]:
-        """Bound the cost on a disc by a paraboloid, with cost, slopes and drop, and by a number."""
-        bounds, middle = np.empty((1, 1, 5)), np.zeros(1, dtype=np.int32)
-        # half the diagonal of this cell is the radius
-        cell = (math.sqrt(2.0) * radius, math.sqrt(2.0) * radius)
-        threats = problem.k, problem.field.table, raster_array([])
-        certificate_kernels.cost_bounds(middle, middle, end, cell, problem.bounds, *threats, bounds)
-        cost, gx, gy, drop, _ = bounds[0, 0].tolist()
-        least = max(cost - math.hypot(gx, gy) * radius - drop, 1.0)
-        if not problem.field.rasters:
-            return cost, gx, gy, drop, least
-        x_min, y_min, x_max, y_max = problem.bounds
-        low = max(end[0] - radius, x_min), max(end[1] - radius, y_min)
-        high = min(end[0] + radius, x_max), min(end[1] + radius, y_max)
-        found = raster_floor(low, high, *end, problem.field.raster_array)
-        value, slope_x, slope_y, lost, floor = (problem.k * one for one in found)
-        # what a raster may fall below its linear function is lost everywhere, at the end too
-        return cost + value - lost, gx + slope_x, gy + slope_y, drop, least + floor
 
 
 @dataclass(frozen=True, eq=False)
@@ -363,17 +311,23 @@ class Block:
 
     Attributes
     ----------
+    end
+        The end.
     centre
         Column and row of its middle.
     holds
         Whether each piece of the mesh is in it, shape ``(m,)``.
     tip
         The cost to the end, from its rim.
+    near
+        The same, from a finer grid, if that was worth it.
     """
 
+    end: Point
     centre: tuple[int, int]
     holds: BoolArray
     tip: Tip
+    near: Near | None
 
     @classmethod
     def around(cls, level: Level, end: Point) -> "Block":
@@ -382,8 +336,71 @@ class Block:
         column, row = (round((end[axis] - mesh.origin[axis]) / mesh.spacing[axis]) for axis in range(2))
         distance = np.maximum(np.abs(mesh.columns - column), np.abs(mesh.rows - row))
         # the rim is half a cell further than its cells, and the end up to half a cell off its own
-        tip = Tip.at(level.problem, end, (level.reach + 1) * math.hypot(*mesh.spacing))
-        return cls((column, row), distance <= level.reach, tip)
+        rim = (level.reach + 1) * math.hypot(*mesh.spacing)
+        tip = Tip.at(level.problem, end, rim)
+        near = _look_closer(level, end, rim) if _lost(level.problem, end, tip, rim) > level.worth else None
+        return cls(end, (column, row), distance <= level.reach, tip, near)
+
+    def around_it(self, level: Level, points: FloatArray) -> BoolArray:
+        """Say which points are at most half a cell outside, shape ``(n, 2)``: shape ``(n,)``."""
+        cells = np.abs((points - level.mesh.origin) / level.mesh.spacing - self.centre)
+        return np.asarray((cells <= level.reach + 1.0 + IN_LINE).all(axis=1))
+
+    def costs(self, points: FloatArray) -> FloatArray:
+        """Bound the cost to the end from points up to its rim, shape ``(n, 2)``: shape ``(n,)``, map units."""
+        return self.near.costs(points) if self.near else self.tip.costs(points - self.end)
+
+    def least(self, point: Point) -> float:
+        """Bound the cost to the end from a point inside."""
+        least = self.tip.least_cost * math.dist(self.end, point)
+        if self.near and any(abs(a - b) > blind for a, b, blind in zip(point, self.end, self.near.blind, strict=True)):
+            least = max(least, float(self.near.costs(np.array([point]))[0]))
+        return least
+
+    def excess(self, level: Level, values: FloatArray) -> float:
+        """Bound by how much a spline is above the cost to the end, anywhere on the rim."""
+        mesh, reach = level.mesh, level.reach
+        if self.near:
+            box = self.near.kernel_near
+            return certificate_kernels.box_excess(values, mesh.kernel_mesh, mesh.matters, self.centre, reach, box)
+        return certificate_kernels.rim_excess(
+            values, mesh.kernel_mesh, mesh.matters, self.end, self.centre, reach, self.tip.numbers
+        )
+
+
+def _lost(problem: Problem, end: Point, tip: Tip, rim: float) -> float:
+    """Estimate what a bound loses to a tip: where a straight line to the end costs least."""
+    turn = np.linspace(0.0, 2.0 * math.pi, DIRECTIONS, endpoint=False)
+    points = np.clip(end + rim * np.column_stack([np.cos(turn), np.sin(turn)]), *np.reshape(problem.bounds, (2, 2)))
+    away = points - end
+    costs = np.hypot(*away.T) + problem.k * problem.field.line_integral(points, np.broadcast_to(end, points.shape))
+    # (an end on the rim of the map is its own neighbour)
+    costs[np.hypot(*away.T) < 0.5 * rim] = math.inf
+    cheapest = int(np.argmin(costs))
+    return float(costs[cheapest] - tip.costs(away[cheapest : cheapest + 1])[0])
+
+
+def _look_closer(level: Level, end: Point, rim: float) -> Near | None:
+    """Bound the cost to an end on a finer grid over a box around it, areas left out; None if it is too small."""
+    problem = level.problem
+    x_min, y_min, x_max, y_max = problem.bounds
+    half = BOX * rim
+    box = max(end[0] - half, x_min), max(end[1] - half, y_min), min(end[0] + half, x_max), min(end[1] + half, y_max)
+    if half < LEAST_BOX * max(map(abs, problem.bounds)):
+        return None
+    sides = box[2] - box[0], box[3] - box[1]
+    last = round(BOX_CELLS * sides[0] / max(sides)), round(BOX_CELLS * sides[1] / max(sides))
+    if min(last) < BOX_CELLS // 4:
+        return None
+    # the corner that is the farthest away: where a bound is best there, it is good everywhere
+    corner = max(((x, y) for x in box[::2] for y in box[1::2]), key=lambda point: math.dist(point, end))
+    inside = Problem(corner, end, problem.field, problem.k, bounds=box)
+    inner = Level.lay(inside, last, cell_runs.rectangle(last), level.worth)
+    found = inner.bound(to_goal=True, aim=BOX_AIM, charge=True)
+    if found is None or not np.isfinite(found.values[:-1]).all():
+        return None
+    leaves = box[0] > x_min, box[1] > y_min, box[2] < x_max, box[3] < y_max
+    return Near.of(inner.mesh, found.values, inner.reach, leaves)
 
 
 def _costs_to_solve_for(problem: Problem, mesh: SplineMesh) -> FloatArray:

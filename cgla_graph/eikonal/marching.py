@@ -1,5 +1,7 @@
 """Costs-to-go over a mesh: the eikonal equation ``|grad T| = 1 + k F`` by fast marching, and its steepest descent."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from cgla_graph._types import FloatArray, Point
@@ -28,6 +30,7 @@ def costs_to_go(
     radius: float,
     second: bool = True,
     start_factor: float = 1.0,
+    first: Callable[[FloatArray], FloatArray] | None = None,
 ) -> FloatArray:
     """
     Solve the eikonal equation from a source by fast marching.
@@ -48,6 +51,9 @@ def costs_to_go(
         Whether to use differences of second order where they can be had.
     start_factor
         What those first costs are multiplied with.
+    first
+        The cost from points, shape ``(m, 2)``, that those nodes begin with instead, shape ``(m,)``; those for which it
+        is infinite do not.
 
     Returns
     -------
@@ -64,6 +70,10 @@ def costs_to_go(
     front_kernels.start_disc(
         mesh.controls[piece], mesh.kernel_nodes, source, radius, problem.model.kernel_model(), times, state
     )
+    if first is not None:
+        begun = np.flatnonzero(state == marching_kernels.SEED)
+        times[begun] = first(mesh.node_points[begun])
+        state[begun[np.isinf(times[begun])]] = marching_kernels.FAR
     times *= start_factor
     marching_kernels.march(times, state, padded, mesh.neighbours, mesh.spacing, second)
     while not problem.model.area.is_empty and front_kernels.bridge(mesh.controls, padded, mesh.spacing, times, state):

@@ -91,7 +91,7 @@ class Tube:
             Infinite outside of the tube.
         """
         mesh = self.level.mesh
-        block = self.level.blocks[1 if to_goal else 0]
+        block = self.level.goal_block if to_goal else self.level.start_block
         end = self.problem.goal if to_goal else self.problem.start
         least, most = np.empty(len(points)), np.empty(len(points))
         restricted_kernels.spline_bounds(

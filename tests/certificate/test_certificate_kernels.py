@@ -12,7 +12,7 @@ from strategies import examples
 import cgla_graph as cg
 from cgla_graph._types import Bounds, FloatArray, WholeArray
 from cgla_graph.certificate import certificate_kernels
-from cgla_graph.certificate.subsolution import Block, Level, Tip
+from cgla_graph.certificate.subsolution import Level
 from cgla_graph.eikonal import cell_runs
 
 ROUNDING = 1e-9
@@ -145,71 +145,3 @@ def test_what_no_way_leads_to_is_not_steep_but_what_is_half_known_is() -> None:
     found = steepnesses(level, values)
     assert found[40] == 0.0
     assert found[41] == math.inf
-
-
-def psi(tip: Tip, away: FloatArray) -> FloatArray:
-    """``c r + r (g . d) / 2 - beta r^3 / 3``."""
-    cost, gx, gy, beta = tip.numbers
-    r = np.hypot(*away.T)
-    return np.asarray(cost * r + 0.5 * r * (away @ (gx, gy)) - beta * r**3 / 3.0)
-
-
-@given(st.one_of(strategies.fields(), strategies.crowds(20)), strategies.risk_weights, strategies.seeds)
-@strategies.usual
-def test_no_way_to_an_end_is_cheaper_than_its_tip(field: cg.RiskField, k: float, seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    around = rng.choice([(t.x, t.y) for t in field.threats]) if len(field) and rng.random() < 0.5 else rng.random(2)
-    end, rim = np.clip(around, 0.0, 1.0), 10.0 ** rng.uniform(-4.0, -0.5)
-    problem = cg.Problem((end[0], end[1]), (end[0], end[1]), field, k)
-    tip = Tip.at(problem, problem.goal, rim)
-    angle, r = rng.uniform(0.0, 2.0 * math.pi, 40), rim * rng.random(40)
-    away = np.column_stack([r * np.cos(angle), r * np.sin(angle)])
-    # the inequality itself, by central differences
-    hair = 1e-6 * rim
-    slopes = [(psi(tip, away + step) - psi(tip, away - step)) / (2.0 * hair) for step in hair * np.eye(2)]
-    cost = 1.0 + k * oracles.density(field.threats, end + away)
-    far = r > 1e-3 * rim
-    assert (np.hypot(*slopes)[far] <= cost[far] * (1.0 + 1e-6)).all()
-    assert 1.0 <= tip.least_cost <= cost.min() * (1.0 + ROUNDING)
-    # ways to the end: straight, or by points that may be far away
-    for d, bound in zip(away[:10], psi(tip, away[:10]), strict=True):
-        for middle in (np.empty((0, 2)), end + rng.normal(size=(2, 2)) * rng.choice([0.5, 2.0, 5.0]) * rim):
-            way = np.vstack([end + d, middle, end])
-            assert bound <= problem.evaluate(way).cost * (1.0 + ROUNDING)
-
-
-def test_the_tip_is_of_third_order() -> None:
-    loss = []
-    for rim in (0.008, 0.004, 0.002, 0.001):
-        problem = cg.Problem((0.4, 0.45), (0.4, 0.45), SEVERAL, 10.0)
-        angle = np.linspace(0.0, 6.0, 20)
-        away = rim * np.column_stack([np.cos(angle), np.sin(angle)])
-        straight = [problem.evaluate([problem.goal, np.array(problem.goal) + d]).cost for d in away]
-        loss.append(float(np.max(straight - psi(Tip.at(problem, problem.goal, rim), away))))
-    assert 2.7 < oracles.rate(loss) < 3.5
-
-
-@given(strategies.fields(), strategies.risk_weights, strategies.seeds)
-@strategies.few
-def test_the_rim_of_a_block_is_bounded(field: cg.RiskField, k: float, seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    level = plain_level(field, k, (24, 24))
-    problem, mesh = level.problem, level.mesh
-    end = rng.uniform(0.3, 0.7, 2)
-    block = Block.around(level, (end[0], end[1]))
-    values = np.append(np.hypot(*(mesh.node_points - end).T) + 0.1 * rng.random(mesh.n_nodes), math.inf)
-    every = np.ones(len(mesh.columns), dtype=bool)
-    found = certificate_kernels.rim_excess(
-        values, mesh.kernel_mesh, every, (end[0], end[1]), block.centre, level.reach, block.tip.numbers
-    )
-    share = np.linspace(-1.0, 1.0, 400) * (level.reach + 0.5)
-    side = np.full(400, level.reach + 0.5)
-    rim = np.vstack([np.column_stack(pair) for pair in ((share, side), (share, -side), (side, share), (-side, share))])
-    u = rim * (1.0 - 1e-12) + block.centre
-    cells = np.clip(np.rint(u), np.array(block.centre) - level.reach, np.array(block.centre) + level.reach).astype(int)
-    pieces = np.array([int(np.flatnonzero((mesh.columns == i) & (mesh.rows == j))[0]) for i, j in cells])
-    known = mesh.controls[pieces], mesh.columns[pieces], mesh.rows[pieces]
-    phi = oracles.spline(known, (0.0, 0.0), (1.0, 1.0), u, values)
-    excess = phi - psi(block.tip, mesh.origin + u * mesh.spacing - end)
-    assert excess.max() <= found + 1e-9
-    assert problem.k == k

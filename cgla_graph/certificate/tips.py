@@ -1,0 +1,147 @@
+"""
+What the cost to an end is at least near it, where no spline follows the tip of the costs-to-go.
+
+`Tip` is a formula, of third order where the cost is smooth on the scale of the block around the end. Where it is not,
+`Near` is a proven bound on a finer grid over a box around the end, whose own tip is smaller.
+
+**Paths that leave the box** on their way to the end come in again for the last time at some point of its border, from
+where they cost at least what the finer grid says of it. So no path from inside costs less than the lesser of its own
+bound and the least of all bounds on the border (`Near.cap`). The optimum comes in where it costs little, so that the
+border takes nothing from its bound.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from cgla_graph._types import FloatArray, Point
+from cgla_graph.certificate import certificate_kernels
+from cgla_graph.eikonal.mesh import SplineMesh
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk_raster import raster_array
+from cgla_graph.model.risk_raster_kernels import raster_floor
+
+
+@dataclass(frozen=True, eq=False)
+class Tip:
+    """
+    What the cost to an end is at least, near it.
+
+    Let ``c >= c_0 + g . d - H r^2 / 2`` at ``d`` from the end, where ``r = |d| <= R``, and let ``L`` be the least of
+    that. Then ``psi = c_0 r + r (g . d) / 2 - beta r^3 / 3`` with ``beta = H / 2 + gamma`` and ``gamma = |g|^2 / (4
+    L)`` has ``|grad psi| <= c`` on the disc if ``|g| R <= 2 L``: the part of its gradient along ``d`` is ``c_0 + g .
+    d - beta r^2``, the other at most ``|g| r / 2``, and ``|g|^2 / 4 + gamma^2 r^2 <= 2 gamma L``. A path that leaves
+    the disc on its way to the end costs at least ``L (R - r)`` up to its rim, and the least of psi there from its
+    last way in; where that is less than psi, or the condition fails, ``psi = L r``, which holds for any path.
+
+    Attributes
+    ----------
+    numbers
+        ``c_0, g_x, g_y, beta``.
+    least_cost
+        ``L``.
+    """
+
+    numbers: FloatArray
+    least_cost: float
+
+    @classmethod
+    def at(cls, problem: Problem, end: Point, rim: float) -> "Tip":
+        """Bound the cost to an end from points up to `rim` away, map units."""
+        *_, constant = cls._bounds(problem, end, rim)
+        best, high = cls(np.array([constant, 0.0, 0.0, 0.0]), constant), constant * rim
+        for radius in (2.0 * rim, 1.5 * rim):
+            cost, gx, gy, drop, _ = cls._bounds(problem, end, radius)
+            slope = math.hypot(gx, gy)
+            least = cost - slope * radius - drop
+            if not (least > 0.0 and slope * radius <= 2.0 * least):
+                continue
+            beta = drop / radius**2 + slope**2 / (4.0 * least)
+            last_way = cost * radius - 0.5 * slope * radius**2 - beta * radius**3 / 3.0
+            # on the rim, but for the slope, which is as much above on one side as below on the other
+            level = cost * rim - beta * rim**3 / 3.0
+            if last_way + least * (radius - rim) >= cost * rim + 0.5 * slope * rim**2 and level > high:
+                best, high = cls(np.array([cost, gx, gy, beta]), max(least, 1.0)), level
+        return best
+
+    def costs(self, away: FloatArray) -> FloatArray:
+        """Bound the cost to the end from points up to the rim, `away` from it, shape ``(n, 2)``: shape ``(n,)``."""
+        cost, gx, gy, beta = self.numbers
+        r = np.hypot(*away.T)
+        return np.asarray(cost * r + 0.5 * r * (away @ (gx, gy)) - beta * r**3 / 3.0)
+
+    @staticmethod
+    def _bounds(problem: Problem, end: Point, radius: float) -> tuple[float, float, float, float, float]:
+        """Bound the cost on a disc by a paraboloid, with cost, slopes and drop, and by a number."""
+        bounds, middle = np.empty((1, 1, 5)), np.zeros(1, dtype=np.int32)
+        # half the diagonal of this cell is the radius
+        cell = (math.sqrt(2.0) * radius, math.sqrt(2.0) * radius)
+        threats = problem.k, problem.field.table, raster_array([])
+        certificate_kernels.cost_bounds(middle, middle, end, cell, problem.bounds, *threats, bounds)
+        cost, gx, gy, drop, _ = bounds[0, 0].tolist()
+        least = max(cost - math.hypot(gx, gy) * radius - drop, 1.0)
+        if not problem.field.rasters:
+            return cost, gx, gy, drop, least
+        x_min, y_min, x_max, y_max = problem.bounds
+        low = max(end[0] - radius, x_min), max(end[1] - radius, y_min)
+        high = min(end[0] + radius, x_max), min(end[1] + radius, y_max)
+        found = raster_floor(low, high, *end, problem.field.raster_array)
+        value, slope_x, slope_y, lost, floor = (problem.k * one for one in found)
+        # what a raster may fall below its linear function is lost everywhere, at the end too
+        return cost + value - lost, gx + slope_x, gy + slope_y, drop, least + floor
+
+
+@dataclass(frozen=True, eq=False)
+class Near:
+    """
+    A proven bound of the cost to an end from a box around it, areas left out.
+
+    Attributes
+    ----------
+    mesh
+        Of all cells of the box.
+    values
+        Control values of the spline, shape ``(n + 1,)``.
+    cap
+        No way to the end from the border of the box, or over it, costs less.
+    blind
+        Points up to here from the end, map units along x and y, may be in the block around it, of which the spline
+        says nothing.
+    """
+
+    mesh: SplineMesh
+    values: FloatArray
+    cap: float
+    blind: tuple[float, float]
+
+    @classmethod
+    def of(cls, mesh: SplineMesh, values: FloatArray, reach: int, leaves: tuple[bool, bool, bool, bool]) -> "Near":
+        """
+        Find the cap of a spline over a box; `leaves` says over which sides, west, south, east, north, paths may leave.
+
+        Places are off by some ulps of their coordinates, and the spline is lowered by what that changes.
+        """
+        around = values[mesh.controls].reshape(-1, 3, 3)
+        slope = sum(float(np.abs(np.diff(around, axis=axis)).max()) / mesh.spacing[2 - axis] for axis in (1, 2))
+        far = max(abs(mesh.origin[axis]) + mesh.last[axis] * mesh.spacing[axis] for axis in range(2))
+        lowered = values - 2.0**-49 * far * slope
+        sides = mesh.columns == 0, mesh.rows == 0, mesh.columns == mesh.last[0], mesh.rows == mesh.last[1]
+        border = np.any([side for side, open_ in zip(sides, leaves, strict=True) if open_], axis=0)
+        at = lowered[mesh.controls[border]].reshape(-1, 3, 3) if np.any(border) else np.full((1, 3, 3), math.inf)
+        # the Bézier control values of each piece
+        least = 0.25 * (at[:, 1:2, 1:2] + at[:, 1:2, :] + at[:, :, 1:2] + at)
+        blind = (reach + 2) * mesh.spacing[0], (reach + 2) * mesh.spacing[1]
+        return cls(mesh, lowered, float(least.min()), blind)
+
+    @property
+    def kernel_near(self) -> certificate_kernels.Box:
+        """The box as kernels take it."""
+        mesh = self.mesh
+        return mesh.controls, mesh.last, mesh.origin, mesh.spacing, self.values, self.cap
+
+    def costs(self, points: FloatArray) -> FloatArray:
+        """Bound the cost to the end from points of the box, shape ``(n, 2)``: shape ``(n,)``, map units."""
+        found = np.empty(len(points))
+        certificate_kernels.box_values(points, self.kernel_near, found)
+        return found
