@@ -291,7 +291,8 @@ def test_networkx_own_tests(mutant: str, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "pytest", "--quiet", "-p", "no:cacheprovider", "-p", "mutant", "--pyargs"]
     backend = {"NETWORKX_TEST_BACKEND": "cgla", "NETWORKX_FALLBACK_TO_NX": "True", "PYTHONPATH": str(tmp_path)}
     done = subprocess.run(
-        [*command, "networkx.algorithms.shortest_paths"],
+        # of what is broken, the first failure tells
+        [*command, "--exitfirst", "networkx.algorithms.shortest_paths"],
         capture_output=True,
         text=True,
         check=False,

@@ -25,6 +25,7 @@ QUICK: dict[str, dict[str, Any]] = {
     "prm-star": {"milestones": 300},
     "ompl-prm-star": {"milestones": 300},
     "evolutionary": {"generations": 25},
+    "hybrid": {"tolerance": 0.05},
 }
 VARIANTS = [
     *[(name, QUICK.get(name, {})) for name in registry.names(installed=False)],

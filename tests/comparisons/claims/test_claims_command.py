@@ -18,7 +18,7 @@ from cgla_graph.scenarios.mission_file import is_mission_file
 
 PROGRAM = [sys.executable, "-m", "cgla_graph.comparisons"]
 #: A claim whose maps take a moment each, and how it is asked for.
-SAMPLED = ["claims", "C28", "--maps", "6"]
+SAMPLED = ["claims", "C28", "--maps", "4"]
 
 
 @pytest.fixture
