@@ -364,12 +364,12 @@ def write_in_another_process(folder: Path, n_seeds: int) -> "subprocess.Popen[st
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
 def test_a_kill_loses_nothing_and_the_study_goes_on(folder: Path) -> None:
-    n_seeds = 1500
+    n_seeds = 750
     done: set[int] = set()
     for round_ in range(3):
         with write_in_another_process(folder, n_seeds) as writer:
             assert writer.stdout is not None
-            for _ in range(random.randrange(1, 400)):  # noqa: S311 - any moment will do
+            for _ in range(random.randrange(1, 200)):  # noqa: S311 - any moment will do
                 done.add(int(writer.stdout.readline()))
             if round_ == 0:
                 with pytest.raises(OutputError, match="another process writes this study"):

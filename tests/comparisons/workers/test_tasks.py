@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import examples
+from strategies import few
 
 from cgla_graph.comparisons.workers.limits import NO_LIMITS, Failure, Limits, Outcome
 from cgla_graph.comparisons.workers.tasks import Key, Results, Task, run_tasks
@@ -40,7 +40,7 @@ def tasks_of(needs: dict[int, list[int]], begun: list[int]) -> list[Task]:
 
 
 @pytest.mark.slow
-@examples(30)
+@few
 @given(seed=st.integers(0, 2**32), size=st.integers(0, 12), workers=st.integers(0, 3), data=st.data())
 def test_each_is_made_once_after_what_it_needs(seed: int, size: int, workers: int, data: st.DataObject) -> None:
     draw = random.Random(seed)  # noqa: S311 - no secret
