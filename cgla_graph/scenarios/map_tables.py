@@ -37,8 +37,8 @@ SEEN, FELT = 3.0, 8.0
 #: Metres around ends that are in one place, on a map of zones; how much of a map's side is seen around it; and the
 #: latitude from which on all meridians may be near.
 NEAREST, SEEN_MARGIN, MOST_LATITUDE = 2000.0, 0.02, 85.0
-#: Corners of all zones on a map, about, and by how much of its longer side they may grow so that there are no more.
-MOST_CORNERS, MOST_BEYOND = 4000, 0.002
+#: Corners of a zone, about, and by how much of the map's longer side it may grow so that it has no more.
+MOST_CORNERS, MOST_BEYOND = 1000, 0.002
 
 
 class Table(BaseModel):
@@ -449,14 +449,24 @@ class MapBuilder:
         return [*areas, *self._fewer_corners[0]]
 
     @cached_property
-    def _fewer_corners(self) -> tuple[Sequence[BaseGeometry], float]:
-        """The zones that are closed in map units, and how far they reach beyond their outlines."""
+    def _fewer_corners(self) -> tuple[Sequence[BaseGeometry], Sequence[float]]:
+        """The zones that are closed, in map units; and how far those of many corners reach beyond their outlines."""
         zones, projection = self.zones, self.projection
         if zones is None or projection is None:
-            return [], 0.0
+            return [], []
         areas = [project_area(one.area, projection) for one in zones.verdicts if one.area is not None]
         x_min, y_min, x_max, y_max = self.bounds
-        return with_fewer_corners(areas, MOST_CORNERS, MOST_BEYOND * max(x_max - x_min, y_max - y_min))
+        reach = MOST_BEYOND * max(x_max - x_min, y_max - y_min)
+        # an end that is outside of a zone stays so
+        ends = [shapely.Point(self.point(list(place))) for _, place in self.table.ends()]
+        clearance = getattr(self.table, "clearance", 0.0)
+
+        def shuts(area: BaseGeometry) -> list[bool]:
+            return [area.contains_properly(end) or area.distance(end) < clearance for end in ends]
+
+        fewer = [with_fewer_corners(area, MOST_CORNERS, reach) for area in areas]
+        fewer = [one if shuts(one[0]) == shuts(area) else (area, 0.0) for one, area in zip(fewer, areas, strict=True)]
+        return [area for area, _ in fewer], [beyond for _, beyond in fewer if beyond]
 
     def zone_account(self) -> ZoneAccount | None:
         """Return what became of each zone of the files that the table names; None if it names none."""
@@ -465,7 +475,8 @@ class MapBuilder:
         account, beyond = self.zones.account(), self._fewer_corners[1]
         if not beyond:
             return account
-        remark = f"outlines of very many corners are simplified, and reach up to {beyond:g} m beyond those in the files"
+        few = f"{len(beyond)} outline{'s' * (len(beyond) > 1)} of more than {MOST_CORNERS} corners"
+        remark = f"{few}: simplified, and up to {max(beyond):g} m beyond what the files say"
         return replace(account, remarks=(*account.remarks, remark))
 
     def no_fly(self) -> BaseGeometry | None:

@@ -62,7 +62,7 @@ def json_of(data: bytes, file: str) -> object:
     except _RefusedError as error:
         raise FileFormatError(f"{file}: {error}") from error  # noqa: TRY003, EM102 - said where it was found
     except (ValueError, RecursionError) as error:
-        fault(file, f"not JSON that can be read ({error})", "remove numbers of thousands of digits")
+        fault(file, f"not JSON that can be read ({str(error)[:100]})", "remove numbers of thousands of digits")
 
 
 def _require_shape(text: str, file: str) -> None:

@@ -80,7 +80,7 @@ def unzipped(data: bytes, file: str, ending: str) -> bytes:
     except FileFormatError:
         raise
     except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, RuntimeError, OSError, ValueError) as error:
-        fault(file, f"its archive is damaged or encrypted ({error})", f"give the {ending} file alone")
+        fault(file, f"its archive is damaged or encrypted ({str(error)[:100]})", f"give the {ending} file alone")
     if len(content) > MOST_BYTES:
         fault(file, f"its {ending} file has more than {MOST_BYTES >> 20} MiB", "cut out the part that matters")
     return content

@@ -81,7 +81,7 @@ def xml_of(data: bytes, file: str) -> Element:
     except DefusedXmlException:
         fault(file, "it declares a document type or entities", "remove the declaration")
     except (ValueError, LookupError) as error:
-        fault(file, f"not XML that can be read ({error})", "save it as UTF-8")
+        fault(file, f"not XML that can be read ({str(error)[:100]})", "save it as UTF-8")
 
 
 def tag_of(element: Element) -> str:

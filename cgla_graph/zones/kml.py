@@ -133,7 +133,7 @@ def _ring(ring: Element, where: str) -> list[list[float]]:
     try:
         flat = np.array([number for position in positions for number in position[:2]], dtype=np.float64)
     except ValueError as error:
-        fault(f"{where}: coordinates", f"one is no number ({error})", "give degrees")
+        fault(f"{where}: coordinates", f"one is no number ({str(error)[:100]})", "give degrees")
     return flat.reshape(-1, 2).tolist()
 
 

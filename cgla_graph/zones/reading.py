@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from functools import lru_cache
 from pathlib import Path
 
 from shapely.errors import ShapelyError
@@ -16,6 +15,7 @@ from cgla_graph.zones.zone import Format, Layer, NoArea, Validity, Zone
 
 #: Files that are remembered as long as they do not change.
 REMEMBERED = 8
+_REMEMBERED: dict[tuple[str, int, int], Zones] = {}
 
 
 def read_zones(files: FilePath | Sequence[FilePath]) -> Zones:
@@ -53,7 +53,7 @@ def read_zones(files: FilePath | Sequence[FilePath]) -> Zones:
     'PROHIBITED'
     """
     paths = [files] if isinstance(files, str | os.PathLike) else list(files)
-    read = [_read(os.fspath(path), _stamp(path)) for path in paths]
+    read = [_read(path) for path in paths]
     return Zones(
         tuple(zone for one in read for zone in one.zones),
         tuple(other for one in read for other in one.no_areas),
@@ -74,18 +74,20 @@ def is_geojson(path: FilePath) -> bool:
     return set(read_zones(path).formats.values()) == {"GeoJSON"}
 
 
-def _stamp(path: FilePath) -> tuple[int, int]:
-    """Return what changes when a file does."""
+def _read(path: FilePath) -> Zones:
+    """Read a file, or remember it as long as it does not change: several steps of opening a map ask for it."""
+    file = os.fspath(path)
     try:
         about = Path(path).stat()
+        key = (os.path.abspath(file), about.st_mtime_ns, about.st_size)  # noqa: PTH100 - links stay what they are
     except (OSError, ValueError):
-        return 0, 0
-    return about.st_mtime_ns, about.st_size
-
-
-@lru_cache(maxsize=REMEMBERED)
-def _read(file: str, stamp: tuple[int, int]) -> Zones:  # noqa: ARG001 - part of the key
-    return zones_of(read_bytes(file), file)
+        return zones_of(read_bytes(file), file)
+    if key not in _REMEMBERED:
+        zones = zones_of(read_bytes(file), file)
+        while len(_REMEMBERED) >= REMEMBERED:
+            _REMEMBERED.pop(next(iter(_REMEMBERED)))
+        _REMEMBERED[key] = zones
+    return _REMEMBERED[key]
 
 
 def zones_of(data: bytes, file: str) -> Zones:

@@ -153,7 +153,7 @@ def test_commands_are_real(place: str, words: list[str]) -> None:
     named = [given.get(name) or () for name in ("scenario", "mission", "scenarios")]
     for spec in (spec for part in named for spec in ([part] if isinstance(part, str) else part)):
         assert spec in {*shipped(), *shipped_missions()} or re.search(
-            r"\.(toml|geojson|map|scen|csv|asc|tif|npy)(:[\d-]+)?$", spec
+            r"\.(toml|geojson|json|kml|kmz|map|scen|csv|asc|tif|npy)(:[\d-]+)?$", spec
         ), place
 
 

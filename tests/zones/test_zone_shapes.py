@@ -91,13 +91,13 @@ def test_fewer_corners_never_shrink_an_area(seed: int, corners: int, wave: float
     hole = 1000.0 * (1.0 + 0.05 * rng.random(corners))
     rings = [np.column_stack([size * np.cos(angle), size * np.sin(angle)]) for size in (radius, hole)]
     area = shapely.Polygon(rings[0], [rings[1]])
-    (fewer,), beyond = with_fewer_corners([area], 100, 200.0)
+    fewer, beyond = with_fewer_corners(area, 100, 200.0)
     assert fewer.is_valid
     assert fewer.contains(area)
     assert beyond <= 200.0
     assert shapely.get_num_coordinates(fewer) <= shapely.get_num_coordinates(area)
     assert shapely.distance(shapely.points(shapely.get_coordinates(fewer)), area).max() <= beyond + 1e-6
-    assert with_fewer_corners([area], 10**6, 200.0) == ([area], 0.0)
+    assert with_fewer_corners(area, 10**6, 200.0) == (area, 0.0)
 
 
 def test_parts_near_a_map() -> None:
