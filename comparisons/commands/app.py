@@ -657,7 +657,7 @@ def certify(
     scenario: OneScenarioArg,
     path: Annotated[
         Path | None,
-        typer.Option("--path", metavar="FILE.csv", help="waypoints, as plan --out writes (default: hybrid's)"),
+        typer.Option("--path", metavar="FILE", help="a path, as plan --out or --export writes it (default: hybrid's)"),
     ] = None,
     tolerance: Annotated[float, typer.Option("--tolerance", metavar="R", help="gap that is good enough")] = 0.001,
     max_cells: Annotated[
@@ -943,6 +943,10 @@ def fly(
     ] = True,
     animation: Annotated[bool, typer.Option(help="with --out: draw animations as well as pictures")] = True,
     out: OutOption = None,
+    export: ExportOption = None,
+    altitude: AltitudeOption = None,
+    above: AboveOption = None,
+    speed: SpeedOption = None,
     strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a UAV does not arrive")] = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -950,20 +954,29 @@ def fly(
     Fly a mission of several UAVs.
 
     Without arguments: Fig. 8 of the paper, two UAVs that meet unless virtual obstacles keep them apart. Prints a table
-    a variant; with --out, writes a log (JSON Lines), traces (CSV), pictures and animations. Ctrl-C keeps what is flown.
+    a variant; with --out, writes a log (JSON Lines), traces (CSV), pictures and animations; with --export, what each
+    UAV flew as a plan (NAME-UAV.plan). Ctrl-C keeps what is flown.
     """
     from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.commands import export as exports
     from cgla_graph.comparisons.missions import fly as flights
 
+    exported = exports.read_export(export, altitude, above, speed)
     opened, specs = flights.open_mission(mission, solver=solver, variant=variant, max_ticks=max_ticks)
+    for spec in specs:
+        exports.check_map(exported, spec)
     folder = files.make_folder(out) if out else None
     with console.running_solvers(), console.progress(None) as tick:
         done = flights.fly_all(specs, folder, value=value, animation=animation, step=tick)
+    plans = exports.write_flights(exported, done.flown)
     if as_json:
-        _print_json(flights.flights_document(opened, done))
+        document = flights.flights_document(opened, done)
+        _print_json({**document, "files": [*document["files"], *map(str, plans)]})
     else:
         flights.print_flights(done.flown)
         _say_files(done.written, folder)
+        for file in plans:
+            _say_files([file], file.parent)
     if done.failure is not None:
         raise done.failure
     if done.interrupted:

@@ -22,6 +22,7 @@ from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.certificate import COLUMNS, certificate_table, grid_rows, proof_of, verdict
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
+from cgla_graph.flight_plans.formats import read_plan
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.solution import Solution, Status
@@ -34,6 +35,8 @@ from cgla_graph.solvers.solving import solve
 SOLVER = "hybrid"
 #: Start and goal in a file may be off by this, relative to the longer side of the map, as rounded coordinates are.
 END_TOLERANCE = 1e-6
+#: Endings of flight plans; CSV is read with all that it knows of the map.
+PLANS = (".plan", ".waypoints", ".kml", ".kmz", ".gpx", ".geojson", ".json")
 
 
 def certify(
@@ -98,7 +101,7 @@ def read_path(file: Path, scenario: Scenario) -> FloatArray:
     ----------
     file
         CSV with the columns ``x`` and ``y``, map units; or on a lon/lat map without these, ``longitude`` and
-        ``latitude``, degrees. Other columns are ignored.
+        ``latitude``, degrees. Other columns are ignored. Or a flight plan in another format, on a lon/lat map.
     scenario
         The map.
 
@@ -113,6 +116,8 @@ def read_path(file: Path, scenario: Scenario) -> FloatArray:
         If the file is not there, lacks a column, holds something else than numbers, or does not join start and goal.
     """
     name = str(file)
+    if file.suffix.lower() in PLANS:
+        return _joined(_of_plan(file, scenario), scenario.problem, name)
     # a reader of CSV splits the lines itself
     reader = csv.reader(io.StringIO(read_text(file, name, "a CSV file of waypoints"), newline=""), strict=True)
     try:
@@ -134,6 +139,20 @@ def read_path(file: Path, scenario: Scenario) -> FloatArray:
             msg = f"{name}: {error}"
             raise ScenarioError(msg) from error
     return _joined(path, scenario.problem, name)
+
+
+def _of_plan(file: Path, scenario: Scenario) -> FloatArray:
+    """Read the waypoints of a flight plan, map units."""
+    plan = read_plan(file)
+    if (scenario.projection is None) is (plan.coordinates == "lonlat"):
+        kinds = "x and y", "longitude and latitude"
+        here, there = kinds if scenario.projection is None else reversed(kinds)
+        msg = f"{file}: the plan is in {there}, and the map {scenario.name} in {here}; give one of the same coordinates"
+        raise ScenarioError(msg)
+    points = plan.points if scenario.projection is None else scenario.projection.forward(plan.points)
+    # the landing is where the last leg ends
+    kept = np.concatenate([[True], (points[1:] != points[:-1]).any(axis=1)])
+    return np.asarray(points[kept])
 
 
 def _columns(heads: list[str], projection: LocalProjection | None, name: str) -> tuple[str, str]:

@@ -6,9 +6,12 @@ from pathlib import Path
 from typing import get_args
 
 from cgla_graph.comparisons import files
+from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 from cgla_graph.errors import CglaError, OutputError
 from cgla_graph.flight_plans.formats import WRITTEN, text_of_plan
 from cgla_graph.flight_plans.plan import FlightPlan, Reference, Waypoint
+from cgla_graph.mission.records import MissionStatus
+from cgla_graph.model.path_file import degrees_of
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.scenario import Scenario
 
@@ -89,9 +92,9 @@ def read_export(
     return Export(asked, altitude, reference, speed)
 
 
-def check_map(asked: Export, scenario: Scenario) -> None:
+def check_map(asked: Export, scenario: Scenario | MissionSpec) -> None:
     """
-    Check that a map has longitudes and latitudes, if something is to be exported of it.
+    Check that the map of a scenario or mission has longitudes and latitudes, if something is to be exported of it.
 
     Raises
     ------
@@ -122,3 +125,38 @@ def write_export(asked: Export, scenario: Scenario, solution: Solution) -> list[
     )
     texts = [text_of_plan(plan, str(target)) for target in asked.targets]
     return [files.write_text(target, text) for target, text in zip(asked.targets, texts, strict=True)]
+
+
+def write_flights(asked: Export, flights: Sequence[MissionRun]) -> list[Path]:
+    """
+    Write what the UAVs of missions flew, a file each: ``NAME-UAV.plan``; of several variants ``NAME-VARIANT-UAV.plan``.
+
+    Parameters
+    ----------
+    asked
+        What is asked for.
+    flights
+        On maps in longitude and latitude. Those who did not arrive have no plan that could be flown, and are left out.
+
+    Raises
+    ------
+    CglaError
+        If a file cannot hold the plan (then none is written), or cannot be written.
+    """
+    plans: list[tuple[str, FlightPlan]] = []
+    taken: set[str] = set()
+    for flown in flights if asked.targets else ():
+        for uav in flown.flight.uavs.values():
+            if uav.status is not MissionStatus.ARRIVED or flown.projection is None:
+                continue
+            label = f"{flown.variant} {uav.name}" if len(flights) > 1 else uav.name
+            lonlat = degrees_of(uav.path, flown.projection)
+            how = {"altitude": asked.altitude, "reference": asked.above, "speed": asked.speed}
+            plan = FlightPlan.along(lonlat, **how, name=f"{flown.name} {label}")  # type: ignore[arg-type]
+            plans.append((files.file_stem(label, taken), plan))
+    texts = []
+    for target in asked.targets:
+        for stem, plan in plans:
+            file = target.with_name(f"{target.stem}-{stem}{target.suffix}")
+            texts.append((file, text_of_plan(plan, str(file))))
+    return [files.write_text(file, text) for file, text in texts]

@@ -156,6 +156,17 @@ def test_certify_a_path_of_plan(cgla: Call) -> None:
     assert found["certificate"]["lower_bound"] <= best["cost"]
 
 
+def test_certify_a_flight_plan(cgla: Call) -> None:
+    scenario = load_scenario("finland")
+    path = cg.solve(scenario.problem, "cgla", resolution=8).path
+    assert scenario.projection is not None
+    plan = cg.FlightPlan.along(scenario.projection.inverse(path), altitude=80)
+    for name in ("mine.plan", "mine.kml"):
+        cg.write_plan(plan, name)
+        np.testing.assert_allclose(certify.read_path(Path(name), scenario), path, atol=1e-3)
+    cgla("certify", "small.toml", "--path", "mine.plan").refused("longitude", "x and y")
+
+
 def test_certify_other_ends(cgla: Call) -> None:
     words = ("--start", "0.1,0.9", "--goal", "0.9,0.1")
     write_path("mine.csv", [(0.1, 0.9), (0.2, 0.1), (0.9, 0.1)])

@@ -69,6 +69,32 @@ def test_maps_in_the_plane_have_no_plans(cgla: Call, tmp_path: Path) -> None:
     assert not (tmp_path / "mine.kml").exists()
 
 
+def test_what_uavs_of_a_mission_flew_is_written(cgla: Call, tmp_path: Path) -> None:
+    mission = """
+coordinates = "lonlat"
+bounds = [24.6, 60.0, 25.3, 60.3]
+k = 1
+detection_radius = 5000
+safe_distance = 100
+uavs = [
+    { name = "one", start = [24.7, 60.1], goal = [25.2, 60.1] },
+    { name = "two", start = [24.7, 60.2], goal = [25.2, 60.2] },
+]
+[lattice]
+resolution = 5
+"""
+    (tmp_path / "mission.toml").write_text(mission, encoding="utf-8")
+    answer = cgla("fly", "mission.toml", "--no-value", "--export", "out/mine.plan", "--altitude", 60, "--json")
+    assert answer.code == 0
+    found = answer.document()
+    assert found["files"] == ["out/mine-one.plan", "out/mine-two.plan"]
+    for uav in found["flights"][0]["uavs"]:
+        plan = read_plan(tmp_path / f"out/mine-{uav['name']}.plan")
+        assert plan.lonlat[:-1].tolist() == [pytest.approx(place, abs=1e-9) for place in uav["path_lonlat"]]
+        assert {one.altitude for one in plan.waypoints[:-1]} == {60.0}
+    cgla("fly", "swap", "--export", "mine.kml").refused("plane")
+
+
 def test_without_a_path_nothing_is_written(cgla: Call, tmp_path: Path) -> None:
     """A straight line through the area is no plan."""
     words = [word if word != "visibility-graph" else "straight-line" for word in QUICK]
