@@ -104,6 +104,44 @@ def upwind(
 
 
 @kernel
+def past_corner(
+    q: int, here: float, work: FloatArray, neighbours: WholeArray, spacing: tuple[float, float], time: float
+) -> float:
+    """
+    Return the time at a node beside a wall, if a front that comes past a diagonal neighbour is there before `time`.
+
+    The steps of a slanted wall take away the neighbour that a front along it comes from. Its slope along one axis is
+    then known from a finished neighbour and the diagonal one beside it, and the other part follows; a front from
+    further round comes over the diagonal. No time is below that of the neighbour.
+    """
+    n = work.shape[0] - 1
+    for x_side in range(2):
+        for y_side in range(2, 4):
+            a = neighbours[q, x_side]
+            b = neighbours[q, y_side]
+            d = neighbours[b, x_side]
+            if d == n:
+                d = neighbours[a, y_side]
+            corner = work[d, 0]
+            if corner == math.inf:
+                continue
+            over = corner + here * math.hypot(spacing[0], spacing[1])
+            for axis in range(2):
+                near = work[b if axis == 0 else a, 0]
+                if near == math.inf or near < corner:
+                    continue
+                step = spacing[axis]
+                other = spacing[1 - axis]
+                slope = (near - corner) / step
+                rest = here * here - slope * slope
+                if rest > 0.0 and slope * other <= math.sqrt(rest) * step:
+                    time = min(time, near + other * math.sqrt(rest))
+                elif over >= near:
+                    time = min(time, over)
+    return time
+
+
+@kernel
 def march(
     times: FloatArray,
     state: WholeArray,
@@ -149,12 +187,14 @@ def march(
     # what is asked of a node lies together: its final time, its time so far, its cost, and whether it is open (0), done
     # (1), or a seed that is not done (2)
     work = np.empty((n + 1, 4))
+    beside_wall = np.zeros(n + 1, dtype=np.bool_)
     size = 0
     for p in range(n + 1):
         work[p, 0] = times[p] if state[p] == DONE else math.inf
         work[p, 1] = times[p]
         work[p, 2] = cost[p]
         work[p, 3] = 1.0 if state[p] == DONE or p == n else (2.0 if state[p] == SEED else 0.0)
+        beside_wall[p] = near[p, 0] == n or near[p, 1] == n or near[p, 2] == n or near[p, 3] == n
         if state[p] == TRIAL or state[p] == SEED:
             keys, items = with_room(keys, items, size + 8)
             size = push(keys, items, size, times[p], p)
@@ -193,6 +233,8 @@ def march(
                     time = max(tx + (here + x_shift) * (hx * 2.0 / 3.0 if x_second else hx), x_value)
                 if y_value < math.inf:
                     time = min(time, max(ty + (here + y_shift) * (hy * 2.0 / 3.0 if y_second else hy), y_value))
+            if beside_wall[q]:
+                time = past_corner(q, here, work, near, spacing, time)
             if time < work[q, 1]:
                 work[q, 1] = time
                 size = push(keys, items, size, time, q)
