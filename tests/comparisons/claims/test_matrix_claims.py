@@ -27,60 +27,6 @@ def test_the_optimum_is_that_of_the_lattice_only(monkeypatch: pytest.MonkeyPatch
     )
 
 
-POSITIVE = "p_s can reach p_t and no weight is below 0"
-
-
-@pytest.mark.parametrize(
-    ("claim", "headline"),
-    [
-        ("C8", "proved for any p_r and any weights"),
-        ("C9", "proved if no weight is below 0"),
-        ("C10", "proved if p_t serves first, as it does out of Delta_0"),
-        (
-            "C11",
-            (
-                "converges, settled values stay: proved if p_r is from Delta_k; "
-                "converges: proved with probability 1, if p_r is random; "
-                "converges: refuted for any p_r, as Step 2 begins; the printed proof: refuted as printed"
-            ),
-        ),
-        ("C12", f"proved if {POSITIVE}"),
-        (
-            "C13",
-            (
-                "not below 0: proved for G to converge; not 0 either: refuted for G to converge; "
-                "not 0 either: proved for paths to be read off G alone"
-            ),
-        ),
-        (
-            "C15",
-            (
-                "proved if weights are positive, and A symmetric or read in Eq. 9's direction; "
-                "refuted if A is not symmetric, and read against Eq. 9's direction"
-            ),
-        ),
-        ("C16", "refuted"),
-        (
-            "C24",
-            (
-                "cannot be used directly: refuted with limited information, planning again as CGLA does; "
-                "exhaustive: refuted as trying all paths; "
-                "exhaustive: proved as weighing all pairs, which CGLA does as well"
-            ),
-        ),
-    ],
-)
-def test_what_holds_under_a_condition_is_said_with_it(claim: str, headline: str) -> None:
-    assert "; ".join(CHECKS[claim](Evidence(Scale(maps=8))).rulings) == headline
-
-
-def test_the_gaps_of_the_printed_proof_are_in_the_report() -> None:
-    found = CHECKS["C11"](Evidence(Scale(maps=8)))
-    assert found.tables[0].title.startswith("the printed proof")
-    assert len(found.tables[0].rows) == 4
-    assert matrix_claims.PROOF in found.notes[0]
-
-
 def test_dynamic_programming_flies_as_cgla_on_each_map_and_tick() -> None:
     rows = CHECKS["C24"](QUICK).tables[0].rows
     assert {(row[1], row[3]) for row in rows} == {("change", 1.0), ("tick", 1.0)}
