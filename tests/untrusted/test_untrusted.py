@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import tracemalloc
 import zipfile
 from pathlib import Path
 
@@ -118,10 +119,13 @@ def test_kml_that_is_refused(data: bytes, said: str) -> None:
 def test_a_bomb_is_not_unpacked(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nor is one that says that it is small."""
     monkeypatch.setattr(kml_files, "MOST_BYTES", 1 << 20)
-    bomb = archive(doc__kml=b" " * (2 << 20))
+    bomb = archive(doc__kml=b" " * (64 << 20))
+    tracemalloc.start()
     with pytest.raises(FileFormatError, match="more than 1 MiB"):
         kml_of(bomb, "zones.kmz")
-    small, large = (size.to_bytes(4, "little") for size in (1000, 2 << 20))
+    assert tracemalloc.get_traced_memory()[1] < 16 << 20
+    tracemalloc.stop()
+    small, large = (size.to_bytes(4, "little") for size in (1000, 64 << 20))
     with pytest.raises(FileFormatError, match="damaged"):
         kml_of(bomb.replace(large, small), "zones.kmz")
 

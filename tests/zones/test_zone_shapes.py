@@ -30,6 +30,14 @@ def test_a_circle_is_inside_its_polygon(longitude: float, latitude: float, radiu
     assert shapely.distance(project_area(polygon, middle).exterior, shapely.Point(0, 0)) >= radius * (1 - 1e-6)
 
 
+def test_circles_near_a_pole_have_more_corners() -> None:
+    """There, edges that are straight in degrees bend inwards by more than what 72 corners leave."""
+    place, radius = (10.0, 80.0), 300_000.0
+    polygon = circle_of(list(place), radius, "a zone", KEYS)
+    assert len(polygon.exterior.coords) > 73
+    assert geodesic_lengths(place, shapely.get_coordinates(shapely.segmentize(polygon, 0.01))).min() >= radius
+
+
 @pytest.mark.parametrize(("place", "radius"), [([0.0, 89.999], 1000.0), ([0.0, 90.0], 5.0), ([0.0, 0.0], 0.0)])
 def test_circles_that_are_refused(place: list[float], radius: float) -> None:
     with pytest.raises(FileFormatError, match=r"pole|radius"):
@@ -73,6 +81,14 @@ def test_a_ring_that_crosses_itself_grows(seed: int) -> None:
     assert area.is_valid
     assert remark or shapely.Polygon(ring).is_valid
     assert shapely.difference(odd, area.buffer(1e-9)).area <= (1e-9 if remark else 1.0)
+
+
+def test_all_that_a_ring_encloses_is_inside() -> None:
+    """Of a star, the middle as well, which is outside by the rule of even and odd."""
+    angle = np.radians(144.0 * np.arange(6))
+    area, remark = polygon_of([np.column_stack([np.sin(angle), np.cos(angle)])], "a zone")
+    assert area.contains(shapely.Point(0, 0))
+    assert "crosses itself" in remark
 
 
 def test_a_ring_of_very_many_crossings_is_refused_at_once() -> None:
