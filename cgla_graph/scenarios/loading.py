@@ -155,10 +155,11 @@ def holds_areas(path: Path) -> bool:
     False
     """
     try:
+        # (a pipe would wait for somebody to write)
+        if path.suffix.lower() in {".map", ".scen"} or not path.is_file():
+            return False
         with path.open("rb") as stream:
-            return (
-                path.is_file() and path.suffix.lower() not in {".map", ".scen"} and kind_of(stream.read(4096)) != "text"
-            )
+            return kind_of(stream.read(4096)) != "text"
     except (OSError, ValueError):
         return False
 

@@ -145,9 +145,13 @@ def moment_from(text: str, where: str) -> datetime:
 
 def _moment(text: str) -> datetime | None:
     """Return a moment, UTC; nothing for a text that is none, or has no zone."""
+    # midnight at the end of a day has two names
+    late = re.fullmatch(r"(.{10}.)24:00(:00(?:\.0+)?)?(.*)", text.strip())
     try:
-        moment = datetime.fromisoformat(text.strip())
-        return None if moment.tzinfo is None else moment.astimezone(UTC)
+        moment = datetime.fromisoformat(f"{late[1]}00:00{late[2] or ''}{late[3]}" if late else text.strip())
+        if moment.tzinfo is None:
+            return None
+        return moment.astimezone(UTC) + (DAY if late else timedelta(0))
     except (ValueError, OverflowError):
         return None
 
