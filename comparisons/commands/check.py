@@ -9,10 +9,10 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph._types import BoolArray, Bounds, FloatArray
 from cgla_graph._validate import positive_number
 from cgla_graph.certificate.certificate import MAX_CELLS, Certificate, lower_bound
-from cgla_graph.comparisons.commands.check_map import CheckMap, least_outside
+from cgla_graph.comparisons.commands.check_map import WIDER, CheckMap, least_outside, widened
 from cgla_graph.comparisons.study import earth
 from cgla_graph.errors import ProblemError
 from cgla_graph.flight_plans.crossings import Crossing, Crossings, crossings_of, geodesic_gaps
@@ -225,24 +225,33 @@ def _bracket(checked: Checked, tolerance: float, max_cells: int) -> Certificate:
     """Prove what the least cost of a clean plan between the same ends is, from below and from above."""
     on = checked.on
     scenario, route = on.scenario, on.route
-    bounds = scenario.problem.bounds
-    first, last = ((float(x), float(y)) for x, y in (route[0], route[-1]))
-    bounding = shapely.box(*bounds)
-    near = [one.shape for one in on.areas if shapely.intersects(bounding, one.shape)]
-    no_fly = shapely.GeometryCollection(near) if near else None
-    problem = dataclasses.replace(scenario.problem, start=first, goal=last, no_fly=no_fly)
-    if no_fly is None or shapely.get_num_coordinates(no_fly) <= MOST_CORNERS:
-        proof = lower_bound(problem, tolerance, max_cells=max_cells)
-    else:
-        proof = _coarse_bracket(problem, no_fly, tolerance, max_cells)
     if on.has_bounds:
+        problem, proof = _bracket_within(on, scenario.problem.bounds, tolerance, max_cells)
         return earth.certificate_on_earth(dataclasses.replace(scenario, problem=problem), proof, tolerance)
-    # a path that leaves the box that was laid around the plan is at least so long: the bound is one for all paths
-    bound = min(proof.lower_bound, least_outside(route[0], route[-1], bounds))
+    for factor in WIDER:
+        bounds = widened(scenario.problem.bounds, factor)
+        problem, proof = _bracket_within(on, bounds, tolerance, max_cells)
+        # a path that leaves the box that is laid around the plan is at least so long: the bound is one for all paths
+        outside = least_outside(route[0], route[-1], bounds)
+        if proof.lower_bound <= outside:
+            break
+    bound = min(proof.lower_bound, outside)
     if scenario.projection is not None:
         everywhere = (-math.inf, -math.inf, math.inf, math.inf)
-        bound = scenario.projection.bound_on_earth(bound, first, last, everywhere)
+        bound = scenario.projection.bound_on_earth(bound, problem.start, problem.goal, everywhere)
     return dataclasses.replace(proof, lower_bound=bound)
+
+
+def _bracket_within(on: CheckMap, bounds: Bounds, tolerance: float, max_cells: int) -> tuple[Problem, Certificate]:
+    """Prove the same of all paths within bounds, on the plane; and return what that is proven of."""
+    first, last = ((float(x), float(y)) for x, y in (on.route[0], on.route[-1]))
+    box = shapely.box(*bounds)
+    near = [one.shape for one in on.areas if shapely.intersects(box, one.shape)]
+    no_fly = shapely.GeometryCollection(near) if near else None
+    problem = dataclasses.replace(on.scenario.problem, start=first, goal=last, bounds=bounds, no_fly=no_fly)
+    if no_fly is None or shapely.get_num_coordinates(no_fly) <= MOST_CORNERS:
+        return problem, lower_bound(problem, tolerance, max_cells=max_cells)
+    return problem, _coarse_bracket(problem, no_fly, tolerance, max_cells)
 
 
 def _coarse_bracket(problem: Problem, no_fly: BaseGeometry, tolerance: float, max_cells: int) -> Certificate:

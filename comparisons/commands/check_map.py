@@ -30,6 +30,8 @@ from cgla_graph.zones.reading import read_zones
 #: A map that is laid around a plan holds every path at most so many times as long as the plan, and as the way between
 #: its ends; the latter is less, as most plans are near to that.
 LONGER, FARTHER = 1.3, 4.0
+#: Where areas leave no way inside of it, it is made so many times as wide; zones are known as far.
+WIDER = (1.0, 4.0, 16.0)
 #: Room around everything: part of the longer side, and metres.
 _MARGIN, _LEAST_ROOM = 0.02, 50.0
 #: A plan that is so much longer than the way between its ends is no way from the one to the other.
@@ -186,7 +188,9 @@ def open_check_map(plan: FlightPlan, name: str, request: MapRequest) -> CheckMap
         if projection is None:
             msg = f"{request.zones[0]} is in longitude and latitude, and the map {scenario.name} is in the plane"
             raise ScenarioError(msg)
-        near = applied.within(_degrees_around(projection, scenario.problem.bounds, scenario.problem.clearance))
+        bounds = scenario.problem.bounds
+        seen = bounds if request.spec is not None else widened(bounds, WIDER[-1])
+        near = applied.within(_degrees_around(projection, seen, scenario.problem.clearance))
         areas += [
             ClosedArea(_label(one.zone), project_area(one.area, projection))
             for one in near.verdicts
@@ -298,6 +302,20 @@ def wide_bounds(route: FloatArray, length: float) -> Bounds:
     high = np.maximum(route.max(axis=0), middle + half)
     room = max(_MARGIN * float((high - low).max()), _LEAST_ROOM)
     return (float(low[0] - room), float(low[1] - room), float(high[0] + room), float(high[1] + room))
+
+
+def widened(bounds: Bounds, factor: float) -> Bounds:
+    """
+    Return a box that is so many times as wide, around the same middle.
+
+    Examples
+    --------
+    >>> widened((0.0, 0.0, 2.0, 4.0), 2.0)
+    (-1.0, -2.0, 3.0, 6.0)
+    """
+    x_min, y_min, x_max, y_max = bounds
+    more_x, more_y = 0.5 * (factor - 1.0) * (x_max - x_min), 0.5 * (factor - 1.0) * (y_max - y_min)
+    return x_min - more_x, y_min - more_y, x_max + more_x, y_max + more_y
 
 
 def least_outside(start: FloatArray, goal: FloatArray, bounds: Bounds) -> float:

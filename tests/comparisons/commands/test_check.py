@@ -110,6 +110,24 @@ def test_the_bound_is_one_for_all_paths(cgla: Call) -> None:
         assert found.cost >= found.proof.lower_bound
 
 
+def test_ways_around_the_map_that_is_laid_are_not_denied(cgla: Call, tmp_path: Path) -> None:
+    """A wall cuts the map around the plan in two; the way around its end, far outside, costs no less than the bound."""
+    wall = shapely.box(24.94, 59.5, 24.96, 60.3)
+    (tmp_path / "wall.geojson").write_text(shapely.to_geojson(wall), encoding="utf-8")
+    (tmp_path / "short.csv").write_text("lon,lat\n24.9,60.15\n25.0,60.15\n", encoding="utf-8")
+    found = cgla("check", "short.csv", "wall.geojson", "--json").document()
+    around = [(24.9, 60.15), (24.94, 60.3), (24.96, 60.3), (25.0, 60.15)]
+    length = math.fsum(geodesic_length(one, other) for one, other in itertools.pairwise(around))
+    bracket = found["best"]
+    assert 0.7 * length < bracket["lower_bound"] <= length <= bracket["upper_bound"] + 1.0
+    # of one that is far too long, that it is at least as long as to the rim of the map and back
+    wall = shapely.box(24.94, 50.0, 24.96, 70.0)
+    (tmp_path / "wall.geojson").write_text(shapely.to_geojson(wall), encoding="utf-8")
+    found = cgla("check", "short.csv", "wall.geojson", "--json").document()
+    assert found["length"] < found["best"]["lower_bound"] < 300_000.0
+    assert found["best"]["upper_bound"] is None
+
+
 def test_areas_of_many_corners_are_bracketed_in_time(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     """What is around them, and what is inside, has few corners; the bracket holds for the areas themselves."""
     plan = read_plan("around.csv")
