@@ -75,9 +75,9 @@ def costs_to_go(
         times[begun] = first(mesh.node_points[begun])
         state[begun[np.isinf(times[begun])]] = marching_kernels.FAR
     times *= start_factor
-    marching_kernels.march(times, state, padded, mesh.neighbours, mesh.spacing, second)
+    marching_kernels.march(times, state, padded, mesh.neighbours, mesh.beside_wall, mesh.spacing, second)
     while not problem.model.area.is_empty and front_kernels.bridge(mesh.controls, padded, mesh.spacing, times, state):
-        marching_kernels.march(times, state, padded, mesh.neighbours, mesh.spacing, second)
+        marching_kernels.march(times, state, padded, mesh.neighbours, mesh.beside_wall, mesh.spacing, second)
     front_kernels.mirror(mesh.kernel_nodes, mesh.last, times)
     return times
 

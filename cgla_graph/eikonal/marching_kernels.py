@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 
 from cgla_graph._kernel import kernel
-from cgla_graph._types import FloatArray, WholeArray
+from cgla_graph._types import BoolArray, FloatArray, WholeArray
 
 #: Controls, columns and rows of the pieces of a mesh; origin and spacing of its grid.
 Mesh: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, tuple[float, float], tuple[float, float]]
@@ -110,8 +110,8 @@ def past_corner(
     """
     Return the time at a node beside a wall, if a front that comes past a diagonal neighbour is there before `time`.
 
-    The steps of a slanted wall take away the neighbour that a front along it comes from. Its slope along one axis is
-    then known from a finished neighbour and the diagonal one beside it, and the other part follows; a front from
+    The steps of a slanted wall take away the neighbour that a front along it comes from. Its slope along that axis is
+    then known from the neighbour along the other one and the node beside that, and the other part follows; a front from
     further round comes over the diagonal. No time is below that of the neighbour.
     """
     n = work.shape[0] - 1
@@ -119,25 +119,22 @@ def past_corner(
         for y_side in range(2, 4):
             a = neighbours[q, x_side]
             b = neighbours[q, y_side]
-            d = neighbours[b, x_side]
-            if d == n:
-                d = neighbours[a, y_side]
-            corner = work[d, 0]
-            if corner == math.inf:
+            if (a == n) == (b == n):
                 continue
-            over = corner + here * math.hypot(spacing[0], spacing[1])
-            for axis in range(2):
-                near = work[b if axis == 0 else a, 0]
-                if near == math.inf or near < corner:
-                    continue
-                step = spacing[axis]
-                other = spacing[1 - axis]
-                slope = (near - corner) / step
-                rest = here * here - slope * slope
-                if rest > 0.0 and slope * other <= math.sqrt(rest) * step:
-                    time = min(time, near + other * math.sqrt(rest))
-                elif over >= near:
-                    time = min(time, over)
+            axis = 0 if a == n else 1
+            near = work[b if axis == 0 else a, 0]
+            corner = work[neighbours[b, x_side] if axis == 0 else neighbours[a, y_side], 0]
+            if near == math.inf or near < corner:
+                continue
+            step = spacing[axis]
+            other = spacing[1 - axis]
+            slope = (near - corner) / step
+            rest = here * here - slope * slope
+            over = corner + here * math.hypot(step, other)
+            if rest > 0.0 and slope * other <= math.sqrt(rest) * step:
+                time = min(time, near + other * math.sqrt(rest))
+            elif over >= near:
+                time = min(time, over)
     return time
 
 
@@ -147,6 +144,7 @@ def march(
     state: WholeArray,
     cost: FloatArray,
     neighbours: WholeArray,
+    beside_wall: BoolArray,
     spacing: tuple[float, float],
     second: bool,
 ) -> None:
@@ -167,6 +165,8 @@ def march(
         Cost of a unit of length at each node, above 0, shape ``(n + 1,)``.
     neighbours
         Shape ``(n + 1, 4)``.
+    beside_wall
+        Whether the front may come past a diagonal neighbour (`past_corner`), shape ``(n + 1,)``.
     spacing
         Steps of the grid along x and y.
     second
@@ -187,14 +187,12 @@ def march(
     # what is asked of a node lies together: its final time, its time so far, its cost, and whether it is open (0), done
     # (1), or a seed that is not done (2)
     work = np.empty((n + 1, 4))
-    beside_wall = np.zeros(n + 1, dtype=np.bool_)
     size = 0
     for p in range(n + 1):
         work[p, 0] = times[p] if state[p] == DONE else math.inf
         work[p, 1] = times[p]
         work[p, 2] = cost[p]
         work[p, 3] = 1.0 if state[p] == DONE or p == n else (2.0 if state[p] == SEED else 0.0)
-        beside_wall[p] = near[p, 0] == n or near[p, 1] == n or near[p, 2] == n or near[p, 3] == n
         if state[p] == TRIAL or state[p] == SEED:
             keys, items = with_room(keys, items, size + 8)
             size = push(keys, items, size, times[p], p)

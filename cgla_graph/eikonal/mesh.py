@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
 from cgla_graph.eikonal import cell_runs, mesh_kernels
@@ -18,6 +19,8 @@ SUB_CELLS = 16_384
 MOST_SUB_CELLS, FEWEST_PARTS = 3_000_000, 4
 #: Further cells around those that matter, unless told otherwise, so that the rim of the mesh does no harm.
 HALO = 8
+#: A corner turns by more than this, rad, and nodes are near it within so many cells.
+SHARP, NEAR_CORNER = math.radians(15.0), 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +52,9 @@ class SplineMesh:
         Where each node is, shapes ``(n,)``; on both sides of a wall, several may be at one place.
     neighbours
         Of each node, shape ``(n + 1, 4)`` (see `marching_kernels`).
+    beside_wall
+        Whether each node lacks a neighbour and is beside a straight wall, shape ``(n + 1,)``: near corners, where a
+        front may not be helped across the wall, none is.
     ends
         The pieces that hold the points asked for; -1 where there is none.
     """
@@ -63,6 +69,7 @@ class SplineMesh:
     node_columns: WholeArray
     node_rows: WholeArray
     neighbours: WholeArray
+    beside_wall: BoolArray
     ends: tuple[int, ...]
 
     @classmethod
@@ -148,10 +155,10 @@ class SplineMesh:
             )
             label = mesh_kernels.label_at(int(cell[0]), b, a, place, labels) if len(cell) and counts[cell[0]] else -1
             found.append(int(first_piece[cell[0]]) + label if label >= 0 else -1)
-        ends_at = tuple(found)
-        return cls(
-            origin, spacing, last, columns, rows, matters, controls, node_columns, node_rows, neighbours, ends_at
-        )
+        places = np.column_stack([node_columns, node_rows])
+        beside_wall = _beside_wall(neighbours, places, (_sharp_corners(area) - origin) / spacing)
+        nodes = node_columns, node_rows, neighbours, beside_wall
+        return cls(origin, spacing, last, columns, rows, matters, controls, *nodes, tuple(found))
 
     @property
     def kernel_mesh(self) -> Mesh:
@@ -179,6 +186,28 @@ class SplineMesh:
         """Whether each node is just outside the bounds, shape ``(n,)``."""
         below = (self.node_columns < 0) | (self.node_rows < 0)
         return below | (self.node_columns > self.last[0]) | (self.node_rows > self.last[1])
+
+
+def _beside_wall(neighbours: WholeArray, places: WholeArray, sharp: FloatArray) -> BoolArray:
+    """Say which nodes lack a neighbour and are not near a sharp corner; places and corners in spacings."""
+    lacks = (neighbours == len(places)).any(axis=1)
+    lacks[-1] = False
+    (lacking,) = np.nonzero(lacks)
+    if len(sharp) and len(lacking):
+        away, _ = cKDTree(sharp).query(places[lacking], distance_upper_bound=NEAR_CORNER)
+        lacks[lacking[np.isfinite(away)]] = False
+    return np.asarray(lacks)
+
+
+def _sharp_corners(area: NoFlyArea) -> FloatArray:
+    """List the corners of an area where its outline turns by more than `SHARP`, shape ``(m, 2)``."""
+    found = [np.empty((0, 2))]
+    for ring in shapely.get_rings(shapely.get_parts(area.geometry)):
+        points = shapely.get_coordinates(ring)[:-1]
+        before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+        turns = np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1))
+        found.append(points[np.abs(turns) > SHARP])
+    return np.concatenate(found)
 
 
 def corners(area: NoFlyArea, bounds: Bounds) -> FloatArray:

@@ -735,3 +735,18 @@ def test_no_way_leads_around_a_wall_beyond_the_bounds(goal: tuple[float, float])
     wall = shapely.box(0.4, -1e-4, 0.5, 0.8)
     found = lower_bound(cg.Problem((0.2, 0.05), goal, no_fly=wall), 0.03, max_cells=FEW_CELLS)
     assert found.reached
+
+
+def test_along_slanted_walls_the_bound_rises_to_the_best_path() -> None:
+    """Nodes in the steps of such a wall come too late, unless fronts come past their diagonal neighbours."""
+    area = shapely.Polygon([(0.3, 0.62), (0.28, 0.3), (0.464, 0.162), (0.826, 0.391), (0.496, 0.735)])
+    problem = cg.Problem((0.4621, 0.1178), (0.8457, 0.6953), no_fly=area, bounds=(0, 0, 1.4, 1))
+    cost = cg.solve(problem, "visibility-graph").cost
+    missing = []
+    for cells in (80, 160, 320):
+        last = 14 * cells // 10, cells
+        bounds = Level.lay(problem, last, cell_runs.rectangle(last)).both(1e-3, charge=True)
+        assert bounds is not None
+        missing.append(1.0 - min(one.bound for one in bounds) / cost)
+    assert 0.0 < missing[-1] < 0.015
+    assert oracles.rate(missing) > 0.75

@@ -39,7 +39,8 @@ def marched(
     if done is not None:
         state[:-1][done.ravel()] = marching_kernels.DONE
     padded = np.append(cost, 1.0)
-    marching_kernels.march(every, state, padded, neighbours_of(times.shape), spacing, second)
+    beside_wall = np.zeros(len(every), dtype=np.bool_)
+    marching_kernels.march(every, state, padded, neighbours_of(times.shape), beside_wall, spacing, second)
     assert every[-1] == math.inf
     return every[:-1].reshape(times.shape)
 

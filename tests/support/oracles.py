@@ -337,8 +337,7 @@ def fast_marching(
     """
     March over a full grid, given what is finite in `times`; both arrays have shape ``(ny, nx)``.
 
-    Differences of first order take the cost half a step upwind; without `shifted` they do not. Nodes on the rim of the
-    grid lack a neighbour, and may be reached past diagonal ones.
+    Differences of first order take the cost half a step upwind; without `shifted` they do not.
     """
     times = times.copy()
     done = np.zeros(times.shape, dtype=bool)
@@ -353,33 +352,10 @@ def fast_marching(
             if 0 <= b < times.shape[0] and 0 <= a < times.shape[1] and not done[b, a]:
                 rows = [_upwind(times, done, (b, a), axis, second=second) for axis in (0, 1)]
                 time = _arrival(rows, cost, (b, a), spacing, shifted=shifted)
-                if b in (0, times.shape[0] - 1) or a in (0, times.shape[1] - 1):
-                    time = min(time, _past_corners(np.where(done, times, math.inf), cost[b, a], (b, a), spacing))
                 if time < times[b, a]:
                     times[b, a] = time
                     heapq.heappush(heap, (time, (b, a)))
     return times
-
-
-def _past_corners(done: FloatArray, here: float, at: tuple[int, int], spacing: tuple[float, float]) -> float:
-    """Return the least time of a straight front past a diagonal neighbour and one beside it, by a dense sample."""
-    b, a = at
-    padded = np.pad(done, 1, constant_values=math.inf)
-    best = math.inf
-    for dj, di in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
-        corner = padded[b + 1 + dj, a + 1 + di]
-        for near, step, other in (
-            (padded[b + 1 + dj, a + 1], *spacing),
-            (padded[b + 1, a + 1 + di], *spacing[::-1]),
-        ):
-            if math.isinf(near) or near < corner:
-                continue
-            # from a point of the edge between both: Fermat's principle
-            share = np.linspace(0.0, 1.0, 20_001)
-            ways = near + share * (corner - near) + here * np.hypot(other, share * step)
-            if ways.min() >= near:
-                best = min(best, float(ways.min()))
-    return best
 
 
 def _upwind(
