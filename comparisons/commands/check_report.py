@@ -12,6 +12,7 @@ from cgla_graph.comparisons import console
 from cgla_graph.comparisons.commands import output
 from cgla_graph.comparisons.commands.check import ROUNDED, Checked, rounding_on
 from cgla_graph.comparisons.numbers import at_most, counted, duration, figure, json_number, listed, rounded_down
+from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.tables.listing import listing
 from cgla_graph.flight_plans.crossings import Crossing
 from cgla_graph.model.path_file import degrees_of
@@ -20,6 +21,7 @@ from cgla_graph.model.path_file import degrees_of
 MOST_ROWS = 30
 #: Lengths are written with so many digits, and risks.
 _DIGITS, _RISK_DIGITS = 6, 4
+_MILLIMETRE = 1e-3
 
 
 def print_checked(checked: Checked) -> None:
@@ -46,6 +48,7 @@ def print_checked(checked: Checked) -> None:
         "cost": figure(checked.cost, 9) + unit,
         "clearance": (_far(checked, clearance) + unit if math.isfinite(clearance) else "no area")
         + (f", of at least {asked:g}{unit} asked for" if asked > 0.0 else ""),
+        "flat map": earth.distortion_note(scenario, [checked.on.route]),
         "geodesic": _geodesic_line(checked),
         "best": _best_line(checked),
         "verdict": "; ".join(verdict_of(checked)),
@@ -131,7 +134,8 @@ def _geodesic_line(checked: Checked) -> str:
     if checked.on.scenario.projection is None:
         return ""
     gap = float(checked.gaps.max())
-    words = f"legs are straight on the map, at most {figure(gap, 3)} m from the shortest lines on the Earth"
+    far = f"{figure(gap, 3)} m" if gap >= _MILLIMETRE else "a millimetre"
+    words = f"legs are straight on the map, at most {far} from the shortest lines on the Earth"
     tight = (checked.gaps > checked.crossings.clearances) & ~checked.crossing
     close = [str(leg + 1) for leg in np.nonzero(tight)[0].tolist()]
     return f"{words}; nearer to an area than that: leg {listed(close)}" if close and gap > ROUNDED else words
