@@ -18,10 +18,11 @@ from cgla_graph.errors import CglaError, FileFormatError, ScenarioError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.raster_file import in_degrees
+from cgla_graph.scenarios.area_tables import NoFlyTable, applied_zones, with_files
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.grid_map import GridMap
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around
-from cgla_graph.scenarios.map_tables import NoFlyTable, RasterTable, applied_zones, with_files
+from cgla_graph.scenarios.map_tables import RasterTable
 from cgla_graph.scenarios.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
 from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, load_scenario, scenario_of
 from cgla_graph.untrusted.files import kind_of

@@ -2,16 +2,14 @@
 
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from datetime import datetime
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 import shapely
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, Field, ValidationError
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
@@ -21,30 +19,18 @@ from cgla_graph.model.projection import LocalProjection, geodesic_length, places
 from cgla_graph.model.raster_file import Kind, RasterCells, cells_in_metres, read_cells
 from cgla_graph.model.risk import Reading, Threat
 from cgla_graph.model.risk_raster import MOST_CELLS, Interpolation, Origin, RasterRisk
+from cgla_graph.scenarios.area_tables import MapZones, NoFlyTable, Pair, Table, applied_zones, seen_box
 from cgla_graph.scenarios.drawing import Stream, drawn_threats
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
 from cgla_graph.scenarios.table_faults import faults
-from cgla_graph.zones.applying import Applied, ZoneAccount
 from cgla_graph.zones.geojson import Area
-from cgla_graph.zones.ground import read_ground
-from cgla_graph.zones.reading import is_geojson, read_zones
-from cgla_graph.zones.shapes import with_fewer_corners
 
 #: How many spreads around its centre a threat is seen: a box around threats has room to go around them; and beyond so
 #: many, it is not felt.
 SEEN, FELT = 3.0, 8.0
-#: Metres around ends that are in one place, on a map of zones; how much of a map's side is seen around it; and the
-#: latitude from which on all meridians may be near.
-NEAREST, SEEN_MARGIN, MOST_LATITUDE = 2000.0, 0.02, 85.0
-#: Corners of a zone, about, and by how much of the map's longer side it may grow so that it has no more.
-MOST_CORNERS, MOST_BEYOND = 1000, 0.002
-
-
-class Table(BaseModel):
-    """A table of a file: no unknown keys, no conversion of types, no infinite numbers."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+#: Metres around ends that are in one place, on a map of zones.
+NEAREST = 2000.0
 
 
 def _rising(pair: list[float]) -> list[float]:
@@ -55,9 +41,7 @@ def _rising(pair: list[float]) -> list[float]:
     return pair
 
 
-Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 Range = Annotated[Pair, AfterValidator(_rising)]
-Ring = Annotated[list[Pair], Field(min_length=3)]
 
 
 class ThreatTable(Table):
@@ -97,31 +81,6 @@ class RandomThreatsTable(Table):
         """Draw the threats."""
         stream = Stream(self.seed)
         return drawn_threats(stream, self.count, bounds, self.spread, self.peak, clear=self.clear, ends=ends)
-
-
-class NoFlyTable(Table):
-    """No-fly areas: polygons written here, and files beside this one: GeoJSON, or zones that authorities publish."""
-
-    polygons: list[Ring] = Field(default_factory=list, description="rings of corners, closed or not")
-    geojson: list[str] = Field(default_factory=list, description="paths of GeoJSON files (lon/lat), from this file")
-    zones: list[str] = Field(
-        default_factory=list,
-        description="paths of files of zones (lon/lat), from this file: ED-269, ED-318, KML, KMZ, GeoJSON",
-    )
-    altitude: float | str | None = Field(
-        default=None,
-        description="of the flight, metres above ground, or as '450 AMSL': which layers of zones count (default: all)",
-    )
-    at: datetime | str | None = Field(
-        default=None, description="when the flight is, with its zone: which zones apply (default: all)"
-    )
-    treat: dict[str, Literal["closed", "open"]] = Field(
-        default_factory=dict, description="which kinds of zones are closed and which open, as REQ_AUTHORISATION"
-    )
-    ground: str | None = Field(
-        default=None,
-        description="path of a raster of elevations (lon/lat), which compares heights above ground and sea",
-    )
 
 
 class RasterTable(Table):
@@ -181,45 +140,6 @@ class MapTable(Table):
     def journey(self) -> tuple[Point, Point] | None:
         """Return start and goal where there is but one path to plan, in the file's own coordinates."""
         return None
-
-
-def applied_zones(table: NoFlyTable, folder: Path) -> Applied:
-    """
-    Read the files of zones that a table names, and say what is closed at its altitude and time.
-
-    Raises
-    ------
-    FileFormatError
-        If one of them cannot be read, or altitude, time or kinds are none.
-    """
-    ground = None if table.ground is None else read_ground(folder / table.ground)
-    zones = read_zones([folder / name for name in table.zones])
-    return zones.apply(altitude=table.altitude, at=table.at, treat=table.treat, ground=ground)
-
-
-def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping[str, object]) -> NoFlyTable:
-    """
-    Return a table with more files of areas, and with what is said of zones.
-
-    Parameters
-    ----------
-    table
-        As it was.
-    files
-        GeoJSON files, or files of zones; if any of them is of zones, all count as zones.
-    settings
-        Other keys of the table, instead of its own.
-
-    Raises
-    ------
-    FileFormatError
-        If a file cannot be read.
-    """
-    paths = [str(Path(file).absolute()) for file in files]
-    if not table.zones and all(is_geojson(path) for path in paths):
-        return table.model_copy(update={"geojson": [*table.geojson, *paths]})
-    moved = {"geojson": [], "zones": [*table.geojson, *table.zones, *paths]} if paths else {}
-    return NoFlyTable.model_validate({**table.model_dump(exclude_unset=True), **moved, **settings})
 
 
 @dataclass(frozen=True)
@@ -388,18 +308,18 @@ class MapBuilder:
     def no_fly_shapes(self) -> list[BaseGeometry]:
         """All no-fly areas in the file's own coordinates; of zones, those that are closed, and what is near the map."""
         zones = self.zones
-        closed = [] if zones is None else [one.area for one in zones.verdicts if one.area is not None]
+        closed = [] if zones is None else [one.area for one in zones.applied.closed if one.area is not None]
         return [*self._own_shapes, *closed]
 
     @cached_property
     def no_fly_names(self) -> list[str]:
         """What each of them is called: its place in this file, or what its own file calls it."""
         written = [f"no_fly.polygons.{number}" for number in range(len(self.table.no_fly.polygons))]
-        zones = [] if self.zones is None else [one.zone.label for one in self.zones.closed]
+        zones = [] if self.zones is None else [one.zone.label for one in self.zones.applied.closed]
         return [*written, *(area.name for name in self.table.no_fly.geojson for area in self._areas_in(name)), *zones]
 
     @cached_property
-    def zones(self) -> Applied | None:
+    def zones(self) -> MapZones | None:
         """
         What becomes of each zone on this map; None if there are no files of zones.
 
@@ -414,26 +334,11 @@ class MapBuilder:
         if self.is_plane:
             msg = f'no_fly.zones {given.zones[0]!r} holds longitudes and latitudes; set coordinates = "lonlat"'
             raise ValueError(msg)
-        return applied_zones(given, self.folder).within(self._seen_box())
-
-    def _seen_box(self) -> Bounds:
-        """Return a box in degrees around all that is within the bounds on the plane, and around the clearance."""
-        projection = self.projection
-        assert projection is not None  # noqa: S101 - zones are on maps in degrees
-        x_min, y_min, x_max, y_max = self.bounds
-        margin = SEEN_MARGIN * max(x_max - x_min, y_max - y_min) + getattr(self.table, "clearance", 0.0)
-        corners = shapely.box(x_min - margin, y_min - margin, x_max + margin, y_max + margin)
-        rim = shapely.get_coordinates(shapely.segmentize(corners.exterior, 0.01 * corners.length))
-        reach = float(np.hypot(rim[:, 0], rim[:, 1]).max())
-        if abs(projection.latitude) + reach / 110_000.0 >= MOST_LATITUDE:
-            # a pole may be inside, and all meridians
-            return projection.longitude - 180.0, -90.0, projection.longitude + 180.0, 90.0
-        degrees = projection.inverse(rim)
-        east = degrees[:, 0] + 360.0 * np.round((projection.longitude - degrees[:, 0]) / 360.0)
-        (west, south), (far_east, north) = (
-            side(np.column_stack([east, degrees[:, 1]]), axis=0).tolist() for side in (np.min, np.max)
-        )
-        return west, south, far_east, north
+        projection, clearance = self.projection, getattr(self.table, "clearance", 0.0)
+        assert projection is not None  # noqa: S101 - it is a map in degrees
+        applied = applied_zones(given, self.folder).within(seen_box(projection, self.bounds, clearance))
+        ends = [self.point(list(place)) for _, place in self.table.ends()]
+        return MapZones.of(applied, projection, self.bounds, ends, clearance)
 
     @property
     def named_areas(self) -> list[tuple[str, BaseGeometry]]:
@@ -446,38 +351,7 @@ class MapBuilder:
     def projected_no_fly(self) -> list[BaseGeometry]:
         """All no-fly areas in map units; zones of very many corners are within areas of fewer."""
         areas = self._projected(self._own_shapes)
-        return [*areas, *self._fewer_corners[0]]
-
-    @cached_property
-    def _fewer_corners(self) -> tuple[Sequence[BaseGeometry], Sequence[float]]:
-        """The zones that are closed, in map units; and how far those of many corners reach beyond their outlines."""
-        zones, projection = self.zones, self.projection
-        if zones is None or projection is None:
-            return [], []
-        areas = [project_area(one.area, projection) for one in zones.verdicts if one.area is not None]
-        x_min, y_min, x_max, y_max = self.bounds
-        reach = MOST_BEYOND * max(x_max - x_min, y_max - y_min)
-        # an end that is outside of a zone stays so
-        ends = [shapely.Point(self.point(list(place))) for _, place in self.table.ends()]
-        clearance = getattr(self.table, "clearance", 0.0)
-
-        def shuts(area: BaseGeometry) -> list[bool]:
-            return [area.contains_properly(end) or area.distance(end) < clearance for end in ends]
-
-        fewer = [with_fewer_corners(area, MOST_CORNERS, reach) for area in areas]
-        fewer = [one if shuts(one[0]) == shuts(area) else (area, 0.0) for one, area in zip(fewer, areas, strict=True)]
-        return [area for area, _ in fewer], [beyond for _, beyond in fewer if beyond]
-
-    def zone_account(self) -> ZoneAccount | None:
-        """Return what became of each zone of the files that the table names; None if it names none."""
-        if self.zones is None:
-            return None
-        account, beyond = self.zones.account(), self._fewer_corners[1]
-        if not beyond:
-            return account
-        few = f"{len(beyond)} outline{'s' * (len(beyond) > 1)} of more than {MOST_CORNERS} corners"
-        remark = f"{few}: simplified, and up to {max(beyond):g} m beyond what the files say"
-        return replace(account, remarks=(*account.remarks, remark))
+        return [*areas, *([] if self.zones is None else self.zones.areas)]
 
     def no_fly(self) -> BaseGeometry | None:
         """Return all no-fly areas in map units."""

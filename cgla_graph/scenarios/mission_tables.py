@@ -14,8 +14,9 @@ from cgla_graph.mission.rules import Avoidance, Exclude, KnowledgeRule, Meeting,
 from cgla_graph.mission.uav import COLOUR
 from cgla_graph.mission.virtual_obstacle import Placement, Zones
 from cgla_graph.mission.world import TimedThreat, World, union_of
+from cgla_graph.scenarios.area_tables import Pair, Ring, Table
 from cgla_graph.scenarios.drawing import MOST_MISSES, Stream
-from cgla_graph.scenarios.map_tables import MapTable, Pair, Ring, Table, ThreatTable
+from cgla_graph.scenarios.map_tables import MapTable, ThreatTable
 
 #: What plans where a file names no solver.
 SOLVER = "cgla"

@@ -17,10 +17,11 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField
-from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, Pair, read_table, with_files
+from cgla_graph.scenarios.area_tables import Pair, with_files
+from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, read_table
 from cgla_graph.scenarios.shipped import SCENARIOS, is_mission_text, shipped_scenario
 from cgla_graph.scenarios.text_files import read_text
-from cgla_graph.zones.applying import ZoneAccount
+from cgla_graph.zones.account import ZoneAccount
 
 #: What prints the schema of scenario files.
 SCHEMA = "cgla scenarios --schema"
@@ -370,5 +371,5 @@ def scenario_of(
         projection=builder.projection,
         notes=table.notes,
         areas=builder.named_areas,
-        zones=builder.zone_account(),
+        zones=None if builder.zones is None else builder.zones.account(),
     )

@@ -1,166 +1,23 @@
 """What is closed at an altitude and a time, what is open, and why: every zone is accounted for."""
 
-import math
-import re
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from typing import Literal, TypeAlias
 
 import shapely
 
 from cgla_graph._types import Bounds
 from cgla_graph.errors import FileFormatError
 from cgla_graph.model.projection import LocalProjection, project_area
+from cgla_graph.zones.account import State, ZoneAccount, ZoneRecord
 from cgla_graph.zones.ground import Ground
+from cgla_graph.zones.heights import Altitude, meets
 from cgla_graph.zones.periods import moment_from
 from cgla_graph.zones.shapes import AreaShape, joined, part_near, short
-from cgla_graph.zones.zone import SPELLINGS, TREATMENTS, Format, Layer, Limit, NoArea, Validity, Zone
+from cgla_graph.zones.zone import SPELLINGS, TREATMENTS, Format, NoArea, Validity, Zone
 
-State: TypeAlias = Literal["closed", "open", "left out"]
-Range: TypeAlias = tuple[float, float]
-
-#: How far the ellipsoid of WGS84 is above mean sea level, metres: EGM96 has it between -86 and 107.
-GEOID = (-87.0, 108.0)
-ALTITUDE = re.compile(r"([+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?)\s*(?:m\s*)?(AGL|AMSL|WGS84|HOME)?", re.IGNORECASE | re.ASCII)
 OUTSIDE = "outside the map"
 NOT_COMPARED = "closed because heights above different things cannot be compared without the ground's elevation"
-
-
-@dataclass(frozen=True)
-class ZoneRecord:
-    """
-    What became of a zone.
-
-    Attributes
-    ----------
-    file, identifier, name, kind
-        Of the zone; of what is no zone in a file, `kind` is empty.
-    state
-        ``closed``, ``open`` or ``left out``.
-    reason
-        Why, in a few words.
-    limits
-        Floors and ceilings of its layers.
-    authority
-        Who may be asked.
-    remark
-        What else is to be known, or nothing.
-    """
-
-    file: str
-    identifier: str
-    name: str
-    kind: str
-    state: State
-    reason: str
-    limits: str = ""
-    authority: str = ""
-    remark: str = ""
-
-
-@dataclass(frozen=True)
-class ZoneAccount:
-    """
-    What became of every zone of some files.
-
-    Attributes
-    ----------
-    records
-        In the order of the files.
-    remarks
-        What else is to be known of the files.
-
-    Examples
-    --------
-    >>> record = ZoneRecord("zones.json", "A", "", "PROHIBITED", "closed", "PROHIBITED")
-    >>> ZoneAccount((record,)).summary()
-    '1 zone: 1 closed (1 PROHIBITED)'
-    """
-
-    records: tuple[ZoneRecord, ...]
-    remarks: tuple[str, ...] = ()
-
-    def count(self, state: State) -> int:
-        """Count those that are closed, open or left out."""
-        return sum(record.state == state for record in self.records)
-
-    def reasons(self, state: State) -> Counter[str]:
-        """Count the reasons of a state."""
-        return Counter(record.reason for record in self.records if record.state == state)
-
-    def summary(self) -> str:
-        """Say in one line how many are closed, open and left out, and why."""
-        states: tuple[State, ...] = ("closed", "open", "left out")
-        parts = []
-        for state in states:
-            counted = self.reasons(state)
-            if counted:
-                why = ", ".join(f"{count} {reason}" for reason, count in counted.most_common())
-                parts.append(f"{counted.total()} {state} ({why})")
-        return f"{len(self.records)} zone{'s' * (len(self.records) != 1)}: {', '.join(parts)}"
-
-    def notes(self) -> list[str]:
-        """Say what else a pilot has to know: what was taken as closed as it could not be decided, and the like."""
-        found = list(self.remarks)
-        counted = Counter(record.remark for record in self.records if record.remark and record.state == "closed")
-        for remark, count in counted.items():
-            first = next(record for record in self.records if record.remark == remark)
-            more = f" and {count - 1} more" if count > 1 else ""
-            found.append(f"{first.identifier}{more}: {remark}")
-        return found
-
-    def document(self) -> dict[str, object]:
-        """Return all of it as JSON."""
-        states: tuple[State, ...] = ("closed", "open", "left out")
-        return {
-            "count": len(self.records),
-            **{state.replace(" ", "_"): self.count(state) for state in states},
-            "notes": self.notes(),
-            "list": [dict(vars(record)) for record in self.records],
-        }
-
-
-@dataclass(frozen=True)
-class Altitude:
-    """
-    How high a flight is.
-
-    Parameters
-    ----------
-    metres
-        How high.
-    reference
-        Above the ground (AGL), mean sea level (AMSL), the ellipsoid (WGS84), or where the flight begins (HOME), which
-        cannot be compared with anything that is published.
-
-    Examples
-    --------
-    >>> Altitude.of("450 AMSL"), Altitude.of(100)
-    (Altitude(metres=450.0, reference='AMSL'), Altitude(metres=100.0, reference='AGL'))
-    """
-
-    metres: float
-    reference: Literal["AGL", "AMSL", "WGS84", "HOME"] = "AGL"
-
-    @classmethod
-    def of(cls, value: "str | float | Altitude") -> "Altitude":
-        """
-        Read a number of metres above the ground, or one followed by what it is above.
-
-        Raises
-        ------
-        FileFormatError
-            If it is anything else.
-        """
-        if isinstance(value, Altitude):
-            return value
-        match = None if isinstance(value, bool) else ALTITUDE.fullmatch(str(value).strip())
-        if match is None or not abs(float(match[1])) <= 1e5:  # noqa: PLR2004 - the edge of space
-            msg = f"altitude is {short(value)}; give metres above ground, as 100, or above the sea, as '450 AMSL'"
-            raise FileFormatError(msg)
-        return cls(float(match[1]), (match[2] or "AGL").upper())  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -259,6 +116,7 @@ class Applied:
 
         Examples
         --------
+        >>> from cgla_graph.zones.zone import Layer
         >>> zone = Zone("A", "", "PROHIBITED", (Layer(shapely.box(24, 60, 25, 61)),))
         >>> applied = Zones((zone,)).apply(altitude=100)
         >>> round(applied.no_fly(LocalProjection(24.5, 60.5)).area / 1e9, 1)
@@ -286,6 +144,7 @@ class Zones:
 
     Examples
     --------
+    >>> from cgla_graph.zones.zone import Layer, Limit
     >>> zone = Zone("A", "", "PROHIBITED", (Layer(shapely.box(6, 49, 7, 50), upper=Limit(120.0, "AGL")),))
     >>> for altitude in (100, 150, "450 AMSL"):
     ...     print(Zones((zone,)).apply(altitude=altitude).account().summary())
@@ -386,7 +245,7 @@ def _verdict(
         return Verdict(zone, "open", zone.kind)
     if moment is not None and zone.periods and not any(period.includes(moment) for period in zone.periods):
         return Verdict(zone, "open", "not at this time")
-    met = [(layer, answer) for layer in zone.layers if (answer := _meets(layer, flight, ground)) is not False]
+    met = [(layer, answer) for layer in zone.layers if (answer := meets(layer, flight, ground)) is not False]
     if not met:
         return Verdict(zone, "open", "not at this altitude")
     # what is known to be closed needs no remark that the rest is not known
@@ -394,39 +253,3 @@ def _verdict(
     remarks = [NOT_COMPARED] if unknown else []
     remarks += dict.fromkeys(layer.remark for layer, _ in met if layer.remark)
     return Verdict(zone, "closed", zone.kind, "; ".join(remarks), joined([layer.area for layer, _ in met]))
-
-
-def _meets(layer: Layer, flight: Altitude | None, ground: Ground | None) -> bool | None:
-    """Whether a flight is in a layer somewhere; None if that cannot be known."""
-    if flight is None:
-        return True
-    answers: list[bool | None] = []
-    range_of: list[Range | None] = []
-    for limit, sign in ((layer.lower, 1.0), (layer.upper, -1.0)):
-        # nobody flies below the ground, and there is always room above no ceiling
-        if math.isinf(limit.metres) or (sign > 0.0 and limit.reference == "AGL" and limit.metres <= 0.0):
-            continue
-        if limit.reference == flight.reference:
-            answers.append(sign * (flight.metres - limit.metres) >= 0.0)
-            continue
-        if not range_of:
-            range_of.append(None if ground is None else ground.range_over(layer.area))
-        answers.append(_above(flight, limit, sign, range_of[0]))
-    return False if False in answers else None if None in answers else True
-
-
-def _above(flight: Altitude, limit: Limit, sign: float, ground: Range | None) -> bool | None:
-    """Whether a flight is above a floor (sign 1) or below a ceiling (-1) at some place; None if that is not known."""
-    ours, theirs = (_sea_level(one.metres, one.reference, ground) for one in (flight, limit))
-    if ours is None or theirs is None:
-        return None
-    return ours[1] >= theirs[0] if sign > 0.0 else ours[0] <= theirs[1]
-
-
-def _sea_level(metres: float, reference: str, ground: Range | None) -> Range | None:
-    """Return how high a height is above mean sea level, at least and at most."""
-    if reference == "AMSL":
-        return metres, metres
-    if reference == "WGS84":
-        return metres - GEOID[1], metres - GEOID[0]
-    return (ground[0] + metres, ground[1] + metres) if ground is not None and reference == "AGL" else None

@@ -11,7 +11,7 @@ from cgla_graph.comparisons import console, files
 from cgla_graph.errors import CglaError
 from cgla_graph.scenarios.loading import RASTERS
 from cgla_graph.scenarios.scenario import Scenario
-from cgla_graph.zones.applying import ZoneRecord
+from cgla_graph.zones.account import ZoneRecord
 
 #: What `--above` says, as heights of zones are written.
 ABOVE = {"ground": "AGL", "sea": "AMSL", "home": "HOME"}

@@ -14,7 +14,8 @@ from cgla_graph.comparisons.study.study import SEEDS
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import StudyError
 from cgla_graph.scenarios import random_map
-from cgla_graph.scenarios.map_tables import Pair, Range, Table
+from cgla_graph.scenarios.area_tables import Pair, Table
+from cgla_graph.scenarios.map_tables import Range
 from cgla_graph.scenarios.mission_tables import Line
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry

@@ -12,8 +12,9 @@ from strategies import usual
 from zone_files import NIGHTS, data_of, ed269, ed318, volume
 
 from cgla_graph.errors import FileFormatError
-from cgla_graph.zones.applying import NOT_COMPARED, Altitude, Verdict, Zones
+from cgla_graph.zones.applying import NOT_COMPARED, Verdict, Zones
 from cgla_graph.zones.ground import Ground, read_ground
+from cgla_graph.zones.heights import Altitude
 from cgla_graph.zones.reading import zones_of
 from cgla_graph.zones.zone import TREATMENTS, Layer, Limit, Zone
 

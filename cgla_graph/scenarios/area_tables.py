@@ -1,0 +1,191 @@
+"""No-fly areas in TOML files: polygons, GeoJSON, and zones, of which those near the map are laid on its plane."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import shapely
+from pydantic import BaseModel, ConfigDict, Field
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import Bounds, Point
+from cgla_graph.model.projection import LocalProjection, project_area
+from cgla_graph.zones.account import ZoneAccount
+from cgla_graph.zones.applying import Applied
+from cgla_graph.zones.ground import read_ground
+from cgla_graph.zones.reading import is_geojson, read_zones
+from cgla_graph.zones.shapes import with_fewer_corners
+
+#: How much of a map's side is seen around it, and the latitude from which on all meridians may be near.
+SEEN_MARGIN, MOST_LATITUDE = 0.02, 85.0
+#: Corners of a zone, about, and by how much of the map's longer side it may grow so that it has no more.
+MOST_CORNERS, MOST_BEYOND = 1000, 0.002
+
+
+class Table(BaseModel):
+    """A table of a file: no unknown keys, no conversion of types, no infinite numbers."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+Ring = Annotated[list[Pair], Field(min_length=3)]
+
+
+class NoFlyTable(Table):
+    """No-fly areas: polygons written here, and files beside this one: GeoJSON, or zones that authorities publish."""
+
+    polygons: list[Ring] = Field(default_factory=list, description="rings of corners, closed or not")
+    geojson: list[str] = Field(default_factory=list, description="paths of GeoJSON files (lon/lat), from this file")
+    zones: list[str] = Field(
+        default_factory=list,
+        description="paths of files of zones (lon/lat), from this file: ED-269, ED-318, KML, KMZ, GeoJSON",
+    )
+    altitude: float | str | None = Field(
+        default=None,
+        description="of the flight, metres above ground, or as '450 AMSL': which layers of zones count (default: all)",
+    )
+    at: datetime | str | None = Field(
+        default=None, description="when the flight is, with its zone: which zones apply (default: all)"
+    )
+    treat: dict[str, Literal["closed", "open"]] = Field(
+        default_factory=dict, description="which kinds of zones are closed and which open, as REQ_AUTHORISATION"
+    )
+    ground: str | None = Field(
+        default=None,
+        description="path of a raster of elevations (lon/lat), which compares heights above ground and sea",
+    )
+
+
+def applied_zones(table: NoFlyTable, folder: Path) -> Applied:
+    """
+    Read the files of zones that a table names, and say what is closed at its altitude and time.
+
+    Raises
+    ------
+    FileFormatError
+        If one of them cannot be read, or altitude, time or kinds are none.
+    """
+    ground = None if table.ground is None else read_ground(folder / table.ground)
+    zones = read_zones([folder / name for name in table.zones])
+    return zones.apply(altitude=table.altitude, at=table.at, treat=table.treat, ground=ground)
+
+
+def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping[str, object]) -> NoFlyTable:
+    """
+    Return a table with more files of areas, and with what is said of zones.
+
+    Parameters
+    ----------
+    table
+        As it was.
+    files
+        GeoJSON files, or files of zones; if any of them is of zones, all count as zones.
+    settings
+        Other keys of the table, instead of its own.
+
+    Raises
+    ------
+    FileFormatError
+        If a file cannot be read.
+    """
+    paths = [str(Path(file).absolute()) for file in files]
+    if not table.zones and all(is_geojson(path) for path in paths):
+        return table.model_copy(update={"geojson": [*table.geojson, *paths]})
+    moved = {"geojson": [], "zones": [*table.geojson, *table.zones, *paths]} if paths else {}
+    return NoFlyTable.model_validate({**table.model_dump(exclude_unset=True), **moved, **settings})
+
+
+@dataclass(frozen=True)
+class MapZones:
+    """
+    Zones on a map.
+
+    Attributes
+    ----------
+    applied
+        What became of each of them, cut off where it cannot be seen from the map.
+    areas
+        Those that are closed, metres; each of very many corners is within an area of fewer.
+    beyond
+        How far the latter reach beyond.
+    """
+
+    applied: Applied
+    areas: Sequence[BaseGeometry]
+    beyond: Sequence[float]
+
+    @classmethod
+    def of(
+        cls, applied: Applied, projection: LocalProjection, bounds: Bounds, ends: Sequence[Point], clearance: float
+    ) -> "MapZones":
+        """
+        Lay zones on the plane of a map.
+
+        Parameters
+        ----------
+        applied
+            What became of each of them.
+        projection
+            Of the map.
+        bounds
+            Of the map, metres.
+        ends
+            What is outside of a zone, and at that clearance from it, stays so; metres.
+        clearance
+            How far paths have to stay from them, metres.
+        """
+        places = shapely.points(np.reshape(np.array(ends, dtype=np.float64), (-1, 2)))
+
+        def shut(area: BaseGeometry) -> list[bool]:
+            near = np.asarray(shapely.distance(area, places) < clearance)
+            return [bool(one) for one in near | shapely.contains_properly(area, places)]
+
+        reach = MOST_BEYOND * max(bounds[2] - bounds[0], bounds[3] - bounds[1])
+        areas: list[BaseGeometry] = []
+        found: list[float] = []
+        for one in applied.closed:
+            if one.area is not None:
+                area = project_area(one.area, projection)
+                fewer, beyond = with_fewer_corners(area, MOST_CORNERS, reach)
+                if beyond and shut(fewer) == shut(area):
+                    area = fewer
+                    found.append(beyond)
+                areas.append(area)
+        return cls(applied, areas, found)
+
+    def account(self) -> ZoneAccount:
+        """Return what became of each of them, and what was simplified."""
+        account = self.applied.account()
+        if not self.beyond:
+            return account
+        few = f"{len(self.beyond)} outline{'s' * (len(self.beyond) > 1)} of more than {MOST_CORNERS} corners"
+        remark = f"{few}: simplified, and up to {max(self.beyond):g} m beyond what the files say"
+        return replace(account, remarks=(*account.remarks, remark))
+
+
+def seen_box(projection: LocalProjection, bounds: Bounds, clearance: float) -> Bounds:
+    """
+    Return a box in degrees around all that is within bounds on a plane, or so far from them.
+
+    Examples
+    --------
+    >>> box = seen_box(LocalProjection(25.0, 60.0), (-1000.0, -1000.0, 1000.0, 1000.0), 0.0)
+    >>> [round(side, 3) for side in box]
+    [24.981, 59.991, 25.019, 60.009]
+    """
+    x_min, y_min, x_max, y_max = bounds
+    margin = SEEN_MARGIN * max(x_max - x_min, y_max - y_min) + clearance
+    corners = shapely.box(x_min - margin, y_min - margin, x_max + margin, y_max + margin)
+    rim = shapely.get_coordinates(shapely.segmentize(corners.exterior, 0.01 * corners.length))
+    reach = float(np.hypot(rim[:, 0], rim[:, 1]).max())
+    if abs(projection.latitude) + reach / 110_000.0 >= MOST_LATITUDE:
+        # a pole may be inside, and all meridians
+        return projection.longitude - 180.0, -90.0, projection.longitude + 180.0, 90.0
+    degrees = projection.inverse(rim)
+    degrees[:, 0] += 360.0 * np.round((projection.longitude - degrees[:, 0]) / 360.0)
+    (west, south), (east, north) = degrees.min(axis=0).tolist(), degrees.max(axis=0).tolist()
+    return west, south, east, north
