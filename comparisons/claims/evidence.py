@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -67,7 +68,7 @@ class Samples:
     records: Sequence[Record]
     failed: Mapping[int, str] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def maps(self) -> list[int]:
         """The seeds of the maps, in order."""
         return sorted({int(record["map"]) for record in self.records})
@@ -79,7 +80,11 @@ class Samples:
 
     def where(self, **case: object) -> list[Record]:
         """Return the records of one case."""
-        return [record for record in self.records if all(record.get(name) == value for name, value in case.items())]
+        found = list(self.records)
+        # one entry after the other: most records are dropped by the first
+        for name, value in case.items():
+            found = [record for record in found if record.get(name) == value]
+        return found
 
     def column(self, name: str, **case: object) -> FloatArray:
         """

@@ -57,7 +57,7 @@ def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> P
     >>> from cgla_graph.model.risk_raster import RasterRisk
     >>> town = RasterRisk([[0, 0, 0], [0, 9, 0], [0, 0, 0]], bounds=(0, 0, 3, 3))
     >>> problem = Problem((0.5, 1.5), (2.5, 1.5), RiskField(rasters=[town]), bounds=(0, 0, 3, 3))
-    >>> around = solve(below_density(problem, 5.0, corridor=0.4), "hybrid")
+    >>> around = solve(below_density(problem, 5.0, corridor=0.4), "hybrid", tolerance=None)
     >>> round(around.length, 3)
     2.785
     """
@@ -155,7 +155,8 @@ def density_front(
     >>> from cgla_graph.model.risk_raster import RasterRisk
     >>> wall = RasterRisk([[0, 4, 0], [0, 2, 0], [0, 8, 0]], bounds=(0, 0, 3, 3))
     >>> problem = Problem((0.5, 0.5), (2.5, 0.5), RiskField(rasters=[wall]), k=0.0, bounds=(0, 0, 3, 3))
-    >>> [(p.level, p.no_path, round(p.solution.cost, 2)) for p in density_front(problem, levels=[1, 2, 8])]
+    >>> front = density_front(problem, levels=[1, 2, 8], tolerance=None)
+    >>> [(point.level, point.no_path, round(point.solution.cost, 2)) for point in front]
     [(1.0, True, inf), (2.0, False, 2.41), (8.0, False, 2.0)]
     """
     if isinstance(levels, int):
