@@ -58,6 +58,8 @@ class CheckMap:
         What each place of it is: 0 for home, else the number of the waypoint, from 1.
     has_bounds
         Whether the bounds are the map's: no leg may leave them. Else they are laid around the plan.
+    at_all_heights
+        Whether there are zones, and all of them count, whatever their floors and ceilings.
     """
 
     scenario: Scenario
@@ -65,11 +67,7 @@ class CheckMap:
     route: FloatArray
     stops: tuple[int, ...]
     has_bounds: bool
-
-    @property
-    def no_fly(self) -> shapely.GeometryCollection | None:
-        """All areas as one."""
-        return shapely.GeometryCollection([one.shape for one in self.areas]) if self.areas else None
+    at_all_heights: bool = False
 
 
 @dataclass(frozen=True)
@@ -200,7 +198,8 @@ def open_check_map(plan: FlightPlan, name: str, request: MapRequest) -> CheckMap
     bare = dataclasses.replace(scenario.problem, no_fly=None, projection=projection)
     named = [(one.name, one.shape) for one in areas]
     scenario = dataclasses.replace(scenario, problem=bare, areas=named)
-    return CheckMap(scenario, tuple(areas), route, stops, has_bounds=request.spec is not None)
+    everywhere = applied is not None and request.settings.get("altitude") is None
+    return CheckMap(scenario, tuple(areas), route, stops, request.spec is not None, everywhere)
 
 
 def _stops(plan: FlightPlan) -> tuple[tuple[int, ...], FloatArray]:

@@ -38,6 +38,9 @@ def print_checked(checked: Checked) -> None:
     })  # fmt: skip
     for remark in plan.remarks:
         output.print_lines({"remark": remark})
+    if checked.on.at_all_heights and any(one.altitude is not None for one in plan.waypoints):
+        note = "zones count at all heights, and the plan's altitudes are not held against them; --altitude M does that"
+        output.print_lines({"note": note})
     _print_legs(checked)
     for words in _crossing_lines(checked):
         output.print_lines({"crossing": words})

@@ -91,7 +91,9 @@ def test_a_plan_of_ours_is_clean_and_close_to_the_best(cgla: Call) -> None:
         assert (found["clean"], found["crossings"]) == (True, [])
         assert 0.0 <= found["best"]["gap"] < 0.01
         assert found["best"]["lower_bound"] <= found["cost"] == found["length"]
-    assert "within a rounding" in lines_of(cgla("check", "mine.plan", "bay.geojson"))["verdict"]
+    said = lines_of(cgla("check", "mine.plan", "bay.geojson"))
+    assert "within a rounding" in said["verdict"]
+    assert "--altitude" in said["note"]
 
 
 def test_the_bound_is_one_for_all_paths(cgla: Call) -> None:
