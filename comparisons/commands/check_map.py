@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import shapely
 
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph._validate import non_negative_number
