@@ -221,8 +221,8 @@ class Level:
         costs = self.costs.copy()
         rasters = problem.field.rasters
         rounds = MOST_ROUNDS_ON_RASTERS if rasters else MOST_ROUNDS
-        gentle = GENTLE_ROUNDS if rasters and all(one.interpolation == "bilinear" for one in rasters) else 0
-        floors = self.bounds[:, :, certificate_kernels.LEAST].min(axis=1)
+        gentle = bool(rasters) and all(one.interpolation == "bilinear" for one in rasters)
+        floors = self.bounds[:, :, certificate_kernels.LEAST].min(axis=1) * gentle
         steep = np.empty(len(mesh.columns))
         # as far as the nodes around the block, at its corners too
         radius = (self.reach + 1.5) * math.hypot(*mesh.spacing)
@@ -252,10 +252,12 @@ class Level:
                     found = Subsolution(eased.bound - lost, eased.values - lost)
             if best is None or found.bound > best.bound:
                 best = found
-            if number == gentle:
-                floors[:] = 0.0
-            if steepest < 1.0 + aim or (number >= gentle and 0.0 <= gained < aim * reached):
+            stalled = 0.0 <= gained < aim * reached
+            if steepest < 1.0 + aim or (stalled and not gentle):
                 break
+            if stalled or number == GENTLE_ROUNDS:
+                gentle = False
+                floors[:] = 0.0
             certificate_kernels.soften(steep, mesh.controls, floors, costs)
         return best
 

@@ -36,6 +36,7 @@ from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.scenarios.random_map import random_scenario
+from cgla_graph.solvers.trade_off.density import below_density
 
 ROUNDING = 1e-9
 FEW_CELLS = 20_000
@@ -750,3 +751,12 @@ def test_along_slanted_walls_the_bound_rises_to_the_best_path() -> None:
         missing.append(1.0 - min(one.bound for one in bounds) / cost)
     assert 0.0 < missing[-1] < 0.015
     assert oracles.rate(missing) > 0.75
+
+
+def test_around_areas_over_a_flat_part_of_a_raster_the_bound_rises() -> None:
+    """No cost there can be lowered without going below the floor of a cell: the floors have to go."""
+    town = cg.RasterRisk([[0, 0, 0], [0, 9, 0], [0, 0, 0]], bounds=(0, 0, 3, 3))
+    plain = cg.Problem((0.5, 1.5), (2.5, 1.5), cg.RiskField(rasters=[town]), bounds=(0, 0, 3, 3))
+    problem = below_density(plain, 5.0, corridor=0.4)
+    path = cg.solve(problem, "hybrid", tolerance=None).path
+    assert cg.lower_bound(problem, 0.01, path=path, max_cells=60_000).reached
