@@ -93,7 +93,8 @@ def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping
         If a file cannot be read.
     """
     paths = [str(Path(file).absolute()) for file in files]
-    if not table.zones and all(is_geojson(path) for path in paths):
+    # (what is not there is told when it is read)
+    if not table.zones and all(not Path(path).is_file() or is_geojson(path) for path in paths):
         return table.model_copy(update={"geojson": [*table.geojson, *paths]})
     moved = {"geojson": [], "zones": [*table.geojson, *table.zones, *paths]} if paths else {}
     return NoFlyTable.model_validate({**table.model_dump(exclude_unset=True), **moved, **settings})

@@ -51,7 +51,8 @@ def read_bytes(path: FilePath, called: str = "") -> bytes:
     try:
         # a pipe or a device might never end, or never begin
         if not Path(path).is_file():
-            fault(file, "there is no such file" if not Path(path).exists() else "it is no file", "check the name")
+            there = "it is a directory" if Path(path).is_dir() else "it is no regular file"
+            fault(file, there if Path(path).exists() else "there is no such file", "check the name")
         with Path(path).open("rb") as stream:
             data = stream.read(MOST_BYTES + 1)
     except FileFormatError:

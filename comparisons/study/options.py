@@ -268,8 +268,8 @@ def open_one(command: str, specs: str | Sequence[str], how: MapOptions | None = 
         others = [spec for spec in (first, *more) if not spec.lower().endswith(AREAS) and not holds_areas(Path(spec))]
         if others:
             named = ", ".join((first, *more))
-            kinds = "GeoJSON files or files of zones"
-            msg = f"{command} takes one map, not {named}; or several {kinds} as one, and {others[0]} is none"
+            kinds = "several files of areas or zones as one"
+            msg = f"{command} takes one map, not {named}; or {kinds}, and {others[0]} is none"
             raise CglaError(msg)
         how = dataclasses.replace(how, no_fly=[*map(Path, more), *how.no_fly])
     opened = list(how.open(first))

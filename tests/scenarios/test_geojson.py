@@ -165,7 +165,7 @@ def test_hole_outside_and_flat_ring_and_overlap_are_invalid(tmp_path: Path) -> N
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     assert "there is no such file" in message_of(tmp_path / "none.geojson")
-    assert "it is no file" in message_of(tmp_path)
+    assert "it is a directory" in message_of(tmp_path)
     latin = tmp_path / "latin.geojson"
     latin.write_bytes('{"name": "MÄKI"}'.encode("latin-1"))
     assert "byte 11 is not UTF-8" in message_of(latin)

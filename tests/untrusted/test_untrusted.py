@@ -134,7 +134,13 @@ def test_files_that_are_none_or_too_large(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(files, "MOST_BYTES", 10)
     (tmp_path / "large").write_bytes(b"x" * 11)
     os.mkfifo(tmp_path / "pipe")
-    faults = {"none": "no such file", "pipe": "no file", ".": "no file", "large": "more than", "x\0": "check the name"}
+    faults = {
+        "none": "no such file",
+        "pipe": "no regular file",
+        ".": "a directory",
+        "large": "more than",
+        "x\0": "check the name",
+    }
     for name, said in faults.items():
         with pytest.raises(FileFormatError, match=said):
             read_bytes(tmp_path / name)

@@ -87,7 +87,7 @@ def test_several_geojson_files_are_one_map(tmp_path: Path) -> None:
     assert joined.problem == beside.problem
     assert (len(joined.problem.area.geometry.geoms), joined.problem.clearance) == (3, 250.0)
     assert joined.title == "3 no-fly areas of 0.geojson, 1.geojson, 2.geojson"
-    with pytest.raises(CglaError, match="several GeoJSON files as one, and paper is none"):
+    with pytest.raises(CglaError, match="several files of areas or zones as one, and paper is none"):
         open_map("plan", [str(files[0]), "paper"])
 
 
