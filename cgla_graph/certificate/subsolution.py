@@ -9,7 +9,9 @@ phi| / c`` over all cells (`certificate_kernels`). How ``phi`` was found does no
 
 **Around the goal** the solution has a tip that no spline follows. There the inequality is not asked for: a path that
 first enters the block of cells around the goal at ``y`` costs at least ``phi(start) - phi(y)`` up to there, and
-``psi(y)`` or more from there (`Tip`), so that ``phi(start) - max (phi - psi)`` over the rim of the block is a bound.
+``psi(y)`` or more from there (`tips`), so that ``phi(start) - max (phi - psi)`` over the rim of the block is a bound.
+The front begins with ``psi`` around the block, so that next to nothing is lost to the greatest difference: where psi is
+too low, all routes but those that come in there lose nothing.
 
 **Where the spline is too steep**, mostly where fronts meet, the cost is lowered by as much and the equation solved
 again, a few times: what is lost is of second order in the spacing where paths are smooth. Along the foot of a slope of

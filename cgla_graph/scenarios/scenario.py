@@ -72,7 +72,8 @@ class Scenario(Brief):
     zones: ZoneAccount | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        """Let the problem know where on the Earth it is."""
+        """Keep the areas as they are, and let the problem know where on the Earth it is."""
+        object.__setattr__(self, "areas", tuple(self.areas))
         if self.projection is not None and self.problem.projection is None:
             object.__setattr__(self, "problem", replace(self.problem, projection=self.projection))
 

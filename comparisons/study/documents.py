@@ -219,6 +219,8 @@ def scenario_document(scenario: Scenario) -> Document:
             "no_fly": None if problem.no_fly is None else _hexadecimal(problem.no_fly),
             **({"clearance": problem.clearance} if problem.clearance > 0.0 else {}),
         },
+        # as without areas that have a name
+        **({"areas": [[name, _hexadecimal(area)] for name, area in scenario.areas]} if scenario.areas else {}),
         "lattice": lattice_document(scenario.lattice),
         "projection": None if scenario.projection is None else _origin(scenario.projection),
         "settings": {
@@ -274,6 +276,7 @@ def _scenario(document: Document) -> Scenario:
         projection=None if document["projection"] is None else LocalProjection(*document["projection"]),
         y_down=bool(document["y_down"]),
         notes=_text(document["notes"]),
+        areas=tuple((_text(name), _geometry(_text(area))) for name, area in document.get("areas", ())),
     )
 
 
