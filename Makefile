@@ -4,11 +4,12 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/installed
-# a file's tests in one process: kernels are compiled once, and what tests share is made once
-PYTEST := $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --quiet
+# a file's tests in one process: kernels are compiled once, and what tests share is made once. Some wait for processes and
+# browsers: three share two cores
+PYTEST := $(BIN)/python -m pytest --numprocesses 3 --dist loadfile --quiet
 export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels
 
-.PHONY: compare test fuzz lint check docs bench claims conformance clean
+.PHONY: compare test fuzz lint check suite bounds docs bench claims conformance clean
 
 compare: $(INSTALLED)
 	$(BIN)/cgla compare --out results --overwrite
@@ -27,8 +28,13 @@ lint: $(INSTALLED)
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
-check: lint
+check: lint suite bounds
+
+suite: $(INSTALLED)
 	$(PYTEST)
+
+# kernels read and write inside their arrays
+bounds: $(INSTALLED)
 	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(PYTEST) -m "not slow" \
 		tests/model/test_risk.py tests/model/test_risk_raster.py tests/model/test_no_fly.py tests/model/test_graph.py tests/cost_to_go/test_cost_matrix.py \
 		tests/eikonal/test_mesh.py tests/eikonal/test_marching_kernels.py tests/certificate/test_certificate_kernels.py \
