@@ -31,14 +31,15 @@ lint: $(INSTALLED)
 check: lint suite bounds
 
 suite: $(INSTALLED)
-	$(PYTEST)
+	$(PYTEST) $(addprefix --ignore=,$(OF_KERNELS))
 
-# kernels read and write inside their arrays
+# tests of kernels, which also have to read and write inside their arrays: once, with that checked
+OF_KERNELS := tests/model/test_risk.py tests/model/test_risk_raster.py tests/model/test_no_fly.py tests/model/test_graph.py \
+	tests/cost_to_go/test_cost_matrix.py tests/eikonal/test_mesh.py tests/eikonal/test_marching_kernels.py \
+	tests/certificate/test_certificate_kernels.py tests/certificate/test_tips.py tests/cost_to_go/test_repair.py \
+	tests/fusion/test_fusion.py tests/motion/test_trajectory.py tests/motion/test_space_time.py
 bounds: $(INSTALLED)
-	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(PYTEST) -m "not slow" \
-		tests/model/test_risk.py tests/model/test_risk_raster.py tests/model/test_no_fly.py tests/model/test_graph.py tests/cost_to_go/test_cost_matrix.py \
-		tests/eikonal/test_mesh.py tests/eikonal/test_marching_kernels.py tests/certificate/test_certificate_kernels.py \
-		tests/cost_to_go/test_repair.py tests/fusion/test_fusion.py tests/motion/test_trajectory.py tests/motion/test_space_time.py
+	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(PYTEST) $(OF_KERNELS)
 
 # the site, in build/docs; warnings are errors. The second time, what has not changed is not made again
 docs: $(VENV)/installed-docs

@@ -395,6 +395,7 @@ def test_cells_that_are_steep_and_free_of_charge_are_caught(monkeypatch: pytest.
         check_levels(cases)
 
 
+@pytest.mark.slow
 def test_charges_let_a_few_steep_cells_be() -> None:
     """Without them, all of the map pays for the steepest cell."""
     bounds = []
@@ -646,6 +647,7 @@ def test_the_bracket_closes_grid_by_grid() -> None:
 # Units, input
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scale", "offset"), [(1e5, 0.0), (1e-6, 0.0), (1.0, 1e6), (1e3, -1e6)])
 def test_units_and_places_do_not_matter(scale: float, offset: float) -> None:
     def moved(at: Point) -> Point:
@@ -699,6 +701,7 @@ def test_what_makes_no_sense_is_refused(own_settings: dict[str, Any], message: s
         lower_bound(problem, **own_settings)
 
 
+@pytest.mark.slow
 def test_finer_grids_give_better_bounds_to_the_end() -> None:
     """Waves from the rim of the tube once made the bound on 2048 cells worse than that on 1024."""
     problem = random_scenario(1).problem
@@ -709,6 +712,7 @@ def test_finer_grids_give_better_bounds_to_the_end() -> None:
     assert all(finer < 0.5 * coarser for coarser, finer in itertools.pairwise(gaps))
 
 
+@pytest.mark.slow
 def test_paths_along_the_foot_of_a_slope_are_bounded() -> None:
     """There the solution bends upwards without bound: with all costs around lowered alike, the gap was 9.8 %."""
     values = np.full((7, 7), 0.05)

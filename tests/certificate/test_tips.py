@@ -159,6 +159,7 @@ def test_ways_that_leave_the_box_are_no_cheaper_either(monkeypatch: pytest.Monke
 kernel_box = Near.kernel_near.fget  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 def test_a_closer_look_keeps_what_the_formula_loses() -> None:
     kept = []
     for seed in range(12):

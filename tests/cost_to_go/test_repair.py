@@ -126,6 +126,7 @@ def test_ten_repairs_in_a_row(data: st.DataObject) -> None:
     check(matrix, model)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", [1.0, 10.0, 100.0])
 def test_the_papers_map_threat_by_threat(k: float) -> None:
     """Threats are detected one after the other, one moves, and they vanish in another order."""

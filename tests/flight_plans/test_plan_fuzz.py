@@ -61,6 +61,7 @@ def many(number: int) -> dict[str, bytes]:
     }
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_waypoints_are_read() -> None:
     assert len(plan_of_bytes(many(100_000)[".kml"], "long.kml").waypoints) == 100_000
 

@@ -27,6 +27,7 @@ def test_it_is_the_product_of_its_parts(rate: float, speed: float, area: float, 
     assert cg.ground_risk(per_metre, unit="people/m2", **settings).cells == pytest.approx(wanted, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_simulation_of_failing_aircraft_kills_as_many() -> None:
     """People at random places; an aircraft fails at a random place of its way; who is within the lethal circle dies."""
     rng = np.random.default_rng(3)

@@ -53,6 +53,7 @@ def random_problem(seed: int) -> cg.Problem:
     return random_scenario(seed, k=k, threats=threats, areas=areas).problem
 
 
+@pytest.mark.slow
 @examples(40)
 @given(seeds, st.integers(12, 32), st.sampled_from(["closed", "upper", "lower", "centre"]))
 def test_it_is_the_optimum_of_the_full_matrix(seed: int, side: int, kind: LatticeKind) -> None:
@@ -76,6 +77,7 @@ def test_where_the_first_path_is_found_by_sums_of_the_raster(
     check(random_problem(seed).on_lattice(side))
 
 
+@pytest.mark.slow
 @examples(15)
 @given(seeds, st.floats(1.0, 1.3))
 def test_a_bad_first_path_only_takes_longer(seed: int, worse: float) -> None:

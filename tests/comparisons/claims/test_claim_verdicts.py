@@ -33,6 +33,7 @@ def found(claim: str) -> Finding:
     return catalogue.claims()[claim].check(FEW)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("claim", CLAIMS)
 def test_verdicts_are_those_of_the_full_study_and_the_same_each_time(claim: Claim) -> None:
     finding = found(claim.id)

@@ -124,6 +124,7 @@ def test_rare_livelocks_are_told_from_frequent_ones() -> None:
     assert judged(stuck(dict.fromkeys(frequent, 0.0), paper=0.3))[-1] == "contradicted"
 
 
+@pytest.mark.slow
 def test_livelocks_are_sampled_in_each_case_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(claims, "LIVELOCK_SIZES", (12,))
     records = claims.sample_livelocks.sample(7)

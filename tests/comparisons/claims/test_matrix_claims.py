@@ -27,12 +27,14 @@ def test_the_optimum_is_that_of_the_lattice_only(monkeypatch: pytest.MonkeyPatch
     )
 
 
+@pytest.mark.slow
 def test_dynamic_programming_flies_as_cgla_on_each_map_and_tick() -> None:
     rows = CHECKS["C24"](QUICK).tables[0].rows
     assert {(row[1], row[3]) for row in rows} == {("change", 1.0), ("tick", 1.0)}
     assert len(rows) == 4
 
 
+@pytest.mark.slow
 def test_random_choices_of_pivots_need_many_times_as_many() -> None:
     rows = CHECKS["C11"](QUICK).tables[1].rows
     assert [row[0] for row in rows] == [8, 10, 12, 15]
@@ -53,6 +55,7 @@ def _changed(change: Callable[[CostMatrix], Any]) -> Callable[..., CostMatrix]:
     return broken
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("claim", "change"),
     [

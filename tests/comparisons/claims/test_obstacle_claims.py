@@ -217,6 +217,7 @@ def test_conflicts_are_counted_as_they_are() -> None:
     assert obstacle_claims._conflicts(Samples(world), case) == (5, 3, 2, 1, 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("world", "found"),
     [

@@ -44,6 +44,7 @@ def assert_honest(found: Sequence[TableRow]) -> None:
             assert row.online is None
 
 
+@pytest.mark.slow
 def test_every_printed_number_is_there_once(tables: dict[str, Comparison]) -> None:
     printed = Counter(
         (row.place, row.method, quantity, value)

@@ -87,6 +87,7 @@ def test_nested_lattices_that_cost_more_are_found_out() -> None:
         judged(records)
 
 
+@pytest.mark.slow
 def test_excess_over_the_bound_falls_as_lattices_get_finer() -> None:
     excess = claims._excess_over_bound([1, 2])
     assert excess.shape == (2, len(claims.EXCESS_SIZES))

@@ -156,6 +156,7 @@ FIXED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("once")
 @pytest.mark.parametrize("name", WORLDS)
 def test_tells_worlds_apart_where_k_matters_and_where_it_does_not(name: str) -> None:

@@ -42,6 +42,7 @@ def test_the_stored_problems_are_those_that_the_script_makes() -> None:
     assert [(one.family, one.title) for one in drafts()] == [(one.family, one.title) for one in suite()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["open-straight", "narrow-crack", "lonlat-alps", "infeasible-ring"])
 def test_brackets_come_out_again(name: str) -> None:
     """Planners and proofs may become better: both brackets hold the optimum, and so they overlap."""

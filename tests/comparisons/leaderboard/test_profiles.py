@@ -80,6 +80,7 @@ def holds_all_over(n: int, runs: int, reach: float, *, narrowed: float = 1.0) ->
     return inside / runs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n", "reach"), [(3, 0.5), (10, 0.6), (10, 1.0), (40, 0.8)])
 def test_the_band_holds_the_whole_curve(n: int, reach: float) -> None:
     runs = 500

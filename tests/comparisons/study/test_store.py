@@ -410,6 +410,7 @@ def add_all(store: StudyStore, runs: list[Run]) -> None:
         add_run(store, run)
 
 
+@pytest.mark.slow
 def test_a_full_disk_keeps_what_was_written_and_goes_on(tiny_disk: Path) -> None:
     study = small_study(["first"], ["prm"], seeds=range(100))
     (tiny_disk / "big").write_bytes(b"x" * 64 * 1024)

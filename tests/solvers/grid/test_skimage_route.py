@@ -97,6 +97,7 @@ def test_every_path_stands_up_to_the_oracle(problem: cg.Problem) -> None:
     assert not problem.evaluate(answer.path).violations
 
 
+@pytest.mark.slow
 @few
 @given(raster_fields(), st.sampled_from([0.0, 1.0, 100.0]))
 def test_nothing_is_cheaper_than_the_proven_bound(field: cg.RiskField, k: float) -> None:
@@ -125,6 +126,7 @@ def test_touched_cells_are_those_that_shapely_names(area: shapely.MultiPolygon, 
     assert closed.tolist() == shapely.intersects(problem.model.area.geometry, boxes).tolist()
 
 
+@pytest.mark.slow
 def test_a_wall_is_gone_around_and_one_without_a_gap_is_told() -> None:
     around = cg.solve(cg.Problem((0.1, 0.7), (0.9, 0.7), no_fly=WALL), "skimage-route")
     assert around.status is cg.Status.FOUND

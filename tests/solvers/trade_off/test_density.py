@@ -48,6 +48,7 @@ def is_joined(problem: cg.Problem, level: float) -> bool:
     return (5, 5) in seen
 
 
+@pytest.mark.slow
 @given(strategies.seeds, st.integers(1, 8), st.sampled_from([0.1, 0.5]))
 @examples(15)
 def test_a_corridor_stays_below_or_there_is_none(seed: int, level: int, width: float) -> None:
