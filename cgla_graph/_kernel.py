@@ -3,15 +3,25 @@
 import hashlib
 import re
 import sys
-from collections.abc import Callable
-from functools import cache
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache, wraps
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+from numba.core.compiler_lock import global_compiler_lock
+
+if sys.platform != "win32":
+    import fcntl
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+#: How long to wait for another process that compiles the same kernel before it is compiled here too, and how often to
+#: look, in seconds.
+PATIENCE, GLANCE = 60.0, 0.02
 
 #: Modules of kernels whose names a module of kernels takes over.
 _IMPORTS = re.compile(r"^from ([\w.]+_kernels) import", flags=re.MULTILINE)
@@ -21,13 +31,14 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """
     Compile a numeric function with numba and keep the machine code on disk.
 
-    Numba ships no type hints, so this keeps the hints of the function it is given. Floats are IEEE: no
+    The function keeps its own type hints, which numba would lose. Floats are IEEE: no
     fast-math, because kernels promise exact predicates and error bounds.
 
     Numba looks only at a kernel's **own** file to tell whether kept code is stale, while that code contains the kernels
     that it calls and the constants that it takes from other files. So the code of each module is kept in a folder that
     is named after the text of the module and of all modules of kernels (``…_kernels``) that it imports, below
-    ``NUMBA_CACHE_DIR``, or else beside the source.
+    ``NUMBA_CACHE_DIR``, or else beside the source. Of several processes that need a kernel, one compiles it and the
+    others wait for it.
 
     Examples
     --------
@@ -41,9 +52,50 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     kept = settings.CACHE_DIR
     settings.CACHE_DIR = str(Path(kept or file.parent / "__pycache__", f"kernels-{_digest(file)[:16]}"))
     try:
-        return cast("Callable[P, R]", numba.njit(cache=True, nogil=True)(function))
+        # (kernels are not passed as values: they need no second entry, as C functions; an option that has no hint)
+        compiled = cast("Any", numba.njit)(cache=True, nogil=True, no_cfunc_wrapper=True)(function)
     finally:
         settings.CACHE_DIR = kept
+    compiled.compile = _in_one_process(compiled)
+    return cast("Callable[P, R]", compiled)
+
+
+def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - numba has no hints
+    """Return how a kernel is compiled, or loaded from disk: by one process at a time."""
+    compile_ = compiled.compile
+
+    @wraps(compile_)
+    def compile_once(signature: Any) -> Any:  # noqa: ANN401 - the same
+        # Numba's own lock comes first in every thread, and kernels call one another in no circle: so there is never a
+        # circle of processes that wait for each other.
+        with global_compiler_lock, _locked(Path(compiled.stats.cache_path, f"{compiled.__name__}.lock")):
+            return compile_(signature)
+
+    return compile_once
+
+
+@contextmanager
+def _locked(file: Path) -> Iterator[None]:
+    """Hold a file locked, which ends with the process at the latest; without, where that cannot be had."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        lock = file.open("ab")
+    except OSError:
+        yield
+        return
+    with lock:
+        if sys.platform != "win32":
+            latest = time.monotonic() + PATIENCE
+            while time.monotonic() < latest:
+                try:
+                    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    break
+                except BlockingIOError:
+                    time.sleep(GLANCE)
+                except OSError:
+                    # a file system that knows no locks
+                    break
+        yield
 
 
 def is_kept(compiled: Callable[..., object]) -> bool:

@@ -24,6 +24,13 @@ class InterruptedRunError(Exception):
     """Ctrl-C ended a comparison; the message says what is kept."""
 
 
+#: What a second process does to compile the kernels of proofs.
+_COMPILE = (
+    "import sys; sys.path[:] = sys.argv[1].split('\\n'); "
+    "from cgla_graph.certificate.certificate import load_kernels; load_kernels()"
+)
+
+
 def out(text: str) -> None:
     """
     Write to standard output, at once.
@@ -97,9 +104,10 @@ def running_solvers() -> Iterator[None]:
         # what is there by now stays: it need not be looked through ever again
         gc.freeze()
         gc.enable()
-    if not (is_kept(risk_kernels.segment_cost) and is_kept(certificate_kernels.steepness)):
-        say("compiling kernels: once after an installation, for up to a minute")
     with ExitStack() as stack:
+        if not (is_kept(risk_kernels.segment_cost) and is_kept(certificate_kernels.steepness)):
+            say("compiling kernels: once after an installation, for up to a minute")
+            stack.enter_context(_compiling_beside())
         stack.enter_context(redirect_stdout(sys.stderr))
         with suppress(OSError):
             saved = os.dup(1)
@@ -107,6 +115,29 @@ def running_solvers() -> Iterator[None]:
             stack.callback(os.dup2, saved, 1)
             os.dup2(2, 1)
         yield
+
+
+@contextmanager
+def _compiling_beside() -> Iterator[None]:
+    """
+    Have a second process compile the kernels of proofs meanwhile, while this one begins with those of paths.
+
+    A kernel is compiled by one of them, and the other one finds it on disk.
+    """
+    import subprocess  # noqa: PLC0415 - rarely used
+
+    folders = "\n".join(sys.path)
+    helper = subprocess.Popen(  # noqa: S603 - ours
+        [sys.executable, "-c", _COMPILE, folders],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        yield
+    finally:
+        helper.kill()
+        helper.wait()
 
 
 def forget_stdout() -> None:

@@ -1,13 +1,18 @@
 """Compiled kernels: what is kept of them on disk is never stale."""
 
+import shutil
 import subprocess
 import sys
+import threading
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numba
 import pytest
 from kept_kernels import kept_but_for
 
+from cgla_graph import _kernel
 from cgla_graph._kernel import kernel
 
 INNER = """
@@ -69,6 +74,64 @@ def test_where_other_functions_are_kept_is_left_alone() -> None:
 
     assert "kernels-" in twice.stats.cache_path  # type: ignore[attr-defined]
     assert before == numba.config.CACHE_DIR
+
+
+def new_kernel(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Any:  # noqa: ANN401 - numba has no hints
+    """Make a kernel that nobody has compiled; return it."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(folder))
+
+    @kernel
+    def thrice(x: float) -> float:
+        return 3.0 * x
+
+    return thrice
+
+
+def other_process(thrice: Any, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Callable[[], None]]:  # noqa: ANN401 - the same
+    """Lock a kernel as a process does that compiles it; return the thread that waits for it, and how to let go."""
+    fcntl = pytest.importorskip("fcntl")
+    file = Path(thrice.stats.cache_path, "thrice.lock")
+    lock = file.open("ab")
+    fcntl.flock(lock, fcntl.LOCK_EX)
+    waits = threading.Event()
+    sleep = _kernel.time.sleep
+    monkeypatch.setattr(_kernel.time, "sleep", lambda seconds: (waits.set(), sleep(seconds)))
+    caller = threading.Thread(target=thrice, args=(1.0,))
+    caller.start()
+    assert waits.wait(60.0)
+    return caller, lock.close
+
+
+def test_one_process_compiles_and_the_others_wait(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What another process that has compiled it meanwhile has kept is taken from there."""
+    thrice, other = (new_kernel(tmp_path / "kept", monkeypatch) for _ in range(2))
+    other(1.0)
+    aside = shutil.copytree(tmp_path / "kept", tmp_path / "aside")
+    shutil.rmtree(tmp_path / "kept")
+    Path(thrice.stats.cache_path).mkdir(parents=True)
+    caller, let_go = other_process(thrice, monkeypatch)
+    assert not thrice.overloads
+    shutil.copytree(aside, tmp_path / "kept", dirs_exist_ok=True)
+    let_go()
+    caller.join()
+    assert sum(thrice.stats.cache_hits.values()) == 1
+    assert not thrice.stats.cache_misses
+
+
+def test_nobody_waits_for_ever(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that was stopped in the middle of compiling holds its lock."""
+    monkeypatch.setattr(_kernel, "PATIENCE", 0.1)
+    thrice = new_kernel(tmp_path, monkeypatch)
+    caller, let_go = other_process(thrice, monkeypatch)
+    caller.join()
+    let_go()
+    assert len(thrice.overloads) == 1
+
+
+def test_where_nothing_can_be_locked_kernels_are_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    thrice = new_kernel(tmp_path, monkeypatch)
+    monkeypatch.setattr(Path, "open", lambda *_, **__: (_ for _ in ()).throw(PermissionError))
+    assert thrice(2.0) == 6.0
 
 
 @pytest.mark.slow

@@ -237,8 +237,9 @@ def steepness(
             for part in range(4):
                 x_side, y_side = 2 * (part % 2) - 1, 2 * (part // 2) - 1
                 if x_side != -x_half and y_side != -y_half:
-                    part_x[:] = vx
-                    part_y[:] = vy
+                    for o in range(9):
+                        part_x[o // 3, o % 3] = vx[o // 3, o % 3]
+                        part_y[o // 3, o % 3] = vy[o // 3, o % 3]
                     worst = max(worst, _worst(part_x, part_y, x_side, y_side, (hx, hy), bounds[p, part]))
         out[p] = math.sqrt(worst)
         greatest = max(greatest, out[p])

@@ -71,10 +71,14 @@ def with_room(keys: FloatArray, items: WholeArray, room: int) -> tuple[FloatArra
     """Return the arrays of a heap, twice as long if there would not be so much room."""
     if room <= keys.shape[0]:
         return keys, items
-    more = np.full(2 * keys.shape[0], math.inf)
-    others = np.empty(2 * keys.shape[0], dtype=np.uint32)
-    more[: keys.shape[0]] = keys
-    others[: keys.shape[0]] = items
+    size = keys.shape[0]
+    more = np.empty(2 * size)
+    others = np.empty(2 * size, dtype=np.uint32)
+    # (numba compiles the assignment of a slice, which may be of another shape, for a second)
+    for i in range(size):
+        more[i] = keys[i]
+        others[i] = items[i]
+        more[size + i] = math.inf
     return more, others
 
 

@@ -95,7 +95,14 @@ def mark_edges(grid: Grid, place: WholeArray, parts: int, edges: FloatArray, mar
                 if top < ay or bottom > by:
                     continue
                 left, right = reach_in_row(ax, ay, bx, by, bottom, top)
-                i = start + np.searchsorted(columns[start:stop], left - half)
+                i = start
+                above = stop
+                while i < above:
+                    middle = (i + above) // 2
+                    if columns[middle] < left - half:
+                        i = middle + 1
+                    else:
+                        above = middle
                 while i < stop and columns[i] <= right + half:
                     if place[i] >= 0:
                         base = columns[i] - 0.5

@@ -371,7 +371,8 @@ def pair_sectors(edges: FloatArray, order: IntArray) -> None:
         if stop - start > 1:
             ends = np.empty((stop - start, 2))
             for i in range(start, stop):
-                ends[i - start] = edges[order[i], 4:6]
+                ends[i - start, 0] = edges[order[i], 4]
+                ends[i - start, 1] = edges[order[i], 5]
             for i in range(start, stop):
                 edge = edges[order[i]]
                 best_turn = -2

@@ -8,8 +8,6 @@ So if no hull meets the no-fly area, no path of this kind crosses it: a set of b
 
 import math
 
-import numpy as np
-
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.model.no_fly_kernels import AreaArrays, segment_crosses
@@ -39,13 +37,27 @@ def _side(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> flo
 
 
 @kernel
+def _first_right_of(x: float, corners: FloatArray) -> int:
+    """Return the place of the first of some corners, sorted by x, that is not on the left of `x`."""
+    low = 0
+    high = corners.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if corners[middle, 0] < x:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@kernel
 def _in_triangle(
     ax: float, ay: float, bx: float, by: float, cx: float, cy: float, corners: FloatArray, slack: float
 ) -> bool:
     """Tell whether a corner, of those sorted by x, is inside a triangle, deeper than `slack`, an area."""
     low_x, high_x = min(ax, bx, cx), max(ax, bx, cx)
     low_y, high_y = min(ay, by, cy), max(ay, by, cy)
-    for i in range(np.searchsorted(corners[:, 0], low_x), corners.shape[0]):
+    for i in range(_first_right_of(low_x, corners), corners.shape[0]):
         x, y = corners[i, 0], corners[i, 1]
         if x >= high_x:
             return False

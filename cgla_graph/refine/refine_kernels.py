@@ -247,8 +247,8 @@ def minimise(
             break
         beside[:] = 0.0
         for colour in range(3):
-            trial[:] = shifts
-            trial[colour::3] += difference
+            for i in range(n):
+                trial[i] = shifts[i] + (difference if i % 3 == colour else 0.0)
             _shifted_cost(points, directions, trial, unit, k, field, work, other)
             for i in range(colour, n, 3):
                 diagonal[i] = (other[i] - slope[i]) / difference
@@ -257,7 +257,9 @@ def minimise(
                 if i < n - 1:
                     beside[i] += 0.5 * (other[i + 1] - slope[i + 1]) / difference
         looks += 3
-        scale = np.abs(diagonal).max()
+        scale = 0.0
+        for i in range(n):
+            scale = max(scale, abs(diagonal[i]))
         gain = -1.0
         while damping < 1e9 * scale:
             if _newton_step(diagonal, beside, damping, slope, free, step):
@@ -278,8 +280,9 @@ def minimise(
         if gain <= 0.0:
             break
         damping = 0.1 * damping if damping > 1e-6 * scale else 0.0
-        shifts[:] = trial
-        slope[:] = other
+        for i in range(n):
+            shifts[i] = trial[i]
+            slope[i] = other[i]
         cost = candidate
         if gain < 1e-12 * cost:
             break
