@@ -8,6 +8,8 @@ INSTALLED := $(VENV)/installed
 # browsers: three share two cores
 PYTEST := $(BIN)/python -m pytest --numprocesses 3 --dist loadfile --quiet
 export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels
+# tests start hundreds of processes: what Python has compiled is kept, whatever the environment says
+export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: compare test fuzz lint check suite bounds docs bench claims conformance clean
 
