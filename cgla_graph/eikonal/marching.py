@@ -3,6 +3,10 @@
 from collections.abc import Callable
 
 import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+from shapely.geometry import MultiPoint
+from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
@@ -13,6 +17,9 @@ from cgla_graph.model.problem import Problem
 
 #: Steps of a descent, at most, and how many of its points are kept where it has to be led around corners.
 MOST_STEPS, MOST_WAYPOINTS = 200_000, 250
+#: Corners that it is led around: of more, those that stand out in squares, which are so wide as a part of the reach
+#: within which corners count, until there are few enough.
+MOST_CORNERS, SQUARES = 600, (0.125, 0.25, 0.5, 1.0, 2.0)
 
 
 def node_costs(problem: Problem, mesh: SplineMesh) -> FloatArray:
@@ -127,17 +134,52 @@ def descent(problem: Problem, mesh: SplineMesh, times: FloatArray, *, radius: fl
 
 
 def _around_corners(problem: Problem, path: FloatArray, reach: float) -> FloatArray:
-    """Find the best polyline through points of a path and the corners within `reach` of it, or else all corners."""
+    """
+    Find the best polyline through points of a path and the corners within `reach` of it, or else all corners.
+
+    What it finds need not be the best there is: it is a path, and is judged as one.
+    """
     area = problem.model.area
     step = max(1, len(path) // MOST_WAYPOINTS)
     some = path[1:-1][::step]
     every = corners(area, problem.bounds)
-    near = np.array([(np.hypot(*(path - corner).T) <= reach).any() for corner in every], dtype=np.bool_)
+    beside_path = _outstanding(every, path, reach, area.geometry)
     # a wall too thin for the mesh is far from its corners
-    for beside in (every[near], every[:MOST_WAYPOINTS]):
+    for beside in (beside_path, every[:MOST_WAYPOINTS]):
         points = np.vstack([path[:1], some[~area.contains(some)], beside, path[-1:]])
         graph = GeometricGraph.from_matrix(problem.model.matrix(points))
         nodes = cost_matrix(graph, len(points) - 1).path_from(0)
         if nodes:
             return points[np.array(nodes, dtype=np.int64)]
     return np.empty((0, 2))
+
+
+def _outstanding(every: FloatArray, path: FloatArray, reach: float, geometry: BaseGeometry) -> FloatArray:
+    """
+    Choose corners near a path: of many, those that stand out, as the weights of all pairs of 10^4 take minutes.
+
+    Of those of a ring in a square, the corners of their convex hull are kept: who passes on one side of them all need
+    not bend at the others. Ways through gaps of a ring that are narrower than a square may be lost.
+    """
+    if not len(every):
+        return every
+    tree = cKDTree(path)
+    near = every[np.isfinite(tree.query(every, distance_upper_bound=reach)[0])]
+    if len(near) <= MOST_CORNERS:
+        return near
+    rings = shapely.get_rings(shapely.get_parts(geometry))
+    points, ring = shapely.get_coordinates(rings, return_index=True)
+    # (a complex number is a point)
+    chosen = np.isin(points @ (1.0, 1.0j), near @ (1.0, 1.0j))
+    points, ring = points[chosen], ring[chosen]
+    for side in reach * np.array(SQUARES):
+        squares = np.column_stack([ring, np.floor((points - points.min(axis=0)) / side)])
+        _, group = np.unique(squares, axis=0, return_inverse=True)
+        order = np.argsort(group, kind="stable")
+        parts = np.split(points[order], np.flatnonzero(np.diff(group[order])) + 1)
+        hulls = [MultiPoint(part).convex_hull for part in parts]
+        kept = np.unique(shapely.get_coordinates(hulls), axis=0)
+        if len(kept) <= MOST_CORNERS:
+            return kept
+    # many small areas: those that are nearest
+    return np.asarray(kept[np.argsort(tree.query(kept)[0], kind="stable")[:MOST_CORNERS]])
