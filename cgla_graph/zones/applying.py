@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 
+import numpy as np
 import shapely
 
 from cgla_graph._types import Bounds
@@ -14,6 +15,7 @@ from cgla_graph.zones.ground import Ground
 from cgla_graph.zones.heights import Altitude, meets
 from cgla_graph.zones.periods import moment_from
 from cgla_graph.zones.shapes import AreaShape, joined, part_near, short
+from cgla_graph.zones.sun import Sun
 from cgla_graph.zones.zone import SPELLINGS, TREATMENTS, Format, NoArea, Validity, Zone
 
 OUTSIDE = "outside the map"
@@ -237,13 +239,21 @@ def _moment(at: str | datetime | None) -> datetime | None:
     return moment_from(str(at.isoformat() if isinstance(at, datetime) else at), "the time (at)")
 
 
+def _applies(zone: Zone, moment: datetime) -> bool:
+    """Whether a zone applies at a moment; its sunrise is that of all of it."""
+    boxes = np.array([layer.area.bounds for layer in zone.layers])
+    (west, south), (east, north) = boxes[:, :2].min(axis=0).tolist(), boxes[:, 2:].max(axis=0).tolist()
+    sun = Sun((west, south, east, north), moment)
+    return any(period.includes(moment, sun) for period in zone.periods)
+
+
 def _verdict(
     zone: Zone, flight: Altitude | None, moment: datetime | None, treated: Mapping[str, str], ground: Ground | None
 ) -> Verdict:
     """Say what becomes of a zone."""
     if treated[zone.kind] == "open":
         return Verdict(zone, "open", zone.kind)
-    if moment is not None and zone.periods and not any(period.includes(moment) for period in zone.periods):
+    if moment is not None and zone.periods and not _applies(zone, moment):
         return Verdict(zone, "open", "not at this time")
     met = [(layer, answer) for layer in zone.layers if (answer := meets(layer, flight, ground)) is not False]
     if not met:

@@ -4,17 +4,20 @@ import re
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
+import numpy as np
+
+from cgla_graph._types import FloatArray
 from cgla_graph.untrusted.files import fault
 from cgla_graph.zones.entries import Entry
 from cgla_graph.zones.shapes import short
+from cgla_graph.zones.sun import EARLIEST, EVENTS, LATEST, Event, Sun
 
 DAYS = ("MON", "TUE", "WED", "THU", "FRI", "SAT", "SUN")
-#: Sun and twilight, as ED-318 has them: when they are depends on the place, so that they stand for the whole day.
-EVENTS = ("BMCT", "SR", "SS", "EECT")
-#: Where on the Earth it is earliest and latest, against UTC: a time of day without a zone is any of these.
-EARLIEST, LATEST = timedelta(hours=14), timedelta(hours=-12)
 DAY, MINUTE, SECOND = timedelta(days=1), timedelta(minutes=1), timedelta(seconds=1)
 TIME = re.compile(r"(\d{2}):(\d{2})(?::(\d{2})(?:[.,]\d+)?)?\s*(Z|z|[+-]\d{2}:?\d{2})?", re.ASCII)
+
+
+_BEGINNING, _NOON = datetime(1, 1, 1, tzinfo=UTC), datetime(2000, 1, 1, 12, tzinfo=UTC)
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,8 @@ class Daily:
         Since midnight; an end that is not after the start is on the next day.
     offsets
         What the clock is ahead of UTC, the least and the most that it may be.
+    rise, fall
+        What of the sun or the twilight it begins and ends with instead; the end is the first one after the start.
 
     Examples
     --------
@@ -42,20 +47,73 @@ class Daily:
     start: timedelta
     end: timedelta
     offsets: tuple[timedelta, timedelta]
+    rise: Event | None = None
+    fall: Event | None = None
 
-    def includes(self, moment: datetime) -> bool:
-        """Whether a moment is in it, wherever the clock may stand."""
-        least, most = self.offsets
-        end = self.end + (DAY if self.end <= self.start else timedelta(0))
-        end += SECOND if self.end.seconds % 60 else MINUTE
-        since = moment - datetime(1, 1, 1, tzinfo=UTC)
+    def includes(self, moment: datetime, sun: Sun | None = None) -> bool:
+        """Whether a moment is in it, wherever the clock may stand; without the sun, its events are at any time."""
+        with_sun = self.rise is not None or self.fall is not None
+        if with_sun and sun is not None:
+            return self._includes_with(sun)
+        start, end, (least, most) = self.start, self.end, self.offsets
+        if with_sun:
+            # it begins on a day, and ends on the next at the latest
+            start, end, least, most = timedelta(0), 2 * DAY, LATEST, EARLIEST
+        elif end <= start:
+            end += DAY
+        end += _to_the_end_of(self.end)
+        since = moment - _BEGINNING
         today = since // DAY
         # a day began yesterday somewhere, and its times may go on into the next
-        for day in range(max(0, today - 3), today + 3):
+        for day in range(max(0, today - 4), today + 3):
             # (1 January of year 1 was a Monday)
-            if day % 7 in self.days and day * DAY + self.start - most <= since < day * DAY + end - least:
+            if day % 7 in self.days and day * DAY + start - most <= since < day * DAY + end - least:
                 return True
         return False
+
+    def _includes_with(self, sun: Sun) -> bool:
+        """Whether the sun's moment is in it: from the earliest beginning that may be meant to the latest end."""
+        offsets = sun.clocks if self.rise is not None and self.fall is not None else self.offsets
+        least, most = (offset / DAY for offset in offsets)
+        # days are counted from noon of 1 January 2000 UTC; its midnight began a day that is so many after a Monday
+        shift = (_NOON - _BEGINNING) / DAY
+        if self.rise is not None:
+            times = sun.times(self.rise)
+            early, late = times.early, times.late
+            first, last = np.floor(early + shift + least), np.floor(late + shift + most)
+            on_day = [
+                any(d % 7 in self.days for d in range(int(a), int(b) + 1)) for a, b in zip(first, last, strict=True)
+            ]
+        else:
+            days = np.floor(sun.now + shift) + np.arange(-4, 4)
+            on_day = [int(day) % 7 in self.days for day in days]
+            early, late = (days - shift + self.start / DAY - offset for offset in (most, least))
+        ends = self._ends_after(late, sun)
+        # (a tenth of a millisecond for the rounding of days)
+        return bool((np.array(on_day) & (early - 1e-9 <= sun.now) & (sun.now <= ends + 1e-9)).any())
+
+    def _ends_after(self, starts: FloatArray, sun: Sun) -> FloatArray:
+        """Return the latest end of what begins at some moments, days."""
+        if self.fall is None:
+            minute = _to_the_end_of(self.end) / DAY
+            least, most = self.offsets
+            if least != most:
+                return starts + 1.0 + minute
+            end = (self.end - least - timedelta(hours=12)) / DAY
+            return end + np.floor(starts - end) + 1.0 + minute
+        times = sun.times(self.fall)
+        if self.rise is None:
+            # the first that is surely after the start
+            after = np.searchsorted(times.early, starts, side="right")
+            return np.append(times.late, np.inf)[after]
+        # of two events, which comes first in a day is known
+        same_day = EVENTS.index(self.fall) > EVENTS.index(self.rise)
+        return times.late if same_day else np.append(times.late[1:], np.inf)
+
+
+def _to_the_end_of(end: timedelta) -> timedelta:
+    """Return how long an end lasts: its second if it says one, else its minute."""
+    return SECOND if end.seconds % 60 else MINUTE
 
 
 @dataclass(frozen=True)
@@ -80,11 +138,11 @@ class Period:
     end: datetime | None
     schedule: tuple[Daily, ...] = ()
 
-    def includes(self, moment: datetime) -> bool:
-        """Whether a moment is in it."""
+    def includes(self, moment: datetime, sun: Sun | None = None) -> bool:
+        """Whether a moment is in it; without the sun there, events of the sun and the twilight are at any time."""
         if (self.start is not None and moment < self.start) or (self.end is not None and moment > self.end):
             return False
-        return not self.schedule or any(daily.includes(moment) for daily in self.schedule)
+        return not self.schedule or any(daily.includes(moment, sun) for daily in self.schedule)
 
 
 def period_of(entry: Entry) -> Period:
@@ -166,25 +224,26 @@ def _daily(entry: Entry) -> Daily:
         if name not in {*DAYS, "ANY"}:
             fault(f"{entry.where}: day", f"it is {short(word)}", f"give some of {', '.join(DAYS)}, ANY")
         days |= set(range(7)) if name == "ANY" else {DAYS.index(name)}
-    (start, ahead), (end, behind) = _time(entry, "start"), _time(entry, "end")
-    # sun and twilight, and times without a zone, are whenever they may be
-    known = not any(entry.has(f"{side}Event") for side in ("start", "end"))
-    offsets = (
-        (min(ahead, behind), max(ahead, behind))
-        if known and ahead is not None and behind is not None
-        else (LATEST, EARLIEST)
-    )
-    return Daily(frozenset(days), start or timedelta(0), DAY if end is None else end, offsets)
+    (rise, start, ahead), (fall, end, behind) = _time(entry, "start"), _time(entry, "end")
+    # a clock that is not said may stand anywhere; that of two events is the place's own
+    clocks = [clock for clock, event in ((ahead, rise), (behind, fall)) if event is None]
+    known = [clock for clock in clocks if clock is not None]
+    offsets = (min(known), max(known)) if known and len(known) == len(clocks) else (LATEST, EARLIEST)
+    if (rise is not None and start is not None) or (fall is not None and end is not None):
+        # which of the two is meant is not known
+        return Daily(frozenset(days), timedelta(0), 2 * DAY, (LATEST, EARLIEST))
+    return Daily(frozenset(days), start or timedelta(0), DAY if end is None else end, offsets, rise, fall)
 
 
-def _time(entry: Entry, side: str) -> tuple[timedelta | None, timedelta | None]:
-    """Return a time of day, and what its clock is ahead of UTC; nothing where it is not said."""
+def _time(entry: Entry, side: str) -> tuple[Event | None, timedelta | None, timedelta | None]:
+    """Return an event, a time of day, and what its clock is ahead of UTC; nothing where it is not said."""
+    event: Event | None = None
     if entry.has(f"{side}Event"):
-        entry.choice(f"{side}Event", EVENTS)
-        return None, None
+        word = entry.choice(f"{side}Event", EVENTS)
+        event = next(one for one in EVENTS if one == word)
     key = f"{side}Time"
     if not entry.has(key):
-        return None, None
+        return event, None, None
     value = entry.values[key]
     match = TIME.fullmatch(value.strip()) if isinstance(value, str) else None
     if match is None:
@@ -200,4 +259,4 @@ def _time(entry: Entry, side: str) -> tuple[timedelta | None, timedelta | None]:
         if ahead > DAY:
             entry.wrong(key, "give a zone from -12:00 to +14:00")
         offset = sign * ahead
-    return timedelta(hours=hours, minutes=minutes, seconds=seconds), offset
+    return event, timedelta(hours=hours, minutes=minutes, seconds=seconds), offset

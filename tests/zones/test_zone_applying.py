@@ -135,7 +135,7 @@ def test_several_layers_close_what_they_cover_alone() -> None:
             ["2026-08-02T08:00Z", "2026-08-02T12:00+02:00"],
             ["2026-08-02T07:59Z", "2026-08-02T12:01+02:00"],
         ),
-        # a clock of no zone may stand anywhere, and sunset is at some time of the day
+        # a clock of no zone may stand anywhere
         (
             {"schedule": [{"day": "SUN", "startTime": "10:00", "endTime": "12:00"}]},
             ["2026-08-01T20:00Z", "2026-08-03T00:00Z"],
@@ -143,8 +143,25 @@ def test_several_layers_close_what_they_cover_alone() -> None:
         ),
         (
             {"schedule": [{"day": ["SUN"], "startEvent": "SS", "endTime": "23:00Z"}]},
-            ["2026-08-02T01:00Z"],
-            ["2026-08-04T00:00Z"],
+            # the sun sets at 19:13
+            ["2026-08-02T19:13Z", "2026-08-02T23:00:59Z"],
+            ["2026-08-02T18:55Z", "2026-08-02T23:01:01Z", "2026-08-02T01:00Z", "2026-08-01T22:00Z"],
+        ),
+        (
+            {"schedule": [{"day": ["SUN"], "startEvent": "SS", "endTime": "06:00+02:00"}]},
+            ["2026-08-02T23:00Z", "2026-08-03T04:00Z"],
+            ["2026-08-03T04:01Z", "2026-08-03T20:00Z"],
+        ),
+        (
+            {"schedule": [{"day": ["SAT"], "startTime": "01:00Z", "endEvent": "SR"}]},
+            ["2026-08-01T01:00Z", "2026-08-01T04:08Z"],
+            ["2026-08-01T00:59Z", "2026-08-01T04:30Z", "2026-08-02T03:00Z"],
+        ),
+        # which of the two is meant is not known: all day, and what may be left of it on the next
+        (
+            {"schedule": [{"day": ["SUN"], "startTime": "10:00Z", "startEvent": "SR", "endEvent": "SS"}]},
+            ["2026-08-02T00:00Z", "2026-08-03T10:00Z"],
+            ["2026-07-31T00:00Z", "2026-08-05T00:00Z"],
         ),
         (
             {"schedule": [{"day": ["SUN"], "startTime": "00:00Z", "endTime": "24:00Z"}]},

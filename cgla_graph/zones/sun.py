@@ -1,0 +1,159 @@
+"""
+When the sun rises and sets, and when civil twilight begins and ends, over an area: as early and as late as it may be.
+
+The sun's position is that of Meeus, "Astronomical Algorithms", in the short form of NOAA's solar calculator: good to
+0.01 degrees in the centuries around 2000.
+"""
+
+import math
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from typing import Final, Literal, TypeAlias, get_args
+
+import numpy as np
+
+from cgla_graph._types import Bounds, FloatArray
+
+#: Beginning of morning civil twilight, sunrise, sunset, end of evening civil twilight: in the order of a day.
+Event: TypeAlias = Literal["BMCT", "SR", "SS", "EECT"]
+EVENTS: Final[tuple[Event, ...]] = get_args(Event)
+#: How high the sun's middle is then, degrees: its rim at the horizon, with usual refraction; civil twilight.
+HEIGHTS: Final[dict[Event, float]] = {"BMCT": -6.0, "SR": -5.0 / 6.0, "SS": -5.0 / 6.0, "EECT": -6.0}
+#: What is earlier or later than computed by less than this counts, and the sun may be so much higher or lower (degrees)
+#: than it should: refraction differs from day to day, and tables are rounded to minutes.
+MARGIN, SLACK = timedelta(minutes=5), 0.25
+#: Legal clocks against the sun's, hours: Mendoza, Xinjiang and Galicia are ahead of it, few places behind. Beyond the
+#: longitude, near the date line, a clock may be any.
+_BEHIND, _AHEAD, _DATE_LINE = -1.5, 3.5, 140.0
+#: Where on the Earth it is earliest and latest, against UTC.
+EARLIEST, LATEST = timedelta(hours=14), timedelta(hours=-12)
+_NOON: Final = datetime(2000, 1, 1, 12, tzinfo=UTC)
+_DAY: Final = timedelta(days=1)
+#: Days around a moment for which events are computed.
+_DAYS: Final = 4
+_STEPS: Final = 6
+
+
+@dataclass(frozen=True)
+class Times:
+    """
+    When something happens, day by day.
+
+    Attributes
+    ----------
+    early, late
+        At the earliest and at the latest over the area, days since noon of 1 January 2000 UTC, shape ``(n,)``, with
+        the margin.
+    """
+
+    early: FloatArray
+    late: FloatArray
+
+
+@dataclass
+class Sun:
+    """
+    The sun over an area, on the days around a moment.
+
+    On a day without the event, it is at the limit that it has as such days come near: while the sun does not set, it
+    rises at one midnight and sets at the next; while it does not rise, it does both at noon.
+
+    Parameters
+    ----------
+    box
+        West, south, east, north, degrees; longitudes may be beyond 180.
+    moment
+        With its zone.
+
+    Examples
+    --------
+    >>> sun = Sun((6.1, 49.6, 6.2, 49.7), datetime(2026, 8, 2, 12, tzinfo=UTC))
+    >>> days = sun.times("SR").early[sun.today], sun.times("SS").late[sun.today]
+    >>> [f"{sun.moment_of(day):%H:%M}" for day in days]
+    ['04:00', '19:22']
+    """
+
+    box: Bounds
+    moment: datetime
+    _times: dict[Event, Times] = field(default_factory=dict)
+
+    @property
+    def now(self) -> float:
+        """The moment, days since noon of 1 January 2000."""
+        return (self.moment - _NOON) / _DAY
+
+    @property
+    def today(self) -> int:
+        """Which of the days is that of the moment, by the sun's own clock."""
+        return _DAYS
+
+    @staticmethod
+    def moment_of(days: float) -> datetime:
+        """Return the moment that is some days after noon of 1 January 2000."""
+        return _NOON + days * _DAY
+
+    @property
+    def clocks(self) -> tuple[timedelta, timedelta]:
+        """What clocks in the area may be ahead of UTC, at least and at most: legal ones, and UTC itself."""
+        west, _, east, _ = self.box
+        middle = (0.5 * (west + east) + 180.0) % 360.0 - 180.0
+        half = 0.5 * (east - west)
+        if abs(middle) + half > _DATE_LINE:
+            return LATEST, EARLIEST
+        least, most = (middle - half) / 15.0 + _BEHIND, (middle + half) / 15.0 + _AHEAD
+        return timedelta(hours=min(0.0, least)), timedelta(hours=max(0.0, most))
+
+    def times(self, event: Event) -> Times:
+        """Return when an event is on the days around the moment."""
+        if event not in self._times:
+            west, south, east, north = self.box
+            noon = round(self.now + 0.5 * (west + east) / 360.0) + np.arange(-_DAYS, _DAYS + 1)
+            # earlier in the east at every latitude; between latitudes, it is between, but for seconds
+            latitudes = np.clip(np.linspace(south, north, 5), -90.0, 90.0)
+            heights = HEIGHTS[event] + np.array([-SLACK, 0.0, SLACK])
+            grid = np.meshgrid(noon, [west, east], latitudes, heights, indexing="ij")
+            found = _crossings(*grid, rises=event in {"BMCT", "SR"}).reshape(len(noon), -1)
+            margin = MARGIN / _DAY
+            self._times[event] = Times(found.min(axis=1) - margin, found.max(axis=1) + margin)
+        return self._times[event]
+
+
+def _crossings(
+    noon: FloatArray, longitude: FloatArray, latitude: FloatArray, height: FloatArray, *, rises: bool
+) -> FloatArray:
+    """Return when the sun passes a height on its way up or down; see `Sun` for days on which it does not."""
+    mean_noon = noon - longitude / 360.0
+    sine, cosine = np.sin(np.radians(latitude)), np.maximum(np.cos(np.radians(latitude)), 1e-12)
+    found = mean_noon
+    # (how fast the sun climbs in the year is told by where it is then: the steps settle this to seconds)
+    for _ in range(_STEPS):
+        declination, ahead = _position(found)
+        ratio = (np.sin(np.radians(height)) - sine * np.sin(declination)) / (cosine * np.cos(declination))
+        away = np.arccos(np.clip(ratio, -1.0, 1.0)) / (2.0 * math.pi)
+        found = mean_noon - ahead + (-away if rises else away)
+    return found
+
+
+def _position(days: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the sun's declination, rad, and how much it is ahead of the mean sun, days (the equation of time)."""
+    century = days / 36525.0
+    longitude = np.radians(280.46646 + century * (36000.76983 + 0.0003032 * century))
+    anomaly = np.radians(357.52911 + century * (35999.05029 - 0.0001537 * century))
+    eccentricity = 0.016708634 - century * (0.000042037 + 0.0000001267 * century)
+    centre = (
+        np.sin(anomaly) * (1.914602 - century * (0.004817 + 0.000014 * century))
+        + np.sin(2.0 * anomaly) * (0.019993 - 0.000101 * century)
+        + np.sin(3.0 * anomaly) * 0.000289
+    )
+    node = np.radians(125.04 - 1934.136 * century)
+    apparent = longitude + np.radians(centre - 0.00569 - 0.00478 * np.sin(node))
+    tilt = np.radians(23.4392911 - 0.0130042 * century + 0.00256 * np.cos(node))
+    y = np.tan(0.5 * tilt) ** 2
+    ahead = (
+        y * np.sin(2.0 * longitude)
+        - 2.0 * eccentricity * np.sin(anomaly)
+        + 4.0 * eccentricity * y * np.sin(anomaly) * np.cos(2.0 * longitude)
+        - 0.5 * y * y * np.sin(4.0 * longitude)
+        - 1.25 * eccentricity**2 * np.sin(2.0 * anomaly)
+    )
+    return np.arcsin(np.sin(tilt) * np.sin(apparent)), ahead / (2.0 * math.pi)
