@@ -150,7 +150,7 @@ def test_several_layers_close_what_they_cover_alone() -> None:
         (
             {"schedule": [{"day": ["SUN"], "startEvent": "SS", "endTime": "06:00+02:00"}]},
             ["2026-08-02T23:00Z", "2026-08-03T04:00Z"],
-            ["2026-08-03T04:01Z", "2026-08-03T20:00Z"],
+            ["2026-08-03T04:01:01Z", "2026-08-03T20:00Z"],
         ),
         (
             {"schedule": [{"day": ["SAT"], "startTime": "01:00Z", "endEvent": "SR"}]},
