@@ -17,7 +17,7 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.eikonal.marching_kernels import Mesh, spline_value
-from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, REACH2, X, Y
+from cgla_graph.model.risk_kernels import BLOCK, LOG_PEAK, PRECISION, REACH2, X, Y, threats_near
 from cgla_graph.model.risk_raster_kernels import Rasters, raster_floor, raster_range
 
 #: A spline over all cells of a box, row by row: controls of its pieces, last node, origin, spacing, control values; and
@@ -55,12 +55,23 @@ def cost_bounds(
     """
     hx, hy = spacing
     delta = 0.5 * math.hypot(hx, hy)
+    near = np.empty(table.shape[0], dtype=np.int64)
+    count = 0
     for p in range(columns.shape[0]):
+        if p % BLOCK == 0:
+            left, right, bottom, top = columns[p], columns[p], rows[p], rows[p]
+            for q in range(p, min(p + BLOCK, columns.shape[0])):
+                left, right = min(left, columns[q]), max(right, columns[q])
+                bottom, top = min(bottom, rows[q]), max(top, rows[q])
+            low = origin[0] + hx * left, origin[1] + hy * bottom
+            high = origin[0] + hx * right, origin[1] + hy * top
+            count = threats_near(low, high, table, near)
         x = origin[0] + hx * columns[p]
         y = origin[1] + hy * rows[p]
         bend, slopes, squares = 0.0, 0.0, 0.0
         gx, gy, clear = 0.0, 0.0, 1.0
-        for i in range(table.shape[0]):
+        for j in range(count):
+            i = near[j]
             dx = x - table[i, X]
             dy = y - table[i, Y]
             r2 = dx * dx + dy * dy

@@ -29,7 +29,7 @@ from cgla_graph.model.risk_kernels import (
     Field,
     exp_256,
     panel_end,
-    panel_width,
+    panel_widths,
     segment_risk,
     threats_in_reach,
 )
@@ -307,11 +307,11 @@ def envelope_risk(x1: float, y1: float, x2: float, y2: float, fields: Fields, wo
     # with one rival there is nothing to cut
     start = 0.0 if n > 1 else length
     # no wider than the panels of `segment_risk`, which resolve ``F``
-    width = panel_width(m, active)
+    panel_widths(m, length, 1.0, active)
     last = length
     known = False
     while start < length:
-        end, any_here = panel_end(start, length, m, active, width)
+        end, any_here = panel_end(start, length, m, active)
         if any_here:
             end = min(end, start + GROWTH * last)
             n_pieces = 0

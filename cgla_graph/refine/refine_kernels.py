@@ -28,12 +28,12 @@ from cgla_graph.model.risk_kernels import (
     PRECISION,
     PRECISION_AT,
     REACH2,
-    SPREAD_AT,
+    WIDTH_AT,
     Field,
     X,
     Y,
     panel_end,
-    panel_width,
+    panel_widths,
     segment_cost,
     threats_in_reach,
 )
@@ -69,10 +69,10 @@ def _moments(
     """
     m = threats_in_reach(x1, y1, ux, uy, length, table, active)
     risk, slope, lever = 0.0, 0.0, 0.0
-    width = 0.76 * panel_width(m, active)
+    panel_widths(m, length, 0.76, active)
     start = 0.0
     while start < length and m > 0:
-        end, any_here = panel_end(start, length, m, active, width)
+        end, any_here = panel_end(start, length, m, active)
         if not any_here:
             start = end
             continue
@@ -80,7 +80,7 @@ def _moments(
         middle = 0.5 * (end + start)
         few = True
         for i in range(m):
-            if active[i, LOW] < end and active[i, HIGH] > start and end - start > 0.25 * width * active[i, SPREAD_AT]:
+            if active[i, LOW] < end and active[i, HIGH] > start and end - start > 0.25 * active[i, WIDTH_AT]:
                 few = False
         nodes, weights = (_FEW_NODES, _FEW_WEIGHTS) if few else (_NODES, _WEIGHTS)
         for k in range(nodes.shape[0]):
