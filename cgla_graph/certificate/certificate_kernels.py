@@ -59,13 +59,13 @@ def cost_bounds(
     count = 0
     for p in range(columns.shape[0]):
         if p % BLOCK == 0:
-            left, right, bottom, top = columns[p], columns[p], rows[p], rows[p]
+            left, right, bottom, top = math.inf, -math.inf, math.inf, -math.inf
             for q in range(p, min(p + BLOCK, columns.shape[0])):
-                left, right = min(left, columns[q]), max(right, columns[q])
-                bottom, top = min(bottom, rows[q]), max(top, rows[q])
-            low = origin[0] + hx * left, origin[1] + hy * bottom
-            high = origin[0] + hx * right, origin[1] + hy * top
-            count = threats_near(low, high, table, near)
+                left = min(left, origin[0] + hx * columns[q])
+                right = max(right, origin[0] + hx * columns[q])
+                bottom = min(bottom, origin[1] + hy * rows[q])
+                top = max(top, origin[1] + hy * rows[q])
+            count = threats_near((left, bottom), (right, top), table, near)
         x = origin[0] + hx * columns[p]
         y = origin[1] + hy * rows[p]
         bend, slopes, squares = 0.0, 0.0, 0.0

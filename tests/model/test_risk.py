@@ -191,6 +191,16 @@ def test_density_is_eq2_and_a_probability(field: RiskField, where: list[Point]) 
     np.testing.assert_allclose(found, density(field.threats, at), rtol=0.0, atol=1e-13)
 
 
+def test_many_points_at_once_have_the_same_density_to_the_last_bit() -> None:
+    """Threats that no point of a block feels are left out: what they would change is rounded away."""
+    rows = np.random.default_rng(1).uniform(1e-3, 1.0, (60, 3)) * (4.0, 4.0, 0.1)
+    field = RiskField([Threat(x, y, spread, 1.0) for x, y, spread in rows])
+    at = np.stack(np.meshgrid(np.linspace(0.0, 4.0, 90), np.linspace(0.0, 4.0, 30)), axis=-1).reshape(-1, 2)
+    found = field.density(at)
+    assert np.array_equal(found, [field.density(point) for point in at])
+    np.testing.assert_allclose(found, density(field.threats, at), rtol=0.0, atol=1e-14)
+
+
 def difference_error(
     field: RiskField, gradient: Callable[[FloatArray], FloatArray], at: FloatArray, step: float
 ) -> float:
