@@ -110,6 +110,11 @@ class Checked:
         return [one for one in self.crossings.found if one.is_circle]
 
     @property
+    def uprights(self) -> list[Crossing]:
+        """Where it goes up or down inside an area, above one place."""
+        return [one for one in self.crossings.found if one.is_upright]
+
+    @property
     def faulty(self) -> BoolArray:
         """Which legs are not clean, shape ``(n,)``."""
         return np.asarray(self.crossing | self.outside | self.near)
@@ -123,7 +128,7 @@ class Checked:
     @property
     def is_straight(self) -> bool:
         """Whether every leg is clean, flown as it is drawn."""
-        return not (self.faulty.any() or self.circles)
+        return not (self.faulty.any() or self.circles or self.uprights)
 
     @property
     def is_clean(self) -> bool:
@@ -169,7 +174,7 @@ def check_plan(
         on,
         lengths=np.hypot(*(ends - starts).T),
         risks=np.asarray(problem.field.line_integral(starts, ends)),
-        crossings=crossings_of(route, on.areas, rounding=rounding_on(on), radii=_radii(plan, on)),
+        crossings=crossings_of(route, on.areas, rounding=rounding_on(on), radii=_radii(plan, on), heights=on.heights),
         gaps=_gaps(on, starts, ends),
     )
     if tolerance is None:
@@ -192,7 +197,7 @@ def _shut_ends(on: CheckMap) -> str:
         place = shapely.Point(on.route[index])
         if on.has_bounds and not problem.in_bounds(on.route[index]):
             return f"it {what} outside the map, as every plan between its ends"
-        for area in on.areas:
+        for area in on.walls:
             if shapely.contains_properly(area.shape, place):
                 return f"it {what} inside {area.name}, as every plan between its ends"
             if shapely.distance(area.shape, place) < problem.clearance:
@@ -246,7 +251,7 @@ def _bracket_within(on: CheckMap, bounds: Bounds, tolerance: float, max_cells: i
     """Prove the same of all paths within bounds, on the plane; and return what that is proven of."""
     first, last = ((float(x), float(y)) for x, y in (on.route[0], on.route[-1]))
     box = shapely.box(*bounds)
-    near = [one.shape for one in on.areas if shapely.intersects(box, one.shape)]
+    near = [one.shape for one in on.walls if shapely.intersects(box, one.shape)]
     no_fly = shapely.GeometryCollection(near) if near else None
     problem = dataclasses.replace(on.scenario.problem, start=first, goal=last, bounds=bounds, no_fly=no_fly)
     if no_fly is None or shapely.get_num_coordinates(no_fly) <= MOST_CORNERS:

@@ -4,6 +4,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,19 +13,22 @@ import numpy as np
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph._validate import non_negative_number
 from cgla_graph.comparisons.commands import one_map
+from cgla_graph.comparisons.commands.check_heights import Limits, PlanHeights
 from cgla_graph.comparisons.study.options import is_raster
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
-from cgla_graph.flight_plans.crossings import ClosedArea
 from cgla_graph.flight_plans.plan import FlightPlan
+from cgla_graph.flight_plans.walls import ClosedArea
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.projection import LocalProjection, geodesic_length, project_area
 from cgla_graph.scenarios.loading import AREAS, RASTERS, holds_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around
 from cgla_graph.scenarios.scenario import Scenario
-from cgla_graph.zones.applying import Applied
-from cgla_graph.zones.ground import read_ground
+from cgla_graph.zones.applying import Applied, Verdict
+from cgla_graph.zones.ground import Ground, read_ground
 from cgla_graph.zones.reading import read_zones
+from cgla_graph.zones.shapes import AreaShape, joined, part_near
+from cgla_graph.zones.zone import NoArea
 
 #: A map that is laid around a plan holds every path at most so many times as long as the plan, and as the way between
 #: its ends; the latter is less, as most plans are near to that.
@@ -59,6 +63,8 @@ class CheckMap:
         Whether the bounds are the map's: no leg may leave them. Else they are laid around the plan.
     at_all_heights
         Whether there are zones, and all of them count, whatever their floors and ceilings.
+    heights
+        The plan's own altitudes against floors and ceilings; None where these are not compared.
     """
 
     scenario: Scenario
@@ -67,6 +73,13 @@ class CheckMap:
     stops: tuple[int, ...]
     has_bounds: bool
     at_all_heights: bool = False
+    heights: PlanHeights | None = None
+
+    @cached_property
+    def walls(self) -> tuple[ClosedArea, ...]:
+        """The areas that no clean plan comes through at the heights of this one."""
+        heights = self.heights
+        return tuple(one for number, one in enumerate(self.areas) if heights is None or heights.holds_all(number))
 
 
 @dataclass(frozen=True)
@@ -158,7 +171,7 @@ def open_check_map(plan: FlightPlan, name: str, request: MapRequest) -> CheckMap
         msg = f"{name}: there is nothing to check it against; give --zones FILE, --risk FILE, or a scenario"
         raise CglaError(msg)
     stops, flown = _stops(plan)
-    applied = _applied(request)
+    applied, ground = _applied(request)
     if request.spec is None:
         if request.bounds is not None or any(value is not None for value in request.raster.values()):
             msg = "--bounds and what is said of rasters are about a map; give one (--risk FILE, or a scenario)"
@@ -169,36 +182,76 @@ def open_check_map(plan: FlightPlan, name: str, request: MapRequest) -> CheckMap
         scenario = _around(plan, flown, name, request)
     else:
         scenario = _opened(flown, name, request)
-    if (scenario.projection is None) is (plan.coordinates == "lonlat"):
-        one, other = "in degrees", "in x and y of a plane"
-        here, there = (other, one) if scenario.projection is None else (one, other)
-        msg = f"{name}: the plan is {there}, and the map {scenario.name} is {here}; give one of the same coordinates"
-        raise ScenarioError(msg)
     projection = scenario.projection
-    try:
-        route = flown if projection is None else projection.forward(flown)
-    except ProblemError as error:
-        msg = f"{name}: {error}"
-        raise ScenarioError(msg) from error
+    route = _on_plane(plan, flown, name, scenario)
     areas = list(_own_areas(scenario))
+    limits: list[Limits | None] = [None] * len(areas)
+    is_own = request.settings.get("altitude") is None and any(one.altitude is not None for one in plan.waypoints)
+    heights = None
     if applied is not None:
         if projection is None:
             msg = f"{request.zones[0]} is in longitude and latitude, and the map {scenario.name} is in the plane"
             raise ScenarioError(msg)
         bounds = scenario.problem.bounds
         seen = bounds if request.spec is not None else widened(bounds, WIDER[-1])
-        near = applied.within(_degrees_around(projection, seen, scenario.problem.clearance))
-        areas += [
-            ClosedArea(_label(one.zone), project_area(one.area, projection))
-            for one in near.verdicts
-            if one.area is not None
-        ]
+        box = _degrees_around(projection, seen, scenario.problem.clearance)
+        near = applied.within(box)
+        for verdict in near.verdicts:
+            for area, between in _layers(verdict, box, apart=is_own):
+                areas.append(ClosedArea(_label(verdict.zone), project_area(area, projection)))
+                limits.append(between)
         scenario = dataclasses.replace(scenario, zones=near.account())
+        heights = _heights(plan, stops, areas, limits, ground, route, projection)
     bare = dataclasses.replace(scenario.problem, no_fly=None, projection=projection)
     named = [(one.name, one.shape) for one in areas]
     scenario = dataclasses.replace(scenario, problem=bare, areas=named)
     everywhere = applied is not None and request.settings.get("altitude") is None
-    return CheckMap(scenario, tuple(areas), route, stops, request.spec is not None, everywhere)
+    return CheckMap(scenario, tuple(areas), route, stops, request.spec is not None, everywhere, heights)
+
+
+def _on_plane(plan: FlightPlan, flown: FloatArray, name: str, scenario: Scenario) -> FloatArray:
+    """Return what is flown in the coordinates of the map."""
+    if (scenario.projection is None) is (plan.coordinates == "lonlat"):
+        one, other = "in degrees", "in x and y of a plane"
+        here, there = (other, one) if scenario.projection is None else (one, other)
+        msg = f"{name}: the plan is {there}, and the map {scenario.name} is {here}; give one of the same coordinates"
+        raise ScenarioError(msg)
+    try:
+        return flown if scenario.projection is None else scenario.projection.forward(flown)
+    except ProblemError as error:
+        msg = f"{name}: {error}"
+        raise ScenarioError(msg) from error
+
+
+def _heights(
+    plan: FlightPlan,
+    stops: Sequence[int],
+    areas: Sequence[ClosedArea],
+    limits: Sequence[Limits | None],
+    ground: Ground | None,
+    route: FloatArray,
+    projection: LocalProjection,
+) -> PlanHeights | None:
+    """Return the plan's heights against those of areas, if any of these have some."""
+    if not any(one is not None and one.bounded for one in limits):
+        return None
+    boxes = np.array([one.shape.bounds for one in areas])
+    return PlanHeights(plan, stops, limits, ground, route, boxes, projection)
+
+
+def _layers(verdict: Verdict, box: Bounds, *, apart: bool) -> list[tuple[AreaShape, Limits | None]]:
+    """Return what is closed of a zone near a map; if floors and ceilings matter, apart by these."""
+    if verdict.area is None or isinstance(verdict.zone, NoArea):
+        return []
+    if not apart:
+        return [(verdict.area, None)]
+    groups: dict[Limits, list[AreaShape]] = {}
+    for layer in verdict.zone.layers:
+        groups.setdefault(Limits(layer.lower, layer.upper), []).append(layer.area)
+    if len(groups) == 1:
+        return [(verdict.area, next(iter(groups)))]
+    parts = [(part_near(joined(shapes), box), limits) for limits, shapes in groups.items()]
+    return [(area, limits) for area, limits in parts if area is not None]
 
 
 def _stops(plan: FlightPlan) -> tuple[tuple[int, ...], FloatArray]:
@@ -209,16 +262,17 @@ def _stops(plan: FlightPlan) -> tuple[tuple[int, ...], FloatArray]:
     return tuple((np.nonzero(moved)[0] + first).tolist()), flown[moved]
 
 
-def _applied(request: MapRequest) -> Applied | None:
-    """Say which zones are closed."""
+def _applied(request: MapRequest) -> tuple[Applied | None, Ground | None]:
+    """Say which zones are closed, and how high the ground is."""
     said = {key: value for key, value in request.settings.items() if value is not None}
     if not request.zones:
         if said:
             msg = f"--{next(iter(said))} is about zones; give their files (--zones FILE)"
             raise CglaError(msg)
-        return None
-    ground = said.pop("ground", None)
-    return read_zones(list(request.zones)).apply(**said, ground=None if ground is None else read_ground(ground))
+        return None, None
+    path = said.pop("ground", None)
+    ground = None if path is None else read_ground(path)
+    return read_zones(list(request.zones)).apply(**said, ground=ground), ground
 
 
 def _label(zone: object) -> str:

@@ -38,8 +38,7 @@ def print_checked(checked: Checked) -> None:
     })  # fmt: skip
     for remark in plan.remarks:
         output.print_lines({"remark": remark})
-    if checked.on.at_all_heights and any(one.altitude is not None for one in plan.waypoints):
-        note = "zones count at all heights, and the plan's altitudes are not held against them; --altitude M does that"
+    for note in _height_notes(checked):
         output.print_lines({"note": note})
     _print_legs(checked)
     for words in _crossing_lines(checked):
@@ -56,6 +55,19 @@ def print_checked(checked: Checked) -> None:
         "best": _best_line(checked),
         "verdict": "; ".join(verdict_of(checked)),
     })  # fmt: skip
+
+
+def _height_notes(checked: Checked) -> list[str]:
+    """Say how heights count."""
+    on = checked.on
+    if on.heights is not None:
+        held = (
+            "zones count where the plan's own altitudes, which change evenly between waypoints, are within their limits"
+        )
+        return [held, *on.heights.notes()]
+    if on.at_all_heights and all(one.altitude is None for one in checked.plan.waypoints):
+        return ["zones count at all heights, as the plan has no altitudes; --altitude M gives one"]
+    return []
 
 
 def _unit(checked: Checked) -> str:
@@ -86,7 +98,9 @@ def _print_legs(checked: Checked) -> None:
 def _row(checked: Checked, leg: int) -> dict[str, str]:
     clearance = float(checked.crossings.clearances[leg])
     last = min(leg + 1, len(checked.on.stops) - 1)
-    areas = dict.fromkeys(one.area for one in checked.crossings.found if one.leg == leg and not one.is_circle)
+    areas = dict.fromkeys(
+        one.area for one in checked.crossings.found if one.leg == leg and not (one.is_circle or one.is_upright)
+    )
     notes = [listed([checked.on.areas[area].name for area in areas], 3)] if areas else []
     notes += ["(crosses)"] if checked.crossing[leg] and not areas else []
     notes += ["leaves the map"] if checked.outside[leg] else []
@@ -113,9 +127,15 @@ def _crossing_lines(checked: Checked) -> Iterator[str]:
             stop = _stop(checked, one.leg)
             yield f"the circle around waypoint {stop} reaches into {name}: {inside} of it inside"
             continue
+        at = "" if checked.on.heights is None else checked.on.heights.words_at(one.leg, one.area)
+        if one.is_upright:
+            place = _written(_places(checked, one)[0])
+            yield f"it goes up or down inside {name}, at {place}{at and f' ({at})'}"
+            continue
         first, last = (_written(place) for place in _places(checked, one))
         along = " to ".join(_far(checked, far) for far in one.along)
-        yield f"leg {one.leg + 1} is {inside} inside {name}, from {first} to {last}, {along}{unit} along the plan"
+        where = f"from {first} to {last}, {along}{unit} along the plan"
+        yield f"leg {one.leg + 1} is {inside} inside {name}, {where}{at and f' ({at})'}"
     if len(found) > MOST_ROWS:
         yield f"and {len(found) - MOST_ROWS} more (--json has them)"
 
@@ -154,6 +174,7 @@ def _best_line(checked: Checked) -> str:
     if not proof.lower_bound >= 0.0:
         return f"not known: {proof.message}"
     ends = "between its ends within the bounds" if checked.on.has_bounds else "between its ends"
+    ends += " and at its heights" if checked.on.heights is not None else ""
     bound = f"no clean plan {ends} costs less than {rounded_down(proof.lower_bound, 9)}{unit}"
     least = proof.upper_bound
     if not checked.is_straight:
@@ -172,10 +193,13 @@ def verdict_of(checked: Checked) -> list[str]:
         rounded = len(checked.crossings.rounded)
         note = f"{counted(rounded, 'leg')} along the edge of an area, within a rounding" if rounded else ""
         return [f"clean{note and f' ({note})'}"]
-    crossing, areas = int(checked.crossing.sum()), len({one.area for one in checked.crossings.found})
+    # (layers of a zone are one)
+    crossing = int(checked.crossing.sum())
+    areas = len({checked.on.areas[one.area].name for one in checked.crossings.found})
     faults = (
         (crossing, "leg", ("crosses", "cross"), f"{counted(areas, 'area')}"),
         (len(checked.circles), "circle", ("reaches", "reach"), "into an area"),
+        (len(checked.uprights), "place", ("lies", "lie"), "inside an area where it goes up or down"),
         (int(checked.outside.sum()), "leg", ("leaves", "leave"), "the map"),
         (int((checked.near & ~checked.crossing).sum()), "leg", ("comes", "come"), "nearer to an area than asked for"),
     )
@@ -196,6 +220,7 @@ def checked_document(checked: Checked) -> dict[str, Any]:
             "upper_bound": json_number(proof.upper_bound),
             "gap": json_number(checked.most_to_gain) if checked.is_straight else None,
             "within_bounds": on.has_bounds,
+            "at_its_heights": on.heights is not None,
             "message": proof.message,
             "seconds": proof.seconds,
         }
@@ -214,6 +239,7 @@ def checked_document(checked: Checked) -> dict[str, Any]:
         "cost": checked.cost,
         "clearance": json_number(float(checked.crossings.clearances.min())),
         "clearance_asked": scenario.problem.clearance,
+        "heights": {"compared": on.heights is not None, "notes": _height_notes(checked)},
         "geodesic_gap": float(checked.gaps.max()),
         "rounding": rounding_on(on),
         "route": on.route.tolist(),
@@ -245,6 +271,7 @@ def _leg_document(checked: Checked, leg: int) -> dict[str, Any]:
 def _crossing_document(checked: Checked, one: Crossing) -> dict[str, Any]:
     found: dict[str, Any] = {
         "leg": None if one.is_circle else one.leg + 1,
+        "upright": one.is_upright,
         "waypoint": _stop(checked, one.leg) if one.is_circle else None,
         "area": checked.on.areas[one.area].name,
         "inside": one.inside,
@@ -252,6 +279,9 @@ def _crossing_document(checked: Checked, one: Crossing) -> dict[str, Any]:
         "entry": list(one.entry),
         "exit": list(one.exit),
     }
+    if checked.on.heights is not None:
+        limits = checked.on.heights.limits[one.area]
+        found["limits"] = None if limits is None else str(limits)
     if checked.on.scenario.projection is not None:
         found["entry_lonlat"], found["exit_lonlat"] = _places(checked, one)
     return found

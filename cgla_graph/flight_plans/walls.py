@@ -1,0 +1,140 @@
+"""Outlines of areas: which pieces of a leg are inside, and whether a rounding put them there."""
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import shapely
+from shapely.geometry import LineString
+from shapely.geometry.base import BaseGeometry
+from shapely.ops import substring
+
+from cgla_graph._types import FloatArray, Point
+from cgla_graph.model.no_fly import NoFlyArea
+
+#: A part of a leg: where it begins and ends.
+Piece: TypeAlias = tuple[Point, Point]
+
+
+@dataclass(frozen=True)
+class ClosedArea:
+    """
+    An area that no leg may cross, with its name.
+
+    Attributes
+    ----------
+    name
+        What messages call it.
+    shape
+        Polygons, map units.
+    """
+
+    name: str
+    shape: BaseGeometry
+
+
+def point_of(place: FloatArray) -> Point:
+    """
+    Return a place as two numbers.
+
+    Examples
+    --------
+    >>> point_of(np.array([1.0, 2.0]))
+    (1.0, 2.0)
+    """
+    return float(place[0]), float(place[1])
+
+
+class Walls:
+    """
+    The outline of an area, looked up edge by edge.
+
+    Parameters
+    ----------
+    shape
+        Polygons, map units, as `cgla_graph.model.no_fly.NoFlyArea` takes them.
+
+    Examples
+    --------
+    >>> Walls(shapely.box(4, 0, 5, 9)).pieces(np.array([0.0, 5.0]), np.array([9.0, 5.0]))
+    [((4.0, 5.0), (5.0, 5.0))]
+    """
+
+    def __init__(self, shape: BaseGeometry) -> None:
+        self.area = NoFlyArea(shape)
+        self.shape = self.area.geometry
+        edges = self.area.edges
+        lines = shapely.linestrings(edges[:, :4].reshape(-1, 2, 2))
+        self.tree = shapely.STRtree(np.array(lines, dtype=object, ndmin=1))
+        self.rings = [LineString(ring) for ring in shapely.get_rings(shapely.get_parts(self.shape))]
+
+    def distances(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
+        """Return the distance of each leg from the outline."""
+        lines = np.asarray(shapely.linestrings(np.stack([starts, ends], axis=1)), dtype=object)
+        _, distance = self.tree.query_nearest(lines, all_matches=False, return_distance=True)
+        return np.array(distance, dtype=np.float64)
+
+    def pieces(self, start: FloatArray, end: FloatArray) -> list[Piece]:
+        """Return the pieces of a leg that crosses the area inside of it, as beginnings and ends."""
+        leg, along = LineString([start, end]), end - start
+        length2 = float(along @ along)
+        if length2 == 0.0:
+            return [(point_of(start), point_of(end))]
+        edges = self.tree.geometries[self.tree.query(leg, predicate="intersects")]
+        cuts = shapely.get_coordinates(shapely.intersection(leg, edges))
+        shares = np.clip((cuts - start) @ along / length2, 0.0, 1.0)
+        shares = np.unique(np.concatenate([[0.0], shares, [1.0]]))
+        middles = start + 0.5 * (shares[:-1] + shares[1:])[:, None] * along
+        # (a middle is rounded, but so is nothing that decides whether the leg crosses at all)
+        inside = self.area.contains(middles)
+        if not inside.any():
+            # thinner than the distance of two numbers
+            place = start + shares[len(shares) // 2] * along
+            return [(point_of(place), point_of(place))]
+        # pieces that touch are one
+        opens = np.nonzero(inside & ~np.concatenate([[False], inside[:-1]]))[0]
+        closes = np.nonzero(inside & ~np.concatenate([inside[1:], [False]]))[0]
+        return [
+            (point_of(start + shares[first] * along), point_of(start + shares[last + 1] * along))
+            for first, last in zip(opens.tolist(), closes.tolist(), strict=True)
+        ]
+
+    def can_dodge(self, first: Point, last: Point, rounding: float) -> bool:
+        """
+        Tell whether a piece inside could run along the outline instead, never farther away than a rounding.
+
+        Of a thin wall it could not: its ends lie on two sides, and the way around is long.
+        """
+        if rounding <= 0.0:
+            return False
+        if first == last:
+            return self._is_corner(first, rounding)
+        middle = LineString([first, last]).interpolate(0.5, normalized=True)
+        ends = [shapely.Point(first), shapely.Point(last)]
+        if not len(self.tree.query(middle, predicate="dwithin", distance=rounding)):
+            return False
+        piece = LineString([first, last])
+        # each end is on the ring that is nearest to it: on others it may be within a rounding, but across a thin wall
+        away = [[float(shapely.distance(ring, end)) for ring in self.rings] for end in ends]
+        one, other = (min(range(len(self.rings)), key=far.__getitem__) for far in away)
+        if one != other or max(away[0][one], away[1][one]) > rounding:
+            return False
+        ring = self.rings[one]
+        low, high = sorted(ring.project(end) for end in ends)
+        between = substring(ring, low, high).coords
+        around = [*substring(ring, high, ring.length).coords, *substring(ring, 0.0, low).coords]
+        piece = LineString([first, last])
+        ways = (shapely.points(np.array(way)) for way in (between, around))
+        return any(shapely.distance(piece, way).max() <= rounding for way in ways)
+
+    def _is_corner(self, place: Point, rounding: float) -> bool:
+        """Tell whether the outline near a place is one line, which can be passed on its other side."""
+        edges = self.area.edges[self.tree.query(shapely.Point(place), predicate="dwithin", distance=rounding), :4]
+        # edges that share a corner nearby are one line
+        lines: list[set[Point]] = []
+        for edge in edges.reshape(-1, 2, 2).tolist():
+            line = {(x, y) for x, y in edge if math.dist((x, y), place) <= rounding}
+            joined = [other for other in lines if other & line]
+            lines = [other for other in lines if not other & line] + [line.union(*joined)]
+        return len(lines) == 1
