@@ -123,9 +123,11 @@ def crossings_of(
     if walls.area.is_empty:
         return Crossings((), _NONE, _NONE, np.full(len(starts), np.inf))
     crosses = np.asarray(walls.area.crosses(starts, ends))
-    hit, clearances = np.nonzero(crosses)[0], np.zeros(len(starts))
+    clearances = np.zeros(len(starts))
     clearances[~crosses] = walls.distances(starts[~crosses], ends[~crosses])
     together = Together(areas, walls, heights)
+    crosses = together.may_cross(crosses)
+    hit = np.nonzero(crosses)[0]
     found: list[Crossing] = []
     crossing, rounded = hit[MOST_LISTED:].tolist(), []
     for leg in hit[:MOST_LISTED].tolist():

@@ -99,6 +99,11 @@ class Together:
             self.sets[numbers] = Walls(shapely.GeometryCollection(shapes))
         return self.sets[numbers]
 
+    def may_cross(self, crosses: BoolArray) -> BoolArray:
+        """Return which of the legs that would cross something if all areas counted may do so at their heights."""
+        kinds = None if self.heights is None else self.heights.kinds()
+        return crosses if kinds is None else crosses & np.asarray(kinds[1].any(axis=1))[kinds[0]]
+
     def parts(self, leg: int, start: FloatArray, end: FloatArray) -> list[Part]:
         """Return the parts of a leg on which areas count, in order; parts of no length as well."""
         everything = [Part(start, end, self.walls, None)]

@@ -763,6 +763,10 @@ def check(
     tolerance: Annotated[
         float, typer.Option("--tolerance", metavar="R", help="how tight the bracket of the best cost shall be")
     ] = 0.01,
+    through: Annotated[
+        int,
+        typer.Option("--through", metavar="N", help="legs that are proven at most for the bound through its waypoints"),
+    ] = 16,
     no_certificate: NoCertificateOption = False,
     out: OutOption = None,
     formats: FormatsOption = None,
@@ -797,7 +801,7 @@ def check(
     zoned = zone_list.told([on.scenario], zones_list, altitude=altitude, as_json=as_json)
     folder = files.make_folder(out) if out else None
     with console.running_solvers():
-        checked = checks.check_plan(plan_read, str(plan_file), on, tolerance=asked)
+        checked = checks.check_plan(plan_read, str(plan_file), on, tolerance=asked, most_proven=through)
     written = check_report.write_checked(folder, checked, kinds) if folder else []
     if as_json:
         _print_json({**check_report.checked_document(checked), "files": [str(path) for path in written], **zoned})

@@ -6,28 +6,24 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import shapely
-from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._types import BoolArray, Bounds, FloatArray
+from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph._validate import positive_number
-from cgla_graph.certificate.certificate import MAX_CELLS, Certificate, lower_bound
-from cgla_graph.comparisons.commands.check_map import WIDER, CheckMap, least_outside, widened
-from cgla_graph.comparisons.study import earth
+from cgla_graph.certificate.certificate import MAX_CELLS, Certificate
+from cgla_graph.comparisons.commands.check_bracket import Through, bracket, shut_ends, through
+from cgla_graph.comparisons.commands.check_map import CheckMap
 from cgla_graph.errors import ProblemError
 from cgla_graph.flight_plans.crossings import Crossing, Crossings, crossings_of, geodesic_gaps
 from cgla_graph.flight_plans.plan import FlightPlan
 from cgla_graph.model.clearance import ROUNDING
-from cgla_graph.model.no_fly import NoFlyArea
-from cgla_graph.model.problem import Problem
 from cgla_graph.model.projection import geodesic_between
 
 #: Crossings that a shift by this would undo do not count, metres: autopilots keep places to 1e-7 degrees.
 ROUNDED = 0.01
 #: The bracket of the best possible cost is at most so wide, unless told otherwise.
 TOLERANCE = 0.01
-#: Areas of more corners are simplified for the bracket, by this part of the map's longer side.
-MOST_CORNERS, _COARSE = 5000, 5e-4
+#: Legs for which a bound is proven, at most, unless told otherwise; the others count with their straight lines.
+MOST_PROVEN = 16
 #: Where legs are held against geodesics: at these shares of their lengths.
 _SHARES = (0.25, 0.5, 0.75)
 
@@ -53,6 +49,8 @@ class Checked:
         The proven bracket of the least cost that a clean plan between the same ends may have; None without one.
     no_proof
         Why there is none.
+    through
+        A bound of the cost of every clean plan through the same waypoints; None without one.
     """
 
     file: str
@@ -64,6 +62,7 @@ class Checked:
     gaps: FloatArray
     proof: Certificate | None = None
     no_proof: str = ""
+    through: Through | None = None
 
     @property
     def k(self) -> float:
@@ -126,6 +125,12 @@ class Checked:
         return max(self.cost / bound - 1.0, 0.0) if bound > 0.0 else math.inf
 
     @property
+    def most_through(self) -> float:
+        """The same for plans through its waypoints."""
+        bound = 0.0 if self.through is None else self.through.lower_bound
+        return max(self.cost / bound - 1.0, 0.0) if bound > 0.0 else math.inf
+
+    @property
     def is_straight(self) -> bool:
         """Whether every leg is clean, flown as it is drawn."""
         return not (self.faulty.any() or self.circles or self.uprights)
@@ -143,7 +148,13 @@ def rounding_on(on: CheckMap) -> float:
 
 
 def check_plan(
-    plan: FlightPlan, file: str, on: CheckMap, *, tolerance: float | None = TOLERANCE, max_cells: int = MAX_CELLS
+    plan: FlightPlan,
+    file: str,
+    on: CheckMap,
+    *,
+    tolerance: float | None = TOLERANCE,
+    max_cells: int = MAX_CELLS,
+    most_proven: int = MOST_PROVEN,
 ) -> Checked:
     """
     Check a plan, and prove how much better one could be.
@@ -158,6 +169,8 @@ def check_plan(
         How wide the proven bracket of the least cost may be, as a ratio; None for no proof.
     max_cells
         As of `cgla_graph.lower_bound`.
+    most_proven
+        For so many legs at most, a bound is proven of plans through the waypoints.
 
     Raises
     ------
@@ -179,30 +192,21 @@ def check_plan(
     )
     if tolerance is None:
         return checked
+    if most_proven < 0:
+        msg = f"--through is {most_proven}; give how many legs are proven at most, 0 or more"
+        raise ProblemError(msg)
+    costs = checked.lengths + problem.k * checked.risks
+    found = through(on, costs, checked.faulty, tolerance, most_proven) if len(route) > 2 else None  # noqa: PLR2004 - one leg
+    checked = dataclasses.replace(checked, through=found)
     if (route[0] == route[-1]).all():
         return dataclasses.replace(checked, no_proof="it ends where it begins: the best way there is to stay")
-    shut = _shut_ends(on)
+    shut = shut_ends(on)
     if shut:
         return dataclasses.replace(checked, no_proof=shut)
     try:
-        return dataclasses.replace(checked, proof=_bracket(checked, tolerance, max_cells))
+        return dataclasses.replace(checked, proof=bracket(on, tolerance, max_cells))
     except ProblemError as error:
         return dataclasses.replace(checked, no_proof=str(error))
-
-
-def _shut_ends(on: CheckMap) -> str:
-    """Say why no plan between the same ends could be clean, if one of them is where none may be; else nothing."""
-    problem = on.scenario.problem
-    for what, index in (("begins", 0), ("ends", -1)):
-        place = shapely.Point(on.route[index])
-        if on.has_bounds and not problem.in_bounds(on.route[index]):
-            return f"it {what} outside the map, as every plan between its ends"
-        for area in on.walls:
-            if shapely.contains_properly(area.shape, place):
-                return f"it {what} inside {area.name}, as every plan between its ends"
-            if shapely.distance(area.shape, place) < problem.clearance:
-                return f"it {what} nearer to {area.name} than asked for, as every plan between its ends"
-    return ""
 
 
 def _radii(plan: FlightPlan, on: CheckMap) -> list[float]:
@@ -224,64 +228,3 @@ def _gaps(on: CheckMap, starts: FloatArray, ends: FloatArray) -> FloatArray:
     first, last = projection.inverse(starts), projection.inverse(ends)
     samples = [projection.forward(geodesic_between(first, last, share)) for share in _SHARES]
     return geodesic_gaps(np.stack([starts, ends], axis=1), samples)
-
-
-def _bracket(checked: Checked, tolerance: float, max_cells: int) -> Certificate:
-    """Prove what the least cost of a clean plan between the same ends is, from below and from above."""
-    on = checked.on
-    scenario, route = on.scenario, on.route
-    if on.has_bounds:
-        problem, proof = _bracket_within(on, scenario.problem.bounds, tolerance, max_cells)
-        return earth.certificate_on_earth(dataclasses.replace(scenario, problem=problem), proof, tolerance)
-    for factor in WIDER:
-        bounds = widened(scenario.problem.bounds, factor)
-        problem, proof = _bracket_within(on, bounds, tolerance, max_cells)
-        # a path that leaves the box that is laid around the plan is at least so long: the bound is one for all paths
-        outside = least_outside(route[0], route[-1], bounds)
-        if proof.lower_bound <= outside:
-            break
-    bound = min(proof.lower_bound, outside)
-    if scenario.projection is not None:
-        everywhere = (-math.inf, -math.inf, math.inf, math.inf)
-        bound = scenario.projection.bound_on_earth(bound, problem.start, problem.goal, everywhere)
-    return dataclasses.replace(proof, lower_bound=bound)
-
-
-def _bracket_within(on: CheckMap, bounds: Bounds, tolerance: float, max_cells: int) -> tuple[Problem, Certificate]:
-    """Prove the same of all paths within bounds, on the plane; and return what that is proven of."""
-    first, last = ((float(x), float(y)) for x, y in (on.route[0], on.route[-1]))
-    box = shapely.box(*bounds)
-    near = [one.shape for one in on.walls if shapely.intersects(box, one.shape)]
-    no_fly = shapely.GeometryCollection(near) if near else None
-    problem = dataclasses.replace(on.scenario.problem, start=first, goal=last, bounds=bounds, no_fly=no_fly)
-    if no_fly is None or shapely.get_num_coordinates(no_fly) <= MOST_CORNERS:
-        return problem, lower_bound(problem, tolerance, max_cells=max_cells)
-    return problem, _coarse_bracket(problem, no_fly, tolerance, max_cells)
-
-
-def _coarse_bracket(problem: Problem, no_fly: BaseGeometry, tolerance: float, max_cells: int) -> Certificate:
-    """
-    Prove the same where areas have very many corners: from below with smaller areas, from above with larger ones.
-
-    A path that keeps out of an area keeps out of what is inside of it: a bound there is a bound here. One that keeps
-    out of what is around it keeps out of it.
-    """
-    x_min, y_min, x_max, y_max = problem.bounds
-    step = _COARSE * max(x_max - x_min, y_max - y_min)
-    inner, outer = (_simple(no_fly, sign * step, step) for sign in (-1.0, 1.0))
-    proof = lower_bound(dataclasses.replace(problem, no_fly=inner), tolerance, max_cells=max_cells)
-    upper = math.inf
-    try:
-        around = dataclasses.replace(problem, no_fly=outer)
-        upper = lower_bound(around, 10.0 * tolerance, max_cells=max_cells).upper_bound
-    except ProblemError:
-        # an end is nearer to an area than the step
-        pass
-    return dataclasses.replace(proof, upper_bound=max(upper, proof.lower_bound))
-
-
-def _simple(area: BaseGeometry, wider: float, step: float) -> BaseGeometry:
-    """Return an area of fewer corners: inside of another one where it is wider by less than nothing, else around it."""
-    moved = shapely.buffer(NoFlyArea(area).geometry, wider, quad_segs=2)
-    # arcs of two chords a right angle are at cos(pi / 8) = 0.92 of the distance, and lines move by less than that
-    return shapely.simplify(moved, 0.9 * step)

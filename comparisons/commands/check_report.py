@@ -53,6 +53,7 @@ def print_checked(checked: Checked) -> None:
         "flat map": earth.distortion_note(scenario, [checked.on.route]),
         "geodesic": _geodesic_line(checked),
         "best": _best_line(checked),
+        "through": _through_line(checked),
         "verdict": "; ".join(verdict_of(checked)),
     })  # fmt: skip
 
@@ -182,9 +183,26 @@ def _best_line(checked: Checked) -> str:
         return f"{bound}{known} ({duration(proof.seconds)})"
     words = f"{bound}: this one costs at most {at_most(checked.most_to_gain)} more than the best possible"
     if least < checked.cost:
-        less = f"{100.0 * (1.0 - least / checked.cost):.2g} % less"
+        part = 100.0 * (1.0 - least / checked.cost)
+        less = f"{part:.2g} % less" if part < 99.0 else f"{part:.2f} % less"  # noqa: PLR2004 - 1e+02 is no percentage
         words += f", and one is known that costs {figure(least, 9)}{unit}, {less}"
     return f"{words} ({duration(proof.seconds)})"
+
+
+def _through_line(checked: Checked) -> str:
+    """Say how much better any plan through the same waypoints could be."""
+    found, unit = checked.through, _unit(checked)
+    if found is None:
+        return ""
+    if found.nothing:
+        return f"not known: {found.nothing}"
+    high = " at its heights" if checked.on.heights is not None else ""
+    words = f"no clean plan through its waypoints{high} costs less than {rounded_down(found.lower_bound, 9)}{unit}"
+    if checked.is_straight:
+        words += f": this one costs at most {at_most(checked.most_through)} more"
+    if found.wanting:
+        words += f" (proven for {counted(found.proven, 'leg')}; for {found.wanting} more, their straight lines count)"
+    return words
 
 
 def verdict_of(checked: Checked) -> list[str]:
@@ -210,7 +228,7 @@ def verdict_of(checked: Checked) -> list[str]:
 
 def checked_document(checked: Checked) -> dict[str, Any]:
     """Return all of it as JSON."""
-    on, proof = checked.on, checked.proof
+    on, proof, through = checked.on, checked.proof, checked.through
     scenario, projection = on.scenario, on.scenario.projection
     places = {} if projection is None else {"route_lonlat": degrees_of(on.route, projection).tolist()}
     bracket = None
@@ -247,6 +265,16 @@ def checked_document(checked: Checked) -> dict[str, Any]:
         "legs": [_leg_document(checked, leg) for leg in range(len(checked.lengths))],
         "crossings": [_crossing_document(checked, one) for one in checked.crossings.found],
         "best": bracket,
+        "through": None
+        if through is None
+        else {
+            "lower_bound": json_number(through.lower_bound),
+            "gap": json_number(checked.most_through) if checked.is_straight else None,
+            "legs": through.legs,
+            "proven": through.proven,
+            "wanting": through.wanting,
+            "message": through.nothing,
+        },
         "no_best": checked.no_proof,
     }
 

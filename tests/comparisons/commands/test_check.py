@@ -1,5 +1,6 @@
 """`cgla check`: plans of anybody, leg by leg against zones, risk and scenarios, and how much better one could be."""
 
+import dataclasses
 import itertools
 import json
 import math
@@ -12,7 +13,7 @@ import shapely
 from command_line import Answer, Call, caller
 
 import cgla_graph as cg
-from cgla_graph.comparisons.commands import check
+from cgla_graph.comparisons.commands import check, check_bracket
 from cgla_graph.comparisons.commands.check_map import MapRequest, open_check_map
 from cgla_graph.flight_plans.formats import read_plan, write_plan
 from cgla_graph.flight_plans.plan import FlightPlan, Home, Waypoint
@@ -137,7 +138,7 @@ def test_areas_of_many_corners_are_bracketed_in_time(cgla: Call, monkeypatch: py
     plan = read_plan("around.csv")
     on = open_check_map(plan, "around.csv", MapRequest(zones=[Path("bay.geojson")]))
     exact = check.check_plan(plan, "around.csv", on).proof
-    monkeypatch.setattr(check, "MOST_CORNERS", 3)
+    monkeypatch.setattr(check_bracket, "MOST_CORNERS", 3)
     coarse = check.check_plan(plan, "around.csv", on).proof
     assert exact is not None
     assert coarse is not None
@@ -146,7 +147,7 @@ def test_areas_of_many_corners_are_bracketed_in_time(cgla: Call, monkeypatch: py
     assert exact.lower_bound <= coarse.upper_bound == pytest.approx(exact.upper_bound, rel=0.01)
     assert exact.upper_bound < coarse.upper_bound
     bay = on.areas[0].shape
-    inner, outer = (check._simple(bay, sign * 20.0, 20.0) for sign in (-1.0, 1.0))
+    inner, outer = (check_bracket._simple(bay, sign * 20.0, 20.0) for sign in (-1.0, 1.0))
     assert shapely.covers(bay, inner)
     assert shapely.covers(outer, bay)
     assert len(outer.exterior.coords) < 30
@@ -262,3 +263,35 @@ def test_long_plans_are_checked_in_time(cgla: Call) -> None:
     on = open_check_map(plan, "long.csv", MapRequest(zones=[Path("bay.geojson")]))
     found: Any = check.check_plan(plan, "long.csv", on, tolerance=None)
     assert len(found.crossings.legs) > 500
+
+
+def test_plans_through_the_same_waypoints_are_bounded(cgla: Call) -> None:
+    """A sum over legs: of a zigzag that must be one, the whole; of one that could avoid risk, as much as is proven."""
+    zigzag = [(0.5, 0.5), (1.5, 9.5), (1.8, 0.5), (4.5, 0.5), (4.5, 9.5), (9.5, 0.2)]
+    write_route("mine.csv", *zigzag)
+    found = cgla("check", "mine.csv", "mine.toml", "--k", 0, "--json").document()
+    assert found["clean"]
+    bound = found["through"]
+    assert bound["lower_bound"] == pytest.approx(found["length"], rel=1e-12)
+    assert (bound["legs"], bound["proven"], bound["wanting"]) == (5, 0, 0)
+    assert bound["lower_bound"] > 2.0 * found["best"]["lower_bound"]
+    # with the risk in the middle, some legs are proven, and more so with more of them
+    problem = load_scenario("mine.toml").problem
+    bounds = {}
+    for most in (1, 16):
+        found = cgla("check", "mine.csv", "mine.toml", "--through", most, "--json").document()
+        bounds[most] = found["through"]["lower_bound"]
+        assert found["through"]["proven"] <= most
+        assert (found["through"]["wanting"] > 0) is (most == 1)
+    assert found["length"] < bounds[1] < bounds[16] <= found["cost"]
+    legs = [cg.lower_bound(dataclasses.replace(problem, start=a, goal=b), 0.3) for a, b in itertools.pairwise(zigzag)]
+    assert 0.9 * sum(one.lower_bound for one in legs) < bounds[16] <= sum(one.upper_bound for one in legs)
+    # a way around an area belongs to a leg that crosses it; inside of one, there is no way
+    write_route("mine.csv", (1, 5), (4, 5), (4, 1))
+    found = cgla("check", "mine.csv", "mine.toml", "--k", 0, "--json").document()
+    around = 2.0 * math.sqrt(2.0) + 1.0 + 4.0
+    assert 0.99 * around < found["through"]["lower_bound"] <= around
+    write_route("mine.csv", (1, 5), (2.5, 5), (4, 1))
+    found = cgla("check", "mine.csv", "mine.toml", "--json").document()
+    assert found["through"]["message"] == "waypoint 2 is inside an area"
+    cgla("check", "mine.csv", "mine.toml", "--through", -1).refused("--through", "0 or more")
