@@ -34,6 +34,15 @@ class Report:
     is_there: bool
     tick: int
     origin: int
+    _hash: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Hash the parts once: every UAV looks for every report among those it knows."""
+        object.__setattr__(self, "_hash", hash((self.thing, self.content, self.is_there, self.tick, self.origin)))
+
+    def __hash__(self) -> int:
+        """Return the hash of the parts."""
+        return self._hash
 
 
 @dataclass
@@ -88,13 +97,14 @@ class Belief:
         new
             Those not known before.
         """
-        new = [report for report in dict.fromkeys(reports) if report not in self._known]
-        self._known.update(new)
+        new = []
+        for report in reports:
+            if report not in self._known:
+                self._known.add(report)
+                self._note(report)
+                new.append(report)
         self.journal += new
-        for report in new:
-            self._note(report)
-        for thing in dict.fromkeys(report.thing for report in new):
-            self._settle(thing)
+        self._settle({report.thing for report in new})
         return new
 
     def _note(self, report: Report) -> None:
@@ -106,15 +116,20 @@ class Belief:
         elif thing not in self._newest or _order(report) > _order(self._newest[thing]):
             self._newest[thing] = report
 
-    def _settle(self, thing: Thing) -> None:
-        """Work out what is believed of one thing."""
-        newest = self._newest.get(thing)
-        if newest is None or self._refuted_at.get((thing, newest.content), -1) > newest.tick:
-            self._things.pop(thing, None)
-        else:
-            self._things[thing] = newest.content
-            in_order = sorted(self._things, key=lambda one: (one[0] == "area", one[1]))
-            self._things = {one: self._things[one] for one in in_order}
+    def _settle(self, things: set[Thing]) -> None:
+        """Work out what is believed of some things."""
+        if not things:
+            return
+        believed = dict(self._things)
+        for thing in things:
+            newest = self._newest.get(thing)
+            if newest is None or self._refuted_at.get((thing, newest.content), -1) > newest.tick:
+                believed.pop(thing, None)
+            else:
+                believed[thing] = newest.content
+        self._things = {
+            thing: believed[thing] for thing in sorted(believed, key=lambda one: (one[0] == "area", one[1]))
+        }
 
     def fields_by_origin(self) -> list[RiskField]:
         """
