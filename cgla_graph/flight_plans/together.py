@@ -81,6 +81,7 @@ class Together:
         self.shapes = np.array([one.shape for one in areas], dtype=object)
         self.tree = shapely.STRtree(self.shapes)
         self.sets: dict[frozenset[int], Walls] = {}
+        self.met: dict[tuple[int, int], bool] = {}
         self.built = 0
         #: Of legs that were looked at, the areas beside and on them, and how far those that count are from them.
         self.beside: dict[int, tuple[frozenset[int], float]] = {}
@@ -117,17 +118,33 @@ class Together:
         points = {one[0] for span in spans.values() for one in span if one[0] == one[1]}
         found, nearest = [], np.inf
         for first, last in sorted([*itertools.pairwise(cuts), *((point, point) for point in points)]):
-            numbers = frozenset(n for n, span in spans.items() if any(a <= first and last <= b for a, b in span))
-            if not numbers:
+            counts = [n for n, span in spans.items() if any(a <= first and last <= b for a, b in span)]
+            if not counts:
                 continue
-            walls = self._walls_of(numbers)
-            if walls is None:
-                return everything
-            part = Part(_along(start, end, first), _along(start, end, last), walls, numbers)
-            nearest = min(nearest, float(walls.distances(part.start[None], part.end[None])[0]))
-            found.append(part)
+            here = _along(start, end, first), _along(start, end, last)
+            away = shapely.distance(LineString(here), self.shapes[counts])
+            nearest = min(nearest, float(away.min()))
+            for numbers in self._side_by_side([n for n, far in zip(counts, away.tolist(), strict=True) if far == 0.0]):
+                walls = self._walls_of(numbers)
+                if walls is None:
+                    return everything
+                found.append(Part(*here, walls, numbers))
         self.beside[leg] = frozenset(near), nearest
         return found
+
+    def _side_by_side(self, numbers: Sequence[int]) -> list[frozenset[int]]:
+        """Return areas in groups that meet each other: what matters of two that do not is what is in either."""
+        groups: list[frozenset[int]] = []
+        for number in numbers:
+            met = [group for group in groups if any(self._meet(number, other) for other in group)]
+            groups = [group for group in groups if group not in met] + [frozenset([number]).union(*met)]
+        return groups
+
+    def _meet(self, one: int, other: int) -> bool:
+        key = min(one, other), max(one, other)
+        if key not in self.met:
+            self.met[key] = bool(shapely.intersects(self.shapes[one], self.shapes[other]))
+        return self.met[key]
 
     def uprights(self, route: FloatArray, rounding: float) -> Iterator[tuple[int, list[int]]]:
         """Yield each place where the aircraft goes up or down inside of areas, deeper than a rounding, and these."""
