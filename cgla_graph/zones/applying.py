@@ -15,7 +15,7 @@ from cgla_graph.zones.ground import Ground
 from cgla_graph.zones.heights import Altitude, meets
 from cgla_graph.zones.periods import moment_from
 from cgla_graph.zones.shapes import AreaShape, joined, part_near, short
-from cgla_graph.zones.sun import Sun
+from cgla_graph.zones.sun import around, sun_over
 from cgla_graph.zones.zone import SPELLINGS, TREATMENTS, Format, NoArea, Validity, Zone
 
 OUTSIDE = "outside the map"
@@ -243,7 +243,7 @@ def _applies(zone: Zone, moment: datetime) -> bool:
     """Whether a zone applies at a moment; its sunrise is that of all of it."""
     boxes = np.array([layer.area.bounds for layer in zone.layers])
     (west, south), (east, north) = boxes[:, :2].min(axis=0).tolist(), boxes[:, 2:].max(axis=0).tolist()
-    sun = Sun((west, south, east, north), moment)
+    sun = sun_over(*around((west, south, east, north)), moment)
     return any(period.includes(moment, sun) for period in zone.periods)
 
 

@@ -8,6 +8,7 @@ The sun's position is that of Meeus, "Astronomical Algorithms", in the short for
 import math
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
+from functools import lru_cache
 from typing import Final, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -30,7 +31,9 @@ EARLIEST, LATEST = timedelta(hours=14), timedelta(hours=-12)
 _NOON: Final = datetime(2000, 1, 1, 12, tzinfo=UTC)
 _DAY: Final = timedelta(days=1)
 #: Days around a moment for which events are computed.
-_DAYS: Final = 4
+_DAYS: Final = 3
+#: Areas are widened to whole multiples of this, degrees, less than half a minute: many zones share a sun.
+_GRID: Final = 0.1
 _STEPS: Final = 6
 
 
@@ -109,13 +112,39 @@ class Sun:
             west, south, east, north = self.box
             noon = round(self.now + 0.5 * (west + east) / 360.0) + np.arange(-_DAYS, _DAYS + 1)
             # earlier in the east at every latitude; between latitudes, it is between, but for seconds
-            latitudes = np.clip(np.linspace(south, north, 5), -90.0, 90.0)
+            latitudes = np.clip(np.linspace(south, north, 3 if north - south < 1.0 else 9), -90.0, 90.0)
             heights = HEIGHTS[event] + np.array([-SLACK, 0.0, SLACK])
             grid = np.meshgrid(noon, [west, east], latitudes, heights, indexing="ij")
             found = _crossings(*grid, rises=event in {"BMCT", "SR"}).reshape(len(noon), -1)
             margin = MARGIN / _DAY
             self._times[event] = Times(found.min(axis=1) - margin, found.max(axis=1) + margin)
         return self._times[event]
+
+
+@lru_cache(maxsize=20_000)
+def sun_over(west: int, south: int, east: int, north: int, moment: datetime) -> Sun:
+    """
+    Return the sun over an area whose bounds are whole multiples of a tenth of a degree.
+
+    Examples
+    --------
+    >>> sun_over(*around((6.12, 49.61, 6.18, 49.69)), datetime(2026, 8, 2, 12, tzinfo=UTC)).box
+    (6.1, 49.6, 6.2, 49.7)
+    """
+    return Sun((_GRID * west, _GRID * south, _GRID * east, _GRID * north), moment)
+
+
+def around(box: Bounds) -> tuple[int, int, int, int]:
+    """
+    Return the bounds of the area of whole multiples of a tenth of a degree around another one.
+
+    Examples
+    --------
+    >>> around((6.12, 49.61, 6.18, 49.69))
+    (61, 496, 62, 497)
+    """
+    west, south, east, north = (side / _GRID for side in box)
+    return math.floor(west), math.floor(south), math.ceil(east), math.ceil(north)
 
 
 def _crossings(
