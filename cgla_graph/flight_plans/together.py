@@ -15,8 +15,11 @@ from cgla_graph.flight_plans.walls import ClosedArea, Walls
 #: Parts of a leg, as shares of it from 0 to 1, in order: where each begins and ends.
 Shares: TypeAlias = Sequence[tuple[float, float]]
 WHOLE: Final[Shares] = ((0.0, 1.0),)
-#: Corners of all sets of areas that count together; after that, areas count at all heights.
-MOST_BUILT: Final = 5_000_000
+#: Corners of all sets of areas that count together, and parts of legs times areas; after that, areas count at all
+#: heights.
+MOST_BUILT, MOST_PAIRS = 1_000_000, 3_000_000
+#: Areas that are put into groups one by one.
+MOST_GROUPED: Final = 100
 #: Groups of legs whose distances from the areas that count are told; after that, all areas count in them.
 MOST_GROUPS: Final = 50
 
@@ -32,6 +35,9 @@ class InHeight(Protocol):
 
     def goes_upright(self, place: int) -> bool:
         """Tell whether it goes up or down there."""
+
+    def give_up(self, leg: int) -> None:
+        """Take note that on a leg there is too much to tell: all areas on it count."""
 
     def kinds(self) -> tuple[IntArray, BoolArray] | None:
         """
@@ -82,7 +88,7 @@ class Together:
         self.tree = shapely.STRtree(self.shapes)
         self.sets: dict[frozenset[int], Walls] = {}
         self.met: dict[tuple[int, int], bool] = {}
-        self.built = 0
+        self.built = self.pairs = 0
         #: Of legs that were looked at, the areas beside and on them, and how far those that count are from them.
         self.beside: dict[int, tuple[frozenset[int], float]] = {}
 
@@ -114,7 +120,12 @@ class Together:
         spans = {number: self.heights.on_leg(leg, number) for number in near}
         if all(tuple(span) == WHOLE for span in spans.values()):
             return everything
-        cuts = sorted({0.0, 1.0, *(share for span in spans.values() for one in span for share in one)})
+        shares = {share for span in spans.values() for one in span for share in one}
+        self.pairs += len(near) * (len(shares) + 1)
+        if self.pairs > MOST_PAIRS:
+            self.heights.give_up(leg)
+            return everything
+        cuts = sorted({0.0, 1.0, *shares})
         points = {one[0] for span in spans.values() for one in span if one[0] == one[1]}
         found, nearest = [], np.inf
         for first, last in sorted([*itertools.pairwise(cuts), *((point, point) for point in points)]):
@@ -127,6 +138,7 @@ class Together:
             for numbers in self._side_by_side([n for n, far in zip(counts, away.tolist(), strict=True) if far == 0.0]):
                 walls = self._walls_of(numbers)
                 if walls is None:
+                    self.heights.give_up(leg)
                     return everything
                 found.append(Part(*here, walls, numbers))
         self.beside[leg] = frozenset(near), nearest
@@ -134,6 +146,8 @@ class Together:
 
     def _side_by_side(self, numbers: Sequence[int]) -> list[frozenset[int]]:
         """Return areas in groups that meet each other: what matters of two that do not is what is in either."""
+        if len(numbers) > MOST_GROUPED:
+            return [frozenset(numbers)]
         groups: list[frozenset[int]] = []
         for number in numbers:
             met = [group for group in groups if any(self._meet(number, other) for other in group)]

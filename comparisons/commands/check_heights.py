@@ -211,6 +211,10 @@ class PlanHeights:
         """Tell whether it goes up or down there."""
         return self.profile.places[place] is not None
 
+    def give_up(self, leg: int) -> None:
+        """Take note that on a leg there is too much to tell: all areas on it count."""
+        self._note("there are too many of them to tell apart", leg, -1)
+
     def kinds(self) -> tuple[IntArray, BoolArray] | None:
         """Return of which kind each leg is, and which areas legs of a kind may meet somewhere."""
         numbers: dict[Heights, int] = {}
@@ -284,7 +288,8 @@ class PlanHeights:
         for why, pairs in list(self.untold.items())[:_MOST_NOTES]:
             legs = dict.fromkeys(leg for leg, _ in pairs)
             more = f" and {len(legs) - 1} more" if len(legs) > 1 else ""
-            areas = counted(len({area for _, area in pairs}), "area")
+            numbers = {area for _, area in pairs}
+            areas = "all areas" if -1 in numbers else counted(len(numbers), "area")
             found.append(f"leg {next(iter(legs)) + 1}{more}: {areas} on it taken as closed at all heights: {why}")
         return found
 

@@ -2,6 +2,7 @@
 
 import json
 import math
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -11,14 +12,18 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import few, seeds
+from mutations import damaged, damaged_json, tried
+from strategies import examples, few, seeds
 from zone_files import data_of, ed269, volume
 
 from cgla_graph.comparisons.commands.check import Checked, check_plan
 from cgla_graph.comparisons.commands.check_heights import Limits, PlanHeights
 from cgla_graph.comparisons.commands.check_map import MapRequest, open_check_map
 from cgla_graph.comparisons.commands.check_report import checked_document, verdict_of
+from cgla_graph.errors import CglaError
+from cgla_graph.flight_plans import together
 from cgla_graph.flight_plans.crossings import crossings_of
+from cgla_graph.flight_plans.formats import plan_of_bytes, text_of_plan
 from cgla_graph.flight_plans.plan import FlightPlan, Home, Reference, Waypoint
 from cgla_graph.flight_plans.profile import profile_of
 from cgla_graph.flight_plans.walls import ClosedArea
@@ -286,3 +291,38 @@ def test_heights_are_those_between_waypoints() -> None:
     assert [(one.lowest, one.highest) for one in profile_of(circle, (1, 2)).legs] == [(50.0, 90.0)]
     mixed = FlightPlan((Waypoint(24.0, 60.0, 50.0), Waypoint(24.1, 60.0, 90.0, "sea")))
     assert profile_of(mixed, (1, 2)).legs[0].reference is None
+
+
+def test_too_much_to_tell_is_closed_and_told(checked: Check, monkeypatch: pytest.MonkeyPatch) -> None:
+    layers = zone(0, "AGL", 50, "AGL"), zone(50, "AGL", 90, "AGL")
+    assert checked(through(100, 100), *layers).is_clean
+    for limit in ("MOST_PAIRS", "MOST_BUILT"):
+        with monkeypatch.context() as context:
+            context.setattr(together, limit, 1)
+            found = checked(through(100, 80), *layers)
+            assert longitudes(found)[0] == pytest.approx([LOW, HIGH], abs=1e-5)
+            assert found.on.heights is not None
+            assert "all areas on it" in found.on.heights.notes()[0]
+
+
+@examples(10)
+@given(seed=seeds)
+def test_damaged_zones_and_plans_are_checked_or_refused(seed: int) -> None:
+    """To the end: every leg, crossing and note is told, or one line says what is wrong."""
+    zones = ed269(zone(20, "AGL", 100, "AMSL"), zone(0, "AGL", 400, "AGL", uomDimensions="FT"))
+    plan_text = text_of_plan(through(50, 150, "home", Home(WEST, 49.1, 300.0)), "a.plan")
+    texts = {"zones": data_of(zones), "plan": plan_text.encode()}
+
+    def check(data: bytes) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "zones.json")
+            path.write_bytes(data if which == "zones" else texts["zones"])
+            plan = plan_of_bytes(data if which == "plan" else texts["plan"], "mine.plan")
+            on = open_check_map(plan, "mine.plan", MapRequest(zones=[path]))
+            found = check_plan(plan, "mine.plan", on, tolerance=None)
+            json.dumps(checked_document(found), allow_nan=False)
+            assert found.is_clean == (verdict_of(found)[0][:5] == "clean")
+
+    for which in ("zones", "plan"):
+        documents = [change(texts[which], 9 * seed + n) for n in range(3) for change in (damaged, damaged_json)]
+        tried(check, CglaError, documents)
