@@ -1,6 +1,7 @@
 """What a UAV believes: its own sightings and what others told it, apart from the truth."""
 
 from collections.abc import Iterable, Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -88,6 +89,11 @@ class Belief:
         """The numbers of the timed areas believed to be closed."""
         return frozenset(number for kind, number in self._things if kind == "area")
 
+    @property
+    def known(self) -> AbstractSet[Report]:
+        """All reports that reached it."""
+        return self._known
+
     def hear(self, reports: Iterable[Report]) -> list[Report]:
         """
         Take in reports.
@@ -113,7 +119,7 @@ class Belief:
         if not report.is_there:
             place = thing, report.content
             self._refuted_at[place] = max(self._refuted_at.get(place, -1), report.tick)
-        elif thing not in self._newest or _order(report) > _order(self._newest[thing]):
+        elif thing not in self._newest or _is_newer(report, self._newest[thing]):
             self._newest[thing] = report
 
     def _settle(self, things: set[Thing]) -> None:
@@ -145,6 +151,10 @@ class Belief:
         return [RiskField([threats[number] for number in sorted(threats)]) for _, threats in sorted(by_origin.items())]
 
 
-def _order(report: Report) -> tuple[int, int, str]:
+def _is_newer(one: Report, other: Report) -> bool:
     """Order sightings by time; of two on one tick, always the same one counts, whoever was heard first."""
-    return report.tick, -report.origin, repr(report.content)
+    if one.tick != other.tick:
+        return one.tick > other.tick
+    if one.origin != other.origin:
+        return one.origin < other.origin
+    return repr(one.content) > repr(other.content)

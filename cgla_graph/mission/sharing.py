@@ -128,12 +128,12 @@ class Radio:
     sent
         How much of each sender's journal each receiver has been sent, by the pair of their numbers.
     under_way
-        ``(tick of arrival, sender, receiver, reports)``, in the order of sending.
+        ``(tick of arrival, sender, receiver, reports, the same as a set)``, in the order of sending.
     """
 
     sharing: Sharing
     sent: dict[tuple[int, int], int] = field(default_factory=dict)
-    under_way: list[tuple[int, int, int, tuple[Report, ...]]] = field(default_factory=list)
+    under_way: list[tuple[int, int, int, tuple[Report, ...], frozenset[Report]]] = field(default_factory=list)
 
     def exchange(
         self, tick: int, beliefs: Mapping[int, Belief], positions: Sequence[Any]
@@ -160,25 +160,28 @@ class Radio:
             heard = self.sharing.heard(tick, np.asarray(positions, dtype=np.float64).reshape(-1, 2))
             # everybody sends what was known before this tick's messages
             journals = {number: len(belief.journal) for number, belief in beliefs.items()}
+            messages: dict[tuple[int, int], tuple[tuple[Report, ...], frozenset[Report]]] = {}
             for i, j in np.argwhere(heard).tolist():
                 sender, receiver = numbers[i], numbers[j]
                 begin, end = self.sent.get((sender, receiver), 0), journals[sender]
                 if end > begin:
                     self.sent[sender, receiver] = end
-                    reports = tuple(beliefs[sender].journal[begin:end])
-                    self.under_way.append((tick + self.sharing.delay, sender, receiver, reports))
+                    if (sender, begin) not in messages:
+                        reports = tuple(beliefs[sender].journal[begin:end])
+                        messages[sender, begin] = reports, frozenset(reports)
+                    self.under_way.append((tick + self.sharing.delay, sender, receiver, *messages[sender, begin]))
         learned = []
         due = [message for message in self.under_way if message[0] <= tick]
         self.under_way = [message for message in self.under_way if message[0] > tick]
-        for _, sender, receiver, reports in due:
-            # who has arrived hears nothing any more
-            if receiver in beliefs and (new := beliefs[receiver].hear(reports)):
-                learned.append((receiver, sender, new))
+        for _, sender, receiver, reports, each in due:
+            # who has arrived hears nothing any more; most messages of a swarm are known by then
+            if receiver in beliefs and not each <= beliefs[receiver].known:
+                learned.append((receiver, sender, beliefs[receiver].hear(reports)))
         return learned
 
     def can_teach(self, beliefs: Mapping[int, Belief]) -> bool:
         """Return whether a message under way, or yet to be sent, can be new to anybody."""
         if not self.sharing.is_on:
             return False
-        known = {frozenset(belief.journal) for belief in beliefs.values()}
-        return bool(self.under_way) or len(known) > 1
+        known = [belief.known for belief in beliefs.values()]
+        return bool(self.under_way) or any(one != known[0] for one in known)

@@ -335,7 +335,7 @@ class Simulation:
         # journals only grow: equal sizes are equal contents; what was sent meanwhile was new to nobody
         radio = (
             sum(len(agent.belief.journal) for agent in self._agents),
-            tuple((due - self.tick, *ends) for due, *ends, _ in self._radio.under_way),
+            tuple((due - self.tick, *ends) for due, *ends, _, _ in self._radio.under_way),
         )
         before = self._states.setdefault((radio, *(agent.state(self.tick) for agent in agents)), self.tick)
         if before == self.tick:
