@@ -33,7 +33,7 @@ class Crossing:
     Attributes
     ----------
     leg
-        Number of the leg, from 0; of a circle, of its waypoint.
+        Number of the leg, from 0; of a circle, and where it goes up or down, of the place of the route.
     area
         Number of the area.
     entry, exit
@@ -181,9 +181,8 @@ def _uprights(
     crossings = []
     for index, areas in together.uprights(route, rounding):
         at, far = (float(route[index, 0]), float(route[index, 1])), float(before[index])
-        leg = min(index, max(len(route) - 2, 0))
         crossings += [
-            Crossing(leg, area, at, at, (far, far), 0.0, is_upright=True) for area in areas if (area, at) not in seen
+            Crossing(index, area, at, at, (far, far), 0.0, is_upright=True) for area in areas if (area, at) not in seen
         ]
     return crossings
 

@@ -275,9 +275,11 @@ class PlanHeights:
 
     # for reports
 
-    def words_at(self, leg: int, area: int) -> str:
-        """Say how high a leg and an area are, for people; nothing where the area has no limits."""
-        limits, heights = self.limits[area], self.profile.legs[leg]
+    def words_at(self, number: int, area: int, *, is_place: bool) -> str:
+        """Say how high a leg, or a place of the route, and an area are; nothing where the area has no limits."""
+        limits = self.limits[area]
+        heights = self.profile.places[number] if is_place else self.profile.legs[number]
+        heights = heights or self.profile.legs[min(number, len(self.profile.legs) - 1)]
         if limits is None or not limits.bounded:
             return ""
         return f"at {_high(heights)}, of {limits}"

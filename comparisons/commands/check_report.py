@@ -120,23 +120,24 @@ def _row(checked: Checked, leg: int) -> dict[str, str]:
 
 def _crossing_lines(checked: Checked) -> Iterator[str]:
     """Say of each crossing where it is and how long; of many, of the first."""
-    unit, found = _unit(checked), checked.crossings.found
+    unit, found, heights = _unit(checked), checked.crossings.found, checked.on.heights
     for one in found[:MOST_ROWS]:
         name = checked.on.areas[one.area].name
+        at_place = one.is_circle or one.is_upright
+        at = "" if heights is None else heights.words_at(one.leg, one.area, is_place=at_place)
+        high = f" ({at})" if at else ""
         inside = f"{figure(one.inside, _DIGITS)}{unit}"
+        stop = _stop(checked, one.leg) if at_place else ""
         if one.is_circle:
-            stop = _stop(checked, one.leg)
-            yield f"the circle around waypoint {stop} reaches into {name}: {inside} of it inside"
-            continue
-        at = "" if checked.on.heights is None else checked.on.heights.words_at(one.leg, one.area)
-        if one.is_upright:
-            place = _written(_places(checked, one)[0])
-            yield f"it goes up or down inside {name}, at {place}{at and f' ({at})'}"
+            yield f"the circle around waypoint {stop} reaches into {name}: {inside} of it inside{high}"
             continue
         first, last = (_written(place) for place in _places(checked, one))
+        if one.is_upright:
+            here = stop if stop == "home" else f"waypoint {stop}"
+            yield f"it goes up or down inside {name}, at {here}, {first}{high}"
+            continue
         along = " to ".join(_far(checked, far) for far in one.along)
-        where = f"from {first} to {last}, {along}{unit} along the plan"
-        yield f"leg {one.leg + 1} is {inside} inside {name}, {where}{at and f' ({at})'}"
+        yield f"leg {one.leg + 1} is {inside} inside {name}, from {first} to {last}, {along}{unit} along the plan{high}"
     if len(found) > MOST_ROWS:
         yield f"and {len(found) - MOST_ROWS} more (--json has them)"
 
@@ -298,9 +299,9 @@ def _leg_document(checked: Checked, leg: int) -> dict[str, Any]:
 
 def _crossing_document(checked: Checked, one: Crossing) -> dict[str, Any]:
     found: dict[str, Any] = {
-        "leg": None if one.is_circle else one.leg + 1,
+        "leg": None if one.is_circle or one.is_upright else one.leg + 1,
         "upright": one.is_upright,
-        "waypoint": _stop(checked, one.leg) if one.is_circle else None,
+        "waypoint": _stop(checked, one.leg) if one.is_circle or one.is_upright else None,
         "area": checked.on.areas[one.area].name,
         "inside": one.inside,
         "along": list(one.along),
