@@ -8,10 +8,17 @@ from cgla_graph._brief import Brief
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from cgla_graph.flyable.flyable import Flyable as Flyable  # noqa: PLC0414 - handed on
+
 
 def pictures() -> Any:  # noqa: ANN401 - a module
     """Return the module that draws: matplotlib is imported when a picture is asked for, not before."""
     return importlib.import_module("cgla_graph.comparisons.plots.drawing")
+
+
+def flying() -> Any:  # noqa: ANN401 - a module
+    """Return the module that makes paths flyable: it stands above what it is asked of, and is imported when asked."""
+    return importlib.import_module("cgla_graph.flyable.flyable")
 
 
 class Shown(Brief):

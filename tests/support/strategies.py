@@ -352,3 +352,19 @@ def changed(draw: st.DrawFn, model: CostModel, *, rastered: bool = False) -> Cos
     if rastered and draw(st.integers(0, 5)) == 0:
         grids = () if grids else (draw(rasters()),)
     return CostModel(RiskField(members, rasters=grids), k, no_fly)
+
+
+@st.composite
+def arcs(draw: st.DrawFn) -> FloatArray:
+    """Draw arcs of all radii and turns, as a row of `cgla_graph.flyable.curve_kernels`: large ones pass the map."""
+    rng = np.random.default_rng(draw(seeds))
+    radius = draw(st.sampled_from([0.01, 0.1, 0.5, 3.0]))
+    turn = draw(st.sampled_from([-6.2, -1.5, 0.4, math.pi, 6.28])) * rng.uniform(0.2, 1.0)
+    begin = rng.uniform(-math.pi, math.pi)
+    # some point of the arc is on the map
+    x, y = draw(points)
+    angle = begin + rng.random() * turn
+    cx, cy = x - radius * math.cos(angle), y - radius * math.sin(angle)
+    ends = [f(a) for a in (begin, begin + turn) for f in (math.cos, math.sin)]
+    middle = np.array([cx, cy, cx, cy])
+    return np.array([*(middle + radius * np.array(ends)), cx, cy, radius, turn])
