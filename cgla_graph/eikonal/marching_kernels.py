@@ -201,45 +201,47 @@ def march(
             keys, items = with_room(keys, items, size + 8)
             size = push(keys, items, size, times[p], p)
     while size > 0:
+        # (in the loop inside, the arrays stay the same: their references need not be counted)
         keys, items = with_room(keys, items, size + 8)
-        p = items[0]
-        size = drop_first(keys, items, size)
-        if work[p, 3] == 1.0:
-            continue
-        work[p, 3] = 1.0
-        work[p, 0] = work[p, 1]
-        for side in range(4):
-            q = near[p, side]
-            if work[q, 3] != 0.0:
+        while 0 < size <= keys.shape[0] - 8:
+            p = items[0]
+            size = drop_first(keys, items, size)
+            if work[p, 3] == 1.0:
                 continue
-            x_value, tx, x_cost, x_second = upwind(q, 0, 1, second, work, near)
-            y_value, ty, y_cost, y_second = upwind(q, 2, 3, second, work, near)
-            here = work[q, 2]
-            x_shift = 0.0 if x_second else 0.5 * (x_cost - here)
-            y_shift = 0.0 if y_second else 0.5 * (y_cost - here)
-            time = math.inf
-            if x_value < math.inf and y_value < math.inf:
-                kind = (2 if x_second else 0) + (1 if y_second else 0)
-                a = weights[kind, 0]
-                b = weights[kind, 1]
-                inverse = weights[kind, 2]
-                centred = max(here + x_shift + y_shift, min(here + 2.0 * x_shift, here + 2.0 * y_shift, here))
-                difference = (tx - ty) * inverse
-                rest = centred * centred * inverse - a * b * difference * difference
-                if rest >= 0.0:
-                    time = (a * tx + b * ty) * inverse + math.sqrt(rest)
-                    if not (time >= x_value and time >= y_value):
-                        time = math.inf
-            if time == math.inf:
-                if x_value < math.inf:
-                    time = max(tx + (here + x_shift) * (hx * 2.0 / 3.0 if x_second else hx), x_value)
-                if y_value < math.inf:
-                    time = min(time, max(ty + (here + y_shift) * (hy * 2.0 / 3.0 if y_second else hy), y_value))
-            if beside_wall[q]:
-                time = past_corner(q, here, work, near, spacing, time)
-            if time < work[q, 1]:
-                work[q, 1] = time
-                size = push(keys, items, size, time, q)
+            work[p, 3] = 1.0
+            work[p, 0] = work[p, 1]
+            for side in range(4):
+                q = near[p, side]
+                if work[q, 3] != 0.0:
+                    continue
+                x_value, tx, x_cost, x_second = upwind(q, 0, 1, second, work, near)
+                y_value, ty, y_cost, y_second = upwind(q, 2, 3, second, work, near)
+                here = work[q, 2]
+                x_shift = 0.0 if x_second else 0.5 * (x_cost - here)
+                y_shift = 0.0 if y_second else 0.5 * (y_cost - here)
+                time = math.inf
+                if x_value < math.inf and y_value < math.inf:
+                    kind = (2 if x_second else 0) + (1 if y_second else 0)
+                    a = weights[kind, 0]
+                    b = weights[kind, 1]
+                    inverse = weights[kind, 2]
+                    centred = max(here + x_shift + y_shift, min(here + 2.0 * x_shift, here + 2.0 * y_shift, here))
+                    difference = (tx - ty) * inverse
+                    rest = centred * centred * inverse - a * b * difference * difference
+                    if rest >= 0.0:
+                        time = (a * tx + b * ty) * inverse + math.sqrt(rest)
+                        if not (time >= x_value and time >= y_value):
+                            time = math.inf
+                if time == math.inf:
+                    if x_value < math.inf:
+                        time = max(tx + (here + x_shift) * (hx * 2.0 / 3.0 if x_second else hx), x_value)
+                    if y_value < math.inf:
+                        time = min(time, max(ty + (here + y_shift) * (hy * 2.0 / 3.0 if y_second else hy), y_value))
+                if beside_wall[q]:
+                    time = past_corner(q, here, work, near, spacing, time)
+                if time < work[q, 1]:
+                    work[q, 1] = time
+                    size = push(keys, items, size, time, q)
     for p in range(n):
         times[p] = work[p, 1]
         if work[p, 0] < math.inf:

@@ -72,7 +72,7 @@ def test_marching_against_scikit_fmm(benchmark: BenchmarkFixture, second: bool, 
         # the ring just outside the bounds is no part of the work
         state[:-1][mesh.outside] = DONE
         times[source], state[source] = 0.0, TRIAL
-        march(times, state, cost, mesh.neighbours, mesh.spacing, second)
+        march(times, state, cost, mesh.neighbours, mesh.beside_wall, mesh.spacing, second)
 
     ratio = report(
         benchmark,
