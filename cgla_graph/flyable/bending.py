@@ -13,7 +13,9 @@ from cgla_graph.flyable.dubins_kernels import N_WORDS, word_pieces
 from cgla_graph.model.problem import Problem
 
 #: Cells along the longer side of the map that is searched, at least and at most, and poses that are kept, at most.
-LEAST_CELLS, MOST_CELLS, MOST_POSES = 96, 192, 1_500_000
+LEAST_CELLS, MOST_CELLS, MOST_POSES = 96, 192, 600_000
+#: Grids that are tried one after the other: what one closes too early, another may leave open.
+GRIDS = (1.0, 1.37, 0.73)
 #: The search turns a little wider than it has to: so there is room to bend.
 ROOM = 1.02
 #: Arcs are divided into parts of at most so much when they become waypoints, radians: of several, the first that does.
@@ -27,10 +29,14 @@ TOLERANCE = 1e-5
 #: Waypoints of a polyline that is rounded move out by so much of what its arcs depart from corners, up to so much; and
 #: so many times something is mended.
 OUTWARDS, FARTHEST, MENDINGS = 1.05, 30.0, 100
+#: They stay away from the bounds by this part of the map's shorter side.
+INSIDE = 1e-6
 #: A line at an end whose heading is given is so long, at least, in parts of the radius.
 LEAD = 1e-4
 #: Waypoints of a straight line.
 LINE = 2
+#: A waypoint that saves less than this, relative to the cost, is left out at the end.
+IDLE = 5e-6
 #: Dividing ends after so many stages.
 STAGES = 4
 
@@ -78,11 +84,13 @@ def _rounded(problem: Problem, path: FloatArray, radius: float) -> tuple[FloatAr
     points = path[np.append(True, (np.diff(path, axis=0) != 0.0).any(axis=1))]
     shares = np.full(len(points), OUTWARDS)
     corners = problem.model.area.convex_corners()
+    low, high = np.reshape(problem.bounds, (2, 2)) + INSIDE * problem.shorter_side * np.array([[1.0], [-1.0]])
     why = "the straight line is not free"
     for _ in range(len(points) + MENDINGS):
         if len(points) <= LINE:
             return (points, "") if _is_free(problem, points, radius) else (None, why)
         shifted = _shifted(points, radius, shares)
+        shifted[1:-1] = np.clip(shifted[1:-1], low, high)
         taken = np.zeros(len(shifted))
         taken[1:-1] = radius * np.tan(0.5 * np.abs(_turns(shifted)))
         left = np.hypot(*np.diff(shifted, axis=0).T) - taken[:-1] - taken[1:]
@@ -94,16 +102,16 @@ def _rounded(problem: Problem, path: FloatArray, radius: float) -> tuple[FloatAr
             points, shares = np.delete(points, gone, axis=0), np.delete(shares, gone)
             continue
         pieces = all_pieces(shifted, radius)
-        number, fault = curve_kernels.first_fault(pieces, problem.model.area.kernel_arrays, problem.bounds, 0.0)
+        number, _ = curve_kernels.first_fault(pieces, problem.model.area.kernel_arrays, problem.bounds, 0.0)
         if number < 0:
             return shifted, ""
         at, is_arc = (number + 1) // 2, number % 2 == 1
         where = ", ".join(f"{x:.6g}" for x in shifted[at])
-        why = f"the curve {'crosses the area' if fault == 1 else 'leaves the bounds'} at ({where})"
+        why = f"the curve crosses the area at ({where})"
         if is_arc and shares[at] < FARTHEST:
             shares[at] *= 2.0
             continue
-        if is_arc or fault != 1 or not len(corners):
+        if is_arc or not len(corners):
             break
         corner = corners[np.argmin([_distance(one, pieces[number, :2], pieces[number, 2:4]) for one in corners])]
         is_corner = (corner == points[at : at + 2]).all(axis=1)
@@ -170,53 +178,69 @@ def _thinned(points: FloatArray) -> FloatArray:
     return points
 
 
+def _cost(problem: Problem, points: FloatArray, radius: float) -> float:
+    """Return the cost of a rounded polyline, as it is bent; infinite where it may not be flown."""
+    gradient, no_edges, anywhere = np.empty_like(points), np.empty((0, 6)), np.zeros((2, 2))
+    reaches = (1.0, 1.0, 2.0 * problem.field.finest, 0.0)
+    model = problem.model.kernel_model()
+    return fillet_kernels.barrier(points, radius, model, problem.bounds, no_edges, reaches, 0.0, anywhere, gradient)
+
+
 def _is_free(problem: Problem, points: FloatArray, radius: float) -> bool:
     """Tell whether a rounded polyline may be flown."""
     if len(points) <= LINE:
         return not problem.model.area.crosses(points[0], points[-1])
-    gradient = np.empty_like(points)
-    no_edges = np.empty((0, 6))
-    model = problem.model.kernel_model()
-    return bool(
-        fillet_kernels.barrier(
-            points, radius, model, problem.bounds, no_edges, (1.0, 1.0, 1.0, 0.0), 0.0, np.zeros((2, 2)), gradient
-        )
-        < math.inf
-    )
+    return _cost(problem, points, radius) < math.inf
 
 
 def _searched(
     problem: Problem, radius: float, first: Point | None, last: Point | None
 ) -> tuple[FloatArray | None, str]:
-    """Search for a curve, and make waypoints of its arcs."""
+    """Search for a curve on grids of several sizes, until one is found, and make waypoints of its arcs."""
+    kept = 0
+    why = ""
+    for finer in GRIDS:
+        points, why, n_poses = _searched_on(problem, radius, first, last, finer)
+        kept += n_poses
+        if points is not None:
+            return points, ""
+        if kept >= MOST_POSES:
+            break
+    return None, why
+
+
+def _searched_on(
+    problem: Problem, radius: float, first: Point | None, last: Point | None, finer: float
+) -> tuple[FloatArray | None, str, int]:
+    """Search for a curve on one grid."""
     x_min, y_min, x_max, y_max = problem.bounds
     wide, high = x_max - x_min, y_max - y_min
-    cells = int(min(max(LEAST_CELLS, 2.0 * max(wide, high) / radius), MOST_CELLS))
+    cells = int(finer * min(max(LEAST_CELLS, 2.0 * max(wide, high) / radius), MOST_CELLS))
     # (curves that turn wider than they have to are curves, too: far below a cell, nothing finer is searched for)
     size = max(wide, high) / cells
     columns, rows = max(8, round(wide / size)), max(8, round(high / size))
-    middles = np.stack(
-        np.meshgrid(x_min + (np.arange(columns) + 0.5) / columns * wide, y_min + (np.arange(rows) + 0.5) / rows * high),
-        axis=-1,
-    )
+    across, up = (np.arange(columns) + 0.5) / columns, (np.arange(rows) + 0.5) / rows
+    middles = np.stack(np.meshgrid(x_min + across * wide, y_min + up * high), axis=-1)
     prices = 1.0 + problem.k * problem.field.density(middles)
     on = columns, rows, problem.bounds, prices, problem.model.area.kernel_arrays
     start = (*problem.start, 0.0 if first is None else _angle(first))
     goal = (*problem.goal, 0.0 if last is None else _angle(last))
-    pieces, nearest, _, _ = search_kernels.search(
-        start, goal, (first is None, last is None), max(ROOM * radius, size), on, MOST_POSES
+    wider = max(ROOM * radius, size)
+    pieces, nearest, _, n_poses = search_kernels.search(
+        start, goal, (first is None, last is None), wider, on, MOST_POSES
     )
     if not len(pieces):
         x, y, _, left = nearest.tolist()
-        return None, (
+        why = (
             f"no curve of turn radius {radius:g} was found: the search came as far as ({x:.6g}, {y:.6g}), "
             f"with {left:.6g} of cost left to the goal"
         )
+        return None, why, n_poses
     for most in PARTS:
         points = waypoints_of(pieces, most)
         if len(points) > LINE and _is_free(problem, points, radius):
-            return points, ""
-    return None, "the curve that was found leaves no room to bend"
+            return points, "", n_poses
+    return None, f"no curve of turn radius {radius:g} was found that has room to bend", n_poses
 
 
 def waypoints_of(pieces: FloatArray, most: float) -> FloatArray:
@@ -294,7 +318,30 @@ def bent(
             best, cost = curve, judged.cost
         if before - cost < TOLERANCE * cost or 2 * len(points) > MOST_WAYPOINTS:
             break
+    if stages > 1:
+        fewer = curve_of(simpler(problem, points, radius, first, last), radius)
+        judged = fewer.evaluate(problem)
+        if judged.feasible and judged.cost <= (1.0 + 2.0 * IDLE) * cost:
+            best, cost = fewer, judged.cost
     return points, best, cost
+
+
+def simpler(problem: Problem, points: FloatArray, radius: float, first: Point | None, last: Point | None) -> FloatArray:
+    """Leave out waypoints that save next to nothing, those first that stand out least: fewer arcs do as well."""
+    most = (1.0 + IDLE) * _cost(problem, points, radius)
+    low, high = 1 + (first is not None), 1 + (last is not None)
+    tried: set[bytes] = set()
+    while len(points) > low + high:
+        inner = [i for i in range(low, len(points) - high) if points[i].tobytes() not in tried]
+        if not inner:
+            break
+        idle = min(inner, key=lambda i: _height(points, i))
+        fewer = np.delete(points, idle, axis=0)
+        if _cost(problem, fewer, radius) <= most:
+            points = fewer
+        else:
+            tried.add(points[idle].tobytes())
+    return points
 
 
 def _sparse(
@@ -340,6 +387,10 @@ def _descended(
             ITERATIONS,
             1e-7,
         )
+    for end, at, heading in ((0, 1, first), (-1, -2, last)):
+        if heading is not None:
+            along = np.array(heading)
+            points[at] = points[end] + ((points[at] - points[end]) @ along) * along
     return points
 
 

@@ -7,10 +7,10 @@ from functools import cached_property
 import numpy as np
 
 from cgla_graph._brief import Brief
-from cgla_graph._types import FloatArray, IntArray
+from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph._validate import positive_number
 from cgla_graph.flyable import curve_kernels
-from cgla_graph.flyable.curve_kernels import CX, CY, N_COLUMNS, RADIUS, TURN, X0, X1, Y0, Y1
+from cgla_graph.flyable.curve_kernels import CROSSES, CX, CY, LEAVES, N_COLUMNS, RADIUS, TURN, X0, X1, Y0, Y1
 from cgla_graph.model.clearance import ROUNDING
 from cgla_graph.model.problem import Evaluation, Problem
 
@@ -138,6 +138,39 @@ class Curve(Brief):
         out[-1] = self.pieces[-1, [X1, Y1]]
         return out
 
+    def points_around(self, tolerance: float) -> FloatArray:
+        """
+        Return waypoints whose segments are within `tolerance` of the curve, on the outer side of its arcs.
+
+        Segments of `points` cut arcs short; these ones touch them in their middles, so that what is inside of a turn
+        stays as far away. Arguments and errors as `points`.
+
+        Examples
+        --------
+        >>> turn = Curve(np.array([[2, 0, 3, 1, 2, 1, 1, math.pi / 2]]))
+        >>> turn.points_around(0.5).round(9).tolist()
+        [[2.0, 0.0], [3.0, 0.0], [3.0, 1.0]]
+        """
+        tolerance = positive_number("tolerance", tolerance)
+        out = [self.pieces[:1, [X0, Y0]].reshape(-1, 2)]
+        for piece in self.pieces:
+            radius, turn = piece[RADIUS], piece[TURN]
+            if radius > 0.0:
+                # the corner of tangents over an angle a is R (1 / cos(a / 2) - 1) from the arc
+                widest = 2.0 * math.acos(radius / (radius + tolerance))
+                count = min(max(1, math.ceil(abs(turn) / widest - 1e-9)), MOST_POINTS)
+                half = 0.5 * turn / count
+                begin = math.atan2(piece[Y0] - piece[CY], piece[X0] - piece[CX])
+                angles = begin + half * (2.0 * np.arange(count) + 1.0)
+                ring = np.column_stack([np.cos(angles), np.sin(angles)])
+                out.append(piece[[CX, CY]] + radius / math.cos(half) * ring)
+            else:
+                out.append(piece[None, [X1, Y1]])
+        out.append(self.pieces[-1:, [X1, Y1]].reshape(-1, 2))
+        points = np.concatenate(out)
+        apart: BoolArray = np.append(True, (np.diff(points, axis=0) != 0.0).any(axis=1))
+        return np.asarray(points[apart])
+
     def evaluate(self, problem: Problem) -> Evaluation:
         """
         Judge the curve itself, as `Problem.evaluate` judges polylines: nothing is sampled but the risk by quadrature.
@@ -158,8 +191,8 @@ class Curve(Brief):
         clearance = 0.0
         if number >= 0:
             kind = "arc" if self.pieces[number, RADIUS] > 0.0 else "line"
-            violations.append(f"{kind} {number} {'crosses the no-fly area' if why == 1 else 'leaves the bounds'}")
-        if why != 1:
+            violations.append(f"{kind} {number} {'leaves the bounds' if why == LEAVES else 'crosses the no-fly area'}")
+        if why != CROSSES:
             edges = problem.area.edges
             clearance = curve_kernels.curve_clearance(self.pieces, np.array(edges)) if len(edges) else math.inf
             if clearance < problem.clearance - slack:

@@ -35,6 +35,8 @@ from cgla_graph.model.risk_raster_kernels import (
 
 X0, Y0, X1, Y1, CX, CY, RADIUS, TURN = range(8)
 N_COLUMNS = 8
+#: Why a piece may not be flown: it crosses the area, it leaves the bounds.
+CROSSES, LEAVES = 1, 2
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 #: Widest panel of the quadrature, radians, and in spreads of a threat around.
 MOST_ANGLE, SPREADS = 0.8, 2.5
@@ -370,12 +372,12 @@ def piece_crosses(piece: FloatArray, area: AreaArrays) -> bool:
 
 @kernel
 def first_fault(pieces: FloatArray, area: AreaArrays, bounds: Bounds, slack: float) -> tuple[int, int]:
-    """Return the first piece that may not be flown, -1 if all may, and why: 1 crosses the area, 2 leaves the bounds."""
+    """Return the first piece that may not be flown, -1 if all may, and why: `CROSSES` or `LEAVES`."""
     for i in range(pieces.shape[0]):
         if not in_box(pieces[i], bounds, slack):
-            return i, 2
+            return i, LEAVES
         if piece_crosses(pieces[i], area):
-            return i, 1
+            return i, CROSSES
     return -1, 0
 
 

@@ -15,7 +15,7 @@ MEMORY = 16
 
 @kernel
 def _project(gradient: FloatArray, held: FloatArray) -> None:
-    """Leave of the derivative by the first and last waypoint what is along a heading that is given."""
+    """Leave of what is asked of the first and the last waypoint that which is along a heading that is given."""
     n = gradient.shape[0]
     for end in range(2):
         i, heading = 1 + end * (n - 3), held[end]
@@ -71,6 +71,8 @@ def descend(
         for j in range(kept - 1, -1, -1):
             i = (newest - j) % MEMORY
             direction += (shares[i] - (changes[i] * direction).sum() / weights[i]) * steps[i]
+        # (what steps remember of rounding would turn the headings)
+        _project(direction, held)
         slope = (direction * gradient).sum()
         if not slope < 0.0:
             if kept == 0:

@@ -10,13 +10,16 @@ from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import finite_number, positive_number
 from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.errors import ProblemError
-from cgla_graph.flyable.bending import STAGES, bent, candidates, dubins
+from cgla_graph.flyable.bending import IDLE, STAGES, bent, candidates, dubins
 from cgla_graph.flyable.curve import Curve
+from cgla_graph.flyable.timing import Timing, timed
 from cgla_graph.model.problem import Evaluation, Problem
 from cgla_graph.model.solution import Solution, Status
 
 #: Curves that are bent to the end cost at most so many times as much as the best one after the first stage.
 CLOSE = 1.01
+#: Polylines that are exported are no closer to the curve than this part of the turn radius.
+FINEST = 1e-6
 #: Waypoints of `Flyable.path` are within this part of the turn radius of the curve.
 CHORD = 1e-4
 
@@ -36,13 +39,76 @@ class Flyable(Solution):
         What was asked for, degrees clockwise from north (the y axis); None where it was left open.
     path
         The curve as waypoints whose segments are within 1e-4 of the turn radius of it, shape ``(m, 2)``, map units;
-        `Curve.points` has other tolerances.
+        `waypoints` has other tolerances.
     """
 
     turn_radius: float = field(default=math.nan, kw_only=True)
     curve: Curve = field(default_factory=Curve, kw_only=True)
     start_heading: float | None = field(default=None, kw_only=True)
     goal_heading: float | None = field(default=None, kw_only=True)
+
+    def waypoints(self, tolerance: float | None = None) -> tuple[FloatArray, float]:
+        """
+        Return waypoints that an autopilot flies straight between, and how far from the curve that may be at most.
+
+        The polyline itself stays inside the bounds and outside of the area, and keeps the clearance: chords of arcs are
+        taken if they do, else tangents, which leave more room inside of turns; and where neither do, they are made
+        finer.
+
+        Parameters
+        ----------
+        tolerance
+            Map units, above 0; None: a hundredth of the turn radius.
+
+        Returns
+        -------
+        waypoints, tolerance
+            Shape ``(m, 2)``, map units, and the tolerance that it took.
+
+        Raises
+        ------
+        ProblemError
+            If there is no path, the tolerance is not above 0, or no polyline within a millionth of the turn radius may
+            be flown.
+
+        Examples
+        --------
+        >>> import shapely
+        >>> problem = Problem((0.1, 0.1), (0.9, 0.1), no_fly=shapely.box(0.4, -0.1, 0.6, 0.5))
+        >>> found = flyable(problem, np.empty((0, 2)), 0.1)
+        >>> waypoints, tolerance = found.waypoints()
+        >>> tolerance, problem.evaluate(waypoints).feasible
+        (0.001, True)
+        """
+        if not self.status.has_path:
+            msg = f"there is no path to make waypoints of: {self.status.value}"
+            raise ProblemError(msg)
+        within = 0.01 * self.turn_radius if tolerance is None else positive_number("tolerance", tolerance)
+        if not len(self.curve.pieces):
+            return self.path, within
+        while True:
+            for points in (self.curve.points(within), self.curve.points_around(within)):
+                if self.problem is None or self.problem.evaluate(points).feasible:
+                    return points, within
+            within *= 0.5
+            if within < FINEST * self.turn_radius:
+                msg = (
+                    f"no polyline within {within:.3g} of the curve stays outside of the no-fly area and inside the "
+                    "bounds; plan with a clearance"
+                )
+                raise ProblemError(msg)
+
+    def timed(self, airspeed: float, *, wind: Point = (0.0, 0.0), power: float | None = None) -> Timing:
+        """
+        Return how long it takes at constant airspeed in a constant wind (`cgla_graph.flyable.timing.timed`).
+
+        Examples
+        --------
+        >>> path = flyable(Problem((0, 0), (100, 0), bounds=(0, -9, 100, 9)), np.empty((0, 2)), 1)
+        >>> round(path.timed(10, wind=(-5, 0), power=360).energy, 6)
+        2.0
+        """
+        return timed(self.curve, airspeed, wind=wind, power=power)
 
 
 def flyable(
@@ -53,6 +119,7 @@ def flyable(
     start_heading: float | None = None,
     goal_heading: float | None = None,
     bound: float = math.nan,
+    certify: bool = True,
 ) -> Flyable:
     """
     Plan a path that turns no tighter than a radius.
@@ -68,7 +135,9 @@ def flyable(
     start_heading, goal_heading
         Where the path leads at its ends, degrees clockwise from north (the y axis); None: anywhere.
     bound
-        A proven lower bound of the cost of every path; where it is NaN, one is proven.
+        A proven lower bound of the cost of every path.
+    certify
+        Whether one is proven where `bound` is NaN.
 
     Returns
     -------
@@ -110,13 +179,12 @@ def flyable(
         return replace(blank, seconds=seconds, message=why)
     judged = _judged(problem, found)
     began = time.perf_counter()
-    if math.isnan(bound):
+    if certify and math.isnan(bound):
         bound = lower_bound(problem).lower_bound
+    answer = replace(blank, status=Status.FOUND, curve=found, path=np.array([problem.start]))
     return replace(
-        blank,
-        status=Status.FOUND,
-        curve=found,
-        path=found.points(CHORD * radius) if len(found.pieces) else np.array([problem.start]),
+        answer,
+        path=answer.waypoints(CHORD * radius)[0],
         cost=judged.cost,
         length=judged.length,
         risk=judged.risk,
@@ -150,9 +218,10 @@ def _found(
     least = min((value for _, _, value in roughly), default=math.inf)
     for points, curve, value in roughly:
         finer = [bent(problem, points, radius, first, last, stages=STAGES)[1]] if value <= CLOSE * least else []
+        # (of curves that cost as good as the same, the last one has fewer arcs)
         for bend in (curve, *finer):
             judged = bend.evaluate(problem)
-            if judged.feasible and judged.cost < cost:
+            if judged.feasible and judged.cost < (1.0 + 2.0 * IDLE) * cost:
                 found, cost = bend, judged.cost
     return found, why
 
@@ -180,8 +249,14 @@ def flyable_from(
         msg = f"this solution {what}; solve the Problem itself: cgla_graph.solve(problem).flyable(…)"
         raise ProblemError(msg)
     path = solution.path if solution.status.has_path else np.empty((0, 2))
-    headings = {"start_heading": start_heading, "goal_heading": goal_heading}
-    return flyable(problem, path, turn_radius, **headings, bound=solution.lower_bound)
+    return flyable(
+        problem,
+        path,
+        turn_radius,
+        start_heading=start_heading,
+        goal_heading=goal_heading,
+        bound=solution.lower_bound,
+    )
 
 
 def _judged(problem: Problem, curve: Curve) -> Evaluation:

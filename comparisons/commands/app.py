@@ -22,6 +22,7 @@ from cgla_graph.comparisons.commands import completion
 from cgla_graph.comparisons.commands.parameters import (
     AboveOption,
     AltitudeOption,
+    ArcToleranceOption,
     AtOption,
     BoundsOption,
     ClearanceOption,
@@ -34,6 +35,7 @@ from cgla_graph.comparisons.commands.parameters import (
     FatalityOption,
     FormatsOption,
     FromOption,
+    GoalHeadingOption,
     GoalOption,
     GraphArg,
     GroundOption,
@@ -50,6 +52,7 @@ from cgla_graph.comparisons.commands.parameters import (
     OriginOption,
     OutOption,
     OverwriteOption,
+    PowerOption,
     ProfileOption,
     RefineOption,
     ResolutionOption,
@@ -57,12 +60,15 @@ from cgla_graph.comparisons.commands.parameters import (
     ScaleOption,
     ScenarioArg,
     SpeedOption,
+    StartHeadingOption,
     StartOption,
     StudyArg,
     ToleranceOption,
     ToOption,
     TreatOption,
+    TurnOption,
     WeightOption,
+    WindOption,
     WorkersOption,
     ZonesListOption,
 )
@@ -305,6 +311,12 @@ def plan(
     altitude: AltitudeOption = None,
     above: AboveOption = None,
     speed: SpeedOption = None,
+    turn_radius: TurnOption = None,
+    start_heading: StartHeadingOption = None,
+    goal_heading: GoalHeadingOption = None,
+    arc_tolerance: ArcToleranceOption = None,
+    wind: WindOption = None,
+    power: PowerOption = None,
     start: StartOption = None,
     goal: GoalOption = None,
     bounds: BoundsOption = None,
@@ -335,8 +347,8 @@ def plan(
     Prints its numbers, and how far it is from the best possible; with --out, writes its waypoints (CSV, and GeoJSON
     on lon/lat maps) and a picture; with --export, a plan that ground stations and viewers open. With --max-risk or
     --max-length, a budget takes the place of the weight k; with --max-density, no cell of a raster within half the
-    --corridor is above it. On the file of a graph, plans between two of its nodes, --from A --to B, with each of the
-    solvers that --solver names.
+    --corridor is above it. With --turn-radius, the path is one of lines and arcs, bent until it costs least. On the
+    file of a graph, plans between two of its nodes, --from A --to B, with each of the solvers that --solver names.
     """
     from cgla_graph.comparisons import files
     from cgla_graph.scenarios.graph_endings import is_graph_file
@@ -353,6 +365,12 @@ def plan(
             "--altitude": altitude,
             "--above": above,
             "--speed": speed,
+            "--turn-radius": turn_radius,
+            "--start-heading": start_heading,
+            "--goal-heading": goal_heading,
+            "--arc-tolerance": arc_tolerance,
+            "--wind": wind,
+            "--power": power,
             "--formats": formats,
             "--start": start,
             "--goal": goal,
@@ -387,10 +405,21 @@ def plan(
         return
     _refuse(of_graph, f"{scenario[0]} is {NO_GRAPH}")
     from cgla_graph.comparisons.commands import export as exports
-    from cgla_graph.comparisons.commands import one_map, output, zone_list
+    from cgla_graph.comparisons.commands import flyable, one_map, output, zone_list
     from cgla_graph.comparisons.study import options, runner
 
-    exported = exports.read_export(export, altitude, above, speed, zones=zone_list.may_be(scenario[0], no_fly))
+    limited = max_risk is not None or max_length is not None
+    flying = flyable.read_flying(
+        turn_radius, (start_heading, goal_heading), arc_tolerance, wind, power, speed, limited=limited
+    )
+    # (of a flyable path, the speed is about its time as well)
+    exported = exports.read_export(
+        export,
+        altitude,
+        above,
+        speed if export or not flying.asked else None,
+        zones=zone_list.may_be(scenario[0], no_fly),
+    )
     bound = options.read_tolerance(tolerance, certify=not no_certificate)
     entrant = options.read_entrant("hybrid" if solver is None else solver, refine=refine)
     opened = one_map.open_map(
@@ -414,7 +443,6 @@ def plan(
     folder = files.make_folder(out) if out else None
     kinds = output.read_formats(formats, ["png"])
     _check_profile(profile)
-    limited = max_risk is not None or max_length is not None
     with console.running_solvers():
         if limited:
             from cgla_graph.comparisons.commands import pareto as trade_off
@@ -422,20 +450,23 @@ def plan(
             within = trade_off.plan_of(opened, entrant, max_risk, max_length, bound)
             run = trade_off.run_of(opened, entrant, within.solution)
         else:
-            run = next(iter(runner.compare([opened], [entrant], 1, tolerance=bound)))
+            run = flyable.flown(next(iter(runner.compare([opened], [entrant], 1, tolerance=bound))), flying)
         if max_density is not None:
             from cgla_graph.comparisons.commands import density
 
             run = density.with_proof(run)
     written = [(output.write_plan(folder, run, kinds) if folder and run.solution.status.has_path else [], folder)]
     written.append((_write_profile(profile, run), profile.parent if profile else None))
-    written += [([file], file.parent) for file in exports.write_export(exported, opened, run.solution)]
+    written += [
+        ([file], file.parent)
+        for file in exports.write_export(exported, opened, run.solution, arc_tolerance=flying.tolerance)
+    ]
     if as_json:
         more = {"within": trade_off.within_document(within)} if limited else {}
         names = [str(path) for paths, _ in written for path in paths]
-        _print_json({**output.plan_document(run), "files": names, **more, **zoned})
+        _print_json({**output.plan_document(run), "files": names, **more, **flyable.document(run, flying), **zoned})
     else:
-        output.print_plan(run)
+        output.print_plan(run, flyable.lines(run, flying))
         if limited:
             trade_off.print_within(run.scenario, within)
         for paths, place in written:

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
 
-from cgla_graph.comparisons import files
+from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 from cgla_graph.errors import CglaError, OutputError
 from cgla_graph.flight_plans.formats import WRITTEN, text_of_plan
 from cgla_graph.flight_plans.plan import FlightPlan, Reference, Waypoint
+from cgla_graph.flyable.flyable import Flyable
 from cgla_graph.mission.records import MissionStatus
 from cgla_graph.model.path_file import degrees_of
 from cgla_graph.model.solution import Solution
@@ -109,9 +110,13 @@ def check_map(asked: Export, scenario: Scenario | MissionSpec) -> None:
         raise OutputError(msg)
 
 
-def write_export(asked: Export, scenario: Scenario, solution: Solution) -> list[Path]:
+def write_export(
+    asked: Export, scenario: Scenario, solution: Solution, *, arc_tolerance: float | None = None
+) -> list[Path]:
     """
     Write a path to all files that are asked for; nothing if it is no path.
+
+    Arcs become waypoints within a tolerance, metres, that is told and is part of the plan's name.
 
     Raises
     ------
@@ -120,9 +125,14 @@ def write_export(asked: Export, scenario: Scenario, solution: Solution) -> list[
     """
     if not asked.targets or not solution.status.has_path:
         return []
-    plan = FlightPlan.along(
-        solution.lonlat, altitude=asked.altitude, reference=asked.above, speed=asked.speed, name=scenario.name
-    )
+    lonlat, name = solution.lonlat, scenario.name
+    if isinstance(solution, Flyable) and solution.projection is not None:
+        waypoints, within = solution.waypoints(arc_tolerance)
+        lonlat = degrees_of(waypoints, solution.projection)
+        said = f"turns of {solution.turn_radius:g} m or more, within {within:.3g} m"
+        name = f"{name}: {said}"
+        console.say(f"exported waypoints: {len(waypoints)}; {said} of the arcs")
+    plan = FlightPlan.along(lonlat, altitude=asked.altitude, reference=asked.above, speed=asked.speed, name=name)
     texts = [text_of_plan(plan, str(target)) for target in asked.targets]
     return [files.write_text(target, text) for target, text in zip(asked.targets, texts, strict=True)]
 

@@ -69,8 +69,8 @@ def read_formats(text: str | None, usual: Sequence[str]) -> list[str]:
     return found
 
 
-def print_plan(run: Run) -> None:
-    """Print a path's numbers, a line each."""
+def print_plan(run: Run, more: Mapping[str, str] | None = None) -> None:
+    """Print a path's numbers, a line each, and `more` lines of that kind."""
     scenario, solution = run.scenario, run.solution
     unit = " m" if scenario.projection else ""
     note = bound_note([run], unit)
@@ -91,6 +91,7 @@ def print_plan(run: Run) -> None:
         "k": f"{scenario.problem.k:g}",
         "clearance": clearance,
         "flat map": earth.distortion_note(scenario, [solution.path]) if solution.status.has_path else "",
+        **(more or {}),
         "waypoints": str(len(solution.path)),
         "time": f"{duration(solution.seconds)}, and {duration(solution.build_seconds)} to weigh the graph",
         "remark": solution.message,

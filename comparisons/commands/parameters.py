@@ -81,6 +81,28 @@ AboveOption = Annotated[
 SpeedOption = Annotated[
     float | None, typer.Option("--speed", metavar="V", help="of the flight, metres a second (default: left open)")
 ]
+TurnOption = Annotated[
+    float | None,
+    typer.Option("--turn-radius", metavar="R", help="make the path flyable: lines and arcs, none tighter than R"),
+]
+StartHeadingOption = Annotated[
+    float | None,
+    typer.Option("--start-heading", metavar="DEG", help="of a flyable path, degrees clockwise from north (y)"),
+]
+GoalHeadingOption = Annotated[float | None, typer.Option("--goal-heading", metavar="DEG", help="the same at the goal")]
+ArcToleranceOption = Annotated[
+    float | None,
+    typer.Option("--arc-tolerance", metavar="D", help="of arcs as exported waypoints (default: R / 100)"),
+]
+WindOption = Annotated[
+    str | None,
+    typer.Option(
+        "--wind", metavar="EAST,NORTH", help="where the air moves to, metres a second, for the time of flight"
+    ),
+]
+PowerOption = Annotated[
+    float | None, typer.Option("--power", metavar="W", help="what the aircraft draws, watts, for the energy of flight")
+]
 ResumeOption = Annotated[
     bool, typer.Option("--resume", help="go on with the study in --out; nothing that is done is made again")
 ]

@@ -132,3 +132,20 @@ def test_errors_say_what_was_wrong() -> None:
         solution.flyable(0.1, start_heading=math.nan)
     with pytest.raises(ProblemError, match="has lost its problem"):
         Solution(Status.FOUND).flyable(0.1)
+
+
+def test_waypoints_of_arcs_stay_outside_and_within_the_tolerance() -> None:
+    """The curve touches the corners: chords cut them, tangents do not."""
+    wall = shapely.box(0.45, -0.1, 0.55, 0.5)
+    problem = Problem((0.1, 0.1), (0.9, 0.1), no_fly=wall)
+    found = cg.solve(problem).flyable(0.1)
+    curve = shapely.LineString(found.curve.points(1e-8))
+    assert not problem.evaluate(found.curve.points(0.005)).feasible
+    for asked in (0.02, 0.005, 1e-4):
+        waypoints, within = found.waypoints(asked)
+        assert within <= asked
+        assert problem.evaluate(waypoints).feasible
+        assert shapely.hausdorff_distance(curve, shapely.LineString(waypoints), densify=0.01) <= within + 1e-6
+    assert problem.evaluate(found.path).feasible
+    with pytest.raises(ProblemError, match="there is no path to make waypoints of"):
+        Flyable(Status.NOT_FOUND).waypoints()
