@@ -135,7 +135,7 @@ def crossings_of(
         is_inside = is_dodged = False
         for part in together.parts(leg, starts[leg], ends[leg]):
             pieces = part.walls.pieces(part.start, part.end) if part.walls.area.crosses(part.start, part.end) else []
-            kept = [one for one in pieces if not part.walls.can_dodge(*one, rounding)]
+            kept = part.walls.without_roundings(pieces, rounding)
             inside += named.parts(kept, part.areas)
             is_inside |= bool(kept)
             is_dodged |= len(kept) < len(pieces)
@@ -209,8 +209,10 @@ class _Named:
                 walls = self.walls.get(number) or self.walls.setdefault(number, Walls(self.areas[number].shape))
                 if walls.area.crosses(first, last):
                     parts += [(number, part) for part in walls.pieces(np.array(first), np.array(last))]
-            on_border = self.near(piece) if among is None else sorted(among)
-            yield from parts or [(number, (first, last)) for number in on_border]
+            if not parts:
+                on_border = self.near(piece) if among is None else sorted(among)
+                parts = [(number, (first, last)) for number in on_border]
+            yield from parts
 
     def circles(
         self,

@@ -16,6 +16,9 @@ from cgla_graph.model.no_fly import NoFlyArea
 #: A part of a leg: where it begins and ends.
 Piece: TypeAlias = tuple[Point, Point]
 
+#: Pieces of a leg that are looked at one by one for being roundings, where others are none.
+MOST_LOOKED_AT = 20
+
 
 @dataclass(frozen=True)
 class ClosedArea:
@@ -99,6 +102,26 @@ class Walls:
             (point_of(start + shares[first] * along), point_of(start + shares[last + 1] * along))
             for first, last in zip(opens.tolist(), closes.tolist(), strict=True)
         ]
+
+    def without_roundings(self, pieces: list[Piece], rounding: float) -> list[Piece]:
+        """
+        Return the pieces of a leg that it could not dodge.
+
+        Of a leg with very many, of which some are surely deep inside, not all are looked at: it crosses anyhow.
+        """
+        if rounding <= 0.0:
+            return pieces
+        if len(pieces) > MOST_LOOKED_AT:
+            middles = shapely.points(np.array(pieces).mean(axis=1))
+            beside = set(self.tree.query(middles, predicate="dwithin", distance=rounding)[0].tolist())
+            if len(beside) < len(pieces):
+                looked_at = set(sorted(beside)[:MOST_LOOKED_AT])
+                return [
+                    one
+                    for number, one in enumerate(pieces)
+                    if number not in looked_at or not self.can_dodge(*one, rounding)
+                ]
+        return [one for one in pieces if not self.can_dodge(*one, rounding)]
 
     def can_dodge(self, first: Point, last: Point, rounding: float) -> bool:
         """
