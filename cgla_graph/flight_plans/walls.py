@@ -8,7 +8,6 @@ import numpy as np
 import shapely
 from shapely.geometry import LineString
 from shapely.geometry.base import BaseGeometry
-from shapely.ops import substring
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.model.no_fly import NoFlyArea
@@ -71,6 +70,10 @@ class Walls:
         lines = shapely.linestrings(edges[:, :4].reshape(-1, 2, 2))
         self.tree = shapely.STRtree(np.array(lines, dtype=object, ndmin=1))
         self.rings = [LineString(ring) for ring in shapely.get_rings(shapely.get_parts(self.shape))]
+        self.corners = [shapely.get_coordinates(ring) for ring in self.rings]
+        steps = [np.hypot(*np.diff(corners, axis=0).T) for corners in self.corners]
+        #: How far each corner is along its ring.
+        self.far = [np.concatenate([[0.0], np.cumsum(step)]) for step in steps]
 
     def distances(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
         """Return the distance of each leg from the outline."""
@@ -137,7 +140,6 @@ class Walls:
         ends = [shapely.Point(first), shapely.Point(last)]
         if not len(self.tree.query(middle, predicate="dwithin", distance=rounding)):
             return False
-        piece = LineString([first, last])
         # each end is on the ring that is nearest to it: on others it may be within a rounding, but across a thin wall
         away = [[float(shapely.distance(ring, end)) for ring in self.rings] for end in ends]
         one, other = (min(range(len(self.rings)), key=far.__getitem__) for far in away)
@@ -145,11 +147,10 @@ class Walls:
             return False
         ring = self.rings[one]
         low, high = sorted(ring.project(end) for end in ends)
-        between = substring(ring, low, high).coords
-        around = [*substring(ring, high, ring.length).coords, *substring(ring, 0.0, low).coords]
-        piece = LineString([first, last])
-        ways = (shapely.points(np.array(way)) for way in (between, around))
-        return any(shapely.distance(piece, way).max() <= rounding for way in ways)
+        # what lies on either way between the two, besides its ends, is corners
+        between = (self.far[one] > low) & (self.far[one] < high)
+        corners = self.corners[one]
+        return any(_are_near(corners[way], first, last, rounding) for way in (between, ~between))
 
     def _is_corner(self, place: Point, rounding: float) -> bool:
         """Tell whether the outline near a place is one line, which can be passed on its other side."""
@@ -161,3 +162,10 @@ class Walls:
             joined = [other for other in lines if other & line]
             lines = [other for other in lines if not other & line] + [line.union(*joined)]
         return len(lines) == 1
+
+
+def _are_near(points: FloatArray, first: Point, last: Point, distance: float) -> bool:
+    """Tell whether all points are within a distance of a segment."""
+    along = np.subtract(last, first)
+    shares = np.clip((points - first) @ along / float(along @ along), 0.0, 1.0)
+    return bool((np.hypot(*(points - first - shares[:, None] * along).T) <= distance).all())

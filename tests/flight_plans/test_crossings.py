@@ -122,3 +122,16 @@ def test_a_plan_of_one_place_and_a_map_without_areas() -> None:
     assert crossings_of(route_of((0.5, 0.5)), box).legs.tolist() == [0]
     assert crossings_of(route_of((2, 1)), box).clearances.tolist() == [1.0]
     assert crossings_of(route_of((0, 0), (1, 1)), []).clearances.tolist() == [math.inf]
+
+
+def test_many_roundings_are_none_and_hide_nothing() -> None:
+    """Along a comb whose teeth are 1 mm long; then through a wall behind it, and a thin one after that."""
+    tips = [(x + side, y) for x in range(60) for side, y in ((0.2, 0.0), (0.3, 0.001), (0.7, 0.001), (0.8, 0.0))]
+    comb = shapely.Polygon([(0.0, -50.0), (0.0, 0.0), *tips, (60.0, 0.0), (60.0, -50.0)])
+    walls = areas_of(comb, shapely.box(70, -1, 72, 1), shapely.box(80, -9, 80.001, 9))
+    level = 0.0005
+    along = crossings_of(route_of((-5, level), (65, level)), walls, rounding=0.01)
+    assert (along.legs.tolist(), along.rounded.tolist(), along.found) == ([], [0], ())
+    through = crossings_of(route_of((-5, level), (90, level)), walls, rounding=0.01)
+    assert through.legs.tolist() == [0]
+    assert {1, 2} <= {one.area for one in through.found}
