@@ -18,6 +18,8 @@ from cgla_graph.model.problem import Problem
 
 #: Areas of more corners are simplified for the bracket, by this part of the map's longer side.
 MOST_CORNERS, _COARSE = 5000, 5e-4
+#: Corners of all areas, at most, for which legs are proven.
+_MOST_LEG_CORNERS = 20_000
 #: Cells of the grids of a leg, at most.
 _LEG_CELLS = 400_000
 #: Legs whose straight lines are measured on the Earth one by one.
@@ -170,7 +172,10 @@ def through(on: CheckMap, costs: FloatArray, faulty: BoolArray, tolerance: float
     bounds = _of_lines(on)
     gain = np.where(faulty, math.inf, costs - bounds * (1.0 + _NEGLIGIBLE * tolerance))
     wanting = [leg for leg in np.argsort(-gain, kind="stable").tolist() if gain[leg] > 0.0]
-    for leg in wanting[:most]:
+    corners = sum(int(shapely.get_num_coordinates(one.shape)) for one in on.walls)
+    # (proofs around outlines of 10^5 corners take a minute each: there, straight lines have to do)
+    chosen = wanting[:most] if corners <= _MOST_LEG_CORNERS else []
+    for leg in chosen:
         try:
             found = _of_leg(on, leg, tolerance, is_clean=not faulty[leg])
         except ProblemError as error:
@@ -180,7 +185,7 @@ def through(on: CheckMap, costs: FloatArray, faulty: BoolArray, tolerance: float
         bounds[leg] = max(bounds[leg], _on_earth(on, found, leg))
     # (sums are rounded)
     total = math.fsum(bounds.tolist()) * (1.0 - 2.0**-50)
-    return Through(total, len(costs), min(len(wanting), most), max(len(wanting) - most, 0))
+    return Through(total, len(costs), len(chosen), len(wanting) - len(chosen))
 
 
 def _straight(route: FloatArray) -> FloatArray:
