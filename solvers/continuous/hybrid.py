@@ -31,8 +31,10 @@ SLACK_WITHOUT_RISK = 0.02
 CLOSE = 0.01
 #: Threats and polygons that tell candidates apart, at most.
 MOST_POLES = 64
-#: The first look is taken on so many times fewer lattice points, unless they are fewer than so many.
-FEWER, FEWEST_POINTS = 7, 100
+#: The first look is taken on so many times fewer lattice points, unless they are fewer than so many; on a map that is
+#: open everywhere, by marching over so many cells for each dozen of threats, up to so many dozens, as valleys between
+#: many are narrow.
+FEWER, FEWEST_POINTS, OPEN_CELLS, DOZENS = 7, 100, 5000, 16.0
 #: Angles that are computed, at most: poles times nodes.
 MOST_ANGLES = 1_000_000
 #: Nodes of the grid that is marched over where there are rasters, at most, cells along its longer side, at least, and
@@ -55,8 +57,8 @@ class Hybrid:
     Where there are rasters, the way down the costs-to-go at their resolution is a candidate as well
     (`fast-marching`).
 
-    To have a path soon, a quick search over a seventh of the lattice points comes before all that, where the map has
-    few corners.
+    To have a path soon, the way down the costs-to-go on a coarse grid comes before all that, or a quick search over a
+    seventh of the lattice points where the map has a few corners.
 
     Last, and not counted in `Solution.seconds`, a lower bound proves how good it is.
 
@@ -159,10 +161,18 @@ class _Search:
         )
 
     def _first_look(self) -> list[tuple[FloatArray, float]]:
-        """Find a path on a few lattice points, to have one soon; where there are many corners, it would not be soon."""
+        """Find a path on a coarse grid, to have one soon; where there are many corners, it would not be soon."""
         points = self.settings.points // FEWER
-        if points < FEWEST_POINTS or shapely.get_num_coordinates(self.problem.model.area.geometry) > MOST_POLES:
+        corners = shapely.get_num_coordinates(self.problem.model.area.geometry)
+        if points < FEWEST_POINTS or corners > MOST_POLES:
             return []
+        if corners == 0 and not self.problem.field.rasters:
+            dozens = min(max(len(self.problem.field.threats) / 12.0, 1.0), DOZENS)
+            found = marched(self.problem, _open_grid(self.problem, OPEN_CELLS * dozens))
+            self.evaluations += found.mesh.n_nodes
+            if len(found.path):
+                self._offer(found.path)
+                return [self._refined(found.path, tolerance=1e-3, max_points=round(64 * math.sqrt(dozens)))]
         roadmap = hybrid_roadmap.lay(self.problem, points, self.settings.radius)
         self.evaluations += roadmap.evaluations
         values, trees = csgraph.dijkstra(roadmap.weights, indices=[0], return_predecessors=True)
@@ -216,6 +226,14 @@ class _Search:
         first = np.unique(turns, axis=0, return_index=True)[1] if len(poles) else np.zeros(1, dtype=np.int64)
         vias = order[np.sort(first)][: self.settings.candidates]
         return [_through(int(via), before, roadmap.positions) for via in vias]
+
+
+def _open_grid(problem: Problem, cells: float) -> tuple[int, int]:
+    """Return a grid of so many square cells, about."""
+    x_min, y_min, x_max, y_max = problem.bounds
+    sides = x_max - x_min, y_max - y_min
+    spacing = math.sqrt(sides[0] * sides[1] / cells)
+    return max(16, round(sides[0] / spacing)), max(16, round(sides[1] / spacing))
 
 
 def _raster_grid(problem: Problem) -> tuple[int, int]:
