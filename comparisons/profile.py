@@ -2,6 +2,7 @@
 
 import io
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -113,12 +114,15 @@ def _points(problem: Problem, waypoints: FloatArray) -> FloatArray:
     return np.concatenate(parts)
 
 
-def profile_csv(scenario: Scenario, profile: Profile) -> str:
-    """Write a profile as CSV: `COLUMNS`, and longitude and latitude where the map has them."""
+def profile_csv(scenario: Scenario, profile: Profile, seconds: FloatArray | None = None) -> str:
+    """Write a profile as CSV: `COLUMNS`, seconds if known, and longitude and latitude where the map has them."""
     table = np.column_stack([profile.distance, profile.points, profile.density, profile.risk, profile.cost])
     columns: tuple[str, ...] = COLUMNS
+    if seconds is not None:
+        columns = (*columns, "seconds")
+        table = np.column_stack([table, seconds])
     if scenario.projection is not None:
-        columns = (*COLUMNS, "longitude", "latitude")
+        columns = (*columns, "longitude", "latitude")
         table = np.column_stack([table, scenario.projection.inverse(profile.points)])
     return files.csv_text([dict(zip(columns, row, strict=True)) for row in table.tolist()], columns)
 
@@ -178,9 +182,13 @@ def check_profile_file(path: Path) -> None:
         raise OutputError(msg)
 
 
-def write_profile(path: Path, scenario: Scenario, waypoints: FloatArray) -> Path:
+def write_profile(
+    path: Path, scenario: Scenario, waypoints: FloatArray, clock: Callable[[FloatArray], FloatArray] | None = None
+) -> Path:
     """
     Write the profile of a path, whole or not at all: CSV, or a plot where the name ends in .png, .svg or .pdf.
+
+    A `clock` says when points on the path, shape ``(n, 2)``, are reached: a table has the seconds as well.
 
     Raises
     ------
@@ -190,7 +198,8 @@ def write_profile(path: Path, scenario: Scenario, waypoints: FloatArray) -> Path
     check_profile_file(path)
     profile = profile_of(scenario.problem, waypoints)
     if path.suffix.lower() == ".csv":
-        return files.write_text(path, profile_csv(scenario, profile))
+        seconds = None if clock is None else clock(profile.points)
+        return files.write_text(path, profile_csv(scenario, profile, seconds))
     figure = profile_figure(scenario, profile)
     if path.suffix.lower() != ".pdf":
         return pictures.save(figure, path)

@@ -11,7 +11,7 @@ import json
 import shlex
 import sys
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -74,6 +74,7 @@ from cgla_graph.comparisons.commands.parameters import (
 )
 
 if TYPE_CHECKING:
+    from cgla_graph._types import FloatArray
     from cgla_graph.comparisons.study.entrant import Entrant
     from cgla_graph.comparisons.study.runner import Run
     from cgla_graph.scenarios.scenario import Scenario
@@ -456,7 +457,7 @@ def plan(
 
             run = density.with_proof(run)
     written = [(output.write_plan(folder, run, kinds) if folder and run.solution.status.has_path else [], folder)]
-    written.append((_write_profile(profile, run), profile.parent if profile else None))
+    written.append((_write_profile(profile, run, flying.clock), profile.parent if profile else None))
     written += [
         ([file], file.parent)
         for file in exports.write_export(exported, opened, run.solution, arc_tolerance=flying.tolerance)
@@ -502,13 +503,15 @@ def _check_profile(target: Path | None) -> None:
         check_profile_file(target)
 
 
-def _write_profile(target: Path | None, run: "Run") -> list[Path]:
+def _write_profile(
+    target: Path | None, run: "Run", clock: "Callable[[FloatArray], FloatArray] | None" = None
+) -> list[Path]:
     """Write the profile of a path, if that was asked for and there is one."""
     if target is None or not run.solution.status.has_path:
         return []
     from cgla_graph.comparisons.profile import write_profile
 
-    return [write_profile(target, run.scenario, run.solution.path)]
+    return [write_profile(target, run.scenario, run.solution.path, clock)]
 
 
 def _refuse(given: Mapping[str, Any], why: str) -> None:

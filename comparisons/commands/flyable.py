@@ -2,20 +2,21 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from cgla_graph._types import Point
+from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import finite_number, non_negative_number, positive_number
 from cgla_graph.comparisons.numbers import duration, figure, json_number
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError
 from cgla_graph.flyable.curve import Curve
 from cgla_graph.flyable.flyable import Flyable, flyable
-from cgla_graph.flyable.timing import Timing, timed
+from cgla_graph.flyable.timing import Timing, timed, times_along
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,11 @@ class Flying:
     def asked(self) -> bool:
         """Whether the path shall be made flyable."""
         return self.turn_radius is not None
+
+    @property
+    def clock(self) -> Callable[[FloatArray], FloatArray] | None:
+        """What says when points on the path, shape ``(n, 2)``, are reached; None where no speed is known."""
+        return None if self.speed is None else partial(times_along, airspeed=self.speed, wind=self.wind)
 
     def timed(self, path: Flyable) -> Timing | None:
         """Return how long it takes, if a speed is known and there is a path."""
