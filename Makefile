@@ -48,8 +48,11 @@ docs: $(VENV)/installed-docs
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --nitpicky --quiet --jobs 2 \
 		--doctree-dir build/doctrees docs build/docs
 
+# ours against peers; then the tree against an older commit. make bench OLD=…: against another one
+OLD ?= 422fc1b
 bench: $(INSTALLED)
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only --benchmark-columns=min,median,rounds -s
+	$(BIN)/python tests/benchmarks/old_and_new.py $(OLD)
 
 # an hour: every claim of the paper in full, and quickly on three other samples; then the verdicts that are shipped and the
 # manual's table of them. Seed 1 is left out: some settings of experiments were chosen on its maps

@@ -1,0 +1,148 @@
+"""
+Old against new, in one run: ``make bench`` (or ``python tests/benchmarks/old_and_new.py COMMIT [WORDS …]``).
+
+An older commit of this repository is unpacked beside the tree, and each workload runs in both in turn, in processes of
+their own, warm, three times; what is printed is the least time of each, and what came of it (a cost, a gap).
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tarfile
+import tempfile
+from io import BytesIO
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+ROUNDS = 3
+PREFIX = """
+import json, time
+import numpy as np
+import cgla_graph as cg
+from cgla_graph.scenarios.random_map import random_scenario
+from cgla_graph.solvers import get
+
+def crowd(n, spread=None):
+    rng = np.random.default_rng(1)
+    spread = spread or 0.4 / np.sqrt(n)
+    field = cg.RiskField([cg.Threat(x, y, spread, 0.8) for x, y in rng.random((n, 2))])
+    return cg.Problem((0.05, 0.05), (0.95, 0.95), field, k=10.0)
+
+def long_map():
+    rng = np.random.default_rng(3)
+    threats = [cg.Threat(x, y, 0.15, 0.8) for x, y in rng.random((40, 2)) * (16.0, 1.0)]
+    return cg.Problem((0.2, 0.5), (15.8, 0.5), cg.RiskField(threats), k=10.0, bounds=(0.0, 0.0, 16.0, 1.0))
+
+def integrals(n):
+    problem, rng = crowd(n), np.random.default_rng(2)
+    starts, ends = rng.random((2, 20000 if n < 200 else 4000, 2))
+    return lambda: float(problem.field.line_integral(starts, ends).sum())
+
+def weights():
+    problem = crowd(30)
+    return lambda: float(problem.on_lattice(50).graph.weight_matrix().max())
+
+def solved(problem):
+    return lambda: cg.solve(problem).gap
+
+def proved(problem, tolerance):
+    return lambda: cg.lower_bound(problem, tolerance).gap
+
+def first_good(problem):
+    # hybrid's time to 0.1 %, by its own trace
+    solver = get("hybrid", tolerance=None)
+    def run():
+        answer = solver.solve(problem)
+        return next(point.seconds for point in answer.trace if point.cost <= 1.001 * answer.cost)
+    return run
+
+def mission(n_uavs, n_threats):
+    from cgla_graph.mission.world import World
+    rng = np.random.default_rng(1)
+    threats = [cg.Threat(x, y, s, 0.8) for x, y, s in rng.uniform((0, 0, 0.005), (1, 1, 0.02), (n_threats, 3))]
+    side = int(np.ceil(np.sqrt(n_uavs)))
+    starts = [((i % side + 0.5) / side, (i // side + 0.5) / side) for i in range(n_uavs)]
+    uavs = [
+        cg.Uav(f"u{i}", start, (1.0 - start[0], 1.0 - start[1]), detection_radius=0.2, safe_distance=0.2 / side)
+        for i, start in enumerate(starts)
+    ]
+    world = World(cg.RiskField(threats), bounds=(0.0, 0.0, 1.0, 1.0))
+    rules = {"collisions": "record", "collision_distance": 0.001}
+    return lambda: len(cg.Mission(world, uavs, get("cgla"), resolution=20, **rules).fly().uavs)
+"""
+#: What is run, by the words that name it.
+WORKLOADS = {
+    "20,000 line integrals, 10 threats": "integrals(10)",
+    "20,000 line integrals, 30 threats": "integrals(30)",
+    "20,000 line integrals, 100 threats": "integrals(100)",
+    "4,000 line integrals, 300 threats": "integrals(300)",
+    "all weights of 50 x 50, 30 threats": "weights()",
+    "solve, 10 threats": "solved(crowd(10))",
+    "solve, 100 threats": "solved(crowd(100))",
+    "solve, 300 threats": "solved(crowd(300))",
+    "solve, 1,000 threats": "solved(crowd(1000))",
+    "solve, 1,000 threats, spread 0.03": "solved(crowd(1000, 0.03))",
+    "solve, 16 x 1": "solved(long_map())",
+    "proof of 1e-4, random 1": "proved(random_scenario(1).problem, 1e-4)",
+    "proof of 1e-3, paper": "proved(cg.load_scenario('paper').problem, 1e-3)",
+    "proof of 1e-3, finland": "proved(cg.load_scenario('finland').problem, 1e-3)",
+    "first path within 0.1 %, paper": "first_good(cg.load_scenario('paper').problem)",
+    "first path within 0.1 %, random 19": "first_good(random_scenario(19).problem)",
+    "mission, 50 UAVs, 100 threats": "mission(50, 100)",
+}
+SUFFIX = """
+run()
+times, value = [], None
+for _ in range(3):
+    began = time.perf_counter()
+    value = run()
+    times.append(time.perf_counter() - began)
+print(json.dumps([min(times), value]))
+"""
+
+
+def unpacked(commit: str, folder: Path) -> Path:
+    """Unpack the packages of a commit; return the folder."""
+    words = ["git", "-C", str(ROOT), "archive", commit, "cgla_graph", "solvers", "comparisons"]
+    archive = subprocess.run(words, capture_output=True, check=False)
+    if archive.returncode:
+        sys.exit(f"{commit}: {archive.stderr.decode().strip()}; name a commit of this repository, fetched in full")
+    with tarfile.open(fileobj=BytesIO(archive.stdout)) as tar:
+        tar.extractall(folder, filter="data")
+    return folder
+
+
+def measured(tree: Path, workload: str) -> tuple[float, float]:
+    """Run a workload in a process of its own; return the least seconds, and what came of it."""
+    environment = {**os.environ, "PYTHONPATH": str(tree), "PYTHONSAFEPATH": "1"}
+    words = [sys.executable, "-c", f"{PREFIX}run = {workload}\n{SUFFIX}"]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, check=False, cwd=tree)
+    if done.returncode:
+        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        print(f"  ({last})")
+        return float("nan"), float("nan")
+    seconds, value = json.loads(done.stdout)
+    return seconds, value
+
+
+def main() -> None:
+    """Compare the tree with a commit."""
+    if len(sys.argv) < 2:
+        sys.exit("which commit is the old one? python tests/benchmarks/old_and_new.py COMMIT [WORDS …]")
+    chosen = [name for name in WORKLOADS if not sys.argv[2:] or any(word in name for word in sys.argv[2:])]
+    print(f"{'':36} {'old':>10} {'new':>10} {'times':>6}  {'old':>10} {'new':>10}")
+    with tempfile.TemporaryDirectory() as folder:
+        trees = unpacked(sys.argv[1], Path(folder)), ROOT
+        for name in chosen:
+            runs = [[measured(tree, WORKLOADS[name]) for tree in trees] for _ in range(ROUNDS)]
+            old, new = (min(column) for column in zip(*runs, strict=True))
+            print(
+                f"{name:36} {old[0] * 1e3:8.1f}ms {new[0] * 1e3:8.1f}ms {old[0] / new[0]:6.2f}  "
+                f"{old[1]:10.4g} {new[1]:10.4g}",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()
