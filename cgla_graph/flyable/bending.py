@@ -22,6 +22,8 @@ ROOM = 1.02
 PARTS = (1.4, 0.7, 0.35, 0.12)
 #: Weights of the barrier, relative to the cost: of the first stage, and of those after it.
 FIRST_WEIGHTS, WEIGHTS = (1e-3, 1e-4, 1e-5, 1e-7), (1e-5, 1e-7)
+#: How far the barriers of areas and bounds reach, in parts of the map's shorter side.
+REACH = 0.02
 #: Steps of one descent, at most; waypoints of a curve that is bent, at most; and segments it is divided into, about.
 ITERATIONS, MOST_WAYPOINTS, SEGMENTS = 300, 160, 24
 #: It ends when twice as many waypoints gain less than this, relative to the cost.
@@ -113,7 +115,7 @@ def _rounded(problem: Problem, path: FloatArray, radius: float) -> tuple[FloatAr
             continue
         if is_arc or not len(corners):
             break
-        corner = corners[np.argmin([_distance(one, pieces[number, :2], pieces[number, 2:4]) for one in corners])]
+        corner = corners[np.argmin(_distances(corners, pieces[number, :2], pieces[number, 2:4]))]
         is_corner = (corner == points[at : at + 2]).all(axis=1)
         if not is_corner.any():
             points, shares = np.insert(points, at + 1, corner, axis=0), np.insert(shares, at + 1, OUTWARDS)
@@ -126,12 +128,13 @@ def _rounded(problem: Problem, path: FloatArray, radius: float) -> tuple[FloatAr
     return None, why
 
 
-def _distance(point: FloatArray, start: FloatArray, end: FloatArray) -> float:
-    """Return how far a point is from a segment."""
+def _distances(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return how far points, shape ``(n, 2)``, are from a segment."""
     step = end - start
     squared = float(step @ step)
-    share = min(max(float((point - start) @ step) / squared, 0.0), 1.0) if squared > 0.0 else 0.0
-    return math.dist(point, start + share * step)
+    shares = np.clip((points - start) @ step / squared, 0.0, 1.0) if squared > 0.0 else np.zeros(len(points))
+    away: FloatArray = np.hypot(*(points - start - shares[:, None] * step).T)
+    return away
 
 
 def _height(points: FloatArray, i: int) -> float:
@@ -180,10 +183,10 @@ def _thinned(points: FloatArray) -> FloatArray:
 
 def _cost(problem: Problem, points: FloatArray, radius: float) -> float:
     """Return the cost of a rounded polyline, as it is bent; infinite where it may not be flown."""
-    gradient, no_edges, anywhere = np.empty_like(points), np.empty((0, 6)), np.zeros((2, 2))
+    gradient, anywhere = np.empty_like(points), np.zeros((2, 2))
     reaches = (1.0, 1.0, 2.0 * problem.field.finest, 0.0)
     model = problem.model.kernel_model()
-    return fillet_kernels.barrier(points, radius, model, problem.bounds, no_edges, reaches, 0.0, anywhere, gradient)
+    return fillet_kernels.barrier(points, radius, model, problem.bounds, reaches, 0.0, anywhere, gradient)
 
 
 def _is_free(problem: Problem, points: FloatArray, radius: float) -> bool:
@@ -367,11 +370,10 @@ def _descended(
     last: Point | None,
     weights: Sequence[float],
 ) -> FloatArray:
-    reach = max(radius, 0.02 * problem.shorter_side)
+    reach = REACH * problem.shorter_side
     model = problem.model.kernel_model()
     zero = (0.0, 0.0)
     held = np.array([first or zero, last or zero])
-    edges = _near_edges(problem, points, 4.0 * reach)
     panel = 2.0 * problem.field.finest
     points = points.copy()
     for weight in weights:
@@ -380,7 +382,6 @@ def _descended(
             radius,
             model,
             problem.bounds,
-            edges,
             (reach, radius, panel, LEAD * radius),
             weight,
             held,
@@ -392,17 +393,6 @@ def _descended(
             along = np.array(heading)
             points[at] = points[end] + ((points[at] - points[end]) @ along) * along
     return points
-
-
-def _near_edges(problem: Problem, points: FloatArray, reach: float) -> FloatArray:
-    """Return the edges of the area within the box of the waypoints, widened by `reach`."""
-    edges = problem.model.area.edges
-    low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
-    x, y = edges[:, 0:4:2], edges[:, 1:4:2]
-    near = (
-        (x.max(axis=1) >= low[0]) & (x.min(axis=1) <= high[0]) & (y.max(axis=1) >= low[1]) & (y.min(axis=1) <= high[1])
-    )
-    return np.ascontiguousarray(edges[near])
 
 
 def _divided(points: FloatArray, radius: float, spacing: float) -> FloatArray:

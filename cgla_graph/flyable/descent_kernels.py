@@ -31,7 +31,6 @@ def descend(
     radius: float,
     model: Model,
     bounds: Bounds,
-    edges: FloatArray,
     reaches: tuple[float, float, float, float],
     mu: float,
     held: FloatArray,
@@ -50,7 +49,7 @@ def descend(
     steps, changes = np.empty((MEMORY, n, 2)), np.empty((MEMORY, n, 2))
     weights, shares = np.empty(MEMORY), np.empty(MEMORY)
     kept, newest = 0, 0
-    value = barrier(points, radius, model, bounds, edges, reaches, mu, held, gradient)
+    value = barrier(points, radius, model, bounds, reaches, mu, held, gradient)
     looks = 1
     if value == math.inf:
         return value, looks
@@ -90,7 +89,7 @@ def descend(
         moved = points
         for _ in range(40):
             moved = points + step * direction
-            candidate = barrier(moved, radius, model, bounds, edges, reaches, mu, held, other)
+            candidate = barrier(moved, radius, model, bounds, reaches, mu, held, other)
             looks += 1
             if candidate <= value + 1e-4 * step * slope:
                 break

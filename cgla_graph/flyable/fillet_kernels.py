@@ -38,6 +38,7 @@ from cgla_graph.flyable.curve_kernels import (
     within_turn,
 )
 from cgla_graph.model.graph_kernels import Model
+from cgla_graph.model.no_fly_kernels import AreaArrays, first_row, slab_of
 from cgla_graph.refine.refine_kernels import cost_and_gradient
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -167,30 +168,45 @@ def _push(
 
 @kernel
 def _area_barrier(
-    pieces: FloatArray, turns: FloatArray, edges: FloatArray, reach: float, mu: float, back: FloatArray
+    pieces: FloatArray, turns: FloatArray, area: AreaArrays, reach: float, mu: float, back: FloatArray
 ) -> float:
     """Add up the barrier of the edges that are near, and pass its derivative on."""
+    frame, slab_starts, rows = area
+    slabs = slab_starts.shape[0] - 1
     total = 0.0
     last = pieces.shape[0] - 1
     for number in range(pieces.shape[0]):
         piece = pieces[number]
         low_x, low_y, high_x, high_y = arc_box(piece)
-        for j in range(edges.shape[0]):
-            ax, ay, bx, by = edges[j, 0], edges[j, 1], edges[j, 2], edges[j, 3]
-            dx = max(low_x - max(ax, bx), min(ax, bx) - high_x, 0.0)
-            dy = max(low_y - max(ay, by), min(ay, by) - high_y, 0.0)
-            if dx * dx + dy * dy >= reach * reach:
-                continue
-            d, share, qx, qy = nearest(piece, ax, ay, bx, by)
-            # start and goal may be on an edge, and do not move
-            if d >= reach or (number == 0 and share <= 0.0) or (number == last and share >= 1.0):
-                continue
-            if d <= 0.0:
-                return math.inf
-            total += mu * phi(d / reach)
-            pull = mu * slope_of_phi(d / reach) / reach
-            x, y = _place(piece, share)
-            _push(number, share, pull * (x - qx) / d, pull * (y - qy) / d, pieces, turns, back)
+        if (
+            low_x - reach >= frame[2]
+            or high_x + reach <= frame[0]
+            or low_y - reach >= frame[3]
+            or high_y + reach <= frame[1]
+        ):
+            continue
+        first = slab_of(low_y - reach, frame, slabs)
+        for slab in range(first, slab_of(high_y + reach, frame, slabs) + 1):
+            stop = slab_starts[slab + 1]
+            for j in range(first_row(low_x - reach, slab_starts[slab], stop, rows), stop):
+                if rows[j, 6] >= high_x + reach:
+                    break
+                ax, ay, bx, by = rows[j, 0], rows[j, 1], rows[j, 2], rows[j, 3]
+                dx = max(low_x - max(ax, bx), min(ax, bx) - high_x, 0.0)
+                dy = max(low_y - max(ay, by), min(ay, by) - high_y, 0.0)
+                # (an edge counts in the first slab of these that it is in)
+                if dx * dx + dy * dy >= reach * reach or max(first, slab_of(min(ay, by), frame, slabs)) != slab:
+                    continue
+                d, share, qx, qy = nearest(piece, ax, ay, bx, by)
+                # start and goal may be on an edge, and do not move
+                if d >= reach or (number == 0 and share <= 0.0) or (number == last and share >= 1.0):
+                    continue
+                if d <= 0.0:
+                    return math.inf
+                total += mu * phi(d / reach)
+                pull = mu * slope_of_phi(d / reach) / reach
+                x, y = _place(piece, share)
+                _push(number, share, pull * (x - qx) / d, pull * (y - qy) / d, pieces, turns, back)
     return total
 
 
@@ -261,7 +277,6 @@ def barrier(
     radius: float,
     model: Model,
     bounds: Bounds,
-    edges: FloatArray,
     reaches: tuple[float, float, float, float],
     mu: float,
     held: FloatArray,
@@ -278,8 +293,6 @@ def barrier(
         Of all arcs.
     model, bounds
         Cost, area and box; what is infeasible is infinite.
-    edges
-        Those of the area that are near, shape ``(e, 4)`` or more columns.
     reaches
         How far the barrier of the area and the box reaches, that of what is left of segments, the widest panel of the
         quadrature, and how long the line at an end is, at least, whose heading is given.
@@ -326,7 +339,7 @@ def barrier(
         if i > 0:
             total += _arc_cost(i, pieces[2 * i - 1], turns, k, model, reaches[2], back)
     if mu > 0.0:
-        total += _area_barrier(pieces, turns, edges, reaches[0], mu, back)
+        total += _area_barrier(pieces, turns, area, reaches[0], mu, back)
         total += _bounds_barrier(pieces, turns, bounds, reaches[0], mu, back)
         for i in range(n - 1):
             dx, dy = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]

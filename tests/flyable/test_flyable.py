@@ -72,8 +72,7 @@ def test_the_gradient_of_the_barrier_is_its_difference(seed: int) -> None:
     problem = Problem((0.05, 0.05), (0.95, 0.9), field, k=10.0, no_fly=shapely.box(0.4, 0.3, 0.5, 0.45))
     points = np.array([(0.05, 0.05), (0.3, 0.1), (0.56, 0.25), (0.6, 0.5), (0.3, 0.97), (0.95, 0.9)])
     points[1:-1] += rng.uniform(-0.02, 0.02, (4, 2))
-    edges = np.array(problem.area.edges)
-    rest = (0.05, problem.model.kernel_model(), problem.bounds, edges, (0.2, 0.3, 0.05, 0.0), 0.01, np.zeros((2, 2)))
+    rest = (0.05, problem.model.kernel_model(), problem.bounds, (0.2, 0.3, 0.05, 0.0), 0.01, np.zeros((2, 2)))
     gradient, other = np.empty_like(points), np.empty_like(points)
     assert fillet_kernels.barrier(points, *rest, gradient) < math.inf
     for i in range(1, len(points) - 1):
