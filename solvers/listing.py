@@ -8,9 +8,11 @@ import json
 from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib import resources
-from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 #: What pip calls packages whose modules have another name.
 _OF_PIP: Mapping[str, str] = {"skimage": "scikit-image"}
@@ -52,7 +54,7 @@ def describe(name: str) -> dict[str, str]:
     }
 
 
-def plug_ins() -> dict[str, EntryPoint]:
+def plug_ins() -> "dict[str, EntryPoint]":
     """
     Find the solvers of other distributions; a built-in wins over a plug-in of the same name.
 
@@ -76,6 +78,13 @@ def lacking(packages: Iterable[str]) -> str | None:
     """
     found = [_OF_PIP.get(package, package) for package in packages if not _is_installed(package)]
     return f"needs {', '.join(found)}, which is not installed (pip install {' '.join(found)})" if found else None
+
+
+def entry_points(group: str) -> "Iterable[EntryPoint]":
+    """Find entry points of other distributions; to complete built-in names, nobody has to look for them."""
+    from importlib import metadata  # noqa: PLC0415 - see above
+
+    return metadata.entry_points(group=group)
 
 
 def _is_installed(package: str) -> bool:

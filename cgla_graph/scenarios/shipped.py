@@ -5,7 +5,6 @@ What lists them needs no more than this, and answers at once: nothing is built.
 """
 
 import difflib
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import resources
@@ -61,6 +60,8 @@ class ShippedFiles:
 
     def documents(self) -> dict[str, dict[str, Any]]:
         """Return what is in each file, by name."""
+        import tomllib  # noqa: PLC0415 - to complete a name, no file is read
+
         return {name: tomllib.loads(self.text(name)) for name in self.names()}
 
     def _folder(self) -> Any:  # noqa: ANN401 - importlib's Traversable moved between versions
@@ -127,6 +128,8 @@ def is_mission_text(text: str) -> bool:
     >>> is_mission_text("uavs = []"), is_mission_text("k = 3")
     (True, False)
     """
+    import tomllib  # noqa: PLC0415 - the same
+
     try:
         found = tomllib.loads(text)
     except (ValueError, RecursionError):

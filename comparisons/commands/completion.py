@@ -1,8 +1,5 @@
 """What a shell completes after TAB: names of scenarios, missions and solvers, from lists that are read at once."""
 
-from cgla_graph.scenarios.shipped import MISSIONS, SCENARIOS
-from cgla_graph.solvers.listing import built_in
-
 
 def scenarios(incomplete: str) -> list[str]:
     """
@@ -13,6 +10,8 @@ def scenarios(incomplete: str) -> list[str]:
     >>> scenarios("pap")
     ['paper']
     """
+    from cgla_graph.scenarios.shipped import SCENARIOS  # noqa: PLC0415 - names of commands need no lists
+
     return [name for name in SCENARIOS.names() if name.startswith(incomplete)]
 
 
@@ -25,6 +24,8 @@ def missions(incomplete: str) -> list[str]:
     >>> missions("swar")
     ['swarm']
     """
+    from cgla_graph.scenarios.shipped import MISSIONS  # noqa: PLC0415 - names of commands need no lists
+
     return [name for name in MISSIONS.names() if name.startswith(incomplete)]
 
 
@@ -49,5 +50,7 @@ def solvers(incomplete: str) -> list[str]:
     >>> solvers("cgla,dij")
     ['cgla,dijkstra']
     """
+    from cgla_graph.solvers.listing import built_in  # noqa: PLC0415 - names of commands need no lists
+
     before, comma, last = incomplete.rpartition(",")
     return [f"{before}{comma}{name}" for name in built_in() if name.startswith(last)]
