@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+import shapely
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.flyable import curve_kernels, descent_kernels, fillet_kernels, search_kernels
@@ -31,6 +32,9 @@ TOLERANCE = 1e-5
 #: Waypoints of a polyline that is rounded move out by so much of what its arcs depart from corners, up to so much; and
 #: so many times something is mended.
 OUTWARDS, FARTHEST, MENDINGS = 1.05, 30.0, 100
+#: Gaps are looked for where a path is so near to the area, in parts of the map's shorter side; so many are tried; lines
+#: through them are at most so many radii longer, at each end.
+GAP, MOST_GAPS, LONGEST = 1e-4, 4, 3.0
 #: They stay away from the bounds by this part of the map's shorter side.
 INSIDE = 1e-6
 #: A line at an end whose heading is given is so long, at least, in parts of the radius.
@@ -53,7 +57,7 @@ def candidates(
     """
     if len(path) >= LINE and first is None and last is None:
         yield _rounded(problem, path, radius)
-    yield _searched(problem, radius, first, last)
+    yield _searched(problem, path, radius, first, last)
 
 
 def _angle(direction: Point) -> float:
@@ -197,25 +201,76 @@ def _is_free(problem: Problem, points: FloatArray, radius: float) -> bool:
 
 
 def _searched(
-    problem: Problem, radius: float, first: Point | None, last: Point | None
+    problem: Problem, path: FloatArray, radius: float, first: Point | None, last: Point | None
 ) -> tuple[FloatArray | None, str]:
-    """Search for a curve on grids of several sizes, until one is found, and make waypoints of its arcs."""
+    """Search for a curve on grids of several sizes, then through the gaps of the path; make waypoints of its arcs."""
+    ends = (problem.start, first), (problem.goal, last)
     kept = 0
     why = ""
     for finer in GRIDS:
-        points, why, n_poses = _searched_on(problem, radius, first, last, finer)
-        kept += n_poses
+        pieces, reason, n_poses = _searched_on(problem, radius, *ends, finer)
+        points = _waypoints_that_fit(problem, pieces, radius)
         if points is not None:
             return points, ""
+        why = why or reason
+        kept += n_poses
         if kept >= MOST_POSES:
             break
+    for before, after, along in _gaps(problem, path, radius):
+        to, _, _ = _searched_on(problem, radius, ends[0], (before, along), 1.0)
+        onward, _, _ = _searched_on(problem, radius, (after, along), ends[1], 1.0) if len(to) else (to, "", 0)
+        if len(onward):
+            across = np.array([[*before, *after, 0.0, 0.0, 0.0, 0.0]])
+            points = _waypoints_that_fit(problem, np.concatenate([to, across, onward]), radius)
+            if points is not None:
+                return points, ""
     return None, why
 
 
+def _gaps(problem: Problem, path: FloatArray, radius: float) -> Iterator[tuple[Point, Point, Point]]:
+    """
+    Yield lines through places that are too narrow for a grid: where they begin, where they end, and their direction.
+
+    They are the segments of a path both of whose ends touch the area, made as long as there is room, up to a few radii.
+    """
+    area = problem.model.area
+    touching = np.zeros(len(path), dtype=np.bool_)
+    if len(path):
+        away = shapely.distance(shapely.points(path), area.geometry) if not area.is_empty else np.ones(len(path))
+        touching = np.asarray(away) < GAP * problem.shorter_side
+    pairs = [i for i in range(1, len(path) - 2) if touching[i] and touching[i + 1]]
+    for i in sorted(pairs, key=lambda i: math.dist(path[i], path[i + 1]))[:MOST_GAPS]:
+        step = path[i + 1] - path[i]
+        along = step / np.hypot(*step)
+        ends = []
+        for end, sign in ((path[i], -1.0), (path[i + 1], 1.0)):
+            for share in (1.0, 0.7, 0.5, 0.35, 0.25, 0.1, 0.0):
+                far = end + sign * share * LONGEST * radius * along
+                # (a line that touches corners leaves no room: it is lifted off them by the bending)
+                if problem.in_bounds(far) and not area.crosses(end, far):
+                    ends.append((float(far[0]), float(far[1])))
+                    break
+        if len(ends) == LINE:
+            yield ends[0], ends[1], (float(along[0]), float(along[1]))
+
+
+def _waypoints_that_fit(problem: Problem, pieces: FloatArray, radius: float) -> FloatArray | None:
+    """Return the waypoints of a curve that may be flown as a rounded polyline, None if there are none."""
+    for most in PARTS if len(pieces) else ():
+        points = waypoints_of(pieces, most)
+        if len(points) > LINE and _is_free(problem, points, radius):
+            return points
+    return None
+
+
 def _searched_on(
-    problem: Problem, radius: float, first: Point | None, last: Point | None, finer: float
-) -> tuple[FloatArray | None, str, int]:
-    """Search for a curve on one grid."""
+    problem: Problem,
+    radius: float,
+    start: tuple[Point, Point | None],
+    goal: tuple[Point, Point | None],
+    finer: float,
+) -> tuple[FloatArray, str, int]:
+    """Search for a curve between two places, each with a direction or any, on one grid."""
     x_min, y_min, x_max, y_max = problem.bounds
     wide, high = x_max - x_min, y_max - y_min
     cells = int(finer * min(max(LEAST_CELLS, 2.0 * max(wide, high) / radius), MOST_CELLS))
@@ -226,24 +281,14 @@ def _searched_on(
     middles = np.stack(np.meshgrid(x_min + across * wide, y_min + up * high), axis=-1)
     prices = 1.0 + problem.k * problem.field.density(middles)
     on = columns, rows, problem.bounds, prices, problem.model.area.kernel_arrays
-    start = (*problem.start, 0.0 if first is None else _angle(first))
-    goal = (*problem.goal, 0.0 if last is None else _angle(last))
+    poses = [(*place, 0.0 if along is None else _angle(along)) for place, along in (start, goal)]
+    free = start[1] is None, goal[1] is None
     wider = max(ROOM * radius, size)
-    pieces, nearest, _, n_poses = search_kernels.search(
-        start, goal, (first is None, last is None), wider, on, MOST_POSES
-    )
-    if not len(pieces):
-        x, y, _, left = nearest.tolist()
-        why = (
-            f"no curve of turn radius {radius:g} was found: the search came as far as ({x:.6g}, {y:.6g}), "
-            f"with {left:.6g} of cost left to the goal"
-        )
-        return None, why, n_poses
-    for most in PARTS:
-        points = waypoints_of(pieces, most)
-        if len(points) > LINE and _is_free(problem, points, radius):
-            return points, "", n_poses
-    return None, f"no curve of turn radius {radius:g} was found that has room to bend", n_poses
+    pieces, nearest, _, n_poses = search_kernels.search(poses[0], poses[1], free, wider, on, MOST_POSES)
+    x, y, _, left = nearest.tolist()
+    rest = f", with {left:.6g} of cost left to the goal" if left < math.inf else ""
+    why = f"no curve of turn radius {radius:g} was found: the search came as far as ({x:.6g}, {y:.6g}){rest}"
+    return pieces, why, n_poses
 
 
 def waypoints_of(pieces: FloatArray, most: float) -> FloatArray:
