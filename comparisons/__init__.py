@@ -4,6 +4,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from cgla_graph.comparisons.conformance.run import conform as conform
     from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of as standings
     from cgla_graph.comparisons.leaderboard.performance import performances as performances
     from cgla_graph.comparisons.study.entrant import Entrant as Contender
@@ -21,6 +22,7 @@ _HOMES = {
     "Run": ("study.runner", "Run"),
     "Study": ("study.study", "Study"),
     "compare": ("study.runner", "compare"),
+    "conform": ("conformance.run", "conform"),
     "load": ("study.store", "load"),
     "performances": ("leaderboard.performance", "performances"),
     "rows_of": ("study.rows", "rows_of"),
@@ -36,6 +38,7 @@ __all__ = [
     "Run",
     "Study",
     "compare",
+    "conform",
     "load",
     "performances",
     "rows_of",

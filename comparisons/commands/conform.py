@@ -2,19 +2,17 @@
 
 import math
 import platform
-import shutil
 import sys
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
 from cgla_graph import __version__
 from cgla_graph._validate import positive_number
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.conformance.documents import VERSION, read_problem
-from cgla_graph.comparisons.conformance.run import conform
+from cgla_graph.comparisons.conformance.run import checked, results_of
 from cgla_graph.comparisons.conformance.suite import Instance, chosen
 from cgla_graph.comparisons.conformance.verdict import Result, Verdict
 from cgla_graph.comparisons.numbers import (
@@ -43,32 +41,6 @@ KEYS = (
 _NONE_FOUND = {Status.NO_PATH, Status.NOT_FOUND, Status.STUCK}
 
 
-def checked(command: Sequence[str]) -> list[str]:
-    """
-    Check that a command is there, before anything is put to it.
-
-    Raises
-    ------
-    CglaError
-        If it is not.
-
-    Examples
-    --------
-    >>> checked(["no-such-planner"])
-    Traceback (most recent call last):
-    cgla_graph.errors.CglaError: 'no-such-planner': there is no such program; give one that is on the PATH, or its path
-    """
-    if not command:
-        msg = "there is no planner; write cgla conform -- COMMAND, as in cgla conform -- python3 planner.py"
-        raise CglaError(msg)
-    # and beside the Python that runs this, as a virtual environment need not be activated
-    found = shutil.which(command[0]) or shutil.which(command[0], path=str(Path(sys.executable).parent))
-    if found is None:
-        msg = f"{command[0]!r}: there is no such program; give one that is on the PATH, or its path"
-        raise CglaError(msg)
-    return [str(Path(found).absolute()), *command[1:]]
-
-
 def run_suite(
     command: Sequence[str], asked: Sequence[Instance], *, seconds: float, megabytes: float, workers: int
 ) -> list[Result]:
@@ -81,10 +53,9 @@ def run_suite(
         If a setting is wrong, or the command cannot be started.
     """
     limits = Limits(positive_number("--timeout", seconds), positive_number("--memory", megabytes))
-    command = checked(command)
     results = []
     with console.progress(len(asked)) as step, suppress(KeyboardInterrupt):
-        for result in conform(command, asked, limits, workers=workers):
+        for result in results_of(checked(command), asked, limits, workers=workers):
             results.append(result)
             step(result.instance.name)
     places = {one.name: place for place, one in enumerate(asked)}

@@ -1,14 +1,19 @@
 """Every instance put to a planner, one process each, and what comes of it."""
 
 import os
+import shutil
 import signal
+import sys
 from collections.abc import Generator, Sequence
 from contextlib import closing
 from pathlib import Path
+from typing import cast
 
+from cgla_graph._validate import positive_number, shown, whole_number
+from cgla_graph.comparisons import console
 from cgla_graph.comparisons.conformance.command import GRACE, MOST_OUTPUT, End, Spoken, ask
 from cgla_graph.comparisons.conformance.documents import read_answer
-from cgla_graph.comparisons.conformance.suite import Instance
+from cgla_graph.comparisons.conformance.suite import Instance, chosen
 from cgla_graph.comparisons.conformance.verdict import Result, Verdict, judged
 from cgla_graph.comparisons.workers.limits import Failure, Limits, Outcome
 from cgla_graph.comparisons.workers.pool import Call, isolated
@@ -16,6 +21,8 @@ from cgla_graph.errors import CglaError
 
 #: How long a worker may take on top of a planner's time.
 _PREPARATION = 60.0
+#: At a time, at most.
+MOST_WORKERS = 1000
 _FAILED = {
     Failure.TIMED_OUT: Verdict.TIMED_OUT,
     Failure.OUT_OF_MEMORY: Verdict.OUT_OF_MEMORY,
@@ -25,10 +32,107 @@ _FAILED = {
 
 
 def conform(
+    command: Sequence[str | Path] | str | Path,
+    instances: Sequence[str | Instance] | str = (),
+    *,
+    timeout: float = 60.0,
+    memory: float = 4096.0,
+    workers: int = 1,
+) -> list[Result]:
+    """
+    Hold a planner against proven optima: put instances of the suite to it, and judge what it answers.
+
+    It starts processes: a script that calls this does so inside of ``if __name__ == "__main__":``.
+
+    Parameters
+    ----------
+    command
+        Program and arguments, as ``["python3", "planner.py"]``; it reads a problem and writes an answer, as JSON.
+    instances
+        Names of instances or families, or instances of one's own; all of the suite if there are none.
+    timeout, memory
+        Seconds that an instance may take, and megabytes that each process of the planner may take; above 0.
+    workers
+        How many instances at a time; they share out the cores.
+
+    Returns
+    -------
+    results
+        One an instance, in the order of the suite, or that in which they are given.
+
+    Raises
+    ------
+    CglaError
+        If there is no such program or instance, or a setting is wrong; the message says what is allowed.
+
+    Examples
+    --------
+    >>> from cgla_graph import comparisons
+    >>> (one,) = comparisons.conform(["echo", '{"path": [[0.05, 0.5], [0.95, 0.5]]}'], ["open-straight"])
+    >>> one.verdict.label, one.instance.lower_bound <= one.cost, one.gap < 0.005
+    ('feasible', True, True)
+    """
+    limits = Limits(positive_number("timeout", timeout), positive_number("memory", memory))
+    whole_number("workers", workers, at_least=1, at_most=MOST_WORKERS)
+    asked = _asked(instances)
+    results: dict[int, Result] = {}
+    places = {id(one): place for place, one in enumerate(asked)}
+    answers = results_of(checked(command), asked, limits, workers=workers)
+    with console.progress(len(asked)) as step, closing(answers):
+        for result in answers:
+            results[places[id(result.instance)]] = result
+            step(result.instance.name)
+    return [results[place] for place in range(len(asked))]
+
+
+def _asked(instances: Sequence[str | Instance] | str) -> list[Instance]:
+    """Return instances of the suite by their names, and those that are given as they are."""
+    given = [instances] if isinstance(instances, str | Instance) else list(instances)
+    if not given:
+        return chosen()
+    found = [one for each in given for one in ([each] if isinstance(each, Instance) else chosen([each]))]
+    return list({id(one): one for one in found}.values())
+
+
+def checked(command: Sequence[str | Path] | str | Path) -> list[str]:
+    """
+    Check that a command is there, before anything is put to it; a text is the name of a program.
+
+    Raises
+    ------
+    CglaError
+        If it is not.
+
+    Examples
+    --------
+    >>> checked(["no-such-planner"])
+    Traceback (most recent call last):
+    cgla_graph.errors.CglaError: 'no-such-planner': there is no such program; give one that is on the PATH, or its path
+    """
+    if isinstance(command, str | Path):
+        command = [str(command)]
+    given = cast("object", command)
+    if not isinstance(given, Sequence) or not all(isinstance(word, str | Path) for word in given):
+        msg = f"a planner is {shown(command)}; give a program and its arguments, as in ['python3', 'planner.py']"
+        raise CglaError(msg)
+    if not command:
+        msg = "there is no planner; write cgla conform -- COMMAND, as in cgla conform -- python3 planner.py"
+        raise CglaError(msg)
+    words = [str(word) for word in command]
+    # and beside the Python that runs this, as a virtual environment need not be activated
+    found = shutil.which(words[0]) or shutil.which(words[0], path=str(Path(sys.executable).parent))
+    if found is None:
+        hint = "; its arguments are texts of their own" if len(words) == 1 and " " in words[0].strip() else ""
+        msg = f"{shown(words[0])}: there is no such program; give one that is on the PATH, or its path{hint}"
+        raise CglaError(msg)
+    return [str(Path(found).absolute()), *words[1:]]
+
+
+def results_of(
     command: Sequence[str], instances: Sequence[Instance], limits: Limits, *, workers: int = 1
 ) -> Generator[Result]:
     """
-    Put instances to a planner, and judge what it answers.
+    Put instances to a planner, and hand on what comes of each as soon as it is there.
 
     Parameters
     ----------
@@ -55,8 +159,7 @@ def conform(
 
     Examples
     --------
-    >>> from cgla_graph.comparisons.conformance.suite import chosen
-    >>> one = next(conform(["echo", '{"path": null}'], chosen(["infeasible-wall"]), Limits(seconds=20.0)))
+    >>> one = next(results_of(["echo", '{"path": null}'], chosen(["infeasible-wall"]), Limits(seconds=20.0)))
     >>> one.verdict.value
     'it found no path, and there is none'
     """

@@ -33,6 +33,10 @@ class Instance(Document):
     upper_bound: float | None = Field(description="what the best path known costs; null where there is none")
     path: list[Pair] | None = Field(description="that path")
 
+    def __repr__(self) -> str:
+        """Write its name: the problem and the path fill pages."""
+        return f"Instance({self.name!r})"
+
     @property
     def name(self) -> str:
         """The name of its problem."""

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -11,10 +12,12 @@ import pytest
 from awkward_calls import alive, until
 from command_line import Call, caller
 
-from cgla_graph.comparisons.conformance.run import conform
+from cgla_graph import comparisons
+from cgla_graph.comparisons.conformance.run import results_of
 from cgla_graph.comparisons.conformance.suite import chosen
 from cgla_graph.comparisons.conformance.verdict import Verdict
 from cgla_graph.comparisons.workers.limits import Limits
+from cgla_graph.errors import CglaError
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples" / "conformance"
 #: A planner that does to each instance something else.
@@ -87,7 +90,7 @@ def test_whatever_a_planner_does_is_a_row(
 ) -> None:
     limits = Limits(0.4 if verdict is Verdict.TIMED_OUT else 20.0, 512.0)
     command = [sys.executable, str(awkward), str(tmp_path), deed]
-    (found,) = conform(command, chosen(["raster-hills"]), limits)
+    (found,) = results_of(command, chosen(["raster-hills"]), limits)
 
     assert (found.verdict, found.message) == (verdict, message)
     pids = tmp_path / "pids"
@@ -151,6 +154,28 @@ def test_exit_codes_and_lists(call: Call, awkward: Path) -> None:
     call("conform", "--", "no-such-planner").refused("no-such-planner", "no such program")
     call("conform").refused("there is no planner", "cgla conform -- COMMAND")
     call("conform", "--timeout", "0", "--", "true").refused("--timeout", "0")
+
+
+def test_from_python_it_is_one_call(tmp_path: Path) -> None:
+    """Results come in the order asked for, whatever ends first; what is wrong is said before anything starts."""
+    planner = tmp_path / "planner.py"
+    planner.write_text("import json, sys, time\ntime.sleep(json.load(sys.stdin)['name'] == 'open-one')\n", "utf-8")
+    (own,) = chosen(["open-straight"])
+    found = comparisons.conform([sys.executable, planner], ["open-one", own, "open-straight"], workers=2)
+    assert [one.instance.name for one in found] == ["open-one", "open-straight"]
+    assert {one.verdict for one in found} == {Verdict.MALFORMED}
+    assert repr(found[1]).startswith("Result(instance=Instance('open-straight'), verdict=malformed, ")
+    for wrong, said in (
+        ({"command": "true -v"}, "its arguments are texts of their own"),
+        ({"command": [["true"] * 1000]}, "a planner is"),
+        ({"instances": "narow"}, "did you mean narrow"),
+        ({"timeout": 0}, "timeout is 0"),
+        ({"memory": "much"}, "memory is 'much'"),
+        ({"workers": 0}, "workers is 0"),
+    ):
+        with pytest.raises(CglaError, match=re.escape(said)) as caught:
+            comparisons.conform(**{"command": "true", **wrong})
+        assert len(str(caught.value)) < 300
 
 
 def test_a_tolerance_refuses_paths_that_cost_too_much(call: Call) -> None:
