@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from cgla_graph import comparisons as comparisons
     from cgla_graph import solvers as solvers
+    from cgla_graph._progress import progress as progress
     from cgla_graph.certificate.certificate import Certificate as Certificate
     from cgla_graph.certificate.certificate import lower_bound as lower_bound
     from cgla_graph.cost_to_go.cost_matrix import CostMatrix as CostMatrix
@@ -94,6 +95,7 @@ _HOMES = {
     "pareto": "solvers.trade_off.pareto",
     "plan_within_length": "solvers.trade_off.constrained",
     "plan_within_risk": "solvers.trade_off.constrained",
+    "progress": "_progress",
     "read_plan": "flight_plans.formats",
     "read_zones": "zones.reading",
     "risk_weight": "model.ground_risk",

@@ -23,6 +23,9 @@ R = TypeVar("R")
 #: look, in seconds.
 PATIENCE, GLANCE = 60.0, 0.02
 
+#: Kernels that are being compiled, or loaded from disk.
+_under_way: list[Any] = []
+
 #: Modules of kernels whose names a module of kernels takes over.
 _IMPORTS = re.compile(r"^from ([\w.]+_kernels) import", flags=re.MULTILINE)
 
@@ -69,7 +72,11 @@ def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - nu
         # Numba's own lock comes first in every thread, and kernels call one another in no circle: so there is never a
         # circle of processes that wait for each other.
         with global_compiler_lock, _locked(Path(compiled.stats.cache_path, f"{compiled.__name__}.lock")):
-            return compile_(signature)
+            _under_way.append(compiled)
+            try:
+                return compile_(signature)
+            finally:
+                _under_way.pop()
 
     return compile_once
 
@@ -111,6 +118,18 @@ def is_kept(compiled: Callable[..., object]) -> bool:
     code = cast("Any", compiled).py_func.__code__
     names = f"{Path(code.co_filename).stem}.{code.co_name}-*.nbi"
     return any(Path(cast("Any", compiled).stats.cache_path).glob(names))
+
+
+def is_compiling() -> bool:
+    """
+    Tell whether kernels are being compiled whose machine code is not on disk.
+
+    Examples
+    --------
+    >>> is_compiling()
+    False
+    """
+    return not all(map(is_kept, tuple(_under_way)))
 
 
 @cache

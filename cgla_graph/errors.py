@@ -60,6 +60,10 @@ class SolverUnavailableError(CglaError, ImportError):
     """A solver needs a package that is not installed."""
 
 
+class ProgressError(CglaError, ValueError):
+    """Progress was to be shown neither always nor never."""
+
+
 class OutputError(CglaError, OSError):
     """A file or folder cannot be written."""
 

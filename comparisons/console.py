@@ -67,7 +67,10 @@ def out_table(table: "RenderableType") -> None:
 
 
 def say(text: str) -> None:
-    """Write a line to standard error."""
+    """Write a line to standard error, above any progress."""
+    from cgla_graph._progress import wipe  # noqa: PLC0415 - TAB completes at once
+
+    wipe()
     sys.stderr.write(f"{text}\n")
 
 
@@ -78,14 +81,10 @@ def progress(total: int | None) -> Iterator[Callable[[str], None]]:
 
     Of how many steps, nobody may know beforehand: then `total` is None.
     """
-    from rich.console import Console  # noqa: PLC0415 - `cgla --help` answers at once
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
+    from cgla_graph._progress import showing  # noqa: PLC0415 - `cgla --help` answers at once
 
-    console = Console(stderr=True)
-    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("", total=total)
-        yield lambda text: bar.update(task, advance=1, description=text)
+    with showing("", total) as tell:
+        yield tell
 
 
 @contextmanager

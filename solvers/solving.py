@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from cgla_graph._progress import showing
 from cgla_graph._validate import shown
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.lattice import Lattice
@@ -94,12 +95,14 @@ def solve(
         if refine:
             msg = "a GraphProblem has only its edges, which no path can leave; give a Problem to refine its path"
             raise ProblemError(msg)
-        warm_up(chosen)
-        warm_up_restricted(chosen, problem.graph.n_nodes)
-        return run(chosen, problem)
-    warm_up(chosen, refine=refine)
-    answer = _solve_in_plane(problem, chosen, resolution, on)
-    return refined(problem, answer) if refine else answer
+        with showing(f"planning with {chosen.traits.name}"):
+            warm_up(chosen)
+            warm_up_restricted(chosen, problem.graph.n_nodes)
+            return run(chosen, problem)
+    with showing(f"planning with {chosen.traits.name}"):
+        warm_up(chosen, refine=refine)
+        answer = _solve_in_plane(problem, chosen, resolution, on)
+        return refined(problem, answer) if refine else answer
 
 
 def refined(problem: Problem, solution: Solution, *, tolerance: float = 1e-6, max_points: int = 1000) -> Solution:

@@ -24,6 +24,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from cgla_graph._drawn import Drawn
+from cgla_graph._progress import Tell, showing
 from cgla_graph._types import WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
 from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, first_grid, halo, next_grid
@@ -178,10 +179,11 @@ def lower_bound(
         raise ProblemError(msg)
     if not problem.field.is_proper:
         return Certificate(math.nan, math.inf, tolerance, 0.0, 0, f"no bound: {NEGATIVE_WEIGHTS}", 0.0, problem=problem)
-    load_kernels()
-    began = time.perf_counter()
-    upper = _cost_of_given(problem, path) if path is not None else _cost_of_own(problem)
-    found = _Search(problem, tolerance, max_cells, upper, is_own=path is None).run()
+    with showing("proof") as tell:
+        load_kernels()
+        began = time.perf_counter()
+        upper = _cost_of_given(problem, path) if path is not None else _cost_of_own(problem)
+        found = _Search(problem, tolerance, max_cells, upper, is_own=path is None).run(tell)
     return replace(found, seconds=time.perf_counter() - began, problem=problem)
 
 
@@ -253,7 +255,7 @@ class _Search:
     cells: int = 0
     grids: list[Grid] = field(default_factory=list)
 
-    def run(self) -> Certificate:
+    def run(self, tell: Tell) -> Certificate:
         """Refine until the tolerance or a limit is reached."""
         problem = self.problem
         # a path that keeps its clearance to the last digit counts, too
@@ -284,6 +286,8 @@ class _Search:
             self.grids[-1] = replace(self.grids[-1], lower_bound=self.best)
             if outcome := self._outcome():
                 return self._end(outcome)
+            gap = 100.0 * (self.upper / self.best - 1.0)
+            tell(f"gap {gap:.2g} % after {len(self.grids)} grids, {100.0 * self.tolerance:.2g} % asked")
             # a grid of some fineness knows better than the lattice on which side of an obstacle to pass
             if self._looks_stuck(here, here - before) or max(last) // 2 < SECOND_LOOK <= max(last):
                 self.improve(level, bounds[0])

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._progress import showing
 from cgla_graph._types import Point
 from cgla_graph.mission.agent import Agent
 from cgla_graph.mission.avoidance import plan_around, stays_clear
@@ -87,6 +88,11 @@ class Simulation:
     def is_over(self) -> bool:
         """Whether every UAV has come to an end."""
         return all(agent.is_done for agent in self._agents)
+
+    @property
+    def n_done(self) -> int:
+        """How many UAVs have come to an end."""
+        return sum(agent.is_done for agent in self._agents)
 
     def advance(self) -> None:
         """Fly one tick; nothing happens when the mission is over."""
@@ -382,10 +388,12 @@ class Simulation:
 
 def fly(mission: Rules, watch: Callable[[int], None] | None = None) -> Flight:
     """Fly a mission to its end; `watch` is called with each tick that is done."""
-    simulation = Simulation(mission)
-    while not simulation.is_over:
-        before = simulation.tick
-        simulation.advance()
-        if watch is not None and simulation.tick > before:
-            watch(simulation.tick)
-    return simulation.flight()
+    with showing("flight", total=len(mission.uavs)) as tell:
+        simulation = Simulation(mission)
+        while not simulation.is_over:
+            before = simulation.tick
+            simulation.advance()
+            tell(f"tick {simulation.tick}", simulation.n_done)
+            if watch is not None and simulation.tick > before:
+                watch(simulation.tick)
+        return simulation.flight()

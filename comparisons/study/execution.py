@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cgla_graph._progress import waiting
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.entrant import Entrant
@@ -81,8 +82,9 @@ def run_study(
     [('cgla', 'optimal')]
     """
     how: dict[str, Any] = {"limits": study.limits, "workers": workers, "scheduler": scheduler, "preload": PRELOAD}
-    with closing(run_tasks(study_tasks(study, store), store, **how)) as results:
-        yield from (result for _, result in results if isinstance(result, Run))
+    tasks = study_tasks(study, store)
+    with closing(run_tasks(tasks, store, **how)) as results:
+        yield from (result for _, result in waiting("study", results, len(tasks)) if isinstance(result, Run))
 
 
 def study_tasks(study: Study, store: ResultStore | None = None) -> list[Task]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cgla_graph._brief import Brief
+from cgla_graph._progress import waiting
 from cgla_graph.certificate.certificate import Certificate, load_kernels, lower_bound
 from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
@@ -105,7 +106,13 @@ def compare(
     >>> [(run.solver, run.solution.status.label) for run in runs]
     [('cgla', 'optimal'), ('straight-line', 'found')]
     """
-    entrants = [as_entrant(entrant) for entrant in entrants]
+    yield from waiting("comparison", _runs(scenarios, entrants, n_seeds, tolerance))
+
+
+def _runs(
+    scenarios: Iterable[Scenario], given_entrants: Sequence[Entrant], n_seeds: int, tolerance: float | None
+) -> Iterator[Run]:
+    entrants = [as_entrant(entrant) for entrant in given_entrants]
     warm_up(entrants)
     if tolerance is not None:
         warm_up_proof()

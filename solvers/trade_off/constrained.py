@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from cgla_graph._brief import Brief
+from cgla_graph._progress import showing
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.certificate.certificate import lower_bound
@@ -192,6 +193,10 @@ class _Search:
 
     def run(self) -> PlanWithin:
         """Search, unless the shortest path settles it."""
+        with showing(f"planning within {self.budget:g} of {self.limited}"):
+            return self._run()
+
+    def _run(self) -> PlanWithin:
         if not self.problem.field.is_proper:
             return self._plan(Solution(Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS), 0.0, math.nan)
         shortest = self.reweighed.at(0.0)

@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 
 from cgla_graph._brief import Brief
+from cgla_graph._progress import waiting
 from cgla_graph._validate import non_negative_number, number_array, whole_number
 from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.errors import ProblemError
@@ -161,9 +162,10 @@ def density_front(
     """
     if isinstance(levels, int):
         count = whole_number("levels", levels, at_least=2, at_most=1000)
-        return list(_spread(problem, corridor, count, solver, settings))
+        return list(waiting("front of cost against density", _spread(problem, corridor, count, solver, settings)))
     chosen = np.unique(number_array("levels", levels)).tolist()
-    return [_point(problem, level, corridor, solver, settings) for level in chosen]
+    points = (_point(problem, level, corridor, solver, settings) for level in chosen)
+    return list(waiting("front of cost against density", points, len(chosen)))
 
 
 def _point(

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from cgla_graph._brief import Brief
+from cgla_graph._progress import Tell, showing
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.errors import ProblemError
@@ -215,18 +216,19 @@ def pareto(
     k_max = None if k_max is None else positive_number("k_max", k_max)
     if not problem.field.is_proper:
         return Front((), Status.UNSUPPORTED, message=NEGATIVE_WEIGHTS)
-    shortest = reweighed.at(0.0)
-    if not shortest.status.has_path:
-        return Front((), shortest.status, n_solves=1, message=shortest.message)
-    if k_max is not None:
-        reweighed.at(k_max)
-    else:
-        risk = shortest.risk
-        for k in growing_weights(shortest):
-            before, risk = risk, reweighed.at(k).risk
-            if not before - risk > LEAST_RISK * shortest.risk:
-                break
-    error = _refine(reweighed, tolerance, max_points)
+    with showing("front of length against risk") as tell:
+        shortest = reweighed.at(0.0)
+        if not shortest.status.has_path:
+            return Front((), shortest.status, n_solves=1, message=shortest.message)
+        if k_max is not None:
+            reweighed.at(k_max)
+        else:
+            risk = shortest.risk
+            for k in growing_weights(shortest):
+                before, risk = risk, reweighed.at(k).risk
+                if not before - risk > LEAST_RISK * shortest.risk:
+                    break
+        error = _refine(reweighed, tolerance, max_points, tell)
     status = Status.OPTIMAL if reweighed.exact else Status.FOUND
     return Front(_points(reweighed), status, error, max(reweighed.solved), len(reweighed.solved))
 
@@ -242,7 +244,7 @@ def growing_weights(shortest: Solution) -> Iterator[float]:
         yield from (shortest.length / shortest.risk * GROWTH**i for i in range(MOST_GROWTHS + 1))
 
 
-def _refine(reweighed: Reweighed, tolerance: float, max_points: int) -> float:
+def _refine(reweighed: Reweighed, tolerance: float, max_points: int, tell: Tell) -> float:
     """Solve between neighbours on the hull, where the least cost is known worst; return by how much it is unknown."""
     while True:
         hull = lower_hull(reweighed.solved.items())
@@ -258,6 +260,7 @@ def _refine(reweighed: Reweighed, tolerance: float, max_points: int) -> float:
         worst = int(np.argmax(errors))
         if errors[worst] <= max(tolerance, ROUNDING) or len(hull) >= max_points:
             return max(0.0, float(errors[worst]))
+        tell(f"{len(hull)} paths, others at most {errors[worst]:.2%} cheaper")
         reweighed.at(float(between[worst]))
 
 
