@@ -9,7 +9,7 @@ import shapely
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.flyable import curve_kernels, descent_kernels, fillet_kernels, search_kernels
 from cgla_graph.flyable.curve import Curve
-from cgla_graph.flyable.curve_kernels import N_COLUMNS, RADIUS, TURN, X0, X1, Y0, Y1
+from cgla_graph.flyable.curve_kernels import LEAVES, N_COLUMNS, RADIUS, TURN, X0, X1, Y0, Y1
 from cgla_graph.flyable.dubins_kernels import N_WORDS, word_pieces
 from cgla_graph.model.problem import Problem
 
@@ -285,10 +285,25 @@ def _searched_on(
     free = start[1] is None, goal[1] is None
     wider = max(ROOM * radius, size)
     pieces, nearest, _, n_poses = search_kernels.search(poses[0], poses[1], free, wider, on, MOST_POSES)
-    x, y, _, left = nearest.tolist()
+    x, y, heading, left = nearest.tolist()
     rest = f", with {left:.6g} of cost left to the goal" if left < math.inf else ""
     why = f"no curve of turn radius {radius:g} was found: the search came as far as ({x:.6g}, {y:.6g}){rest}"
-    return pieces, why, n_poses
+    return pieces, why + ("" if free[0] else _hindrance(problem, radius, (x, y, heading))), n_poses
+
+
+def _hindrance(problem: Problem, radius: float, pose: tuple[float, float, float]) -> str:
+    """Say what is in the way of a quarter of a turn to either side, if something is on both."""
+    told = []
+    for side, name in ((1.0, "left"), (-1.0, "right")):
+        x, y, heading = pose
+        cx, cy = x - side * radius * math.sin(heading), y + side * radius * math.cos(heading)
+        end = heading + side * 0.5 * math.pi
+        x1, y1 = cx + side * radius * math.sin(end), cy - side * radius * math.cos(end)
+        arc = np.array([[x, y, x1, y1, cx, cy, radius, side * 0.5 * math.pi]])
+        number, why = curve_kernels.first_fault(arc, problem.model.area.kernel_arrays, problem.bounds, 0.0)
+        if number >= 0:
+            told.append(f"a turn to the {name} {'leaves the bounds' if why == LEAVES else 'crosses the no-fly area'}")
+    return f"; from there, {' and '.join(told)}" if len(told) == LINE else ""
 
 
 def waypoints_of(pieces: FloatArray, most: float) -> FloatArray:

@@ -108,6 +108,15 @@ def test_a_turn_in_a_maze_is_flown_or_its_place_is_told() -> None:
     assert none.cost == math.inf
 
 
+def test_what_is_in_the_way_of_a_start_is_told() -> None:
+    problem = Problem((0.1, 0.5), (0.9, 0.5), no_fly=shapely.box(0.0, 0.6, 0.2, 0.7))
+    none = cg.solve(problem).flyable(0.3, start_heading=320)
+    assert none.status is Status.NOT_FOUND
+    assert none.message.endswith(
+        "from there, a turn to the left leaves the bounds and a turn to the right crosses the no-fly area"
+    )
+
+
 def test_a_heading_leads_the_other_way_first() -> None:
     problem = Problem((0.5, 0.5), (0.9, 0.5))
     west = cg.solve(problem).flyable(0.05, start_heading=270)
