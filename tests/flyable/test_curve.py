@@ -91,6 +91,19 @@ def test_clearance_of_a_curve_is_that_of_dense_samples(geometry: shapely.MultiPo
 
 
 @usual
+@given(arc=arcs(), share=st.floats(0.0, 1.0), away=st.floats(1e-6, 2.0))
+def test_an_arc_is_nearest_to_a_slanted_edge_where_it_is_parallel(arc: FloatArray, share: float, away: float) -> None:
+    """The edge is outside of the circle, so that no other point of the arc is as near."""
+    angle = math.atan2(arc[Y0] - arc[CY], arc[X0] - arc[CX]) + share * arc[TURN]
+    out = np.array([math.cos(angle), math.sin(angle)])
+    across = np.array([-out[1], out[0]])
+    middle = arc[[CX, CY]] + (arc[RADIUS] + away) * out
+    wedge = shapely.Polygon([middle - 9.0 * across, middle + 9.0 * across, middle + 3.0 * out])
+    problem = Problem((90.0, 90.0), (91.0, 90.0), bounds=(-99, -99, 99, 99), no_fly=wedge)
+    assert Curve(arc[None]).evaluate(problem).clearance == pytest.approx(away, abs=1e-9)
+
+
+@usual
 @given(arc=arcs(), tolerance=st.sampled_from([1e-1, 1e-3, 1e-5]))
 def test_waypoints_of_an_arc_are_within_the_tolerance(arc: FloatArray, tolerance: float) -> None:
     waypoints = Curve(arc[None]).points(tolerance)
