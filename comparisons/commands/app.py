@@ -1278,6 +1278,7 @@ def main() -> None:
 
     # imports make objects by the hundred thousand and no garbage; `console.running_solvers` collects again
     gc.disable()
+    completion.read_no_values()
     for stream in (sys.stdout, sys.stderr):
         # a terminal of few letters gets escapes instead of a failure
         if isinstance(stream, io.TextIOWrapper):

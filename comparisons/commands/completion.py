@@ -1,5 +1,21 @@
 """What a shell completes after TAB: names of scenarios, missions and solvers, from lists that are read at once."""
 
+import os
+from typing import Any, cast
+
+from typer import core
+
+
+def read_no_values() -> None:
+    """
+    Leave the values of options as they are, if this process was started to complete something.
+
+    They are not needed for that, and typer imports pydantic to read them, which takes longer than all else.
+    """
+    if "_CGLA_COMPLETE" in os.environ:
+        for kind in (core.TyperOption, core.TyperArgument):
+            cast("Any", kind).process_value = lambda _self, _ctx, value: value
+
 
 def scenarios(incomplete: str) -> list[str]:
     """

@@ -15,7 +15,9 @@ def completed(words: str) -> list[str]:
         "import sys; sys.argv = ['cgla']\n"
         "from cgla_graph.comparisons.commands.app import main\n"
         "try:\n    main()\n"
-        "finally:\n    print(*({'numpy', 'numba', 'scipy', 'rich', 'tomllib'} & set(sys.modules)), file=sys.stderr)"
+        "finally:\n"
+        "    heavy = {'numpy', 'numba', 'scipy', 'rich', 'tomllib', 'pydantic'}\n"
+        "    print(*(heavy & set(sys.modules)), file=sys.stderr)"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60, check=False
