@@ -1,25 +1,26 @@
 """The page of `cgla live` in a real browser: dragged by mouse, finger and keyboard, at random too."""
 
-import random
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
 from live_page import ANSWERED, NEEDS_BROWSER, SETTLED, browser, draft, drag, faults, number, one, opened, served, until
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.actions.action_builder import ActionBuilder
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.remote.webdriver import WebDriver
-from strategies import TIMES
+from strategies import examples
 
 from cgla_graph.comparisons.live.server import LiveServer
 from cgla_graph.scenarios.scenario import load_scenario
 
 pytestmark = [pytest.mark.slow, NEEDS_BROWSER]
-#: Random drags: with CGLA_FUZZ=1 a thousand, and others on every run.
-DRAGS = 50 * TIMES
+#: Of a handle to a place, and what is done then.
+Drag = tuple[float, tuple[float, float], str | None]
 
 
 @pytest.fixture(scope="module")
@@ -173,17 +174,37 @@ def test_on_a_phone_a_finger_drags_and_nothing_is_wider_than_the_page(chromium: 
         page.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
 
 
-def test_random_drags_leave_no_error_behind(page: WebDriver, capfd: pytest.CaptureFixture[str]) -> None:
+#: What is drawn: how far down the list the handle is, where it is dragged, beyond the border too, and what follows.
+parts = st.floats(-0.03, 1.03)
+deeds = st.one_of(
+    st.none(), st.sampled_from(["add-threat", "add-area", "undo", "redo"]), st.integers(0, 700).map(lambda k: f"k={k}")
+)
+drags = st.tuples(st.floats(0.0, 1.0, exclude_max=True), st.tuples(parts, parts), deeds)
+
+
+#: A browser takes seconds for an example, and ten drags are read as they are: what fails is not made smaller.
+in_a_browser = settings(
+    examples(5),
+    phases=[Phase.reuse, Phase.generate],
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
+
+
+@in_a_browser
+@given(made=st.lists(drags, min_size=10, max_size=10))
+def test_random_drags_leave_no_error_behind(
+    chromium: WebDriver, server: LiveServer, capfd: pytest.CaptureFixture[str], made: list[Drag]
+) -> None:
     """Drag whatever there is, anywhere, while other things are changed; then the page still tells the truth."""
-    rng = random.Random(None if TIMES > 1 else 7)  # noqa: S311 - no secret
+    page = opened(chromium, server.url)
     box = one(page, "#map").rect
-    for count in range(DRAGS):
+    for which, (across, down), deed in made:
         places = page.execute_script(
             "return [...document.querySelectorAll('[data-handle]')].map(node => node.getBoundingClientRect().toJSON())"
         )
-        at = rng.choice(places)
+        at = places[int(which * len(places))]
         begin = at["x"] + at["width"] / 2, at["y"] + at["height"] / 2
-        end = [rng.uniform(-20, box[side] + 20) + box[axis] for axis, side in (("x", "width"), ("y", "height"))]
+        end = box["x"] + across * box["width"], box["y"] + down * box["height"]
         builder = ActionBuilder(page, duration=5)
         builder.pointer_action.move_to_location(*map(round, begin)).pointer_down()
         for part in (0.3, 0.6, 1.0):
@@ -192,14 +213,13 @@ def test_random_drags_leave_no_error_behind(page: WebDriver, capfd: pytest.Captu
             )
         builder.pointer_action.pointer_up()
         builder.perform()
-        if count % 10 == 9:
-            act = rng.choice(["add-threat", "add-area", "undo", "redo"])
-            page.execute_script("document.getElementById(arguments[0]).click()", act)
-        if count % 7 == 6:
+        if deed is not None and deed.startswith("k="):
             page.execute_script(
                 "const k = document.querySelector('#k'); k.value = arguments[0]; k.dispatchEvent(new Event('input'));",
-                rng.randint(0, 700),
+                int(deed.removeprefix("k=")),
             )
+        elif deed is not None:
+            page.execute_script("document.getElementById(arguments[0]).click()", deed)
     until(page, SETTLED)
     assert faults(page) == []
     assert capfd.readouterr().err == ""
