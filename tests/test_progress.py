@@ -172,11 +172,13 @@ print([thread.name for thread in threading.enumerate()])
 ALONE = "['MainThread']"
 
 
+@pytest.mark.slow
 def test_nothing_is_written_to_a_pipe() -> None:
     done = subprocess.run([sys.executable, "-c", CALLS], capture_output=True, text=True, check=True, timeout=60)
     assert (done.stdout.strip(), done.stderr) == (ALONE, "")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
 def test_a_pseudo_terminal_sees_plans_fronts_and_flights() -> None:
     import pty  # noqa: PLC0415 - not on every system
