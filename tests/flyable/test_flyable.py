@@ -1,6 +1,7 @@
 """Flyable paths: what holds for every one of them, and what they tend to."""
 
 import math
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from strategies import examples, few, plane_problems, seeds
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
-from cgla_graph.flyable import fillet_kernels
+from cgla_graph.flyable import bending, fillet_kernels
 from cgla_graph.flyable.curve import Curve
 from cgla_graph.flyable.flyable import Flyable, flyable
 from cgla_graph.model.problem import Problem
@@ -50,14 +51,16 @@ def assert_flyable(problem: Problem, found: Flyable) -> None:
     assert found.length == pytest.approx(fine.length, rel=1e-3)
 
 
-@examples(12)
+@examples(20)
 @given(problem=plane_problems(), start_heading=bearings, goal_heading=bearings, seed=seeds)
 def test_what_is_found_may_be_flown(
     problem: Problem, start_heading: float | None, goal_heading: float | None, seed: int
 ) -> None:
     radius = 10.0 ** np.random.default_rng(seed).uniform(-2.5, -0.7)
     headings = {"start_heading": start_heading, "goal_heading": goal_heading}
-    found = flyable(problem, np.array([problem.start, problem.goal]), radius, **headings, bound=0.0)
+    # (a search that ends in vain takes seconds)
+    with mock.patch.object(bending, "MOST_POSES", 50_000):
+        found = flyable(problem, np.array([problem.start, problem.goal]), radius, **headings, bound=0.0)
     if found.status.has_path and problem.start != problem.goal:
         assert_flyable(problem, found)
     else:
@@ -88,7 +91,7 @@ def test_with_smaller_radii_the_cost_tends_to_that_of_the_polyline() -> None:
     wall = shapely.box(0.45, -0.1, 0.55, 0.7)
     problem = Problem((0.1, 0.1), (0.9, 0.2), RiskField([Threat(0.8, 0.6, 0.1)]), k=5.0, no_fly=wall)
     solution = cg.solve(problem)
-    radii = np.array([1e-2, 1e-3, 1e-4, 1e-5])
+    radii = np.array([1e-2, 1e-3, 1e-5])
     more = np.array([solution.flyable(radius).cost for radius in radii]) / solution.cost - 1.0
     assert (more > -1e-4).all()
     assert (more[1:] < 0.5 * more[:-1]).all()
