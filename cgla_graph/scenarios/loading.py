@@ -25,6 +25,7 @@ from cgla_graph.scenarios.lonlat_box import bounds_of, box_around
 from cgla_graph.scenarios.map_tables import RasterTable
 from cgla_graph.scenarios.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
 from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, load_scenario, scenario_of
+from cgla_graph.scenarios.table_faults import faults
 from cgla_graph.untrusted.files import kind_of
 from cgla_graph.zones.reading import is_geojson
 
@@ -226,8 +227,8 @@ def raster_scenario(
             no_fly=with_files(NoFlyTable(), no_fly, zones or {}),
         )
     except ValidationError as error:
-        fault = error.errors()[0]
-        msg = f"{path}: {'.'.join(map(str, fault['loc']))} is {short(fault['input'])}; {fault['msg']}"
+        kind = RasterTable if error.title == RasterTable.__name__ else ScenarioTable
+        msg = f"{path}: {faults(error, kind)}"
         raise ScenarioError(msg) from error
     except CglaError as error:
         raise ScenarioError(str(error) if str(path) in str(error) else f"{path}: {error}") from error

@@ -22,7 +22,8 @@ ALLOWED: Mapping[str, str] = {
     "bool_type": "give true or false",
     "list_type": "give a list",
     "dict_type": "give a table",
-    "model_type": "give a table",
+    "model_type": "give a table of keys and values",
+    "json_invalid": "give JSON ({error})",
     "too_short": "give at least {min_length}, not {actual_length}",
     "too_long": "give at most {max_length}, not {actual_length}",
     "string_too_short": "give a text of at least {min_length} characters",
@@ -34,7 +35,7 @@ ALLOWED: Mapping[str, str] = {
 }
 
 
-def faults(error: ValidationError, kind: type[BaseModel], command: str) -> str:
+def faults(error: ValidationError, kind: type[BaseModel], command: str = "") -> str:
     """
     Say in one line what is wrong: for each fault the key's path, what is allowed and the value.
 
@@ -47,7 +48,7 @@ def faults(error: ValidationError, kind: type[BaseModel], command: str) -> str:
     kind
         The table of the whole file.
     command
-        What prints the schema of such files.
+        What prints the schema of such files; empty if nothing does.
 
     Examples
     --------
@@ -91,7 +92,7 @@ def faults(error: ValidationError, kind: type[BaseModel], command: str) -> str:
     # a question mark or a full stop ends what is said of a typo
     text = " ".join(filter(None, [" ".join(typos[:MOST]), "; ".join(told[: max(MOST - len(typos), 0)])]))
     more = f"; and {left} more fault{'s' * (left > 1)}" if left > 0 else ""
-    return f"{text}{more}; {command} says what is allowed" if told or more else text
+    return f"{text}{more}; {command} says what is allowed" if command and (told or more) else f"{text}{more}"
 
 
 def _wrong(place: str, found: Sequence[Any]) -> str:
@@ -101,7 +102,8 @@ def _wrong(place: str, found: Sequence[Any]) -> str:
         allowed = ALLOWED.get(fault["type"])
         text = allowed.format(**fault.get("ctx", {})) if allowed else fault["msg"].removeprefix("Value error, ")
         said.append(text.removeprefix("give ") if said else text)
-    return f"{place}: {' or '.join(dict.fromkeys(said))} (it is {short(found[0]['input'])})"
+    what = f"{' or '.join(dict.fromkeys(said))} (it is {short(found[0]['input'])})"
+    return f"{place}: {what}" if place else what
 
 
 def _place(loc: Sequence[int | str]) -> str:

@@ -10,9 +10,13 @@ from cgla_graph.errors import CglaError, ProblemError, ScenarioError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import Interpolation, RasterRisk
+from cgla_graph.scenarios.table_faults import faults
 
 #: Of both documents. It changes when a planner that reads the older one would go wrong.
 VERSION: Literal[1] = 1
+
+#: What prints the schemas of both.
+SCHEMA = "cgla conform --schema"
 
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 Ring = Annotated[list[Pair], Field(min_length=3)]
@@ -173,15 +177,15 @@ def read_problem(text: str) -> ProblemDocument:
 
     Examples
     --------
-    >>> read_problem('{"version": 1, "name": "a", "start": [0, 0], "goal": [1, 1], "bounds": [0, 0, 1, 1], "k": -1}')
+    >>> read_problem('{"version": 1, "name": "a", "start": [0, 0], "goal": [1, 1], "bounds": [0, 0, 1, 1], "kk": 1}')
     Traceback (most recent call last):
-    cgla_graph.errors.ScenarioError: the problem: k: Input should be greater than or equal to 0 (it is -1)
+    cgla_graph.errors.ScenarioError: the problem: kk: unknown key; did you mean k?
     """
     try:
         document = ProblemDocument.model_validate_json(text)
         document.build()
     except ValidationError as error:
-        msg = f"the problem: {fault(error)}"
+        msg = f"the problem: {faults(error, ProblemDocument, SCHEMA)}"
         raise ScenarioError(msg) from error
     except ProblemError as error:
         msg = f"the problem: {error}"
@@ -213,20 +217,8 @@ def read_answer(text: str) -> AnswerDocument:
             why = first["ctx"]["error"]
             msg = f"standard output is no JSON ({why}): it begins with {begin!r}" if begin else "it wrote nothing"
         else:
-            msg = fault(error)
+            msg = faults(error, AnswerDocument, SCHEMA)
         raise CglaError(msg) from error
-
-
-def fault(error: ValidationError) -> str:
-    """Say in one line what is wrong first: the key's path, the fault and the value."""
-    first = error.errors()[0]
-    place = ".".join(str(part) for part in first["loc"])
-    if first["type"] == "missing":
-        return f"the key {place} is missing"
-    said = first["msg"].removeprefix("Value error, ")
-    value = repr(first["input"])
-    short = value if len(value) <= 60 else f"{value[:57]}..."  # noqa: PLR2004 - it stands in one line
-    return f"{place}: {said} (it is {short})" if place else f"{said} (it is {short})"
 
 
 def conformance_schema() -> dict[str, Any]:

@@ -22,6 +22,7 @@ from cgla_graph.errors import CglaError, ProblemError, ScenarioError
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.scenarios.map_tables import MapBuilder
 from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, open_table
+from cgla_graph.scenarios.table_faults import faults
 
 #: Most threats and areas of a draft, and corners of an area.
 MOST_THREATS, MOST_AREAS, MOST_CORNERS = 500, 200, 400
@@ -76,21 +77,18 @@ def read_part(kind: type[PartT], data: bytes) -> PartT:
     Raises
     ------
     ScenarioError
-        If it is not that; the message says what is wrong first, in one line.
+        If it is not that; the message says what is wrong in one line, in the words of errors in scenario files.
 
     Examples
     --------
     >>> read_part(Draft, b'{"start": [0, 0], "goal": [1, 1], "k": -1}')
     Traceback (most recent call last):
-    cgla_graph.errors.ScenarioError: k: Input should be greater than or equal to 0
+    cgla_graph.errors.ScenarioError: k: give at least 0 (it is -1)
     """
     try:
         return kind.model_validate_json(data)
     except ValidationError as error:
-        fault = error.errors(include_url=False, include_context=False, include_input=False)[0]
-        place = ".".join(str(part) for part in fault["loc"])
-        msg = f"{place}: {fault['msg']}" if place else str(fault["msg"])
-        raise ScenarioError(" ".join(msg.split())) from error
+        raise ScenarioError(" ".join(faults(error, kind).split())) from error
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,7 +39,7 @@ def test_any_map_takes_another_weight() -> None:
         ({"k": -1.0}, "--k is -1"),
         ({"start": None}, "has no ends"),
         ({"start": "1"}, "--start is '1'; give two numbers, X,Y"),
-        ({"raster": {"kind": "people", "nodata": 0.0}}, "kind is 'people'"),
+        ({"raster": {"kind": "people", "nodata": 0.0}}, "kind: choose 'density' or 'count' .it is 'people'."),
         ({"raster": {"scale": 0.0}}, "scale"),
         ({}, "no data"),
     ],

@@ -83,10 +83,10 @@ def test_a_problem_goes_through_json_unchanged() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"version": 2}, "version: Input should be 1 (it is 2)"),
+        ({"version": 2}, "version: choose 1 (it is 2)"),
         ({"start": [9, 9]}, "start (9.0, 9.0) is outside the bounds"),
-        ({"kk": 1}, "kk: Extra inputs"),
-        ({"threats": [{"x": 0, "y": 0, "spread": 0, "peak": 1}]}, "threats.0.spread: Input should be greater than 0"),
+        ({"kk": 1}, "kk: unknown key; did you mean k?"),
+        ({"threats": [{"x": 0, "y": 0, "spread": 0, "peak": 1}]}, "threats.0.spread: give a number greater than 0"),
     ],
 )
 def test_what_is_no_problem_is_refused(change: dict[str, object], words: str) -> None:

@@ -175,6 +175,8 @@ def test_bad_input_is_one_sentence(server: LiveServer, asked: object, what: str)
         assert answer["error"]
         assert "\n" not in answer["error"]
         assert not RAW.match(answer["error"]), answer
+        # nor are they words of a library
+        assert not re.search(r"Input should|Extra inputs|Field required|should have at", answer["error"]), answer
 
 
 odd_places = st.lists(
