@@ -15,6 +15,7 @@ from contextvars import copy_context
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol, TextIO, TypeVar, cast
 
+from cgla_graph._shown import shown
 from cgla_graph.errors import ProgressError
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def progress(on: bool) -> None:
     >>> cg.progress(True)
     """
     if not isinstance(cast("object", on), bool):
-        msg = f"on is {on!r}; give True to show progress, False to show none"
+        msg = f"on is {shown(on)}; give True to show progress, False to show none"
         raise ProgressError(msg)
     _State.on = on
 

@@ -7,31 +7,17 @@ An array that is as it should be is returned itself; nothing writes to it.
 import math
 from collections.abc import Iterable
 from contextlib import suppress
-from reprlib import repr as short
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cgla_graph._shown import cut, shown
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.errors import ProblemError
 
 #: What Python would turn into a float although nobody means it as one.
 NO_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating)
-
-
-def shown(value: object) -> str:
-    """
-    Write a value that is not what it should be: short, and in one line.
-
-    Examples
-    --------
-    >>> shown(np.zeros((100, 2))), shown("20")
-    ('an array of shape (100, 2)', "'20'")
-    """
-    if isinstance(value, np.ndarray) and value.ndim:
-        return f"an array of shape {value.shape}"
-    return " ".join(short(value).split())
 
 
 def finite_number(name: str, value: object) -> float:
@@ -101,7 +87,7 @@ def number_array(name: str, value: ArrayLike) -> FloatArray:
             raise TypeError(msg)  # noqa: TRY301 - told like what NumPy itself refuses
         return np.asarray(given, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError) as error:
-        msg = f"{name} is not an array of numbers ({error}); give real numbers"
+        msg = f"{name} is not an array of numbers ({cut(error, 180)}); give real numbers"
         raise ProblemError(msg) from error
 
 

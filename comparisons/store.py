@@ -6,12 +6,14 @@ killed process or a full disk left half-written is no line: readers pass over it
 """
 
 import json
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeAlias
 
+from cgla_graph._shown import place
 from cgla_graph.comparisons.files import append_text, cannot_write, locked, make_folder, write_text
 from cgla_graph.errors import CglaError, OutputError, StudyError
 
@@ -244,8 +246,9 @@ def _until_open(path: Path) -> Iterator[Callable[[], object]]:
 
 
 def _check_there(path: Path) -> None:
-    if not path.is_file():
-        msg = f"{path}: there is no such file; give the folder of a study, which `cgla compare FILE --out FOLDER` makes"
+    if not os.path.isfile(path):  # noqa: PTH113 - no name is too long for it
+        makes = "which `cgla compare FILE --out FOLDER` makes"
+        msg = f"{place(path)}: there is no such file; give the folder of a study, {makes}"
         raise StudyError(msg)
 
 

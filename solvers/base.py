@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import get_args
 
+from cgla_graph._shown import shown
 from cgla_graph._validate import non_negative_number, positive_number, whole_number
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.adjacency import CornerRule
@@ -147,7 +148,7 @@ def check_lattice(solver: str, resolution: int | tuple[int, int] | Lattice | Non
     >>> check_lattice("eight-direction", 20, "touch")
     """
     if corner_rule not in get_args(CornerRule):
-        msg = f"{solver}: unknown corner_rule {corner_rule!r}; choose touch or both-free"
+        msg = f"{solver}: unknown corner_rule {shown(corner_rule)}; choose touch or both-free"
         raise SolverSettingError(msg)
     if resolution is None or isinstance(resolution, Lattice):
         return

@@ -7,6 +7,7 @@ from typing import Any, ClassVar, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cgla_graph._shown import shown
 from cgla_graph._types import Point
 from cgla_graph._validate import non_negative_number, point_array
 from cgla_graph.errors import ProblemError, SolverSettingError
@@ -88,9 +89,8 @@ class Refine:
             return cast("Solver | tuple[Point, ...]", base)
         if not (hasattr(base, "traits") and base.traits.seeded):
             name = base.traits.name if hasattr(base, "traits") else "a path"
-            msg = (
-                f"refine: base_seed is {self.base_seed!r}, but the base, {name}, draws no random numbers; leave it out"
-            )
+            what = f"base_seed is {shown(self.base_seed)}, but the base, {name}, draws no random numbers"
+            msg = f"refine: {what}; leave it out"
             raise SolverSettingError(msg)
         return cast("Solver", dataclasses.replace(base, seed=self.base_seed))
 

@@ -8,7 +8,7 @@ from importlib.metadata import EntryPoint
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
 
-from cgla_graph._validate import shown
+from cgla_graph._shown import shown
 from cgla_graph.errors import SolverSettingError, SolverUnavailableError, UnknownSolverError
 from cgla_graph.model.solver import Solver, Traits
 from cgla_graph.solvers import listing
@@ -94,13 +94,13 @@ def solver_class(name: str) -> type[Solver]:
     every = [*_BUILT_IN, *plug_ins]
     near = difflib.get_close_matches(name, every, n=3, cutoff=0.4)
     hint = f"did you mean {' or '.join(near)}?" if near else f"known solvers: {', '.join(every)}"
-    msg = f"unknown solver {name!r}; {hint}"
+    msg = f"unknown solver {shown(name)}; {hint}"
     raise UnknownSolverError(msg)
 
 
 def _load(plug_in: EntryPoint) -> type[Solver]:
     """Import the class of a plug-in; whatever is wrong with it is its own fault and nobody else's."""
-    place = f"solver {plug_in.name!r} ({plug_in.value})"
+    place = f"solver {shown(plug_in.name)} ({plug_in.value})"
     try:
         kind = plug_in.load()
     except Exception as error:
@@ -182,12 +182,12 @@ def get(name: str, **settings: Any) -> Solver:  # noqa: ANN401 - each solver has
     kind = solver_class(name)
     reason = missing(name)
     if reason is not None:
-        msg = f"solver {name!r} {reason}"
+        msg = f"solver {shown(name)} {reason}"
         raise SolverUnavailableError(msg)
     known = setting_names(kind)
     unknown = [key for key in settings if key not in known]
     if unknown:
-        msg = f"{name} has no setting {unknown[0]!r}; it has {', '.join(known) or 'none'}"
+        msg = f"{name} has no setting {shown(unknown[0])}; it has {', '.join(known) or 'none'}"
         raise SolverSettingError(msg)
     if not is_built_in(name):
         _check_hints(name, kind, settings)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from cgla_graph._progress import showing
-from cgla_graph._validate import shown
+from cgla_graph._shown import shown
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem, Problem
@@ -89,7 +89,7 @@ def solve(
         msg = f"problem is a {type(problem).__name__}; give a Problem, or a GraphProblem for a graph of your own"
         raise ProblemError(msg)
     if not isinstance(refine, bool):
-        msg = f"refine is {refine!r}; give True or False"
+        msg = f"refine is {shown(refine)}; give True or False"
         raise SolverSettingError(msg)
     if isinstance(problem, GraphProblem):
         if refine:

@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._drawn import Drawn
 from cgla_graph._progress import Tell, showing
+from cgla_graph._shown import shown
 from cgla_graph._types import WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
 from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, first_grid, halo, next_grid
@@ -175,7 +176,7 @@ def lower_bound(
     tolerance = positive_number("tolerance", tolerance)
     most = non_negative_number("max_cells", max_cells)
     if most < FIRST_CELLS**2:
-        msg = f"max_cells is {max_cells!r}; give at least {FIRST_CELLS**2}, the cells of the first grid"
+        msg = f"max_cells is {shown(max_cells)}; give at least {FIRST_CELLS**2}, the cells of the first grid"
         raise ProblemError(msg)
     if not problem.field.is_proper:
         return Certificate(math.nan, math.inf, tolerance, 0.0, 0, f"no bound: {NEGATIVE_WEIGHTS}", 0.0, problem=problem)

@@ -8,6 +8,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from cgla_graph._brief import Brief
+from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import whole_number
 from cgla_graph.errors import GraphError, ProblemError
@@ -89,7 +90,7 @@ class CostMatrix(Brief):
         while path[-1] != self.target:
             path.append(int(self.successors[path[-1]]))
             if len(path) > self.graph.n_nodes:
-                msg = f"the way from node {node!r} runs in a circle: the graph has negative weights"
+                msg = f"the way from node {shown(node)} runs in a circle: the graph has negative weights"
                 raise GraphError(msg)
         return [self.graph.labels[i] for i in path]
 
@@ -255,16 +256,18 @@ def _check(
         msg = f"graph is a {type(graph).__name__}; give a GeometricGraph, such as GeometricGraph.from_matrix(weights)"
         raise GraphError(msg)
     if schedule not in get_args(Schedule):
-        msg = f"unknown schedule {schedule!r}; choose one of {', '.join(get_args(Schedule))}"
+        msg = f"unknown schedule {shown(schedule)}; choose one of {', '.join(get_args(Schedule))}"
         raise GraphError(msg)
     if (order is not None) != (schedule == "given"):
-        msg = f"schedule {schedule!r} with order={'…' if order is not None else None}; an order goes with 'given'"
+        msg = f"schedule {shown(schedule)} with order={'…' if order is not None else None}; an order goes with 'given'"
         raise GraphError(msg)
     if source is not None and schedule != "label-setting":
-        msg = f"schedule {schedule!r} cannot stop early at source {source!r}; only label-setting has Delta sets"
+        msg = f"schedule {schedule!r} cannot stop early at source {shown(source)}; only label-setting has Delta sets"
         raise GraphError(msg)
     if (seed is None and schedule == "random") or (seed is not None and schedule in {"synchronous", "given"}):
-        msg = f"schedule {schedule!r} with seed={seed!r}; 'random' needs a seed, 'label-setting' takes one for ties"
+        msg = (
+            f"schedule {schedule!r} with seed={shown(seed)}; 'random' needs a seed, 'label-setting' takes one for ties"
+        )
         raise GraphError(msg)
     if schedule == "random" and graph.has_negative_weights:
         msg = "the graph has weights below 0, with which random rounds may never end; choose another schedule"

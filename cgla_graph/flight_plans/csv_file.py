@@ -5,6 +5,7 @@ import io
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+from cgla_graph._shown import shown
 from cgla_graph.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, Waypoint, decimal, fault
 from cgla_graph.flight_plans.tagged import NAMES, assembled, number_of, place_of, tags_of, text_tags, waypoint_of
 
@@ -39,7 +40,7 @@ def read_text(text: str, where: str) -> FlightPlan:
     heads = [_SAME.get(head, head) for head in (cell.strip().lower() for cell in next(rows, (0, []))[1])]
     pair = next((pair for pair in (_DEGREES, _PLANE) if set(pair) <= set(heads)), None)
     if pair is None:
-        said = f"its first line is {','.join(heads)[:60]!r}" if heads else "it is empty"
+        said = f"its first line is {shown(','.join(heads))}" if heads else "it is empty"
         fault(where, said, "the first line names the columns, longitude,latitude or x,y among them")
     columns = {head: index for index, head in reversed([*enumerate(heads)])}
     known = {*_DEGREES, *_PLANE, *NAMES}
@@ -71,7 +72,7 @@ def _waypoint(cells: Sequence[str], columns: dict[str, int], pair: tuple[str, st
     else:
         x, y = (number_of(said.get(name), f"{where}: {name}") for name in pair)
         if x is None or y is None:
-            fault(where, f"it is {','.join(cells)[:60]!r}", "a waypoint has an x and a y")
+            fault(where, f"it is {shown(','.join(cells))}", "a waypoint has an x and a y")
         place = x, y
     return waypoint_of(place, said, where)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 from xml.etree.ElementTree import Element
 
-from cgla_graph._validate import shown
+from cgla_graph._shown import place, shown
 from cgla_graph.errors import OutputError, PlanError
 from cgla_graph.flight_plans import csv_file, geojson, gpx, json_path, kml, qgroundcontrol, waypoints
 from cgla_graph.flight_plans.plan import FlightPlan, fault
@@ -140,7 +140,7 @@ def text_of_plan(plan: FlightPlan, where: str) -> str:
         return gpx.write(plan)
     if kind == ".geojson":
         return geojson.write(plan)
-    msg = f"{where}: no plan is written so; give a file that ends in {', '.join(WRITTEN)}"
+    msg = f"{place(where)}: no plan is written so; give a file that ends in {', '.join(WRITTEN)}"
     raise OutputError(msg)
 
 

@@ -10,6 +10,7 @@ from typing import Final
 from xml.etree.ElementTree import Element
 from xml.sax.saxutils import escape, quoteattr
 
+from cgla_graph._shown import shown
 from cgla_graph.flight_plans.geojson import chosen
 from cgla_graph.flight_plans.plan import (
     MOST_WAYPOINTS,
@@ -73,7 +74,7 @@ def read_tree(root: Element, where: str) -> FlightPlan:
             continue
         number += 1
         name, tags = _text(element, "name"), _tags(element)
-        place = f"{where}: placemark {number}" + (f" ({name[:40]!r})" if name else "")
+        place = f"{where}: placemark {number}" + (f" ({shown(name)})" if name else "")
         for geometry in _geometries(element):
             shape = tag_of(geometry)
             if shape == "Point":
@@ -128,7 +129,7 @@ def _waypoints(geometry: Element, tags: dict[str, str], where: str) -> list[Wayp
     """Return the positions of a geometry."""
     mode = _text(geometry, "altitudeMode") or _ON_GROUND
     if mode not in {_ON_GROUND, "clampToSeaFloor", *_REFERENCES}:
-        fault(where, f"its altitudeMode is {mode[:40]!r}", f"{_ON_GROUND}, relativeToGround and absolute are read")
+        fault(where, f"its altitudeMode is {shown(mode)}", f"{_ON_GROUND}, relativeToGround and absolute are read")
     found = [child for child in geometry if tag_of(child) == "coordinates"]
     places = (found[0].text or "").split() if len(found) == 1 else []
     if not places:
@@ -138,7 +139,7 @@ def _waypoints(geometry: Element, tags: dict[str, str], where: str) -> list[Wayp
     for text in places:
         parts = text.split(",")
         if not _LEAST <= len(parts) <= _MOST or not all(parts):
-            fault(where, f"its coordinates have {text[:60]!r}", "a position is longitude,latitude,altitude, no blanks")
+            fault(where, f"its coordinates have {shown(text)}", "a position is longitude,latitude,altitude, no blanks")
         said = tags
         if mode in _REFERENCES and len(parts) == _MOST and ALTITUDE not in tags:
             said = {**tags, ALTITUDE: parts[2], REFERENCE: _REFERENCES[mode]}

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cgla_graph._brief import Brief
+from cgla_graph._shown import place, shown
 from cgla_graph._types import FloatArray, Point
-from cgla_graph._validate import NO_NUMBERS, point_array, shown
+from cgla_graph._validate import NO_NUMBERS, point_array
 from cgla_graph.errors import PlanError, ProblemError
 
 #: What an altitude is measured from: where the aircraft took off, the ground below it, the sea's mean level, WGS84.
@@ -34,7 +35,7 @@ _LONGEST_NAME: Final = 200
 
 def fault(where: str, wrong: str, allowed: str) -> NoReturn:
     """Raise the error that says in one line where something is wrong, what, and what is allowed."""
-    raise PlanError(" ".join(f"{where}: {wrong}; {allowed}".split()))
+    raise PlanError(" ".join(f"{place(where)}: {wrong}; {allowed}".split()))
 
 
 @contextmanager

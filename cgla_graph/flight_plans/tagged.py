@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final, cast
 
+from cgla_graph._shown import shown
 from cgla_graph.flight_plans.plan import (
     FlightPlan,
     Home,
@@ -137,7 +138,7 @@ def number_of(value: object, where: str) -> float | None:
         except (ValueError, OverflowError):
             number = math.nan
     if not math.isfinite(number):
-        fault(where, f"it is {str(value)[:60]!r}", "give a finite number")
+        fault(where, f"it is {shown(str(value))}", "give a finite number")
     return number
 
 

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import non_negative_number, point_array, whole_number
 from cgla_graph.errors import ProblemError
@@ -187,12 +188,12 @@ def proper(fields: Sequence[RiskField]) -> Group:
     (RiskField(),)
     """
     if not isinstance(fields, Iterable):
-        msg = f"fields are {fields!r}; give a list with the RiskField of each UAV"
+        msg = f"fields are {shown(fields)}; give a list with the RiskField of each UAV"
         raise ProblemError(msg)
     known = tuple(fields)
     for number, field in enumerate(known):
         if not isinstance(field, RiskField):
-            msg = f"field {number} is {field!r}; give the RiskField of each UAV"
+            msg = f"field {number} is {shown(field)}; give the RiskField of each UAV"
             raise ProblemError(msg)
         if not field.is_proper:
             msg = f"field {number} has a peak above 1, where more threats may be less risk; lower it to (0, 1]"
@@ -209,7 +210,7 @@ def proper(fields: Sequence[RiskField]) -> Group:
 def _samples(integral: str, samples: int) -> int:
     """Return the parts of a segment, 0 for the exact integral."""
     if integral not in get_args(Integral):
-        msg = f"unknown integral {integral!r}; choose one of {', '.join(get_args(Integral))}"
+        msg = f"unknown integral {shown(integral)}; choose one of {', '.join(get_args(Integral))}"
         raise ProblemError(msg)
     parts = whole_number("samples", samples, at_least=1, at_most=MOST_SAMPLES)
     return parts if integral == "raster" else 0
@@ -238,7 +239,7 @@ def united(fields: Group) -> RiskField:
 def _groups(fields: Group, fusion: str) -> list[Group]:
     """Split the fields into groups: of each the largest is integrated, and the integrals make one weight."""
     if fusion not in get_args(Fusion):
-        msg = f"unknown fusion {fusion!r}; choose one of {', '.join(get_args(Fusion))}"
+        msg = f"unknown fusion {shown(fusion)}; choose one of {', '.join(get_args(Fusion))}"
         raise ProblemError(msg)
     if fusion == "union":
         return [(united(fields),)]

@@ -4,6 +4,7 @@ from itertools import combinations
 from math import dist
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
+from cgla_graph._shown import shown
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.rules import LEAST_GAMMA, Rules
 from cgla_graph.mission.validate import MOST_TICKS, told
@@ -50,10 +51,10 @@ def _check_options(rules: Rules) -> None:
     for name, allowed in CHOICES.items():
         given = getattr(rules, name)
         if not (isinstance(given, str) and given in allowed):
-            msg = f"unknown {name} {given!r}; choose one of {', '.join(allowed)}"
+            msg = f"unknown {name} {shown(given)}; choose one of {', '.join(allowed)}"
             raise MissionError(msg)
     if not isinstance(rules.incremental, bool):
-        msg = f"incremental is {rules.incremental!r}; give True or False"
+        msg = f"incremental is {shown(rules.incremental)}; give True or False"
         raise MissionError(msg)
 
 
@@ -65,7 +66,7 @@ def _check_uavs(rules: Rules) -> None:
         raise MissionError(msg)
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        msg = f"two UAVs are called {twice[0]!r}; give each a name of its own"
+        msg = f"two UAVs are called {shown(twice[0])}; give each a name of its own"
         raise MissionError(msg)
     world = rules.world
     for uav in rules.uavs:
@@ -90,7 +91,7 @@ def _check_solver(rules: Rules) -> None:
     # a class has the attributes of its instances, but no settings
     is_solver = not isinstance(solver, type) and callable(getattr(solver, "solve", None))
     if not is_solver or domain not in {"graph", "plane"}:
-        msg = f'solver is {solver!r}; give a solver, such as cgla_graph.solvers.get("cgla")'
+        msg = f'solver is {shown(solver)}; give a solver, such as cgla_graph.solvers.get("cgla")'
         raise MissionError(msg)
     changed = _changed(rules, OF_GRAPHS)
     if changed and domain != "graph":

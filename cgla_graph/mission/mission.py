@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from cgla_graph._shown import shown
 from cgla_graph._validate import non_negative_number
 from cgla_graph.errors import MissionError
 from cgla_graph.fusion.fusion import Fusion, Integral
@@ -75,7 +76,7 @@ class Mission(Rules):
     ) -> None:
         """Read everything and check it once, so that no tick has to."""
         if not isinstance(world, World):
-            msg = f"world is {world!r}; give a World"
+            msg = f"world is {shown(world)}; give a World"
             raise MissionError(msg)
         # as it is frozen, its attributes are set from behind
         keep = self.__dict__.update
@@ -123,11 +124,11 @@ class Mission(Rules):
 
 def _team(uavs: object) -> tuple[Uav, ...]:
     if not isinstance(uavs, Iterable) or isinstance(uavs, str):
-        msg = f"uavs are {uavs!r}; give a list of Uav"
+        msg = f"uavs are {shown(uavs)}; give a list of Uav"
         raise MissionError(msg)
     team = tuple(uavs)
     for uav in team:
         if not isinstance(uav, Uav):
-            msg = f"{uav!r} is no UAV; give Uav(name, start, goal, detection_radius, …)"
+            msg = f"{shown(uav)} is no UAV; give Uav(name, start, goal, detection_radius, …)"
             raise MissionError(msg)
     return team

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from cgla_graph._shown import shown
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph._validate import finite_number, positive_number, whole_number
 from cgla_graph.errors import MissionError
@@ -55,7 +56,7 @@ class Sharing:
         """Check the settings."""
         with told("sharing"):
             if not isinstance(self.is_on, bool):
-                msg = f"is_on is {self.is_on!r}; give True or False"
+                msg = f"is_on is {shown(self.is_on)}; give True or False"
                 raise MissionError(msg)
             if self.radius is not None:
                 object.__setattr__(self, "radius", positive_number("radius", self.radius))
@@ -80,7 +81,7 @@ class Sharing:
             return value
         if isinstance(value, str) and value in {"none", "global"}:
             return cls(is_on=value == "global")
-        msg = f'sharing is {value!r}; give "none", "global" or Sharing(radius=…, delay=…, loss=…, seed=…)'
+        msg = f'sharing is {shown(value)}; give "none", "global" or Sharing(radius=…, delay=…, loss=…, seed=…)'
         raise MissionError(msg)
 
     def heard(self, tick: int, positions: FloatArray) -> BoolArray:

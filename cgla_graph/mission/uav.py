@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass
 from typing import cast
 
+from cgla_graph._shown import shown
 from cgla_graph._types import Point
 from cgla_graph._validate import non_negative_number, point, positive_number
 from cgla_graph.errors import MissionError
@@ -72,11 +73,11 @@ class Uav:
     ) -> None:
         """Check everything once."""
         if not isinstance(cast("object", name), str) or not name.strip():
-            msg = f"a UAV's name is {name!r}; give a text"
+            msg = f"a UAV's name is {shown(name)}; give a text"
             raise MissionError(msg)
         with told(f"UAV {name}"):
             if colour is not None and not re.fullmatch(COLOUR, str(colour)):
-                msg = f"colour is {colour!r}; give six hexadecimal digits behind a #, as '#0072B2'"
+                msg = f"colour is {shown(colour)}; give six hexadecimal digits behind a #, as '#0072B2'"
                 raise MissionError(msg)
             radius = positive_number("detection_radius", detection_radius)
             safe = 0.5 * radius if safe_distance is None else safe_distance

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
+from cgla_graph._shown import shown
 from cgla_graph._types import Point
 from cgla_graph._validate import positive_number, whole_number
 from cgla_graph.errors import MissionError
@@ -74,7 +75,7 @@ class VirtualObstacle:
                 raise MissionError(msg)
             for name, choices in (("placement", get_args(Placement)), ("zones", get_args(Zones))):
                 if getattr(self, name) not in choices:
-                    msg = f"unknown {name} {getattr(self, name)!r}; choose {' or '.join(choices)}"
+                    msg = f"unknown {name} {shown(getattr(self, name))}; choose {' or '.join(choices)}"
                     raise MissionError(msg)
 
     @classmethod
@@ -91,7 +92,7 @@ class VirtualObstacle:
             return value
         if value is None or isinstance(value, bool):
             return cls() if value else None
-        msg = f"virtual_obstacle is {value!r}; give a VirtualObstacle, or True for its defaults"
+        msg = f"virtual_obstacle is {shown(value)}; give a VirtualObstacle, or True for its defaults"
         raise MissionError(msg)
 
     def around(

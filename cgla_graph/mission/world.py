@@ -10,6 +10,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._brief import Brief
+from cgla_graph._shown import shown
 from cgla_graph._types import Bounds
 from cgla_graph._validate import bounds_box, point
 from cgla_graph.errors import MissionError
@@ -54,11 +55,11 @@ class TimedThreat(Brief):
     def __post_init__(self) -> None:
         """Check the parts."""
         if not isinstance(self.threat, Threat):
-            msg = f"a timed threat holds {self.threat!r}; give a Threat"
+            msg = f"a timed threat holds {shown(self.threat)}; give a Threat"
             raise MissionError(msg)
         _check_life("a timed threat", self.appears, self.vanishes)
         if not isinstance(cast("object", self.moves), Iterable):
-            msg = f"a timed threat's moves are {self.moves!r}; give a list of (tick, x, y)"
+            msg = f"a timed threat's moves are {shown(self.moves)}; give a list of (tick, x, y)"
             raise MissionError(msg)
         moves = []
         before = self.appears
@@ -66,7 +67,7 @@ class TimedThreat(Brief):
             try:
                 tick, x, y = move
             except (TypeError, ValueError) as error:
-                msg = f"a threat's move is {move!r}; give (tick, x, y)"
+                msg = f"a threat's move is {shown(move)}; give (tick, x, y)"
                 raise MissionError(msg) from error
             if whole_tick("a move's tick", tick) <= before:
                 msg = f"a threat moves at tick {tick}, not after tick {before}; let the ticks of moves rise"
@@ -124,7 +125,7 @@ class TimedArea(Brief):
         with told("a timed area"):
             empty = NoFlyArea(self.polygon).is_empty
         if empty:
-            msg = f"a timed area is {self.polygon!r}; give a polygon with an inside"
+            msg = f"a timed area is {shown(self.polygon)}; give a polygon with an inside"
             raise MissionError(msg)
         _check_life("a timed area", self.appears, self.vanishes)
 
@@ -187,17 +188,17 @@ class World(Brief):
         if self.field is None:
             object.__setattr__(self, "field", RiskField())
         if not isinstance(self.field, RiskField):
-            msg = f"field is {self.field!r}; give a RiskField"
+            msg = f"field is {shown(self.field)}; give a RiskField"
             raise MissionError(msg)
         object.__setattr__(self, "bounds", bounds_box(self.bounds))
         NoFlyArea(self.no_fly)
         if not isinstance(self.timed, Iterable):
-            msg = f"timed is {self.timed!r}; give a list of TimedThreat and TimedArea"
+            msg = f"timed is {shown(self.timed)}; give a list of TimedThreat and TimedArea"
             raise MissionError(msg)
         object.__setattr__(self, "timed", tuple(self.timed))
         for number, item in enumerate(self.timed):
             if not isinstance(item, TimedThreat | TimedArea):
-                msg = f"timed {number} is {item!r}; give a TimedThreat or a TimedArea"
+                msg = f"timed {number} is {shown(item)}; give a TimedThreat or a TimedArea"
                 raise MissionError(msg)
         # a peak above 1 is refused now, not at the tick when it appears; an improper field has warned of it already
         timed = [item.threat for item in self.timed if isinstance(item, TimedThreat)]

@@ -8,6 +8,7 @@ from typing import Any, Literal, NoReturn, TypeAlias, cast
 import numpy as np
 from scipy import sparse
 
+from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import NO_NUMBERS, point_array
 from cgla_graph.errors import GraphError
@@ -81,7 +82,8 @@ def node_positions(labels: Sequence[Node], spots: list[object], pos: str, *, nee
     """Read the nodes' positions, shape ``(n, 2)``; None if a node has none and they are not `needed`."""
     missing = [label for label, spot in zip(labels, spots, strict=True) if spot is None]
     if missing and needed:
-        msg = f"node {missing[0]!r} has no attribute {pos!r}; weight=None weighs segments, so every node needs (x, y)"
+        what = f"node {shown(missing[0])} has no attribute {shown(pos)}"
+        msg = f"{what}; weight=None weighs segments, so every node needs (x, y)"
         raise GraphError(msg)
     return None if missing or not spots else point_array("positions", cast("Any", spots))
 
@@ -89,7 +91,8 @@ def node_positions(labels: Sequence[Node], spots: list[object], pos: str, *, nee
 def edge_weight(u: Node, v: Node, given: object, weight: str) -> float:
     """Read one edge's weight, at least 0 (infinity: no edge)."""
     if given is MISSING:
-        msg = f"edge {u!r} - {v!r} has no attribute {weight!r}; name the attribute, or pass weight=None for Eq. 5"
+        what = f"edge {shown(u)} - {shown(v)} has no attribute {shown(weight)}"
+        msg = f"{what}; name the attribute, or pass weight=None for Eq. 5"
         raise GraphError(msg)
     value = math.nan
     if not isinstance(given, NO_NUMBERS):
@@ -102,5 +105,6 @@ def edge_weight(u: Node, v: Node, given: object, weight: str) -> float:
 
 def reject_weight(u: Node, v: Node, weight: object) -> NoReturn:
     """Raise the error of a weight that Theorem 1 does not allow."""
-    msg = f"edge {u!r} - {v!r} has weight {weight!r}; weights must be at least 0 (Theorem 1), infinity means no edge"
+    what = f"edge {shown(u)} - {shown(v)} has weight {shown(weight)}"
+    msg = f"{what}; weights must be at least 0 (Theorem 1), infinity means no edge"
     raise GraphError(msg)

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._brief import Brief
+from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray
-from cgla_graph._validate import non_negative_number, point_array, shown
+from cgla_graph._validate import non_negative_number, point_array
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import graph_kernels
 from cgla_graph.model.no_fly import NoFlyArea

@@ -16,8 +16,9 @@ from scipy import sparse
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._brief import Brief
+from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray, Point
-from cgla_graph._validate import number_array, point, point_array, shown
+from cgla_graph._validate import number_array, point, point_array
 from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
 from cgla_graph.model.adjacency import (
     CornerRule,
@@ -179,10 +180,10 @@ class GeometricGraph(Brief):
         1482
         """
         if corner_rule not in {"touch", "both-free"}:
-            msg = f"unknown corner rule {corner_rule!r}; choose touch or both-free"
+            msg = f"unknown corner rule {shown(corner_rule)}; choose touch or both-free"
             raise ProblemError(msg)
         if not isinstance(lattice, Lattice):
-            msg = f"lattice is {lattice!r}; give a Lattice"
+            msg = f"lattice is {shown(lattice)}; give a Lattice"
             raise ProblemError(msg)
         model = CostModel(RiskField() if field is None else field, k, no_fly)
         positions = _with_extra(lattice.points, lattice, extra)

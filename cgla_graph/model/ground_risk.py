@@ -2,6 +2,7 @@
 
 from typing import Literal, TypeAlias, get_args
 
+from cgla_graph._shown import shown
 from cgla_graph._validate import positive_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.risk_raster import RasterRisk
@@ -66,7 +67,7 @@ def ground_risk(
     '4.51e-08 fatalities'
     """
     if unit not in list(AREAS):
-        msg = f"unknown unit {unit!r} of people; choose one of {', '.join(get_args(People))}"
+        msg = f"unknown unit {shown(unit)} of people; choose one of {', '.join(get_args(People))}"
         raise ProblemError(msg)
     chance = positive_number("fatality", fatality)
     if chance > 1.0:

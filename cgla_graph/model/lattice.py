@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from reprlib import repr as short
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
+from cgla_graph._shown import shown
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph._validate import bounds_box
 from cgla_graph._validate import point as pair
@@ -57,14 +57,14 @@ class Lattice:
         """Check the settings."""
         object.__setattr__(self, "bounds", bounds_box(self.bounds))
         if self.kind not in get_args(LatticeKind):
-            msg = f"unknown lattice kind {self.kind!r}; choose one of {', '.join(get_args(LatticeKind))}"
+            msg = f"unknown lattice kind {shown(self.kind)}; choose one of {', '.join(get_args(LatticeKind))}"
             raise ProblemError(msg)
         given: tuple[object, ...] = (
             tuple(self.resolution) if isinstance(self.resolution, tuple | list) else (self.resolution,) * 2
         )
         sides = [int(n) for n in given if isinstance(n, int | np.integer) and not isinstance(n, bool)]
         if not len(given) == len(sides) == 2 or min(sides) < 2 or max(sides) > MOST_A_SIDE:  # noqa: PLR2004 - two each
-            msg = f"resolution is {short(self.resolution)}; give one whole number of at least 2, or two (nx, ny)"
+            msg = f"resolution is {shown(self.resolution)}; give one whole number of at least 2, or two (nx, ny)"
             raise ProblemError(msg)
         object.__setattr__(self, "resolution", (sides[0], sides[1]))
 

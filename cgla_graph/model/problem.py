@@ -14,6 +14,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._brief import Brief
 from cgla_graph._drawn import Drawn, pictures
+from cgla_graph._shown import shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
 from cgla_graph._validate import bounds_box, non_negative_number, point, point_array
 from cgla_graph.errors import NodeNotFoundError, ProblemError
@@ -441,8 +442,8 @@ class GraphProblem(Drawn):
             return replace(solution, cost=np.inf, length=np.inf, risk=np.inf)
         nodes = tuple(solution.nodes)
         if not nodes or (nodes[0], nodes[-1]) != (self.source, self.target):
-            ends = f"{nodes[0]!r} and {nodes[-1]!r}" if nodes else "nothing"
-            return _refuse(solution, f"the path joins {ends}, not {self.source!r} and {self.target!r}")
+            ends = f"{shown(nodes[0])} and {shown(nodes[-1])}" if nodes else "nothing"
+            return _refuse(solution, f"the path joins {ends}, not {shown(self.source)} and {shown(self.target)}")
         try:
             cost = self.evaluate(nodes)
         except NodeNotFoundError as error:

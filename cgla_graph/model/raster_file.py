@@ -14,6 +14,7 @@ from typing import IO, Any, Literal, NoReturn, TypeAlias, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from cgla_graph._shown import place, shown
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph._validate import bounds_box, non_negative_number
 from cgla_graph.errors import ProblemError
@@ -83,7 +84,7 @@ def read_cells(
         msg = f"{file}: there is no such file: check the name and the folder"
         raise ProblemError(msg)
     if coordinates is not None and coordinates not in get_args(Coordinates):
-        msg = f"{file}: coordinates is {coordinates!r}; choose one of {', '.join(get_args(Coordinates))}"
+        msg = f"{file}: coordinates is {shown(coordinates)}; choose one of {', '.join(get_args(Coordinates))}"
         raise ProblemError(msg)
     said, own, about = _read(file, ending, most)
     if own is not None and bounds is not None:
@@ -95,7 +96,7 @@ def read_cells(
             "give bounds, the outer edges of its cells: x_min, y_min, x_max, y_max",
         )
     if own is not None and origin != "upper":
-        _fail(file, f"origin is {origin!r}, but such files say themselves that row 0 is upper", "leave out origin")
+        _fail(file, f"origin is {shown(origin)}, but such files say themselves that row 0 is upper", "leave out origin")
     if about is not None and coordinates is not None and about != coordinates:
         kinds = {"plane": "a plane, in metres", "lonlat": "longitudes and latitudes"}
         remedy = (
@@ -165,7 +166,7 @@ def cells_in_metres(
     """
     file = Path(path)
     if kind not in get_args(Kind):
-        msg = f"{file}: kind is {kind!r}; choose one of {', '.join(get_args(Kind))}"
+        msg = f"{file}: kind is {shown(kind)}; choose one of {', '.join(get_args(Kind))}"
         raise ProblemError(msg)
     missing = np.isnan(cells.values)
     if nodata is None and missing.any():
@@ -425,7 +426,7 @@ def _ascii_header(file: Path, lines: Iterator[str]) -> tuple[dict[str, float], s
         if not words[0][0].isalpha() or words[0].lower() in {"nan", "inf"}:
             return header, line
         if len(words) != 2:  # noqa: PLR2004 - name and number
-            _fail(file, f"its header has the line {line.strip()[:60]!r}", "write a name and a number")
+            _fail(file, f"its header has the line {shown(line.strip())}", "write a name and a number")
         header[words[0].lower()] = _number(file, words[0], words[1])
     return header, ""
 
@@ -492,7 +493,7 @@ def _number(file: Path, name: str, word: str) -> float:
     try:
         return float(word)
     except ValueError:
-        _fail(file, f"{name} is {word[:40]!r}, which is no number", "write numbers alone")
+        _fail(file, f"{name} is {shown(word)}, which is no number", "write numbers alone")
 
 
 def _npy(file: Path, most: int) -> FloatArray:
@@ -564,5 +565,5 @@ def _line(error: BaseException) -> str:
 
 
 def _fail(file: Path, wrong: str, remedy: str) -> NoReturn:
-    msg = f"{file}: {wrong}; {remedy}"
+    msg = f"{place(file)}: {wrong}; {remedy}"
     raise ProblemError(" ".join(msg.split()))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cgla_graph._brief import Brief
+from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import finite_number, non_negative_number, point_array, positive_number, together
 from cgla_graph.errors import ProblemError
@@ -126,7 +127,7 @@ class Threat:
             "gauss2d": (sigma, 1.0 / (2.0 * math.pi * sigma**2)),
         }
         if reading not in list(readings):  # a list, because anything may be looked up in it
-            msg = f"unknown reading of Eq. 1: {reading!r}; choose one of {', '.join(readings)}"
+            msg = f"unknown reading of Eq. 1: {shown(reading)}; choose one of {', '.join(readings)}"
             raise ProblemError(msg)
         spread, peak = readings[reading]
         return cls(x=x, y=y, spread=spread, peak=peak)
@@ -227,7 +228,7 @@ class RiskField(Brief):
                 raise ProblemError(msg)
         for number, threat in enumerate(members):
             if not isinstance(threat, Threat):
-                msg = f"threat {number} is {threat!r}, not a Threat; write Threat(x=…, y=…, spread=…, peak=…)"
+                msg = f"threat {number} is {shown(threat)}, not a Threat; write Threat(x=…, y=…, spread=…, peak=…)"
                 raise ProblemError(msg)
             if threat.peak > 1.0 and not improper:
                 msg = (
@@ -457,6 +458,6 @@ class RiskField(Brief):
 
 def _listed(given: Iterable[Member], name: str, kind: str) -> tuple[Member, ...]:
     if not isinstance(given, Iterable):
-        msg = f"{name} are {given!r}; give a list of {kind}"
+        msg = f"{name} are {shown(given)}; give a list of {kind}"
         raise ProblemError(msg)
     return tuple(given)

@@ -13,6 +13,7 @@ import shapely
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._shown import cut, shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray
 from cgla_graph._validate import bounds_box, non_negative_number, point_array, positive_number
 from cgla_graph.errors import ProblemError
@@ -93,7 +94,7 @@ class RasterRisk:
             ("origin", origin, get_args(Origin)),
         ):
             if chosen not in allowed:
-                msg = f"raster {name} is {chosen!r}; choose one of {', '.join(allowed)}"
+                msg = f"raster {name} is {shown(chosen)}; choose one of {', '.join(allowed)}"
                 raise ProblemError(msg)
         given = _checked(values, "give nodata=… to say what it stands for" if nodata is None else None)
         for name, one in {
@@ -350,7 +351,7 @@ def _checked(values: ArrayLike, remedy: str | None) -> FloatArray:
     try:
         given = np.array(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        msg = f"the raster's values are no numbers ({error}); give an array of shape (rows, columns)"
+        msg = f"the raster's values are no numbers ({cut(error, 180)}); give an array of shape (rows, columns)"
         raise ProblemError(msg) from error
     if given.ndim != 2 or not given.size:  # noqa: PLR2004 - rows and columns
         msg = f"the raster's values have shape {given.shape}; give them in shape (rows, columns)"

@@ -10,6 +10,7 @@ import shapely
 from numpy.typing import ArrayLike
 from shapely.geometry import Point
 
+from cgla_graph._shown import shown
 from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph._validate import point_array
 from cgla_graph.errors import ProblemError
@@ -112,7 +113,7 @@ def refine_path(problem: Problem, path: ArrayLike, *, tolerance: float = 1e-6, m
     (1.2, [[0.0, 0.0], [0.4, 0.3], [0.6, 0.3], [1.0, 0.0]])
     """
     if not tolerance >= 0.0 or not max_points >= 2:  # noqa: PLR2004 - two ends
-        msg = f"tolerance is {tolerance!r}, max_points {max_points!r}; give at least 0 and at least 2"
+        msg = f"tolerance is {shown(tolerance)}, max_points {shown(max_points)}; give at least 0 and at least 2"
         raise ProblemError(msg)
     given = point_array("path", path)
     judged = problem.evaluate(given)

@@ -1,5 +1,6 @@
 """No-fly areas in TOML files: polygons, GeoJSON, and zones, of which those near the map are laid on its plane."""
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -93,8 +94,8 @@ def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping
         If a file cannot be read.
     """
     paths = [str(Path(file).absolute()) for file in files]
-    # (what is not there is told when it is read)
-    if not table.zones and all(not Path(path).is_file() or is_geojson(path) for path in paths):
+    # (what is not there, or has a name that no file has, is told when it is read)
+    if not table.zones and all(not os.path.isfile(path) or is_geojson(path) for path in paths):  # noqa: PTH113
         return table.model_copy(update={"geojson": [*table.geojson, *paths]})
     moved = {"geojson": [], "zones": [*table.geojson, *table.zones, *paths]} if paths else {}
     return NoFlyTable.model_validate({**table.model_dump(exclude_unset=True), **moved, **settings})

@@ -2,12 +2,12 @@
 
 import math
 import os
-import reprlib
 from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cgla_graph._shown import shown
 from cgla_graph.errors import FileFormatError, ScenarioError
 from cgla_graph.scenarios.text_files import fail
 from cgla_graph.zones import geojson
@@ -72,7 +72,7 @@ def line_feature_collection(path_lonlat: ArrayLike, properties: Mapping[str, obj
     geometry = (
         {"type": "LineString", "coordinates": line} if len(line) > 1 else {"type": "Point", "coordinates": line[0]}
     )
-    plain = {str(key): _plain(value, f"property {reprlib.repr(key)}") for key, value in properties.items()}
+    plain = {str(key): _plain(value, f"property {shown(key)}") for key, value in properties.items()}
     feature = {"type": "Feature", "properties": plain, "geometry": geometry}
     return {"type": "FeatureCollection", "features": [feature]}
 

@@ -13,7 +13,6 @@ from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from reprlib import repr as short
 from typing import Any, cast
 from xml.etree.ElementTree import ParseError
 
@@ -22,6 +21,7 @@ import numpy as np
 import scipy.io
 from scipy import sparse
 
+from cgla_graph._shown import cut, shown
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import NO_NUMBERS, number_array
 from cgla_graph.errors import ScenarioError
@@ -125,12 +125,12 @@ class GraphFile:
             return found[0]
         if found:
             listed = " and ".join(map(repr, found))
-            msg = f"{self.file}: {len(found)} nodes are written {text!r}: {listed}; give them labels that differ"
+            msg = f"{self.file}: {len(found)} nodes are written {shown(text)}: {listed}; give them labels that differ"
             raise ScenarioError(msg)
         every = [text_of(label) for label in self.labels[:_MOST_NEAR]]
         near = difflib.get_close_matches(text, every, n=3, cutoff=0.5)
         hint = f"did you mean {' or '.join(near)}?" if near else f"it has {', '.join(every[:3])}, …"
-        msg = f"{self.file}: none of the {len(self.labels)} nodes is {short(text)}; {hint}"
+        msg = f"{self.file}: none of the {len(self.labels)} nodes is {shown(text)}; {hint}"
         raise ScenarioError(msg)
 
 
@@ -251,9 +251,9 @@ def _of_networkx(path: Path, graph: "nx.Graph[Any]", weight: str) -> GraphFile:
         value = data.get(weight, default.get(weight))
         edge = f"the edge from {text_of(u)} to {text_of(v)}"
         if value is None:
-            others = ", ".join(map(short, data))
+            others = ", ".join(map(shown, data))
             hint = f"it has {others}: name one (--weight)" if others else "give each edge one"
-            msg = f"{path}: {edge} has no {weight!r}; {hint}"
+            msg = f"{path}: {edge} has no {shown(weight)}; {hint}"
             raise ScenarioError(msg)
         tails.append(index[u])
         heads.append(index[v])
@@ -269,7 +269,7 @@ def _weight(path: Path, edge: str, value: object) -> float:
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not number > -math.inf:
-        msg = f"{path}: {edge} has weight {short(value)}; give a number, or leave the edge out"
+        msg = f"{path}: {edge} has weight {shown(value)}; give a number, or leave the edge out"
         raise ScenarioError(msg)
     return number
 
@@ -295,11 +295,12 @@ def _edge_list(path: Path, weight: str | None, *, directed: bool) -> GraphFile:
     if {"source", "target"} <= set(first[1]):
         for name in names:
             if name not in first[1]:
-                msg = f"{path}: it has no column {name!r}, but {', '.join(first[1])}; name that of weights (--weight)"
+                there = cut(", ".join(first[1]))
+                msg = f"{path}: it has no column {shown(name)}, but {there}; name that of weights (--weight)"
                 raise ScenarioError(msg)
         columns = [first[1].index(name) for name in names]
     elif weight is not None:
-        msg = f"{path}: it has no header, and so no column {weight!r}; begin it with source,target,{weight}"
+        msg = f"{path}: it has no header, and so no column {shown(weight)}; begin it with source,target,{weight}"
         raise ScenarioError(msg)
     else:
         lines = itertools.chain([first], lines)
@@ -307,7 +308,7 @@ def _edge_list(path: Path, weight: str | None, *, directed: bool) -> GraphFile:
     tails, heads, weights = array("q"), array("q"), array("d")
     for number, cells in lines:
         if len(cells) <= max(columns) or not (cells[columns[0]] and cells[columns[1]]):
-            msg = f"{path}: line {number} is {short(','.join(cells))}; give source,target,weight in each line"
+            msg = f"{path}: line {number} is {shown(','.join(cells))}; give source,target,weight in each line"
             raise ScenarioError(msg)
         tail, head, value = (cells[column] for column in columns)
         tails.append(index.setdefault(tail, len(index)))

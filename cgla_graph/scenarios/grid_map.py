@@ -12,6 +12,7 @@ import scipy
 import shapely
 from shapely.geometry import MultiPolygon, Polygon
 
+from cgla_graph._shown import shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
 from cgla_graph.scenarios.text_files import fail
 
@@ -47,7 +48,7 @@ class GridMap:
         """Copy the cells, so that neither the caller's array nor the map can change the other."""
         blocked = np.array(self.blocked, dtype=np.bool_, order="C")
         if blocked.ndim != 2 or blocked.size == 0:  # noqa: PLR2004 - a grid
-            wrong = f"map {self.name!r}: blocked has shape {blocked.shape}"
+            wrong = f"map {shown(self.name)}: blocked has shape {blocked.shape}"
             fail(wrong, "(height, width) with at least one cell", "pass one truth value a cell")
         blocked.flags.writeable = False
         object.__setattr__(self, "blocked", blocked)
@@ -126,7 +127,7 @@ class GridMap:
         sizes = np.bincount(labels.ravel())
         sizes[0] = 0
         if sizes.max() < 2:  # noqa: PLR2004 - a pair
-            wrong = f"map {self.name!r}: no two free cells share a side, so there is no start and goal to choose"
+            wrong = f"map {shown(self.name)}: no two free cells share a side, so there is no start and goal to choose"
             fail(wrong, "a region of at least two free cells", "give a map with more free cells")
         region = labels == np.argmax(sizes)
         first = _farthest(region, int(np.argmax(region)))
@@ -139,7 +140,7 @@ def check_on_map(grid: GridMap, column: int, row: int, what: str, remedy: str) -
     """Check that a cell is on a map."""
     height, width = grid.blocked.shape
     if not (0 <= column < width and 0 <= row < height):
-        wrong = f"map {grid.name!r}: {what} (column {column}, row {row}) is not on it"
+        wrong = f"map {shown(grid.name)}: {what} (column {column}, row {row}) is not on it"
         fail(wrong, f"column 0 to {width - 1} and row 0 to {height - 1}", remedy)
 
 

@@ -5,13 +5,13 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from reprlib import repr as short
 from typing import Any
 
 import shapely
 from pydantic import ValidationError
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._shown import shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph._validate import four_numbers, point
 from cgla_graph.errors import CglaError, FileFormatError, ScenarioError
@@ -247,7 +247,7 @@ def _split_rows(spec: str) -> tuple[str, tuple[int, int] | None]:
         return spec, None
     numbers = re.fullmatch(r"(\d{1,20})(?:-(\d{1,20}))?", match[2])
     if numbers is None:
-        msg = f"{match[1]}: {short(match[2])} names no row; write ROW or FIRST-LAST, counted from 0"
+        msg = f"{match[1]}: {shown(match[2])} names no row; write ROW or FIRST-LAST, counted from 0"
         raise ScenarioError(msg)
     first = int(numbers[1])
     last = int(numbers[2] or first)

@@ -12,6 +12,7 @@ import shapely
 from pydantic import AfterValidator, Field, ValidationError
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._shown import shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.lattice import Lattice, LatticeKind
@@ -256,7 +257,7 @@ class MapBuilder:
         areas: list[BaseGeometry] = [shapely.Polygon(ring) for ring in rings]
         for name in files:
             if self.is_plane:
-                msg = f'{key} {name!r} holds longitudes and latitudes; set coordinates = "lonlat"'
+                msg = f'{key} {shown(name)} holds longitudes and latitudes; set coordinates = "lonlat"'
                 raise ValueError(msg)
             areas += [area.polygon for area in self._areas_in(name)]
         return areas
@@ -279,14 +280,14 @@ class MapBuilder:
         here = shapely.Point(self.point(list(pair)))
         unit = "" if self.is_plane else " m"
         # (the areas come first, as what is wrong with their files is told there)
-        for shape, area in zip(self.projected_no_fly, self.no_fly_names, strict=True):
+        for shape, area in zip(self.projected_no_fly, map(shown, self.no_fly_names), strict=True):
             if shapely.contains_properly(shape, here):
-                msg = f"{name} {tuple(pair)} is inside the no-fly area {area!r}; move it to its boundary or outside"
+                msg = f"{name} {tuple(pair)} is inside the no-fly area {area}; move it to its boundary or outside"
                 raise ProblemError(msg)
             away = float(shapely.distance(shape, here))
             if away < clearance:
                 msg = (
-                    f"{name} {tuple(pair)} is {away:.6g}{unit} from the no-fly area {area!r}, and the clearance is "
+                    f"{name} {tuple(pair)} is {away:.6g}{unit} from the no-fly area {area}, and the clearance is "
                     f"{clearance:g}{unit}; move it, or lower the clearance"
                 )
                 raise ProblemError(msg)
@@ -332,7 +333,7 @@ class MapBuilder:
         if not given.zones:
             return None
         if self.is_plane:
-            msg = f'no_fly.zones {given.zones[0]!r} holds longitudes and latitudes; set coordinates = "lonlat"'
+            msg = f'no_fly.zones {shown(given.zones[0])} holds longitudes and latitudes; set coordinates = "lonlat"'
             raise ValueError(msg)
         projection, clearance = self.projection, getattr(self.table, "clearance", 0.0)
         assert projection is not None  # noqa: S101 - it is a map in degrees

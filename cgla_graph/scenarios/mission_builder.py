@@ -9,6 +9,7 @@ from typing import Any
 
 import shapely
 
+from cgla_graph._shown import shown
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.validate import told
@@ -59,12 +60,13 @@ class MissionBuilder:
             return MapBuilder(self.table, self.folder)
         for key in OF_THE_MAP:
             if key in self.table.model_fields_set:
-                msg = f"{key}: scenario {name!r} brings the map; leave out {key}, or scenario and write the whole map"
+                brings = f"scenario {shown(name)} brings the map"
+                msg = f"{key}: {brings}; leave out {key}, or scenario and write the whole map"
                 raise ValueError(msg)
         is_file = name.lower().endswith(".toml")
         path = self.folder / name if is_file else Path(name)
         if not name or (path.suffix and not is_file):
-            msg = f"scenario is {name!r}; give the name of a shipped scenario, or a .toml beside this file"
+            msg = f"scenario is {shown(name)}; give the name of a shipped scenario, or a .toml beside this file"
             raise ValueError(msg)
         with told("scenario"):
             return MapBuilder(open_table(str(path)), path.parent)
@@ -101,7 +103,7 @@ class MissionBuilder:
         # a UAV that is not on the map is told first
         _ = self.written_uavs
         # those of a scenario are its very threats: the ones drawn keep clear of its own start and goal
-        with nullcontext() if self.scenario is None else told(f"scenario {self.table.scenario!r}"):
+        with nullcontext() if self.scenario is None else told(f"scenario {shown(self.table.scenario)}"):
             threats, rasters = self.ground.threats(), self.ground.rasters()
             field = RiskField(threats, rasters=rasters, improper=self.ground.table.improper)
             bounds, no_fly = self.ground.bounds, self.ground.no_fly()
@@ -154,9 +156,10 @@ class MissionBuilder:
         variants: dict[str, Variant] = {}
         for number, entry in enumerate(self.table.variants):
             if entry.name in variants:
-                msg = f"variants.{number}.name: two variants are called {entry.name!r}; give each a name of its own"
+                name = shown(entry.name)
+                msg = f"variants.{number}.name: two variants are called {name}; give each a name of its own"
                 raise ValueError(msg)
-            with told(f"variant {entry.name!r}"):
+            with told(f"variant {shown(entry.name)}"):
                 variants[entry.name] = _variant(uavs, entry.given(), {**common, **entry.chosen()})
         return variants
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from cgla_graph._shown import shown
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.validate import told
 from cgla_graph.mission.world import World
@@ -97,7 +98,7 @@ class MissionFile:
         given = None if solver is None else build_solver(solver)
         missions = {}
         for name, variant in self.variants.items():
-            place = f"{self.where}: variant {name!r}" if name else self.where
+            place = f"{self.where}: variant {shown(name)}" if name else self.where
             with told(f"{place}: solver"):
                 built = build_solver(variant.solver) if given is None else given
             with told(place):

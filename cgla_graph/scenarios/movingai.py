@@ -10,10 +10,10 @@ import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from reprlib import repr as short
 
 import numpy as np
 
+from cgla_graph._shown import shown
 from cgla_graph.scenarios.grid_map import GridMap, check_on_map
 from cgla_graph.scenarios.text_files import fail, read_text
 
@@ -131,7 +131,7 @@ def read_scenario_rows(path: str | os.PathLike[str]) -> list[GridRow]:
     file = repr(os.fspath(path))
     lines = _lines(path, file)
     if not re.fullmatch(r"version\s+1(\.0*)?", lines[0]):
-        fail(f"{file}, line 1: the version is {short(lines[0])}", "'version 1'", "write that line")
+        fail(f"{file}, line 1: the version is {shown(lines[0])}", "'version 1'", "write that line")
     numbered = [(number, line) for number, line in enumerate(lines[1:], start=2) if line]
     if not numbered:
         fail(f"{file}, line 2: there is no row", "at least one", "add a start and a goal")
@@ -171,8 +171,8 @@ def map_beside(scen_path: str | os.PathLike[str], row: GridRow) -> Path:
     names = [re.split(r"[/\\]", row.map_name)[-1], own if own.endswith(".map") else f"{own}.map"]
     found = [scen.parent / name for name in names if _is_file(scen.parent / name)]
     if not found:
-        wrong = f"row {row.index} names the map {short(row.map_name)}, which is not in the same folder"
-        fail(f"{os.fspath(scen_path)!r}: {wrong}", " or ".join(map(short, names)), "put the map there")
+        wrong = f"row {row.index} names the map {shown(row.map_name)}, which is not in the same folder"
+        fail(f"{shown(os.fspath(scen_path))}: {wrong}", " or ".join(map(shown, names)), "put the map there")
     return found[0]
 
 
@@ -202,7 +202,7 @@ def check_row(row: GridRow, grid: GridMap) -> None:
     cgla_graph.errors.ScenarioError: map 'tiny': the goal of row 0 (column 2, row 0) is blocked; a free cell
     is allowed: choose another row, or the map that the row was made for
     """
-    where, remedy = f"map {grid.name!r}", "choose another row, or the map that the row was made for"
+    where, remedy = f"map {shown(grid.name)}", "choose another row, or the map that the row was made for"
     height, width = grid.blocked.shape
     if (row.width, row.height) != (width, height):
         wrong = f"row {row.index} is for a map of {row.width} columns and {row.height} rows"
@@ -237,7 +237,7 @@ def _header(lines: list[str], file: str) -> tuple[int, int]:
         numbers = [int(text) for text in match.groups()] if match else [0]
         if 0 in numbers:
             remedy = f"write the lines {', '.join(HEADER)}, with numbers of at least 1"
-            fail(f"{file}, line {number}: the header has {short(line)}", repr(allowed), remedy)
+            fail(f"{file}, line {number}: the header has {shown(line)}", repr(allowed), remedy)
         found.extend(numbers)
     height, width = found
     return height, width
@@ -269,7 +269,7 @@ def _row(line: str, index: int, where: str) -> GridRow:
     except ValueError:
         length = math.nan
     if not 0.0 <= length < math.inf:
-        wrong = f"{where}, column 9: the optimal length is {short(fields[8])}"
+        wrong = f"{where}, column 9: the optimal length is {shown(fields[8])}"
         fail(wrong, "a finite number of at least 0", "correct that column")
     start, goal = (cells[0], cells[1]), (cells[2], cells[3])
     return GridRow(index, bucket, fields[1].strip(), width, height, start, goal, length)
@@ -278,5 +278,5 @@ def _row(line: str, index: int, where: str) -> GridRow:
 def _count(text: str, where: str, what: str) -> int:
     """Return a whole number of at least 0."""
     if not re.fullmatch(r"[0-9]{1,9}", text.strip()):
-        fail(f"{where}: the {what} is {short(text)}", "a whole number of at least 0", "correct that column")
+        fail(f"{where}: the {what} is {shown(text)}", "a whole number of at least 0", "correct that column")
     return int(text)

@@ -10,8 +10,9 @@ from pydantic import Field
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._brief import Brief
+from cgla_graph._shown import shown
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph._validate import four_numbers, non_negative_number, point, shown
+from cgla_graph._validate import four_numbers, non_negative_number, point
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem

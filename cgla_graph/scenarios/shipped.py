@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
+from cgla_graph._shown import shown
 from cgla_graph.errors import MissionError, ScenarioError
 
 
@@ -54,7 +55,7 @@ class ShippedFiles:
         if name not in order:
             near = difflib.get_close_matches(name, order, n=3, cutoff=0.4)
             remedy = hint or (f"did you mean {' or '.join(near)}?" if near else f"shipped: {', '.join(order)}.")
-            msg = f"unknown {self.kind} {name!r}; {remedy} A file ends in {self.endings}"
+            msg = f"unknown {self.kind} {shown(name)}; {remedy} A file ends in {self.endings}"
             raise self.error(msg)
         return str((self._folder() / f"{name}.toml").read_text(encoding="utf-8"))
 

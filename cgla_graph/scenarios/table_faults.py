@@ -3,10 +3,11 @@
 import difflib
 import typing
 from collections.abc import Iterator, Mapping, Sequence
-from reprlib import repr as short
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
+
+from cgla_graph._shown import shown
 
 #: What pydantic calls the members of unions, which no file writes; tags of our own begin with "=".
 UNION_MEMBERS = ("int", "float", "str", "bool", "list[", "=")
@@ -102,7 +103,7 @@ def _wrong(place: str, found: Sequence[Any]) -> str:
         allowed = ALLOWED.get(fault["type"])
         text = allowed.format(**fault.get("ctx", {})) if allowed else fault["msg"].removeprefix("Value error, ")
         said.append(text.removeprefix("give ") if said else text)
-    what = f"{' or '.join(dict.fromkeys(said))} (it is {short(found[0]['input'])})"
+    what = f"{' or '.join(dict.fromkeys(said))} (it is {shown(found[0]['input'])})"
     return f"{place}: {what}" if place else what
 
 

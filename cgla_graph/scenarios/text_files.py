@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 from typing import NoReturn
 
+from cgla_graph._shown import cut, place
 from cgla_graph.errors import ScenarioError
 
 
@@ -28,13 +29,13 @@ def read_text(path: str | os.PathLike[str], file: str, what: str) -> str:
     try:
         return Path(path).read_text(encoding="utf-8-sig")
     except FileNotFoundError:
-        message = f"{file}: there is no such file: check the name and the folder"
+        message = f"{place(file)}: there is no such file: check the name and the folder"
     except OSError as error:
-        message = f"{file}: cannot be read ({error.strerror}): give {what} that you may read"
+        message = f"{place(file)}: cannot be read ({error.strerror}): give {what} that you may read"
     except UnicodeDecodeError as error:
-        message = f"{file}: byte {error.start} is not UTF-8: give {what} saved as UTF-8 text"
+        message = f"{place(file)}: byte {error.start} is not UTF-8: give {what} saved as UTF-8 text"
     except ValueError as error:
-        message = f"{file}: no file has such a name ({error}): check the name"
+        message = f"{place(file)}: no file has such a name ({cut(error)}): check the name"
     raise ScenarioError(" ".join(message.split()))
 
 

@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 from typing import Literal, NoReturn, TypeAlias
 
+from cgla_graph._shown import place
 from cgla_graph.errors import FileFormatError
 
 FilePath: TypeAlias = str | os.PathLike[str]
@@ -125,5 +126,5 @@ def kind_of(data: bytes) -> Kind:
 
 def fault(where: str, wrong: str, remedy: str) -> NoReturn:
     """Raise the error that says in one line where something is wrong, what, and what to do."""
-    msg = f"{where}: {wrong}; {remedy}"
+    msg = f"{place(where)}: {wrong}; {remedy}"
     raise FileFormatError(" ".join(msg.split()))

@@ -6,6 +6,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from cgla_graph._shown import shown
 from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import FilePath, fault, read_bytes, text_of
 
@@ -93,7 +94,7 @@ def _one_value_a_key(pairs: list[tuple[str, object]]) -> dict[str, object]:
     if len(made) < len(pairs):
         seen: set[str] = set()
         twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
-        msg = f"the key {twice[:60]!r} stands twice in one object; leave one of them"
+        msg = f"the key {shown(twice)} stands twice in one object; leave one of them"
         raise _RefusedError(msg)
     return made
 

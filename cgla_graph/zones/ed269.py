@@ -2,6 +2,7 @@
 
 import math
 
+from cgla_graph._shown import shown
 from cgla_graph.untrusted.files import fault
 from cgla_graph.zones.entries import Entry
 from cgla_graph.zones.periods import Period, period_of
@@ -63,7 +64,7 @@ def read_document(document: object, file: str) -> list[Zone]:
 def _zone(value: object, index: int, file: str) -> Zone:
     entry = Entry(value, f"{file}: zone {index}")
     identifier = entry.text("identifier")
-    entry.where = f"{file}: zone {index} {identifier!r}"
+    entry.where = f"{file}: zone {index} {shown(identifier)}"
     kind = entry.choice("restriction", KINDS)
     conditions = entry.values.get("restrictionConditions")
     return Zone(

@@ -1,5 +1,6 @@
 """ED-318 (EUROCAE, 2024): zones as GeoJSON, with a layer in each geometry, and circles as points with an extent."""
 
+from cgla_graph._shown import shown
 from cgla_graph.untrusted.files import fault
 from cgla_graph.zones.ed269 import (
     KINDS,
@@ -96,7 +97,7 @@ def _zone(value: object, index: int, file: str) -> Zone:
     about = about.entry("UASZone") if about.has("UASZone") else about
     about.where = feature.where
     identifier = about.text("identifier")
-    feature.where = about.where = f"{file}: zone {index} {identifier!r}"
+    feature.where = about.where = f"{file}: zone {index} {shown(identifier)}"
     kind = about.choice("type", KINDS)
     conditions = about.values.get("restrictionConditions")
     return Zone(

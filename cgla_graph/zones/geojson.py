@@ -1,7 +1,6 @@
 """GeoJSON (RFC 7946): areas."""
 
 import os
-import reprlib
 from dataclasses import dataclass
 from typing import NoReturn, TypeAlias
 
@@ -9,6 +8,7 @@ import numpy as np
 import shapely
 from shapely.geometry import MultiPolygon, Polygon
 
+from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import read_bytes
@@ -106,7 +106,7 @@ def _features(document: object, file: str) -> list[object]:
     """Return the features of a document; a geometry alone counts as a feature without properties."""
     kind = document.get("type") if isinstance(document, dict) else None
     if not isinstance(document, dict) or kind not in ("FeatureCollection", "Feature", *GEOMETRIES):
-        found = f"its type is {reprlib.repr(kind)}" if isinstance(document, dict) else "it is no JSON object"
+        found = f"its type is {shown(kind)}" if isinstance(document, dict) else "it is no JSON object"
         allowed = "FeatureCollection, Feature, Polygon or MultiPolygon"
         _fail(f"{file}: not GeoJSON, {found}", allowed, "export the areas as GeoJSON")
     if kind == "Feature":
@@ -115,7 +115,7 @@ def _features(document: object, file: str) -> list[object]:
         return [{"type": "Feature", "geometry": document}]
     features = document.get("features")
     if not isinstance(features, list) or not features:
-        wrong = f"{file}: the FeatureCollection has features {reprlib.repr(features)}"
+        wrong = f"{file}: the FeatureCollection has features {shown(features)}"
         _fail(wrong, "a list of at least one", "add an area, or leave the file out")
     return features
 
@@ -124,28 +124,28 @@ def _area(feature: object, index: int, file: str) -> Area:
     """Return the area of one feature."""
     where = f"{file}: feature {index}"
     if not isinstance(feature, dict) or feature.get("type") != "Feature":
-        short = reprlib.repr(feature.get("type") if isinstance(feature, dict) else feature)
+        short = shown(feature.get("type") if isinstance(feature, dict) else feature)
         found = f"has the type {short}" if isinstance(feature, dict) else f"is {short}"
         _fail(f"{where} {found}", "in features, only an object of type 'Feature'", "wrap it in one")
     properties = feature.get("properties")
     if not isinstance(properties, dict | None):
-        _fail(f"{where} has properties {reprlib.repr(properties)}", "an object or null", "write {}")
+        _fail(f"{where} has properties {shown(properties)}", "an object or null", "write {}")
     own = {str(key).lower(): value for key, value in (properties or {}).items()}
     for name in (*(own.get(key) for key in NAMES), feature.get("id")):
         if isinstance(name, str | int) and str(name).strip():
-            return Area(str(name), _geometry(feature.get("geometry"), f"{where} ({reprlib.repr(str(name))})"))
+            return Area(str(name), _geometry(feature.get("geometry"), f"{where} ({shown(str(name))})"))
     return Area(f"area {index}", _geometry(feature.get("geometry"), where))
 
 
 def _geometry(geometry: object, where: str) -> Polygon | MultiPolygon:
     """Return a valid polygon or several."""
     if not isinstance(geometry, dict):
-        found = "no geometry (null)" if geometry is None else f"the geometry {reprlib.repr(geometry)}"
+        found = "no geometry (null)" if geometry is None else f"the geometry {shown(geometry)}"
         _fail(f"{where} has {found}", "Polygon or MultiPolygon", "draw the area, or drop the feature")
     kind = geometry.get("type")
     if kind not in ("Polygon", "MultiPolygon"):
         remedy = "drop it, buffer points and lines into polygons, and split a collection into features"
-        _fail(f"{where} is of type {reprlib.repr(kind)}", "Polygon or MultiPolygon", remedy)
+        _fail(f"{where} is of type {shown(kind)}", "Polygon or MultiPolygon", remedy)
     coordinates = geometry.get("coordinates")
     if kind == "Polygon":
         area: Polygon | MultiPolygon = _polygon(coordinates, where)
@@ -197,11 +197,11 @@ def position_of(position: object, where: str) -> Position:
     (24.0, 60.0)
     """
     if not isinstance(position, list) or len(position) < 2:  # noqa: PLR2004 - longitude and latitude
-        _fail(f"{where} is {reprlib.repr(position)}", "[longitude, latitude]", "write two numbers")
+        _fail(f"{where} is {shown(position)}", "[longitude, latitude]", "write two numbers")
     for value, word, most in zip(position, ("longitude", "latitude"), (180, 90), strict=False):
         # A truth value is an int to Python, but no number to JSON. NaN fails the comparison.
         if isinstance(value, bool) or not isinstance(value, int | float) or not -most <= value <= most:
-            wrong = f"{where} has the {word} {reprlib.repr(value)}"
+            wrong = f"{where} has the {word} {shown(value)}"
             _fail(wrong, f"a number in [-{most}, {most}]", "give degrees (WGS84), longitude first")
     return float(position[0]), float(position[1])
 
@@ -210,7 +210,7 @@ def _list(value: object, where: str, what: str) -> list[object]:
     """Return a list that is not empty."""
     if not isinstance(value, list) or not value:
         _fail(
-            f"{where} has {reprlib.repr(value)} for its {what}",
+            f"{where} has {shown(value)} for its {what}",
             "a list of at least one",
             f"write its {what}, or drop it",
         )

@@ -5,6 +5,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from cgla_graph._shown import shown
 from cgla_graph.untrusted.files import fault
 from cgla_graph.untrusted.xml_files import tag_of
 from cgla_graph.zones.shapes import AreaShape, polygon_of, ring_of, short
@@ -50,10 +51,10 @@ def read_root(root: Element, file: str) -> tuple[list[Zone], list[NoArea]]:
     others: list[NoArea] = []
     for index, (feature, kind) in enumerate(_features(root, file)):
         name = " ".join((_child_text(feature, "name") or feature.get("id") or f"placemark {index}").split())
-        where = f"{file}: {name[:60]!r}"
+        where = f"{file}: {shown(name)}"
         if kind == "NetworkLink":
             link = next((one.text or "" for one in feature.iter() if tag_of(one) == "href"), "")
-            fault(where, f"its areas are in another file, {link.strip()[:80]!r}", "save that one, and give it")
+            fault(where, f"its areas are in another file, {shown(link.strip())}", "save that one, and give it")
         if kind in PICTURES:
             others.append(NoArea(name, f"a {kind}, not an area", file))
             continue

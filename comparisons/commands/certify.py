@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import positive_number
 from cgla_graph.certificate.certificate import MAX_CELLS, lower_bound
@@ -161,7 +162,7 @@ def _columns(heads: list[str], projection: LocalProjection | None, name: str) ->
     for pair in pairs:
         if set(pair) <= set(heads):
             return pair
-    got = f"the first line says {','.join(heads)[:60]!r}" if heads else "it is empty"
+    got = f"the first line says {shown(','.join(heads))}" if heads else "it is empty"
     allowed = " or ".join(",".join(pair) for pair in pairs)
     msg = f"{name}: {got}; the first line has to name the columns {allowed}, as cgla plan --out writes them"
     raise ScenarioError(msg)
@@ -174,7 +175,7 @@ def _numbers(line: list[str], places: list[int], where: str) -> list[float]:
     except ValueError:
         numbers = [math.nan]
     if not all(map(math.isfinite, numbers)):
-        msg = f"{where} holds {','.join(cells)[:60]!r}; a waypoint is two finite numbers"
+        msg = f"{where} holds {shown(','.join(cells))}; a waypoint is two finite numbers"
         raise ScenarioError(msg)
     return numbers
 

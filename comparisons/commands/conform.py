@@ -9,6 +9,7 @@ from contextlib import suppress
 from typing import Any
 
 from cgla_graph import __version__
+from cgla_graph._shown import shown
 from cgla_graph._validate import positive_number
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.conformance.documents import VERSION, read_problem
@@ -66,7 +67,7 @@ def picked(names: str | None) -> list[Instance]:
     """Choose instances by a list of names and families, with commas between them; all if there is none."""
     given = [] if names is None else [name.strip() for name in names.split(",")]
     if "" in given:
-        msg = f"--instances {names!r} has an empty name; give names or families with commas between them"
+        msg = f"--instances {shown(names)} has an empty name; give names or families with commas between them"
         raise CglaError(msg)
     return chosen(given)
 
@@ -185,7 +186,7 @@ def problem_text(name: str) -> str:
     """Return the problem of one instance, as planners get it."""
     found = [one for one in chosen([name]) if one.name == name]
     if not found:
-        msg = f"{name!r} is a family; give the name of one instance (cgla conform --list shows them)"
+        msg = f"{shown(name)} is a family; give the name of one instance (cgla conform --list shows them)"
         raise CglaError(msg)
     return f"{found[0].problem.model_dump_json()}\n"
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
 
+from cgla_graph._shown import shown
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 from cgla_graph.errors import CglaError, OutputError
@@ -85,7 +86,7 @@ def read_export(
             msg = f"{option} is about the plan that is written: give its file (--export NAME.plan), or leave this out"
             raise CglaError(msg)
     if above is not None and above not in ABOVE:
-        msg = f"--above is {above!r}; give one of {', '.join(ABOVE)}"
+        msg = f"--above is {shown(above)}; give one of {', '.join(ABOVE)}"
         raise CglaError(msg)
     reference: Reference = next((one for one in ABOVE if one == above), "home")
     # what is out of range is told before the work

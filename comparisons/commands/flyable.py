@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import finite_number, non_negative_number, positive_number
 from cgla_graph.comparisons.numbers import duration, figure, json_number
@@ -129,7 +130,7 @@ def _wind(text: str | None) -> Point:
     try:
         east, north = (finite_number("--wind", float(part)) for part in text.split(","))
     except ValueError as error:
-        msg = f"--wind is {text!r}; give two numbers, EAST,NORTH: where the air moves to, metres a second"
+        msg = f"--wind is {shown(text)}; give two numbers, EAST,NORTH: where the air moves to, metres a second"
         raise CglaError(msg) from error
     return east, north
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from cgla_graph._shown import shown
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.numbers import duration, figure, json_number, percent, rounded_down
 from cgla_graph.comparisons.study import earth
@@ -64,7 +65,7 @@ def read_formats(text: str | None, usual: Sequence[str]) -> list[str]:
     found = list(dict.fromkeys(part.strip().lower().removeprefix(".") for part in text.split(",")))
     for part in found:
         if part not in FORMATS:
-            msg = f"--formats has {part!r}; give some of {','.join(FORMATS)}"
+            msg = f"--formats has {shown(part)}; give some of {','.join(FORMATS)}"
             raise CglaError(msg)
     return found
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from cgla_graph._shown import shown
 from cgla_graph.comparisons import console, files
 from cgla_graph.errors import CglaError
 from cgla_graph.scenarios.loading import RASTERS
@@ -36,13 +37,13 @@ def chosen(
     '450 AMSL'
     """
     if above is not None and above not in ABOVE:
-        msg = f"--above is {above!r}; give one of {', '.join(ABOVE)}"
+        msg = f"--above is {shown(above)}; give one of {', '.join(ABOVE)}"
         raise CglaError(msg)
     treated = {}
     for text in treat or ():
         kind, equals, value = (part.strip() for part in text.partition("="))
         if not equals or value.lower() not in {"closed", "open"}:
-            msg = f"--treat is {text!r}; give KIND=closed or KIND=open, as CONDITIONAL=open"
+            msg = f"--treat is {shown(text)}; give KIND=closed or KIND=open, as CONDITIONAL=open"
             raise CglaError(msg)
         treated[kind.upper()] = value.lower()
     return {

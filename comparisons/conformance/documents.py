@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 import shapely
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from cgla_graph._shown import shown
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
 from cgla_graph.model.problem import Problem
@@ -215,7 +216,7 @@ def read_answer(text: str) -> AnswerDocument:
         if first["type"] == "json_invalid":
             begin = " ".join(text.split())[:40]
             why = first["ctx"]["error"]
-            msg = f"standard output is no JSON ({why}): it begins with {begin!r}" if begin else "it wrote nothing"
+            msg = f"standard output is no JSON ({why}): it begins with {shown(begin)}" if begin else "it wrote nothing"
         else:
             msg = faults(error, AnswerDocument, SCHEMA)
         raise CglaError(msg) from error

@@ -8,6 +8,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from cgla_graph._shown import shown
 from cgla_graph.comparisons.conformance.documents import VERSION, Document, Pair, ProblemDocument
 from cgla_graph.errors import ScenarioError
 
@@ -88,6 +89,6 @@ def chosen(names: Sequence[str] = ()) -> list[Instance]:
         if name not in known:
             near = difflib.get_close_matches(name, sorted(known), n=3)
             hint = f"did you mean {', '.join(near)}?" if near else "cgla conform --list shows them"
-            msg = f"there is no instance {name!r}; {hint}"
+            msg = f"there is no instance {shown(name)}; {hint}"
             raise ScenarioError(msg)
     return [one for one in suite() if not names or {one.name, one.family} & set(names)]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import shapely
 
+from cgla_graph._shown import shown
 from cgla_graph.comparisons.files import write_text
 from cgla_graph.comparisons.live.draft import Draft, LiveMap, polygons, unwarned
 from cgla_graph.errors import OutputError, ScenarioError
@@ -60,7 +61,7 @@ def save(live: LiveMap, draft: Draft, name: str, *, overwrite: bool) -> Path:
     """
     usual = default_file(live)
     if name and not NAME.fullmatch(name):
-        msg = f"{name[:60]!r} is no name of a scenario file; give letters, digits, dots or dashes, and .toml at the end"
+        msg = f"{shown(name)} is no name of a scenario file; give letters, digits, dots or dashes, and .toml at the end"
         raise OutputError(msg)
     path = usual.with_name(name) if name else usual
     is_own = live.file is not None and path == usual

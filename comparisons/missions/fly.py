@@ -11,6 +11,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from cgla_graph._shown import shown
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.missions.files import (
     flight_document,
@@ -84,7 +85,7 @@ def open_mission(
     missions = opened.missions(build_solver, solver=solver)
     if variant is not None and variant not in missions:
         known = ", ".join(repr(name) for name in missions if name)
-        msg = f"{opened.name} has no variant {variant!r}; {f'choose {known}' if known else 'it has none at all'}"
+        msg = f"{opened.name} has no variant {shown(variant)}; {f'choose {known}' if known else 'it has none at all'}"
         raise MissionError(msg)
     specs = []
     for name, mission in missions.items():

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Self
 
+from cgla_graph._shown import shown
 from cgla_graph.comparisons.numbers import listed
 from cgla_graph.comparisons.study.flight_run import FlightRun
 from cgla_graph.comparisons.study.runner import Run
@@ -161,7 +162,7 @@ def _matches(kind: str, words: Iterable[str], known: Iterable[str]) -> list[str]
             near = difflib.get_close_matches(word, names, n=3, cutoff=0.5)
             near += [name for name in names if name.startswith(word) and name not in near][:3]
             remedy = f"did you mean {' or '.join(near)}?" if near else f"there are: {listed(names, _MOST_NAMED)}"
-            msg = f"unknown {kind} {word!r}; {remedy}"
+            msg = f"unknown {kind} {shown(word)}; {remedy}"
             raise CglaError(msg)
         found |= matched
     return [name for name in names if name in found]

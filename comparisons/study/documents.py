@@ -17,6 +17,7 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._shown import shown
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
@@ -76,7 +77,8 @@ def encode(value: object) -> Any:  # noqa: ANN401 - any JSON value
     for kinds, write in _WRITERS:
         if isinstance(value, kinds):
             return write(value)
-    msg = f"{value!r} is of type {type(value).__name__}, which no study holds; give numbers, text or lists of these"
+    kind = type(value).__name__
+    msg = f"{shown(value)} is of type {kind}, which no study holds; give numbers, text or lists of these"
     raise StudyError(msg)
 
 
@@ -442,7 +444,7 @@ def _settings_document(settings: Mapping[str, Any], place: str) -> Any:  # noqa:
 def _settings(document: object) -> dict[str, Any]:
     settings = decode(document)
     if not isinstance(settings, dict):
-        msg = f"settings are {document!r}"
+        msg = f"settings are {shown(document)}"
         raise TypeError(msg)
     return settings
 
@@ -494,7 +496,7 @@ def _geometry(hexadecimal: str) -> BaseGeometry:
 
 def _text(value: object) -> str:
     if not isinstance(value, str):
-        msg = f"{value!r} is no text"
+        msg = f"{shown(value)} is no text"
         raise TypeError(msg)
     return value
 
@@ -508,5 +510,5 @@ def _built(kind: str, document: Document, build: Callable[[Document], T]) -> T:
         given = cast("object", document)
         what = given.get("name", given.get("label", "")) if isinstance(given, dict) else ""
         reason = f"{type(error).__name__}: {error}".splitlines()[0]
-        msg = f"the document of {kind} {what!r} is malformed ({reason}); restore the file from a copy"
+        msg = f"the document of {kind} {shown(what)} is malformed ({reason}); restore the file from a copy"
         raise StudyError(msg) from error

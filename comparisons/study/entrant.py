@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from types import NoneType
 from typing import Any, get_args, get_type_hints
 
-from cgla_graph._validate import shown
+from cgla_graph._shown import cut, shown
 from cgla_graph.errors import CglaError, ScenarioError, SolverSettingError
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry
@@ -66,10 +66,10 @@ class Entrant:
         for part in parts:
             key, equals, value = part.partition("=")
             if not equals:
-                msg = f"{text}: {part!r} is no setting; write NAME:SETTING=VALUE"
+                msg = f"{cut(text)}: {shown(part)} is no setting; write NAME:SETTING=VALUE"
                 raise SolverSettingError(msg)
             if key in settings:
-                msg = f"{text}: {key!r} is set twice; set it once"
+                msg = f"{cut(text)}: {shown(key)} is set twice; set it once"
                 raise SolverSettingError(msg)
             settings[key] = _literal(value)
         registry.solver_class(name)
@@ -223,7 +223,7 @@ def parse_budget(text: str) -> dict[str, float]:
     for part in text.split(","):
         key, equals, value = (word.strip() for word in part.partition("="))
         if not equals or key not in BUDGETS:
-            msg = f"{part.strip()!r} is no budget; give {', '.join(f'{name}=…' for name in BUDGETS)}"
+            msg = f"{shown(part.strip())} is no budget; give {', '.join(f'{name}=…' for name in BUDGETS)}"
             raise SolverSettingError(msg)
         if key in budget:
             msg = f"budget {key} is set twice; set it once"
@@ -240,7 +240,7 @@ def _amount(key: str, text: str) -> float:
         amount = math.nan
     whole = key != "seconds"
     if not 0.0 < amount < math.inf or (whole and not amount.is_integer()):
-        msg = f"budget {key} is {text!r}; give a {'whole ' if whole else ''}number above 0"
+        msg = f"budget {key} is {shown(text)}; give a {'whole ' if whole else ''}number above 0"
         raise SolverSettingError(msg)
     return int(amount) if whole else amount
 

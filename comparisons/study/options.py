@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from cgla_graph._shown import shown
 from cgla_graph.comparisons.study.entrant import Entrant, check_settings, every_solver, parse_budget
 from cgla_graph.comparisons.study.runner import TOLERANCE
 from cgla_graph.comparisons.workers.limits import Limits
@@ -61,7 +62,8 @@ def _parts(text: str) -> list[str]:
     """Split at commas; one inside brackets belongs to a setting."""
     parts = [part.strip() for part in re.split(r",(?![^(\[]*[)\]])", text)]
     if not all(parts) and any(parts):
-        msg = f"{text!r} has nothing between two commas, or at an end; write names, with one comma between two of them"
+        remedy = "write names, with one comma between two of them"
+        msg = f"{shown(text)} has nothing between two commas, or at an end; {remedy}"
         raise CglaError(msg)
     return [part for part in parts if part]
 
@@ -97,7 +99,7 @@ def read_highlighted(text: str | None, entrants: Sequence[Entrant]) -> frozenset
         labels = {one.label for one in entrants if part in {one.label, one.name}}
         if not labels:
             known = ", ".join(one.label for one in entrants)
-            msg = f"--highlight has {part!r}, which is not compared; give some of {known}"
+            msg = f"--highlight has {shown(part)}, which is not compared; give some of {known}"
             raise CglaError(msg)
         found |= labels
     return frozenset(found)
@@ -302,7 +304,7 @@ def read_limits(text: str | None) -> Limits:
         except ValueError:
             number = math.nan
         if not equals or key not in fields or fields[key] in given or not 0.0 < number < math.inf:
-            msg = f"--limits has {part.strip()!r}; give seconds=S, memory=MEGABYTES or both, once and above 0"
+            msg = f"--limits has {shown(part.strip())}; give seconds=S, memory=MEGABYTES or both, once and above 0"
             raise CglaError(msg)
         given[fields[key]] = number
     return Limits(**given)
@@ -337,7 +339,7 @@ def _numbers(option: str, text: str | None, form: str) -> Any:  # noqa: ANN401 -
     except ValueError:
         numbers = ()
     if len(numbers) != count:
-        msg = f"{option} is {text!r}; give {'two' if count == len('XY') else 'four'} numbers, {form}"
+        msg = f"{option} is {shown(text)}; give {'two' if count == len('XY') else 'four'} numbers, {form}"
         raise CglaError(msg)
     return numbers
 

@@ -3,6 +3,7 @@
 import dataclasses
 import gc
 import hashlib
+import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -170,7 +171,7 @@ def _content(folder: Path) -> "Content":
 
 def _check_not_old(folder: Path, kind: type[CglaError]) -> None:
     """Refuse a folder that an earlier version has written."""
-    if (folder / OMPL_FILE).exists() and not (folder / FILE).exists():
+    if os.path.exists(folder / OMPL_FILE) and not (folder / FILE).exists():  # noqa: PTH110 - no name is too long for it
         msg = (
             f"{folder}: holds a study of an earlier cgla-graph ({OMPL_FILE} without {FILE}); "
             f"read it with that one, or run the study anew in another folder"

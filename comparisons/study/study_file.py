@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from cgla_graph._shown import shown
 from cgla_graph.comparisons.study.entrant import Entrant, every_solver
 from cgla_graph.comparisons.study.options import MapOptions, number_names, open_all
 from cgla_graph.comparisons.study.study import Study
@@ -221,7 +222,7 @@ def _entrants(table: StudyTable, seeds: Sequence[int]) -> list[Entrant]:
                 entrant = entrant.refined()
             other = places.setdefault(entrant.label, place)
             if other != place:
-                msg = f"the label {entrant.label!r} is that of {other} too; give one of them a label of its own"
+                msg = f"the label {shown(entrant.label)} is that of {other} too; give one of them a label of its own"
                 raise StudyError(msg)
         with _told(f"budget, for {place}"):
             entrant = entrant.with_budget(table.budget.given())

@@ -4,6 +4,7 @@ import time
 from dataclasses import dataclass
 from typing import ClassVar
 
+from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate.subsolution import in_line
 from cgla_graph.eikonal import cell_runs
@@ -68,7 +69,7 @@ class FastMarching:
         if self.cells is not None:
             whole_setting("fast-marching", "cells", self.cells, at_least=8, at_most=4096)
         if self.order not in {1, 2}:
-            msg = f"fast-marching: order is {self.order!r}; give 1 or 2"
+            msg = f"fast-marching: order is {shown(self.order)}; give 1 or 2"
             raise SolverSettingError(msg)
 
     def solve(self, problem: Problem) -> Solution:

@@ -4,6 +4,7 @@ import itertools
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, get_args
 
+from cgla_graph._shown import shown
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem
@@ -59,10 +60,10 @@ class Cgla:
         """Check the settings."""
         allowed = get_args(Cgla.__annotations__["schedule"])
         if self.schedule not in allowed:
-            msg = f"cgla: unknown schedule {self.schedule!r}; choose one of {', '.join(allowed)}"
+            msg = f"cgla: unknown schedule {shown(self.schedule)}; choose one of {', '.join(allowed)}"
             raise SolverSettingError(msg)
         if not isinstance(self.early_stop, bool):
-            msg = f"cgla: early_stop is {self.early_stop!r}; give True or False"
+            msg = f"cgla: early_stop is {shown(self.early_stop)}; give True or False"
             raise SolverSettingError(msg)
         limit_setting("cgla", "time_limit", self.time_limit)
 

@@ -7,6 +7,7 @@ from typing import ClassVar, cast, get_args
 import numpy as np
 from scipy.sparse import csgraph
 
+from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import finite_number
 from cgla_graph.errors import SolverSettingError
@@ -136,7 +137,7 @@ class QLearning:
     def __post_init__(self) -> None:
         """Check the settings."""
         if self.reward not in get_args(Reward):
-            msg = f"{NAME}: unknown reward {self.reward!r}; choose {', '.join(get_args(Reward))}"
+            msg = f"{NAME}: unknown reward {shown(self.reward)}; choose {', '.join(get_args(Reward))}"
             raise SolverSettingError(msg)
         for name in ("gamma", "epsilon", "last_epsilon"):
             _between(name, getattr(self, name), 0.0, 1.0)

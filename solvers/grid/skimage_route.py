@@ -8,6 +8,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 import shapely
 
+from cgla_graph._shown import shown
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import Problem
@@ -88,7 +89,7 @@ class SkimageRoute:
             whole_setting(name, "cells", self.cells, at_least=2, at_most=MOST_CELLS)
         for switch in ("fully_connected", "geometric"):
             if not isinstance(getattr(self, switch), bool):
-                msg = f"{name}: {switch} is {getattr(self, switch)!r}; give True or False"
+                msg = f"{name}: {switch} is {shown(getattr(self, switch))}; give True or False"
                 raise SolverSettingError(msg)
 
     def solve(self, problem: Problem) -> Solution:

@@ -6,6 +6,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import finite_number
 from cgla_graph.errors import ProblemError
@@ -314,7 +315,8 @@ def least_target_reward(
     [2.784, 1.877, 0.0]
     """
     if reward not in {"risk_aware", "node"}:
-        msg = f"reward is {reward!r}; choose risk_aware or node (with goal_only, any target_reward above 0 is enough)"
+        remedy = "choose risk_aware or node (with goal_only, any target_reward above 0 is enough)"
+        msg = f"reward is {shown(reward)}; {remedy}"
         raise ProblemError(msg)
     side = problem.shorter_side
     process = decision_process(problem.on_eight_connected(resolution, corner_rule=corner_rule), reward=reward)

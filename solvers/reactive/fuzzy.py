@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import SolverSettingError
 
@@ -342,6 +343,6 @@ def centroid(grid: FloatArray, conclusion: FloatArray) -> float:
 
 def _named(word: str, sets: Mapping[str, Triangle]) -> Triangle:
     if word not in sets:
-        msg = f"a rule names the set {word!r}; the sets are {', '.join(sets)}"
+        msg = f"a rule names the set {shown(word)}; the sets are {', '.join(sets)}"
         raise SolverSettingError(msg)
     return sets[word]

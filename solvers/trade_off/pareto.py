@@ -17,6 +17,7 @@ import numpy as np
 
 from cgla_graph._brief import Brief
 from cgla_graph._progress import Tell, showing
+from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.errors import ProblemError
@@ -211,7 +212,7 @@ def pareto(
     tolerance = non_negative_number("tolerance", tolerance)
     most: object = max_points
     if isinstance(most, bool) or not isinstance(most, int) or most < 2:  # noqa: PLR2004 - the ends
-        msg = f"max_points is {max_points!r}; give a whole number of at least 2"
+        msg = f"max_points is {shown(max_points)}; give a whole number of at least 2"
         raise ProblemError(msg)
     k_max = None if k_max is None else positive_number("k_max", k_max)
     if not problem.field.is_proper:
