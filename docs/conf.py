@@ -29,6 +29,7 @@ extensions = [
     "matplotlib.sphinxext.plot_directive",
     "mathml",
     "solver_pages",
+    "claim_pages",
 ]
 root_doc = "index"
 # the index shows it
