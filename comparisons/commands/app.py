@@ -1031,7 +1031,8 @@ def results(
     ] = None,
     solver: Annotated[str | None, typer.Option("--solver", metavar="A,B", help="only these")] = None,
     status: Annotated[
-        str | None, typer.Option("--status", metavar="A,B", help="only runs that ended so, as failed,timed-out")
+        str | None,
+        typer.Option("--status", metavar="A,B", help="only runs that ended so, as timed-out,stuck"),
     ] = None,
     seed: Annotated[int | None, typer.Option("--seed", metavar="N", help="only runs of this seed")] = None,
     runs: Annotated[bool, typer.Option("--runs", help="list single runs")] = False,

@@ -12,6 +12,7 @@ from cgla_graph.comparisons.numbers import listed
 from cgla_graph.comparisons.study.flight_run import FlightRun
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError
+from cgla_graph.mission.records import MissionStatus
 from cgla_graph.model.solution import Status
 
 _MOST_NAMED = 12
@@ -27,7 +28,7 @@ class Filters:
     scenarios, solvers
         Names and labels, or patterns as ``random-*``.
     statuses
-        How runs ended.
+        How runs or flights ended, by the labels of `Status` and of `MissionStatus`.
     seed
         Of the runs.
 
@@ -39,7 +40,7 @@ class Filters:
 
     scenarios: Sequence[str] | None = None
     solvers: Sequence[str] | None = None
-    statuses: Sequence[Status] | None = None
+    statuses: Sequence[str] | None = None
     seed: int | None = None
 
     @classmethod
@@ -54,9 +55,9 @@ class Filters:
         CglaError
             If an option names nothing, or there is no such status.
         """
-        by_label = {one.label: one for one in Status}
         words = _split("--status", status)
-        statuses = None if words is None else [by_label[label] for label in _matches("status", words, by_label)]
+        labels = dict.fromkeys(one.label for kind in (Status, MissionStatus) for one in kind)
+        statuses = None if words is None else _matches("status", words, labels)
         return cls(_split("--scenario", scenario), _split("--solver", solver), statuses, seed)
 
     @property
@@ -79,7 +80,7 @@ class Filters:
             if names is not None
         ]
         if self.statuses is not None:
-            parts.append(f"status {', '.join(status.label for status in self.statuses)}")
+            parts.append(f"status {', '.join(self.statuses)}")
         if self.seed is not None:
             parts.append(f"seed {self.seed}")
         return f"only {'; '.join(parts)}" if parts else ""
@@ -110,7 +111,7 @@ class Filters:
             labels = set(_matches("solver", self.solvers, solvers))
             kept = [run for run in kept if run.solver in labels]
         if self.statuses is not None:
-            kept = [run for run in kept if run.solution.status in self.statuses]
+            kept = [run for run in kept if run.solution.status.label in self.statuses]
         if self.seed is not None:
             known = sorted({seed for seed in seeds if seed is not None})
             if self.seed not in known:
@@ -124,13 +125,12 @@ class Filters:
 
     def of_flights(self, flights: Sequence[FlightRun]) -> list[FlightRun]:
         """Keep some of the flights of a study; names are checked by `of`, and those of missions count as scenarios."""
-        labels = None if self.statuses is None else {status.label for status in self.statuses}
         return [
             one
             for one in flights
             if _passes(one.mission, self.scenarios)
             and _passes(one.solver, self.solvers)
-            and (labels is None or one.status in labels)
+            and (self.statuses is None or one.status in self.statuses)
             and self.seed in {None, one.seed}
         ]
 

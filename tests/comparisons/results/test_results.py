@@ -25,10 +25,12 @@ from cgla_graph.comparisons.results.rerun import Rerun
 from cgla_graph.comparisons.results.tables import failure_lines, leaderboard_table, runs_table, solver_table
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.execution import run_study
+from cgla_graph.comparisons.study.flight_run import FlightRun
 from cgla_graph.comparisons.study.store import FILE, Stored, StudyStore, load
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError
+from cgla_graph.mission.records import MissionStatus
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario
 
@@ -115,6 +117,16 @@ def test_filters_keep_what_they_name(stored: Stored) -> None:
         ("maze", "straight-line", None),
     ]
     assert kept(stored, status="*-out") == [("maze", "straight-line", None)]
+
+
+def test_flights_are_kept_by_how_they_ended() -> None:
+    labels = sorted({*(one.label for one in Status), *(one.label for one in MissionStatus)})
+    flights = [FlightRun("swarm", "told", label, None, 2, label) for label in labels]
+    for label in labels:
+        (one,) = Filters.read(status=label).of_flights(flights)
+        assert one.status == label
+    some = Filters.read(status="coll*,out-of-t*").of_flights(flights)
+    assert [one.status for one in some] == ["collision", "out-of-ticks"]
 
 
 def test_a_name_that_looks_like_a_pattern_is_a_name(stored: Stored) -> None:
