@@ -141,9 +141,10 @@ class _Refiner:
         message = "a point has nothing to refine"
         for _ in range(MOST_PASSES):
             length = float(_lengths(points).sum())
-            if length == 0.0:
-                break
             spacing = length / max(FIRST_SEGMENTS, min(len(points), max_points // 2) // 2)
+            # (a few of the least numbers there are make no spacing)
+            if spacing == 0.0:
+                break
             spacing, message = self._refined(points, spacing, tolerance, max_points)
             # what was too far to be seen from the first guess may now be a shortcut: a corner, a way through a threat
             before = self.cost
@@ -268,7 +269,7 @@ class _Refiner:
     def _room(self, points: FloatArray, directions: FloatArray, reach: float) -> FloatArray:
         """Return how far each waypoint may go to either side inside the bounds, up to `reach`; the ends nowhere."""
         low, high = np.reshape(self.problem.bounds, (2, 2))
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             to_low, to_high = (low - points) / directions, (high - points) / directions
         still = directions == 0.0
         ahead = np.where(still, np.inf, np.maximum(to_low, to_high)).min(axis=1)

@@ -244,6 +244,18 @@ def test_degenerate_paths() -> None:
 # What is known in closed form
 
 
+@pytest.mark.parametrize("apart", [5e-324, 2e-323, 1e-320, 1e-300])
+def test_ends_as_close_as_numbers_can_be_are_joined(apart: float) -> None:
+    problem = cg.Problem((0.0, 0.0), (0.0, apart))
+    refined = refine_path(problem, [problem.start, problem.goal])
+    assert (refined.cost, refined.path.tolist()) == (apart, [[0.0, 0.0], [0.0, apart]])
+
+
+def test_a_path_that_all_but_runs_along_an_axis_stays() -> None:
+    problem = cg.Problem((0.0, 5e-324), (1.0, 0.0))
+    assert refine_path(problem, [problem.start, problem.goal]).path.tolist() == [[0.0, 5e-324], [1.0, 0.0]]
+
+
 def test_on_an_empty_map_nothing_but_the_straight_line_is_left() -> None:
     rng = np.random.default_rng(3)
     path = np.vstack([(0.1, 0.1), rng.random((30, 2)), (0.9, 0.8)])
