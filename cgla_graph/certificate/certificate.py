@@ -17,7 +17,7 @@ import math
 import time
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 from cgla_graph._drawn import Drawn
 from cgla_graph._progress import Tell, showing
 from cgla_graph._shown import shown
-from cgla_graph._types import WholeArray
+from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
 from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, first_grid, halo, next_grid
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
@@ -90,6 +90,9 @@ class Certificate(Drawn):
         no bound.
     upper_bound
         Cost of the path that the bound is held against, map units; infinite where none is known.
+    path
+        That path: waypoints, read-only, shape ``(n, 2)``, map units. The one that was given, else the best one that the
+        proof knows. None where none is known, and in a certificate that was kept by a study.
     tolerance
         What was asked for.
     spacing
@@ -108,6 +111,7 @@ class Certificate(Drawn):
 
     lower_bound: float
     upper_bound: float
+    path: FloatArray | None = field(default=None, kw_only=True)
     tolerance: float
     spacing: float
     cells: int
@@ -119,6 +123,12 @@ class Certificate(Drawn):
     def __getstate__(self) -> dict[str, Any]:
         """Leave the problem out of copies for other processes, which have it; its maps may be large."""
         return {name: value for name, value in self.__dict__.items() if name != "problem"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Make the path read-only again, which arrays do not remember."""
+        self.__dict__.update(state)
+        if self.path is not None:
+            self.path.flags.writeable = False
 
     @property
     def gap(self) -> float:
@@ -183,8 +193,8 @@ def lower_bound(
     with showing("proof") as tell:
         load_kernels()
         began = time.perf_counter()
-        upper = _cost_of_given(problem, path) if path is not None else _cost_of_own(problem)
-        found = _Search(problem, tolerance, max_cells, upper, is_own=path is None).run(tell)
+        held = _given(problem, path) if path is not None else _own(problem)
+        found = _Search(problem, tolerance, max_cells, held, is_own=path is None).run(tell)
     return replace(found, seconds=time.perf_counter() - began, problem=problem)
 
 
@@ -203,10 +213,24 @@ def load_kernels() -> None:
     level = Level.lay(problem, last, cell_runs.rectangle(last))
     if bounds := level.both(aim=1.0):
         level.kept(*bounds, math.inf)
-        _Search(problem, 0.1, 0, _cost_of_own(problem), is_own=True).improve(level, bounds[0])
+        _Search(problem, 0.1, 0, _own(problem), is_own=True).improve(level, bounds[0])
 
 
-def _cost_of_given(problem: Problem, path: ArrayLike) -> float:
+class _Way(NamedTuple):
+    """A feasible path from start to goal and its cost; none costs infinitely much."""
+
+    cost: float = math.inf
+    path: FloatArray | None = None
+
+    @classmethod
+    def of(cls, cost: float, path: FloatArray) -> "_Way":
+        """Copy a path: nobody changes what a certificate holds."""
+        copied = np.array(path)
+        copied.flags.writeable = False
+        return cls(cost, copied)
+
+
+def _given(problem: Problem, path: ArrayLike) -> _Way:
     waypoints = point_array("path", path)
     found = problem.evaluate(waypoints)
     if found.violations:
@@ -215,19 +239,27 @@ def _cost_of_given(problem: Problem, path: ArrayLike) -> float:
     if tuple(waypoints[0]) != problem.start or tuple(waypoints[-1]) != problem.goal:
         msg = f"the path joins {waypoints[0].tolist()} and {waypoints[-1].tolist()}; it has to join start and goal"
         raise ProblemError(msg)
-    return found.cost
+    return _Way.of(found.cost, waypoints)
 
 
-def _cost_of_own(problem: Problem) -> float:
-    """Return the cost of the lattice optimum, refined; infinite if the lattice has no path."""
+def _own(problem: Problem) -> _Way:
+    """Return the lattice optimum, refined, if the lattice has a path."""
     if problem.start == problem.goal:
-        return 0.0
+        return _Way.of(0.0, np.array([problem.start]))
     points = corners(problem.model.area, problem.bounds)[:MOST_CORNERS]
     # all weights at once, on all cores
     on = problem.on_lattice(OWN_LATTICE, extra=map(tuple, points.tolist())).weighed()
     nodes = cost_matrix(on.graph, on.target).path_from(on.source)
-    positions = np.asarray(on.graph.positions)
-    return refine_path(problem, positions[np.array(nodes, dtype=np.int64)]).cost if nodes else math.inf
+    return _refined(problem, np.asarray(on.graph.positions)[np.array(nodes, dtype=np.int64)])
+
+
+def _refined(problem: Problem, path: FloatArray) -> _Way:
+    """Refine a path; one that is empty or not feasible, and so is not refined, is none."""
+    if not len(path):
+        return _Way()
+    refined = refine_path(problem, path).path
+    found = problem.evaluate(refined)
+    return _Way.of(found.cost, refined) if found.feasible else _Way()
 
 
 def rounding(problem: Problem) -> float:
@@ -248,10 +280,10 @@ class _Search:
     problem: Problem
     tolerance: float
     max_cells: int
-    #: Cost of the path that the bound is held against, and of the best one known; the same unless the path was given.
-    upper: float
+    #: The path that the bound is held against, and the best one known; the same unless the path was given.
+    held: _Way
     is_own: bool
-    known: float = math.inf
+    known: _Way = field(default_factory=_Way)
     best: float = 0.0
     cells: int = 0
     grids: list[Grid] = field(default_factory=list)
@@ -261,7 +293,7 @@ class _Search:
         problem = self.problem
         # a path that keeps its clearance to the last digit counts, too
         closed = problem.relaxed()
-        self.known = self.upper
+        self.known = self.held
         shrink = 1.0 - rounding(problem)
         # (of the two ends' distance itself)
         self.best = math.dist(problem.start, problem.goal) * (1.0 - 2.0**-50)
@@ -275,25 +307,25 @@ class _Search:
         while True:
             level = Level.lay(closed, last, runs, worth=FRACTION * self.tolerance * self.best)
             self.cells = len(level.mesh.columns)
-            self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.upper))
+            self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.held.cost))
             bounds = level.both(FRACTION * self.tolerance, charge=True)
             if bounds is None:
                 # what finer grids leave out is more expensive than a known path
-                self.best = self.known
+                self.best = self.known.cost
                 return self._end(self._outcome())
             here = max(one.bound for one in bounds)
             # that of a path that is known to exist is never beaten
-            self.best = max(self.best, min(here * shrink, self.known))
+            self.best = max(self.best, min(here * shrink, self.known.cost))
             self.grids[-1] = replace(self.grids[-1], lower_bound=self.best)
             if outcome := self._outcome():
                 return self._end(outcome)
-            gap = 100.0 * (self.upper / self.best - 1.0)
+            gap = 100.0 * (self.held.cost / self.best - 1.0)
             tell(f"gap {gap:.2g} % after {len(self.grids)} grids, {100.0 * self.tolerance:.2g} % asked")
             # a grid of some fineness knows better than the lattice on which side of an obstacle to pass
             if self._looks_stuck(here, here - before) or max(last) // 2 < SECOND_LOOK <= max(last):
                 self.improve(level, bounds[0])
-            self.grids[-1] = replace(self.grids[-1], upper_bound=self.upper)
-            kept = level.kept(bounds[0], bounds[1], self.known / shrink)
+            self.grids[-1] = replace(self.grids[-1], upper_bound=self.held.cost)
+            kept = level.kept(bounds[0], bounds[1], self.known.cost / shrink)
             finer = next_grid(problem, last)
             runs, last = cell_runs.refined(kept, last, finer), finer
             before = here
@@ -304,11 +336,12 @@ class _Search:
         """Say what has come out, if that is known; else nothing."""
         if math.isinf(self.best):
             return "there is no path"
-        if self.upper <= self.best * (1.0 + self.tolerance):
-            return "the gap is within the tolerance" if self.best < self.upper else "no path is better"
+        held, known, reached = self.held.cost, self.known.cost, self.best * (1.0 + self.tolerance)
+        if held <= reached:
+            return "the gap is within the tolerance" if self.best < held else "no path is better"
         # no bound exceeds the cost of any path
-        if self.known * (1.0 + self.tolerance) < self.upper and self.known <= self.best * (1.0 + self.tolerance):
-            less = 100.0 * (1.0 - self.known / self.upper)
+        if known * (1.0 + self.tolerance) < held and known <= reached:
+            less = 100.0 * (1.0 - known / held)
             return f"no bound comes within the tolerance: a path is known that costs {less:.2g} % less"
         return ""
 
@@ -327,16 +360,16 @@ class _Search:
         Each grid about halves what is missing from the bound, or better, so that about as much is missing as it has
         just gained; thrice that is allowed for.
         """
-        return self.known > (bound + 3.0 * max(gained, 0.0)) * (1.0 + self.tolerance)
+        return self.known.cost > (bound + 3.0 * max(gained, 0.0)) * (1.0 + self.tolerance)
 
     def improve(self, level: Level, to_goal: Subsolution) -> None:
         """Look for a better path down the costs-to-go; it replaces the one that the bound is held against, if own."""
         path = descent(self.problem, level.mesh, to_goal.values, radius=level.reach + 1.0)
-        if len(path) and self.problem.evaluate(path).feasible:
-            self.known = min(self.known, refine_path(self.problem, path).cost)
+        self.known = min(self.known, _refined(self.problem, path), key=lambda way: way.cost)
         if self.is_own:
-            self.upper = self.known
+            self.held = self.known
 
     def _end(self, message: str) -> Certificate:
         spacing = self.grids[-1].spacing if self.grids else 0.0
-        return Certificate(self.best, self.upper, self.tolerance, spacing, self.cells, message, 0.0, tuple(self.grids))
+        bracket = self.best, self.held.cost, self.tolerance
+        return Certificate(*bracket, spacing, self.cells, message, 0.0, tuple(self.grids), path=self.held.path)

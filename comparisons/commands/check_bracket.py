@@ -126,14 +126,15 @@ def _coarse_bracket(problem: Problem, no_fly: BaseGeometry, tolerance: float, ma
     step = _COARSE * max(x_max - x_min, y_max - y_min)
     inner, outer = (_simple(no_fly, sign * step, step) for sign in (-1.0, 1.0))
     proof = lower_bound(dataclasses.replace(problem, no_fly=inner), tolerance, max_cells=max_cells)
-    upper = math.inf
+    upper, path = math.inf, None
     try:
         around = dataclasses.replace(problem, no_fly=outer)
-        upper = lower_bound(around, 10.0 * tolerance, max_cells=max_cells).upper_bound
+        found = lower_bound(around, 10.0 * tolerance, max_cells=max_cells)
+        upper, path = found.upper_bound, found.path
     except ProblemError:
         # an end is nearer to an area than the step
         pass
-    return dataclasses.replace(proof, upper_bound=max(upper, proof.lower_bound))
+    return dataclasses.replace(proof, upper_bound=max(upper, proof.lower_bound), path=path)
 
 
 def _simple(area: BaseGeometry, wider: float, step: float) -> BaseGeometry:

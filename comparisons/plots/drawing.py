@@ -3,6 +3,7 @@
 import base64
 import tempfile
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -164,9 +165,11 @@ def _plot_certificate(certificate: Certificate, ax: object) -> Any:  # noqa: ANN
     if not isinstance(problem, Problem):
         msg = "this certificate is of a graph, and only those of maps are drawn"
         raise ProblemError(msg)
-    # of the path that it is held against, the cost is known and the waypoints are not
-    nobody = Solution(Status.NOT_FOUND, lower_bound=certificate.lower_bound)
-    run = Run(scenario_of(problem), "", None, exact=False, solution=nobody, certificate=certificate)
+    name, solution = "", Solution(Status.NOT_FOUND, lower_bound=certificate.lower_bound)
+    if certificate.path is not None:
+        name = "path"
+        solution = replace(solution, status=Status.FOUND, path=certificate.path, cost=certificate.upper_bound)
+    run = Run(scenario_of(problem), name, None, exact=False, solution=solution, certificate=certificate)
     if ax is None:
         figure = certificate_figure(run, figure=_figure())
         return figure.axes[0], figure.axes[-1]

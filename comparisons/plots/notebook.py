@@ -63,7 +63,10 @@ def _picture(thing: object) -> str:  # noqa: PLR0911 - one a kind
         case GraphProblem():
             return _graph(thing, np.empty((0, 2)))
         case Certificate(problem=Problem() as problem):
-            return _Canvas(problem.bounds).tube(thing, problem.bounds).problem(problem).svg("the map and the tube")
+            canvas = _Canvas(problem.bounds).tube(thing, problem.bounds).problem(problem)
+            if thing.path is None:
+                return canvas.svg("the map and the tube")
+            return canvas.path(thing.path).svg("the map, the tube and the path")
         case Flight():
             paths = [uav.path for uav in thing.uavs.values()]
             return _mission(thing.mission, paths)

@@ -338,7 +338,7 @@ _NUMBERS = ("lower_bound", "upper_bound", "tolerance", "spacing", "seconds")
 
 def certificate_document(certificate: Certificate) -> Document:
     """
-    Turn a certificate into a document, without its grids: they are for pictures of one proof.
+    Turn a certificate into a document, without its grids and its path: they are for pictures of one proof.
 
     Examples
     --------

@@ -7,6 +7,7 @@ it is held against, that path is made dearer than the best one known.
 
 import itertools
 import math
+import pickle
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
@@ -203,7 +204,22 @@ def check_bound(
     assert found.upper_bound >= found.lower_bound
     assert scale * found.lower_bound <= min(costs, default=math.inf) * (1.0 + ROUNDING)
     check_message(found, held=held is not None)
+    check_path(problem, found, held)
     return found
+
+
+def check_path(problem: cg.Problem, found: Certificate, held: FloatArray | None) -> None:
+    """See that the upper bound is what the oracle says of the path, which is the given one if there is one."""
+    if found.path is None:
+        assert held is None
+        assert math.isinf(found.upper_bound)
+        return
+    judged = problem.evaluate(found.path)
+    assert judged.feasible
+    assert judged.cost == found.upper_bound
+    assert (tuple(found.path[0]), tuple(found.path[-1])) == (problem.start, problem.goal)
+    assert not found.path.flags.writeable
+    assert held is None or np.array_equal(found.path, held)
 
 
 def check_message(found: Certificate, *, held: bool) -> None:
@@ -240,6 +256,22 @@ def test_no_path_is_cheaper_than_the_bound(seed: int) -> None:
 @examples(12)
 def test_no_path_is_cheaper_than_the_bound_on_rasters(seed: int) -> None:
     check_bound(raster_maps(seed), seed)
+
+
+@given(strategies.plane_problems(), st.sampled_from([0.3, 0.02]), st.booleans())
+@examples(20)
+def test_the_path_that_the_upper_bound_is_the_cost_of_is_told(
+    problem: cg.Problem, tolerance: float, is_given: bool
+) -> None:
+    path = good_path(problem, 5) if is_given else None
+    held = None if path is None else with_detour(path, 1.0)
+    kept = None if held is None else held.copy()
+    found = lower_bound(problem, tolerance, path=held, max_cells=FEW_CELLS)
+    if held is not None:
+        # what happens to it afterwards does not matter
+        held[:] = math.nan
+    check_path(problem, found, kept)
+    check_path(problem, pickle.loads(pickle.dumps(found)), kept)  # noqa: S301 - our own bytes
 
 
 def near_optimal() -> list[cg.Problem]:
@@ -447,6 +479,7 @@ def test_a_goal_that_is_walled_in_has_no_path(width: float) -> None:
     found = lower_bound(cg.Problem((0.1, 0.1), (0.65, 0.65), ONE_THREAT, 10.0, no_fly=ring))
     assert found.lower_bound == math.inf
     assert found.upper_bound == math.inf
+    assert found.path is None
     assert found.reached
     assert "no path" in found.message
 
@@ -499,6 +532,8 @@ def test_more_risk_than_the_arithmetic_can_tell_is_no_proof(k: float) -> None:
 def test_an_end_is_where_it_starts() -> None:
     found = lower_bound(cg.Problem((0.5, 0.5), (0.5, 0.5), ONE_THREAT, 10.0))
     assert (found.lower_bound, found.upper_bound, found.gap, found.reached) == (0.0, 0.0, 0.0, True)
+    assert found.path is not None
+    assert found.path.tolist() == [[0.5, 0.5]]
 
 
 @pytest.mark.parametrize("distance", [1e-2, 1e-5, 1e-9])

@@ -146,6 +146,8 @@ def test_areas_of_many_corners_are_bracketed_in_time(cgla: Call, monkeypatch: py
     assert coarse.lower_bound == pytest.approx(exact.lower_bound, rel=0.01)
     assert exact.lower_bound <= coarse.upper_bound == pytest.approx(exact.upper_bound, rel=0.01)
     assert exact.upper_bound < coarse.upper_bound
+    assert on.scenario.problem.evaluate(coarse.path).feasible
+    assert on.scenario.problem.evaluate(coarse.path).cost == coarse.upper_bound
     bay = on.areas[0].shape
     inner, outer = (check_bracket._simple(bay, sign * 20.0, 20.0) for sign in (-1.0, 1.0))
     assert shapely.covers(bay, inner)

@@ -1,14 +1,20 @@
 """Pictures from Python: what `plot` and `animate` draw, and that they leave matplotlib's settings and figures alone."""
 
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib as mpl
+import numpy as np
 import pytest
+import strategies
+from hypothesis import assume, given
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
+from strategies import examples
 
 import cgla_graph as cg
+from cgla_graph.comparisons.numbers import figure as digits_of
 
 PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField([cg.Threat(0.5, 0.5, 0.1)]), k=10.0)
 
@@ -29,6 +35,21 @@ def test_solutions_are_named_by_solver_and_cost() -> None:
     axes = PROBLEM.plot(solution, ax=Figure().add_subplot())
     words = [text.get_text() for text in axes.get_legend().get_texts()]
     assert words[0] == f"cgla: {solution.cost:.5g}"
+
+
+@given(strategies.plane_problems(max_threats=2))
+@examples(5)
+def test_pictures_of_a_proof_have_the_path_that_it_knows(problem: cg.Problem) -> None:
+    proof = cg.lower_bound(problem, 0.2, max_cells=20_000)
+    assume(proof.path is not None and problem.start != problem.goal)
+    with_path, without = (one.plot(ax=Figure().add_subplot()) for one in (proof, replace(proof, path=None)))
+    drawn = [line for line in with_path.lines if line.get_label() == "path" or len(line.get_xydata()) > 1]
+    assert len(with_path.lines) == len(without.lines) + 1
+    assert [np.array_equal(line.get_xydata(), proof.path) for line in drawn] == [True]
+    words = [text.get_text() for text in with_path.get_legend().get_texts()]
+    assert words[0] == f"path: {digits_of(proof.upper_bound, 5)}"
+    svg, bare = proof._repr_html_(), replace(proof, path=None)._repr_html_()
+    assert svg.count("<path") == bare.count("<path") + 1
 
 
 def test_without_axes_a_figure_of_pyplot_is_made() -> None:
