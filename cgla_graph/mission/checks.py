@@ -34,8 +34,8 @@ def check(rules: Rules) -> None:
     Raises
     ------
     MissionError
-        If an option is unknown, a UAV's start or goal is outside the bounds or in a no-fly area, two UAVs share a name
-        or start closer than their safe distance, or two settings do not go together.
+        If an option is unknown, a UAV's start or goal is outside the bounds, in a no-fly area or nearer to one than the
+        clearance, two UAVs share a name or start closer than their safe distance, or two settings do not go together.
     """
     _check_options(rules)
     _check_uavs(rules)
@@ -72,8 +72,8 @@ def _check_uavs(rules: Rules) -> None:
     for uav in rules.uavs:
         closed = union_of(world.no_fly, world.areas_at(uav.departs).values())
         with told(f"UAV {uav.name}"):
-            Problem(uav.start, uav.goal, bounds=world.bounds, no_fly=world.no_fly)
-            Problem(uav.start, uav.start, bounds=world.bounds, no_fly=closed)
+            Problem(uav.start, uav.goal, bounds=world.bounds, no_fly=world.no_fly, clearance=rules.clearance)
+            Problem(uav.start, uav.start, bounds=world.bounds, no_fly=closed, clearance=rules.clearance)
     for a, b in combinations(rules.uavs, 2):
         apart, safe = dist(a.start, b.start), max(a.safe_distance, b.safe_distance)
         if a.departs == b.departs and apart < safe:

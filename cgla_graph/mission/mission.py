@@ -73,6 +73,7 @@ class Mission(Rules):
         terminal_radius: float | None = None,
         max_ticks: int | None = None,
         incremental: bool = True,
+        clearance: float = 0.0,
     ) -> None:
         """Read everything and check it once, so that no tick has to."""
         if not isinstance(world, World):
@@ -87,6 +88,7 @@ class Mission(Rules):
         near = 0.6 * self.unit if collision_distance is None else collision_distance
         terminal = 1.2 * self.unit if terminal_radius is None else terminal_radius
         with told():
+            keep(clearance=non_negative_number("clearance", clearance))
             keep(arrival_radius=non_negative_number("arrival_radius", arrival_radius))
             keep(collision_distance=non_negative_number("collision_distance", near))
             keep(terminal_radius=non_negative_number("terminal_radius", terminal))

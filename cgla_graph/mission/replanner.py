@@ -54,7 +54,7 @@ class Situation:
     field
         The threats it knows.
     no_fly
-        The areas it knows.
+        What its plans keep out of: the areas it knows, widened by the clearance.
     obstacles
         Virtual obstacles, which it forgets after the plan.
     fields
@@ -123,7 +123,9 @@ class Replanner:
         if area.contains(situation.position):
             return Solution(Status.NO_PATH, message="a no-fly area came up around it")
         if area.contains(self.uav.goal):
-            return Solution(Status.NO_PATH, message=f"its goal {self.uav.goal} is inside a no-fly area now")
+            clearance = self.mission.clearance
+            nearer = f", or nearer to one than the clearance {clearance:g}" if clearance > 0.0 else ""
+            return Solution(Status.NO_PATH, message=f"its goal {self.uav.goal} is inside a no-fly area now{nearer}")
         try:
             problem = self.problem(situation)
             if (stepper := self.stepper) is not None:

@@ -86,6 +86,10 @@ class Rules(Shown):
     incremental
         False: every plan is computed from scratch, for comparison: the same plans, but for which of the points in line
         they name.
+    clearance
+        How far plans stay from the no-fly areas that the UAV knows, map units: as that of a `Problem`. An area that it
+        is already nearer to when it plans counts with half of it, or a quarter, …, the most that leaves the UAV
+        outside. Seeing, and entering an area, go by the outline itself.
     """
 
     world: World
@@ -109,6 +113,7 @@ class Rules(Shown):
     terminal_radius: float
     max_ticks: int
     incremental: bool
+    clearance: float
 
     @cached_property
     def lattice(self) -> Lattice:

@@ -25,6 +25,7 @@ from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.sensing import sightings
 from cgla_graph.mission.sharing import Radio
 from cgla_graph.mission.world import union_of
+from cgla_graph.model.clearance import widened, widened_clear_of
 from cgla_graph.model.cost_model import indexed_area
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
@@ -83,6 +84,7 @@ class Simulation:
         )
         self._states: dict[tuple[Any, ...], int] = {}
         self._areas: dict[frozenset[int], BaseGeometry | None] = {}
+        self._widened: dict[frozenset[int], BaseGeometry] = {}
 
     @property
     def is_over(self) -> bool:
@@ -242,8 +244,7 @@ class Simulation:
         fields: tuple[RiskField, ...] = (known,)
         if self.mission.fusion != "union":
             fields = tuple(agent.belief.fields_by_origin())
-        no_fly = self._known_areas(agent.belief.areas)
-        position = self._outside(agent.position, no_fly)
+        position, no_fly = self._kept_out_of(agent)
         return Situation(position, known, no_fly, obstacles, fields, excluded)
 
     def _move(self, agent: Agent) -> None:
@@ -284,7 +285,7 @@ class Simulation:
                 plan, reason = found.trajectory, found.message
         if plan is not None:
             self._follow(agent, plan)
-        elif agent.can_go_on(self.tick, situation.no_fly):
+        elif agent.can_go_on(self.tick, self._known_areas(agent.belief.areas)):
             self._say("kept", agent, reason=reason)
         else:
             self._give_up(agent, f"no plan keeps the safe distances: {reason}")
@@ -314,6 +315,22 @@ class Simulation:
             world = self.mission.world
             self._areas[numbers] = union_of(world.no_fly, [world.polygons[number] for number in sorted(numbers)])
         return self._areas[numbers]
+
+    def _kept_out_of(self, agent: Agent) -> tuple[Point, BaseGeometry | None]:
+        """Return from where a UAV plans, and what its plan keeps out of: what it knows, widened by the clearance."""
+        numbers, clearance = agent.belief.areas, self.mission.clearance
+        known = self._known_areas(numbers)
+        if known is None or clearance == 0.0:
+            return self._outside(agent.position, known), known
+        if numbers not in self._widened:
+            self._widened[numbers] = widened(known, clearance)
+        closed = self._widened[numbers]
+        position = self._outside(agent.position, closed)
+        if indexed_area(closed).contains(position):
+            # an area came up, or was seen, when it was nearer than the clearance already
+            closed = widened_clear_of(known, clearance, position)
+            position = self._outside(position, closed)
+        return position, closed
 
     def _outside(self, position: Point, no_fly: BaseGeometry | None) -> Point:
         """Move a position that only rounding put inside an area, or outside the bounds, back by next to nothing."""

@@ -57,7 +57,16 @@ class MissionBuilder:
         """The map: the scenario's, if the file names one, else its own."""
         name = self.table.scenario
         if name is None:
+        if self._brought is None:
             return MapBuilder(self.table, self.folder)
+        table, folder = self._brought
+        # zones count as far away as any variant keeps clear of them
+        return MapBuilder(table.model_copy(update={"clearance": self.clearance}), folder)
+
+    @cached_property
+    def _brought(self) -> tuple[ScenarioTable, Path] | None:
+        """The scenario that the file names, and the folder of its files."""
+            return None
         for key in OF_THE_MAP:
             if key in self.table.model_fields_set:
                 brings = f"scenario {shown(name)} brings the map"
@@ -69,12 +78,17 @@ class MissionBuilder:
             msg = f"scenario is {shown(name)}; give the name of a shipped scenario, or a .toml beside this file"
             raise ValueError(msg)
         with told("scenario"):
-            return MapBuilder(open_table(str(path)), path.parent)
+            return open_table(str(path)), path.parent
 
     @cached_property
     def scenario(self) -> ScenarioTable | None:
         """The scenario that brings the map, if there is one."""
-        return self.ground.table if isinstance(self.ground.table, ScenarioTable) else None
+        return None if self._brought is None else self._brought[0]
+
+    @property
+    def clearance(self) -> float:
+        """The greatest clearance of any variant, map units."""
+        return max(self.table.clearance, 0.0 if self.scenario is None else self.scenario.clearance)
 
     @cached_property
     def defaults(self) -> dict[str, Any]:
@@ -140,7 +154,7 @@ class MissionBuilder:
         if self.table.random_uavs is not None:
             ends = [(uav["start"], uav["goal"]) for uav in every]
             safe = self.defaults.get("safe_distance", 0.5 * self.defaults.get("detection_radius", 0.0))
-            drawn = self.table.random_uavs.build(world, ends, safe)
+            drawn = self.table.random_uavs.build(world, ends, safe, self.clearance)
             every += [{**self.defaults, "name": name, "start": start, "goal": goal} for name, start, goal in drawn]
         if not every:
             msg = "a mission needs at least one UAV; add [[uavs]] with name, start and goal, or [random_uavs]"
@@ -150,7 +164,10 @@ class MissionBuilder:
     def variants(self, world: World) -> dict[str, Variant]:
         """Return the variants, each with its own UAVs; a file without any has one, named ``""``."""
         uavs = self.uavs(world)
-        common = {} if self.table.fly is None else self.table.fly.chosen()
+        common: dict[str, Any] = {}
+        if self.scenario is not None and self.scenario.clearance > 0.0:
+            common["clearance"] = self.scenario.clearance
+        common |= {} if self.table.fly is None else self.table.fly.chosen()
         if not self.table.variants:
             return {"": _variant(uavs, {}, common)}
         variants: dict[str, Variant] = {}

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph._shown import shown
+from cgla_graph._validate import non_negative_number
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.validate import told
 from cgla_graph.mission.world import World
@@ -111,7 +112,9 @@ def mission_schema() -> dict[str, Any]:
     return MissionTable.model_json_schema()
 
 
-def mission_from_toml(text: str, name: str, *, folder: Path | None = None, where: str | None = None) -> MissionFile:
+def mission_from_toml(
+    text: str, name: str, *, folder: Path | None = None, where: str | None = None, clearance: float | None = None
+) -> MissionFile:
     r"""
     Build a mission file from the text of a TOML file.
 
@@ -125,6 +128,8 @@ def mission_from_toml(text: str, name: str, *, folder: Path | None = None, where
         Where relative paths in it start; the current folder if left out.
     where
         What error messages call the file.
+    clearance
+        Of all variants, instead of the file's: how far plans stay from no-fly areas, map units.
 
     Returns
     -------
@@ -146,6 +151,8 @@ def mission_from_toml(text: str, name: str, *, folder: Path | None = None, where
     place = where or name
     with told():
         table = read_table(text, MissionTable, place=place, command=SCHEMA)
+        if clearance is not None:
+            table = table.with_clearance(non_negative_number("clearance", clearance))
     with told(place):
         builder = MissionBuilder(table, folder or Path())
         world = builder.world()
@@ -173,14 +180,22 @@ def shipped_missions() -> list[str]:
     return MISSIONS.names()
 
 
-def load_mission(name: str | Path) -> MissionFile:
+def load_mission(name: str | Path, *, clearance: float | None = None) -> MissionFile:
     """
     Load a shipped mission by name, or a mission file by path.
+
+    Parameters
+    ----------
+    name
+        The name or the path.
+    clearance
+        Of all variants, instead of the file's: how far plans stay from no-fly areas, map units.
 
     Raises
     ------
     MissionError
-        If there is none (the message offers the nearest names), or the file cannot be read or is malformed.
+        If there is none (the message offers the nearest names), the file cannot be read or is malformed, or the
+        clearance is no number of at least 0.
 
     Examples
     --------
@@ -189,10 +204,10 @@ def load_mission(name: str | Path) -> MissionFile:
     """
     path = Path(name)
     if path.suffix.lower() != ".toml":
-        return mission_from_toml(mission_text(str(name)), str(name))
+        return mission_from_toml(mission_text(str(name)), str(name), clearance=clearance)
     with told():
         text = read_text(path, str(path), "a TOML file")
-    return mission_from_toml(text, path.stem, folder=path.parent, where=str(path))
+    return mission_from_toml(text, path.stem, folder=path.parent, where=str(path), clearance=clearance)
 
 
 def mission_text(name: str) -> str:

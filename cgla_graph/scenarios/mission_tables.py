@@ -14,6 +14,7 @@ from cgla_graph.mission.rules import Avoidance, Exclude, KnowledgeRule, Meeting,
 from cgla_graph.mission.uav import COLOUR
 from cgla_graph.mission.virtual_obstacle import Placement, Zones
 from cgla_graph.mission.world import TimedThreat, World, union_of
+from cgla_graph.model.clearance import widened
 from cgla_graph.scenarios.area_tables import Pair, Ring, Table
 from cgla_graph.scenarios.drawing import MOST_MISSES, Stream
 from cgla_graph.scenarios.map_tables import MapTable, ThreatTable
@@ -74,10 +75,10 @@ class RandomUavsTable(Table):
     prefix: Line = Field("u", min_length=1, description="names are the prefix and a number")
 
     def build(
-        self, world: World, ends: Iterable[tuple[Point, Point]], safe_distance: float
+        self, world: World, ends: Iterable[tuple[Point, Point]], safe_distance: float, clearance: float
     ) -> list[tuple[str, Point, Point]]:
         """
-        Draw names, starts and goals: clear of threats, outside all areas, apart from each other.
+        Draw names, starts and goals: clear of threats, `clearance` away from all areas, apart from each other.
 
         They stay apart from `ends`, the starts and goals of other UAVs, too; by `safe_distance` if the table does not
         say how far.
@@ -87,6 +88,8 @@ class RandomUavsTable(Table):
         timed = [item.threat for item in world.timed if isinstance(item, TimedThreat)]
         centres = [(threat.x, threat.y) for threat in (*world.field.threats, *timed)]
         closed = union_of(world.no_fly, world.polygons.values())
+        if closed is not None and clearance > 0.0:
+            closed = widened(closed, clearance)
         x_min, y_min, x_max, y_max = world.bounds
 
         def is_free(spot: Point, others: Iterable[Point]) -> bool:
@@ -188,6 +191,9 @@ class FlySettings(Table):
     terminal_radius: float | None = Field(None, ge=0, description="of the discs around goals, map units")
     max_ticks: int | None = Field(None, ge=1)
     incremental: bool = True
+    clearance: float = Field(
+        0.0, ge=0, description="how far plans stay from the no-fly areas that a UAV knows, map units"
+    )
 
     def chosen(self) -> dict[str, Any]:
         """Return what the file sets, by the name of `Mission`'s setting."""
@@ -213,6 +219,18 @@ class MissionTable(MapTable, UavSettings):
     timed_areas: list[TimedAreaTable] = Field(default_factory=list)
     fly: FlySettings | None = None
     variants: list[VariantTable] = Field(default_factory=list)
+
+    @property
+    def clearance(self) -> float:
+        """The greatest clearance of any variant that the file itself gives, map units."""
+        return max((one.clearance for one in (self.fly, *self.variants) if one is not None), default=0.0)
+
+    def with_clearance(self, clearance: float) -> "MissionTable":
+        """Return the table with another clearance, of all variants."""
+        changes = {"clearance": clearance}
+        fly = (self.fly or FlySettings.model_validate({})).model_copy(update=changes)
+        variants = [one.model_copy(update=changes) for one in self.variants]
+        return self.model_copy(update={"fly": fly, "variants": variants})
 
     def ends(self) -> list[tuple[str, Point]]:
         """Name the starts and goals of the UAVs that the file writes out, in its own coordinates."""

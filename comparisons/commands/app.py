@@ -975,6 +975,7 @@ def fly(
         str | None, typer.Option("--variant", metavar="NAME", help="fly only this variant (default: all)")
     ] = None,
     max_ticks: Annotated[int | None, typer.Option("--max-ticks", metavar="N", min=1, help="stop after N ticks")] = None,
+    clearance: ClearanceOption = None,
     value: Annotated[
         bool,
         typer.Option(help="fly again with full knowledge, and without sharing, to see what these are worth"),
@@ -1000,7 +1001,9 @@ def fly(
     from cgla_graph.comparisons.missions import fly as flights
 
     exported = exports.read_export(export, altitude, above, speed)
-    opened, specs = flights.open_mission(mission, solver=solver, variant=variant, max_ticks=max_ticks)
+    opened, specs = flights.open_mission(
+        mission, solver=solver, variant=variant, max_ticks=max_ticks, clearance=clearance
+    )
     for spec in specs:
         exports.check_map(exported, spec)
     folder = files.make_folder(out) if out else None

@@ -55,7 +55,12 @@ def build_solver(text: str) -> Solver:
 
 
 def open_mission(
-    spec: str, *, solver: str | None = None, variant: str | None = None, max_ticks: int | None = None
+    spec: str,
+    *,
+    solver: str | None = None,
+    variant: str | None = None,
+    max_ticks: int | None = None,
+    clearance: float | None = None,
 ) -> tuple[MissionFile, list[MissionSpec]]:
     """
     Open a mission, ready to be flown.
@@ -68,7 +73,7 @@ def open_mission(
         As in `build_solver`, instead of the file's.
     variant
         The only one that is wanted.
-    max_ticks
+    max_ticks, clearance
         Instead of the file's.
 
     Returns
@@ -81,7 +86,7 @@ def open_mission(
     CglaError
         If anything is wrong with any of them; the message offers what there is.
     """
-    opened = load_mission(spec)
+    opened = load_mission(spec, clearance=clearance)
     missions = opened.missions(build_solver, solver=solver)
     if variant is not None and variant not in missions:
         known = ", ".join(repr(name) for name in missions if name)

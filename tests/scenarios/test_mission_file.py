@@ -16,6 +16,7 @@ import shapely
 from command_line import Call, caller
 from hypothesis import given
 from hypothesis import strategies as st
+from zone_files import data_of, ed269, volume
 
 from cgla_graph.errors import MissionError, UnknownSolverError
 from cgla_graph.mission.mission import Mission
@@ -329,6 +330,7 @@ def test_every_setting_of_a_mission_can_be_written_and_arrives() -> None:
         "terminal_radius": 0.03,
         "max_ticks": 77,
         "incremental": False,
+        "clearance": 0.015,
     }
     assert values.keys() | {"solver"} == FlySettings.model_fields.keys()
     lines = [f"{name} = {json.dumps(value)}" for name, value in values.items()]
@@ -391,6 +393,42 @@ def test_a_scenario_brings_the_map_and_its_k() -> None:
     assert file.variants[""].uavs[0].k == scenario.problem.k
     other = mission_from_toml(f'scenario = "fifty-threats"\nk = 3\n{BASE}[lattice]\nresolution = 7', "mine")
     assert (other.variants[""].uavs[0].k, other.lattice.shape) == (3.0, (7, 7))
+
+
+def test_a_clearance_is_of_the_mission_of_a_variant_or_of_the_scenario(tmp_path: Path) -> None:
+    ring = "[[0.4, 0.4], [0.6, 0.4], [0.5, 0.6]]"
+    scenario = f"start = [0, 0]\ngoal = [1, 1]\nk = 1\nclearance = 0.03\nno_fly.polygons = [{ring}]"
+    (tmp_path / "map.toml").write_text(scenario, encoding="utf-8")
+    given = f'scenario = "map.toml"\n{BASE}'
+    variants = "[[variants]]\nname = 'as it is'\n[[variants]]\nname = 'near'\nclearance = 0.0\n"
+    for text, kept in (
+        (f"{BASE}{variants}", [0.0, 0.0]),
+        (f"{given}{variants}", [0.03, 0.0]),
+        (f"{given}[fly]\nclearance = 0.02\n{variants}", [0.02, 0.0]),
+    ):
+        file = mission_from_toml(text, "mine", folder=tmp_path)
+        assert [mission.clearance for mission in file.missions(get).values()] == kept
+        other = mission_from_toml(text, "mine", folder=tmp_path, clearance=0.01)
+        assert [mission.clearance for mission in other.missions(get).values()] == [0.01, 0.01]
+    with pytest.raises(MissionError, match="clearance is -1; it must be at least 0"):
+        load_mission("fig8", clearance=-1.0)
+
+
+@pytest.mark.parametrize("brought", [False, True])
+def test_in_degrees_a_clearance_is_metres_and_counts_zones_beyond_the_map(tmp_path: Path, brought: bool) -> None:
+    """A zone is 5 km north of the map, and 16 km from the goal."""
+    zone = {"type": "Circle", "center": [24.9, 61.05], "radius": 1000}
+    (tmp_path / "zones.json").write_bytes(data_of(ed269(volume(horizontalProjection=zone))))
+    text = f'{LONLAT}[no_fly]\nzones = ["zones.json"]\n'
+    if brought:
+        top = 'coordinates = "lonlat"\nbounds = [24.0, 60.0, 25.0, 61.0]\nk = 1\n'
+        ends = 'start = [24.1, 60.1]\ngoal = [24.9, 60.5]\n[no_fly]\nzones = ["zones.json"]\n'
+        (tmp_path / "map.toml").write_text(top + ends, encoding="utf-8")
+        text = 'scenario = "map.toml"\n' + "\n".join(LONLAT.splitlines()[2:])
+    file = mission_from_toml(text, "mine", folder=tmp_path, clearance=10_000.0)
+    assert file.missions(get)[""].clearance == 10_000.0
+    with pytest.raises(MissionError, match=r"UAV a: goal .* from the no-fly area, and the clearance is 20000"):
+        mission_from_toml(text, "mine", folder=tmp_path, clearance=20_000.0).missions(get)
 
 
 def test_a_scenario_may_be_a_file_beside_the_mission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -486,6 +524,18 @@ def test_random_uavs_keep_apart_from_those_written_and_outside_areas(seed: int, 
         assert max(uav.start[1], uav.goal[1]) < 0.5
         assert math.dist(uav.start, first.start) >= apart
         assert math.dist(uav.goal, first.goal) >= apart
+
+
+@given(seed=st.integers(0, 2**32), clearance=st.floats(0.0, 0.2))
+def test_random_uavs_keep_the_greatest_clearance(seed: int, clearance: float) -> None:
+    text = (
+        "detection_radius = 0.02\nno_fly.polygons = [[[0.4, 0.4], [0.6, 0.4], [0.6, 0.6], [0.4, 0.6]]]\n"
+        f"random_uavs = {{ count = 5, seed = {seed} }}\n"
+        f"[[variants]]\nname = 'near'\n[[variants]]\nname = 'far'\nclearance = {clearance!r}"
+    )
+    file = mission_from_toml(text, "mine")
+    assert [mission.clearance for mission in file.missions(get).values()] == [0.0, clearance]
+    assert file.variants["near"].uavs == file.variants["far"].uavs
 
 
 def test_random_threats_keep_clear_of_every_uav() -> None:
@@ -616,6 +666,15 @@ def test_a_file_without_variants_has_one_without_a_name() -> None:
         ),
         (f"{BASE}[fly]\navoidance = 'best'", ["fly.avoidance", "best", "prioritized"]),
         (f"{BASE}[fly]\nmax_ticks = 0", ["fly.max_ticks", "0"]),
+        (f"{BASE}[fly]\nclearance = -0.1", ["fly.clearance", "-0.1", "at least 0"]),
+        (f"{BASE}[fly]\nclearance = inf", ["fly.clearance", "inf", "finite"]),
+        (f"{BASE}[fly]\nclearance = 'far'", ["fly.clearance", "far", "number"]),
+        (f"{BASE}[fly]\nclearence = 1", ["fly.clearence", "unknown key", "did you mean clearance?"]),
+        (f"{BASE}[[variants]]\nname = 'x'\nclearance = -1", ["variants.0.clearance", "-1", "at least 0"]),
+        (
+            f"{BASE}no_fly.polygons = [[[0.2, 0], [0.3, 0], [0.3, 1]]]\n[fly]\nclearance = 0.2",
+            ["UAV a", "start (0.1, 0.1)", "from the no-fly area", "the clearance is 0.2", "lower the clearance"],
+        ),
         (f"{BASE}[fly]\nsolver = 'cglaa'", ["solver", "cglaa", "did you mean cgla"]),
         (f"{BASE}[fly]\navoidance = 'prioritized'\narrival_radius = 0.1", ["avoidance", "arrival_radius"]),
         (f"{BASE}[[variants]]\nk = 1", ["variants.0.name", "needed"]),

@@ -151,6 +151,16 @@ def test_one_variant_and_another_solver(cgla: Call) -> None:
     ]
 
 
+def test_a_clearance_of_the_command_line_is_that_of_every_variant(cgla: Call) -> None:
+    words = ("fly", "small.toml", "--no-value", "--max-ticks", "60", "--json")
+    found = cgla(*words, "--clearance", "0.04").document()
+    plain = cgla(*words).document()
+    assert [flight["settings"]["clearance"] for flight in found["flights"]] == [0.04, 0.04]
+    assert [flight["settings"]["clearance"] for flight in plain["flights"]] == [0.0, 0.0]
+    lengths = [[uav["length"] for flight in one["flights"] for uav in flight["uavs"]] for one in (plain, found)]
+    assert lengths[0] != lengths[1]
+
+
 @pytest.mark.slow
 def test_names_are_shown_as_they_are(cgla: Call, tmp_path: Path) -> None:
     odd = CROSSING.replace('"a"', '"[red]a[/red] :rocket:"').replace('"alone"', '"a/b: <c> $x$"')
@@ -466,6 +476,9 @@ def test_strict(cgla: Call) -> None:
         (["small.toml", "--solver", "cgl"], ["cgl", "did you mean cgla"]),
         (["small.toml", "--solver", "cgla:speed=1"], ["speed", "schedule"]),
         (["small.toml", "--max-ticks", "0"], ["--max-ticks"]),
+        (["small.toml", "--clearance", "-1"], ["clearance is -1", "at least 0"]),
+        (["small.toml", "--clearance", "nan"], ["clearance is nan"]),
+        (["small.toml", "--clearance", "0.5"], ["variant 'alone'", "UAV a", "the clearance is 0.5", "lower"]),
         (["small.toml", "--out", "small.toml"], ["small.toml", "cannot be written"]),
         (["small.toml", "extra"], ["extra"]),
     ],
