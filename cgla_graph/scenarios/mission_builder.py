@@ -55,8 +55,6 @@ class MissionBuilder:
     @cached_property
     def ground(self) -> MapBuilder:
         """The map: the scenario's, if the file names one, else its own."""
-        name = self.table.scenario
-        if name is None:
         if self._brought is None:
             return MapBuilder(self.table, self.folder)
         table, folder = self._brought
@@ -66,6 +64,8 @@ class MissionBuilder:
     @cached_property
     def _brought(self) -> tuple[ScenarioTable, Path] | None:
         """The scenario that the file names, and the folder of its files."""
+        name = self.table.scenario
+        if name is None:
             return None
         for key in OF_THE_MAP:
             if key in self.table.model_fields_set:
