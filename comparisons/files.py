@@ -8,12 +8,12 @@ import os
 import re
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
 from filelock import FileLock, Timeout
 
+from cgla_graph._written import replace_files
 from cgla_graph.errors import OutputError
 from cgla_graph.model.path_file import csv_of, degrees_of
 from cgla_graph.model.solution import Solution
@@ -53,16 +53,8 @@ def write_bytes(path: Path, data: bytes) -> Path:
     OutputError
         If it cannot be written; the temporary file is gone then.
     """
-    part = path.with_name(f".{path.name}.part")
     try:
-        try:
-            part.write_bytes(data)
-            part.replace(path)
-        except BaseException:
-            # on Ctrl-C too; what cannot be removed was never there
-            with suppress(OSError):
-                part.unlink(missing_ok=True)
-            raise
+        replace_files({path: data})
     except OSError as error:
         raise cannot_write(path, error) from error
     return path

@@ -2,12 +2,12 @@
 
 import os
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 from xml.etree.ElementTree import Element
 
 from cgla_graph._shown import place, shown
+from cgla_graph._written import write_files
 from cgla_graph.errors import OutputError, PlanError
 from cgla_graph.flight_plans import csv_file, geojson, gpx, json_path, kml, qgroundcontrol, waypoints
 from cgla_graph.flight_plans.plan import FlightPlan, fault
@@ -180,13 +180,5 @@ def write_plan(plan: FlightPlan, path: FilePath) -> Path:
     """
     target = Path(path)
     text = text_of_plan(plan, str(target))
-    part = target.with_name(f".{target.name}.part")
-    try:
-        part.write_text(text, encoding="utf-8", newline="\n")
-        part.replace(target)
-    except OSError as error:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
-        msg = f"{target}: cannot be written: {error.strerror or error}; choose another place"
-        raise OutputError(msg) from error
+    write_files({target: text.encode("utf-8")})
     return target

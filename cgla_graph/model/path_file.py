@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from cgla_graph._types import FloatArray
+from cgla_graph._written import write_files
 from cgla_graph.errors import OutputError
 from cgla_graph.model.projection import LocalProjection
 
@@ -99,12 +100,5 @@ def save_path(
         line = {"type": "LineString", "coordinates": degrees if len(path) > 1 else degrees * 2}  # type: ignore[operator]
         feature = {"type": "Feature", "properties": said, "geometry": line}
         text = json.dumps({"type": "FeatureCollection", "features": [feature]}, allow_nan=False, indent=1) + "\n"
-    part = target.with_name(f".{target.name}.part")
-    try:
-        part.write_text(text, encoding="utf-8", newline="\n")
-        part.replace(target)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        msg = f"{target}: cannot be written: {error.strerror or error}; choose another place"
-        raise OutputError(msg) from error
+    write_files({target: text.encode("utf-8")})
     return target

@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 #: What stands on which floor, the lowest first: modules import only from their own floor and from those below it.
 FLOORS = (
-    ("errors", "_types", "_kernel", "_shown", "_validate", "_brief", "_drawn", "_progress"),
+    ("errors", "_types", "_kernel", "_shown", "_validate", "_brief", "_drawn", "_progress", "_written"),
     ("untrusted",),
     ("model",),
     ("flight_plans",),
