@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from cgla_graph.scenarios.mission_file import load_mission as load_mission
     from cgla_graph.scenarios.scenario import Scenario as Scenario
     from cgla_graph.scenarios.scenario import load_scenario as load_scenario
+    from cgla_graph.scenarios.writing import write_scenario as write_scenario
     from cgla_graph.solvers.solving import solve as solve
     from cgla_graph.solvers.trade_off.constrained import plan_within_length as plan_within_length
     from cgla_graph.solvers.trade_off.constrained import plan_within_risk as plan_within_risk
@@ -101,6 +102,7 @@ _HOMES = {
     "risk_weight": "model.ground_risk",
     "solve": "solvers.solving",
     "write_plan": "flight_plans.formats",
+    "write_scenario": "scenarios.writing",
 }
 
 __all__ = [*sorted(_HOMES), "comparisons", "solvers"]  # noqa: PLE0604 - strings, all of them

@@ -36,10 +36,19 @@ Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 Ring = Annotated[list[Pair], Field(min_length=3)]
 
 
+class AreaTable(Table):
+    """A no-fly area that has a name, or holes."""
+
+    name: str = Field(default="", description="what pictures and messages call it")
+    outline: Ring = Field(description="ring of corners, closed or not")
+    holes: list[Ring] = Field(default_factory=list, description="rings of corners inside, where one may fly")
+
+
 class NoFlyTable(Table):
     """No-fly areas: polygons written here, and files beside this one: GeoJSON, or zones that authorities publish."""
 
     polygons: list[Ring] = Field(default_factory=list, description="rings of corners, closed or not")
+    areas: list[AreaTable] = Field(default_factory=list, description="polygons with names, or with holes")
     geojson: list[str] = Field(default_factory=list, description="paths of GeoJSON files (lon/lat), from this file")
     zones: list[str] = Field(
         default_factory=list,

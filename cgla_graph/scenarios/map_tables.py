@@ -15,6 +15,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._shown import shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph.errors import ProblemError, ScenarioError
+from cgla_graph.model.clearance import ROUNDING
 from cgla_graph.model.lattice import Lattice, LatticeKind
 from cgla_graph.model.projection import LocalProjection, geodesic_length, places_around, project_area, projected_bounds
 from cgla_graph.model.raster_file import Kind, RasterCells, cells_in_metres, read_cells
@@ -122,6 +123,11 @@ class MapTable(Table):
     coordinates: Literal["plane", "lonlat"] = Field(
         "plane", description="lonlat: points are degrees, all lengths (spread, clear, …) are metres"
     )
+    projection_origin: Pair | None = Field(
+        default=None,
+        description="longitude and latitude of the point that a map in metres is laid out around: of lonlat, default: "
+        "the middle of the map or of its one path; of a plane, where on the Earth it is, if it is anywhere",
+    )
     bounds: Annotated[list[float], Field(min_length=4, max_length=4)] | None = Field(
         None,
         description="x_min, y_min, x_max, y_max (default: 0, 0, 1, 1, or the rasters'; of lonlat: around no-fly "
@@ -224,14 +230,31 @@ class MapBuilder:
         """
         The projection of a lon/lat map; None for a map in the plane.
 
-        It is centred between start and goal of the one path, so that it distorts that as little as it can; on the
-        middle of the bounds where there are several.
+        If the file says no origin, it is centred between start and goal of the one path, so that it distorts that as
+        little as it can; on the middle of the bounds where there are several.
         """
         if self.is_plane:
             return None
         # that everything is on the map is told first
         box, journey = self.box, self.table.journey()
+        if self.table.projection_origin is not None:
+            return self._written_projection
         return LocalProjection.centred_on(bounds_of(box)) if journey is None else LocalProjection.between(*journey)
+
+    @property
+    def on_earth(self) -> LocalProjection | None:
+        """How longitude and latitude become map units; None if the map is nowhere on the Earth."""
+        return self._written_projection if self.is_plane else self.projection
+
+    @cached_property
+    def _written_projection(self) -> LocalProjection | None:
+        """The projection around the origin that the file says; None if it says none."""
+        given = self.table.projection_origin
+        try:
+            return None if given is None else LocalProjection(*given)
+        except ProblemError as error:
+            msg = f"projection_origin: {error}"
+            raise ProblemError(msg) from error
 
     def point(self, pair: list[float]) -> Point:
         """Return a point in map units."""
@@ -285,12 +308,18 @@ class MapBuilder:
                 msg = f"{name} {tuple(pair)} is inside the no-fly area {area}; move it to its boundary or outside"
                 raise ProblemError(msg)
             away = float(shapely.distance(shape, here))
-            if away < clearance:
+            if away < clearance - self._rounding:
                 msg = (
                     f"{name} {tuple(pair)} is {away:.6g}{unit} from the no-fly area {area}, and the clearance is "
                     f"{clearance:g}{unit}; move it, or lower the clearance"
                 )
                 raise ProblemError(msg)
+
+    @property
+    def _rounding(self) -> float:
+        """By how much an end may be nearer to an area than the clearance: what a problem takes is not refused."""
+        x_min, y_min, x_max, y_max = self.bounds
+        return ROUNDING * max(x_max - x_min, y_max - y_min)
 
     def areas(self, key: str, rings: list[list[list[float]]], files: list[str]) -> list[BaseGeometry]:
         """Return polygons as `shapes` does, in map units."""
@@ -303,7 +332,10 @@ class MapBuilder:
     @cached_property
     def _own_shapes(self) -> list[BaseGeometry]:
         """All no-fly areas but zones, in the file's own coordinates."""
-        return self.shapes("no_fly.geojson", self.table.no_fly.polygons, self.table.no_fly.geojson)
+        given = self.table.no_fly
+        rings = self.shapes("no_fly.geojson", given.polygons, [])
+        areas = [shapely.Polygon(area.outline, area.holes) for area in given.areas]
+        return [*rings, *areas, *self.shapes("no_fly.geojson", [], given.geojson)]
 
     @cached_property
     def no_fly_shapes(self) -> list[BaseGeometry]:
@@ -315,9 +347,11 @@ class MapBuilder:
     @cached_property
     def no_fly_names(self) -> list[str]:
         """What each of them is called: its place in this file, or what its own file calls it."""
-        written = [f"no_fly.polygons.{number}" for number in range(len(self.table.no_fly.polygons))]
+        given = self.table.no_fly
+        written = [f"no_fly.polygons.{number}" for number in range(len(given.polygons))]
+        written += [area.name or f"no_fly.areas.{number}" for number, area in enumerate(given.areas)]
         zones = [] if self.zones is None else [one.zone.label for one in self.zones.applied.closed]
-        return [*written, *(area.name for name in self.table.no_fly.geojson for area in self._areas_in(name)), *zones]
+        return [*written, *(area.name for name in given.geojson for area in self._areas_in(name)), *zones]
 
     @cached_property
     def zones(self) -> MapZones | None:
@@ -343,10 +377,11 @@ class MapBuilder:
 
     @property
     def named_areas(self) -> list[tuple[str, BaseGeometry]]:
-        """Those that their GeoJSON file gives a name of its own, in map units."""
+        """Those that this file or their own gives a name, in map units."""
         given = zip(self.no_fly_names, self.projected_no_fly, strict=True)
-        unnamed = re.compile(r"no_fly\.polygons\.\d+|area \d+")
-        return [(name, shape) for name, shape in given if not unnamed.fullmatch(name)]
+        unnamed = re.compile(r"no_fly\.(polygons|areas)\.\d+|area \d+")
+        named = {area.name for area in self.table.no_fly.areas if area.name}
+        return [(name, shape) for name, shape in given if name in named or not unnamed.fullmatch(name)]
 
     @cached_property
     def projected_no_fly(self) -> list[BaseGeometry]:

@@ -22,7 +22,9 @@ from cgla_graph.scenarios.mission_tables import SOLVER, MissionTable, SharingTab
 from cgla_graph.scenarios.scenario import ScenarioTable, open_table
 
 #: What a mission that takes a scenario's map may not say again.
-OF_THE_MAP = ("coordinates", "bounds", "improper", "threats", "random_threats", "rasters", "no_fly")
+OF_THE_MAP = (
+    "coordinates", "projection_origin", "bounds", "improper", "threats", "random_threats", "rasters", "no_fly"
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

@@ -162,7 +162,7 @@ def mission_from_toml(
             world=world,
             lattice=builder.lattice(),
             variants=builder.variants(world),
-            projection=builder.ground.projection,
+            projection=builder.ground.on_earth,
             notes=table.notes,
             where=place,
         )

@@ -358,7 +358,7 @@ def scenario_of(
             bounds=builder.bounds,
             no_fly=builder.no_fly(),
             clearance=table.clearance,
-            projection=builder.projection,
+            projection=builder.on_earth,
         )
         lattice = builder.lattice()
     except (ValueError, CglaError) as error:
@@ -370,7 +370,7 @@ def scenario_of(
         problem=problem,
         lattice=lattice,
         settings=table.solvers,
-        projection=builder.projection,
+        projection=builder.on_earth,
         notes=table.notes,
         areas=builder.named_areas,
         zones=None if builder.zones is None else builder.zones.account(),
