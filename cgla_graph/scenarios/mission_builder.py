@@ -90,7 +90,17 @@ class MissionBuilder:
     @property
     def clearance(self) -> float:
         """The greatest clearance of any variant, map units."""
-        return max(self.table.clearance, 0.0 if self.scenario is None else self.scenario.clearance)
+        every = [{**self.common, **variant.chosen()} for variant in self.table.variants] or [self.common]
+        greatest: float = max(settings.get("clearance", 0.0) for settings in every)
+        return greatest
+
+    @cached_property
+    def common(self) -> dict[str, Any]:
+        """The settings of the mission, which variants may change."""
+        given = 0.0 if self.scenario is None else self.scenario.clearance
+        # (where there is none nothing is set, so that studies know missions again that they began with)
+        of_scenario = {"clearance": given} if given > 0.0 else {}
+        return {**of_scenario, **({} if self.table.fly is None else self.table.fly.chosen())}
 
     @cached_property
     def defaults(self) -> dict[str, Any]:
@@ -166,12 +176,8 @@ class MissionBuilder:
     def variants(self, world: World) -> dict[str, Variant]:
         """Return the variants, each with its own UAVs; a file without any has one, named ``""``."""
         uavs = self.uavs(world)
-        common: dict[str, Any] = {}
-        if self.scenario is not None and self.scenario.clearance > 0.0:
-            common["clearance"] = self.scenario.clearance
-        common |= {} if self.table.fly is None else self.table.fly.chosen()
         if not self.table.variants:
-            return {"": _variant(uavs, {}, common)}
+            return {"": _variant(uavs, {}, self.common)}
         variants: dict[str, Variant] = {}
         for number, entry in enumerate(self.table.variants):
             if entry.name in variants:
@@ -179,7 +185,7 @@ class MissionBuilder:
                 msg = f"variants.{number}.name: two variants are called {name}; give each a name of its own"
                 raise ValueError(msg)
             with told(f"variant {shown(entry.name)}"):
-                variants[entry.name] = _variant(uavs, entry.given(), {**common, **entry.chosen()})
+                variants[entry.name] = _variant(uavs, entry.given(), {**self.common, **entry.chosen()})
         return variants
 
     def lattice(self) -> Lattice:
