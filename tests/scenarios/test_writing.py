@@ -17,9 +17,10 @@ from hypothesis import strategies as st
 from strategies import coordinates, points, seeds, threats, usual
 
 import cgla_graph as cg
-from cgla_graph.errors import OutputError, ProblemError, ScenarioError
+from cgla_graph.errors import MissionError, OutputError, ProblemError, ScenarioError
 from cgla_graph.model.projection import LocalProjection
 from cgla_graph.scenarios.loading import open_scenarios
+from cgla_graph.scenarios.mission_file import mission_from_toml
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml, shipped
 from cgla_graph.scenarios.toml_text import toml_text
 from cgla_graph.scenarios.writing import write_scenario
@@ -233,6 +234,20 @@ def test_a_plane_may_say_where_on_the_earth_it_is() -> None:
     assert scenario.problem.start == pytest.approx((0.0, 0.0), abs=1e-6)
     with pytest.raises(ScenarioError, match=r"^mine: projection_origin: .*200"):
         scenario_from_toml(text.replace("24.94", "200"), "mine")
+
+
+def test_missions_fly_on_maps_that_were_written(tmp_path: Path) -> None:
+    """Their UAVs are at the same places of the Earth."""
+    finland = load_scenario("finland")
+    write_scenario(finland, tmp_path / "own.toml")
+    start, goal = finland.problem.start, finland.problem.goal
+    text = f'scenario = "own.toml"\n[[uavs]]\nname = "u"\nstart = {list(start)}\ngoal = {list(goal)}\n'
+    uav = "detection_radius = 20000.0\n"
+    mission = mission_from_toml(uav + text, "it", folder=tmp_path)
+    assert mission.projection == finland.projection
+    assert mission.world.bounds == finland.problem.bounds
+    with pytest.raises(MissionError, match="leave out projection_origin"):
+        mission_from_toml(f"projection_origin = [1, 2]\n{uav}{text}", "it", folder=tmp_path)
 
 
 def test_rasters_go_into_files_beside_it(tmp_path: Path) -> None:
