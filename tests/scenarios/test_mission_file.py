@@ -537,7 +537,8 @@ def test_random_uavs_keep_the_greatest_clearance(seed: int, clearance: float) ->
     assert [mission.clearance for mission in file.missions(get).values()] == [0.0, clearance]
     assert file.variants["near"].uavs == file.variants["far"].uavs
     # one that no variant has counts for nothing
-    without, overridden = (mission_from_toml(one, "mine", clearance=0.0) for one in (text.partition("[[variants]]")[0], text))
+    plain, _, _ = text.partition("[[variants]]")
+    without, overridden = (mission_from_toml(one, "mine", clearance=0.0) for one in (plain, text))
     assert without.variants[""].uavs == overridden.variants["far"].uavs
 
 
