@@ -22,14 +22,14 @@ NO_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating
 
 def finite_number(name: str, value: object) -> float:
     """Return `value` as a float, or raise `ProblemError` unless it is a finite real number."""
-    number, text = math.nan, shown(value)
+    number, text = math.nan, ""
     # numpy scalars, 0-d arrays, fractions and decimals are numbers too; strings and truth values are mistakes
     if not isinstance(value, NO_NUMBERS):
         with suppress(TypeError, ValueError, OverflowError):
             number = float(cast("Any", value))
             text = str(number)
     if not math.isfinite(number):
-        msg = f"{name} is {text}; give a finite number"
+        msg = f"{name} is {text or shown(value)}; give a finite number"
         raise ProblemError(msg)
     return number
 
@@ -97,9 +97,9 @@ def point_array(name: str, value: ArrayLike) -> FloatArray:
     if array.ndim == 0 or array.shape[-1] != 2:  # noqa: PLR2004 - a point has two coordinates
         msg = f"{name} has shape {array.shape}; give points as pairs (x, y), shape (..., 2)"
         raise ProblemError(msg)
-    bad = np.argwhere(~np.isfinite(array).all(axis=-1))
-    if len(bad):
-        where = tuple(int(i) for i in bad[0])
+    finite = np.isfinite(array)
+    if not finite.all():
+        where = tuple(int(i) for i in np.argwhere(~finite.all(axis=-1))[0])
         msg = f"{name} holds {array[where].tolist()} at index {where or 0}; coordinates must be finite"
         raise ProblemError(msg)
     return array

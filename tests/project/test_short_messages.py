@@ -13,8 +13,8 @@ import shapely
 
 import cgla_graph as cg
 
-#: Characters of a message, at most.
-MOST = 300
+#: Characters of a message, at most, and what may be told besides: how many solvers there are is not up to the value.
+MOST, SOLVERS = 300, ", ".join(cg.solvers.names(installed=False))
 
 
 class Wordy:
@@ -146,8 +146,7 @@ def check(call: Callable[..., object], arguments: dict[str, Any]) -> None:
     try:
         call(**arguments)
     except Exception as error:  # noqa: BLE001 - whatever it is
-        # how many solvers there are is not up to the value
-        text = str(error).replace(", ".join(cg.solvers.names(installed=False)), "")
+        text = str(error).replace(SOLVERS, "")
         assert len(text) <= MOST, f"{len(text)} characters: {text[:600]}"
         assert "\n" not in text, text
 

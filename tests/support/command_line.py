@@ -3,12 +3,17 @@
 import json
 import sys
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 import pytest
+import typer.main
 
 from cgla_graph.comparisons.commands.app import main
+
+#: Commands and options are read off the functions once, not for every call.
+_command = cache(typer.main.get_command)
 
 
 class Answer(NamedTuple):
@@ -43,6 +48,7 @@ def caller(folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureF
     """
     monkeypatch.chdir(folder)
     monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setattr(typer.main, "get_command", _command)
 
     def call(*words: object) -> Answer:
         here = ["--workers", 0] if words[:1] == ("compare",) and "--workers" not in words else []

@@ -1,5 +1,6 @@
 """Claims about BCV: on worlds where the answer is known, and on the shipped maps; and the figure of ours."""
 
+from collections.abc import Mapping
 from itertools import product
 from types import SimpleNamespace
 from typing import Any
@@ -17,7 +18,7 @@ from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.figures import bcv_figure
 from cgla_graph.comparisons.claims.paper import bcv_claims, printed_claims
 from cgla_graph.comparisons.claims.paper.bcv_claims import CLOSE, RIM, STUCK_ON, trapped_flights
-from cgla_graph.comparisons.claims.paper.flights import K, fly_from
+from cgla_graph.comparisons.claims.paper.flights import RADIUS, K, fly_from
 from cgla_graph.comparisons.claims.paper.planner_claims import (
     AVERSE,
     BCV,
@@ -28,7 +29,7 @@ from cgla_graph.comparisons.claims.paper.planner_claims import (
     lengths_near,
     near_name,
 )
-from cgla_graph.mission.records import MissionStatus
+from cgla_graph.mission.records import MissionStatus, UavFlight
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers import get
@@ -211,8 +212,19 @@ def test_crowded_maps_are_flown_in_every_cell() -> None:
         assert [(one.case, one.n) for one in found] == [(cell, 1) for cell in CELLS]
 
 
+@pytest.fixture(scope="module")
+def shown() -> Mapping[tuple[str, str, float], UavFlight]:
+    """Fly on the shipped maps with the one detection radius that the figure shows."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bcv_claims, "RADII", (RADIUS,))
+        return trapped_flights.__wrapped__()
+
+
 @pytest.mark.parametrize("maps", [3, 30])
-def test_the_figure_has_both_objectives_and_the_printed_ratios(maps: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_figure_has_both_objectives_and_the_printed_ratios(
+    maps: int, shown: Mapping[tuple[str, str, float], UavFlight], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bcv_figure, "trapped_flights", lambda: shown)
     figures: list[Figure] = []
 
     def kept(figure: Figure, caption: str) -> Picture:
