@@ -28,11 +28,12 @@ from cgla_graph._progress import Tell, showing
 from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
+from cgla_graph.certificate import corners
 from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, first_grid, halo, next_grid
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
-from cgla_graph.eikonal.mesh import corners
+from cgla_graph.eikonal.mesh import corners as corners_of_area
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
@@ -192,6 +193,8 @@ def lower_bound(
         return Certificate(math.nan, math.inf, tolerance, 0.0, 0, f"no bound: {NEGATIVE_WEIGHTS}", 0.0, problem=problem)
     with showing("proof") as tell:
         load_kernels()
+        if not problem.model.area.is_empty:
+            corners.load_kernels()
         began = time.perf_counter()
         held = _given(problem, path) if path is not None else _own(problem)
         found = _Search(problem, tolerance, max_cells, held, is_own=path is None).run(tell)
@@ -246,7 +249,7 @@ def _own(problem: Problem) -> _Way:
     """Return the lattice optimum, refined, if the lattice has a path."""
     if problem.start == problem.goal:
         return _Way.of(0.0, np.array([problem.start]))
-    points = corners(problem.model.area, problem.bounds)[:MOST_CORNERS]
+    points = corners_of_area(problem.model.area, problem.bounds)[:MOST_CORNERS]
     # all weights at once, on all cores
     on = problem.on_lattice(OWN_LATTICE, extra=map(tuple, points.tolist())).weighed()
     nodes = cost_matrix(on.graph, on.target).path_from(on.source)

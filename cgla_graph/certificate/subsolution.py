@@ -18,6 +18,8 @@ again, a few times: what is lost is of second order in the spacing where paths a
 a raster, the solution bends upwards without bound, and a spline is steep beside it. There the slope is lowered first,
 and not the foot, along which paths run.
 
+**Around corners of areas**, blocks of cells are left out of the inequality, and charged for (`corners`).
+
 **A few cells that stay too steep** need not lower the bound everywhere. Let ``|grad phi| <= c`` but for some cells,
 where ``|grad phi| <= s c``. Follow a path to the first of them that it enters, B, at ``a``, and go on where it leaves B
 for the last time, at ``b``: in between it costs at least ``(phi(a) - phi(b)) / s``, so ``phi(a) - phi(b)`` less at most
@@ -27,14 +29,16 @@ such a bound falls by along a segment is no bound of the segment's cost.)
 """
 
 import math
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.certificate import certificate_kernels
+from cgla_graph.certificate.corners import Corner, corners_of, links_of
 from cgla_graph.certificate.tips import Near, Tip
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go, node_costs
@@ -150,10 +154,17 @@ class Subsolution:
         The bound at the other end.
     values
         Control values of the spline, shape ``(n + 1,)``.
+    corners
+        Blocks in which they bound nothing.
     """
 
     bound: float
     values: FloatArray
+    corners: Sequence[Corner] = ()
+
+    def lowered(self, by: float) -> "Subsolution":
+        """Return what is left when it is lowered everywhere."""
+        return Subsolution(self.bound - by, self.values - by, self.corners)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,6 +176,7 @@ class Level:
     bounds: FloatArray
     costs: FloatArray
     reach: int
+    corners: Sequence[Corner]
     worth: float
 
     @classmethod
@@ -186,7 +198,8 @@ class Level:
             bounds,
         )
         reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
-        return cls(problem, mesh, bounds, _costs_to_solve_for(problem, mesh), reach, worth)
+        corners = corners_of(problem, mesh, reach, [_middle(mesh, end) for end in ends])
+        return cls(problem, mesh, bounds, _costs_to_solve_for(problem, mesh), reach, corners, worth)
 
     def both(self, aim: float, *, charge: bool = False) -> tuple[Subsolution, Subsolution] | None:
         """Bound the cost to the goal and to the start, at the same time; None if no way leads from one to the other."""
@@ -219,7 +232,8 @@ class Level:
         source, other = (problem.goal, problem.start) if to_goal else (problem.start, problem.goal)
         piece, source_piece = mesh.ends if to_goal else mesh.ends[::-1]
         block = self.goal_block if to_goal else self.start_block
-        checked = mesh.matters & ~block.holds
+        corners = self.corners if charge else ()
+        checked, links = self._checked(block, corners), links_of(mesh, corners)
         costs = self.costs.copy()
         rasters = problem.field.rasters
         rounds = MOST_ROUNDS_ON_RASTERS if rasters else MOST_ROUNDS
@@ -231,7 +245,8 @@ class Level:
         near = np.hypot(*(mesh.node_points - source).T) <= radius
         best: Subsolution | None = None
         reached = -math.inf
-        for number in range(rounds):
+        number = 0
+        while number < rounds:
             times = costs_to_go(
                 problem,
                 mesh,
@@ -241,19 +256,26 @@ class Level:
                 radius=radius,
                 start_factor=float((costs[near] / self.costs[near]).min()),
                 first=lambda points: np.where(block.around_it(self, points), block.costs(points), math.inf),
+                links=links,
             )
             if piece < 0 or np.isinf(times[mesh.controls[piece]]).all():
                 return None
+            charges = [corner.charge(times, mesh) for corner in corners]
+            kept = [corner for corner, one in zip(corners, charges, strict=True) if one < math.inf]
+            if len(kept) < len(corners):
+                # where a block is not worth its charge, the spline has to be a bound again
+                corners = kept
+                checked, links = self._checked(block, corners), links_of(mesh, corners)
+                continue
             steepest = certificate_kernels.steepness(times, mesh.kernel_mesh, mesh.last, checked, self.bounds, steep)
-            found = self._shifted(times / max(steepest, 1.0), other, piece, block)
+            found = self._shifted(times / max(steepest, 1.0), other, piece, block).lowered(sum(charges))
             gained, reached = found.bound - reached, max(reached, found.bound)
             if charge and 1.0 + aim < steepest < math.inf and not block.holds[piece]:
                 scale, lost = self._charged(times, steep, steepest, found.bound)
-                eased = self._shifted(times / scale, other, piece, block)
-                if eased.bound - lost > found.bound:
-                    found = Subsolution(eased.bound - lost, eased.values - lost)
+                eased = self._shifted(times / scale, other, piece, block).lowered(lost + sum(charges))
+                found = max(found, eased, key=lambda one: one.bound)
             if best is None or found.bound > best.bound:
-                best = found
+                best = replace(found, corners=corners)
             stalled = 0.0 <= gained < aim * reached
             if steepest < 1.0 + aim or (stalled and not gentle):
                 break
@@ -261,7 +283,15 @@ class Level:
                 gentle = False
                 floors[:] = 0.0
             certificate_kernels.soften(steep, mesh.controls, floors, costs)
+            number += 1
         return best
+
+    def _checked(self, block: "Block", corners: Sequence[Corner]) -> BoolArray:
+        """Say on which pieces the spline has to be a bound, shape ``(m,)``."""
+        checked = self.mesh.matters & ~block.holds
+        for corner in corners:
+            checked[corner.pieces] = False
+        return checked
 
     def _charged(self, times: FloatArray, steep: FloatArray, steepest: float, bound: float) -> tuple[float, float]:
         """Choose by how much a spline is lowered as a whole, and return that and the charge for the cells above."""
@@ -303,6 +333,10 @@ class Level:
         mesh = self.mesh
         keep = np.empty(len(mesh.columns), dtype=np.bool_)
         certificate_kernels.within(to_goal.values, to_start.values, mesh.controls, mesh.matters, limit, keep)
+        for corner in (*to_goal.corners, *to_start.corners):
+            # a way from inside comes over the rim
+            least = corner.least(to_goal.values, mesh) + corner.least(to_start.values, mesh)
+            keep[corner.pieces] = mesh.matters[corner.pieces] & (least < limit)
         for block in (self.start_block, self.goal_block):
             keep |= mesh.matters & block.holds
         return cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
@@ -337,7 +371,7 @@ class Block:
     def around(cls, level: Level, end: Point) -> "Block":
         """Find the block around an end."""
         mesh = level.mesh
-        column, row = (round((end[axis] - mesh.origin[axis]) / mesh.spacing[axis]) for axis in range(2))
+        column, row = _middle(mesh, end)
         distance = np.maximum(np.abs(mesh.columns - column), np.abs(mesh.rows - row))
         # the rim is half a cell further than its cells, and the end up to half a cell off its own
         rim = (level.reach + 1) * math.hypot(*mesh.spacing)
@@ -370,6 +404,12 @@ class Block:
         return certificate_kernels.rim_excess(
             values, mesh.kernel_mesh, mesh.matters, self.end, self.centre, reach, self.tip.numbers
         )
+
+
+def _middle(mesh: SplineMesh, end: Point) -> tuple[int, int]:
+    """Return column and row of the middle of the block around an end."""
+    column, row = (round((end[axis] - mesh.origin[axis]) / mesh.spacing[axis]) for axis in range(2))
+    return column, row
 
 
 def _lost(problem: Problem, end: Point, tip: Tip, rim: float) -> float:

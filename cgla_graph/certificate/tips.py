@@ -49,10 +49,10 @@ class Tip:
     @classmethod
     def at(cls, problem: Problem, end: Point, rim: float) -> "Tip":
         """Bound the cost to an end from points up to `rim` away, map units."""
-        *_, constant = cls._bounds(problem, end, rim)
+        *_, constant = bounds_on_disc(problem, end, rim)
         best, high = cls(np.array([constant, 0.0, 0.0, 0.0]), constant), constant * rim
         for radius in (2.0 * rim, 1.5 * rim):
-            cost, gx, gy, drop, _ = cls._bounds(problem, end, radius)
+            cost, gx, gy, drop, _ = bounds_on_disc(problem, end, radius)
             slope = math.hypot(gx, gy)
             least = cost - slope * radius - drop
             if not (least > 0.0 and slope * radius <= 2.0 * least):
@@ -70,26 +70,6 @@ class Tip:
         cost, gx, gy, beta = self.numbers
         r = np.hypot(*away.T)
         return np.asarray(cost * r + 0.5 * r * (away @ (gx, gy)) - beta * r**3 / 3.0)
-
-    @staticmethod
-    def _bounds(problem: Problem, end: Point, radius: float) -> tuple[float, float, float, float, float]:
-        """Bound the cost on a disc by a paraboloid, with cost, slopes and drop, and by a number."""
-        bounds, middle = np.empty((1, 1, 5)), np.zeros(1, dtype=np.int32)
-        # half the diagonal of this cell is the radius
-        cell = (math.sqrt(2.0) * radius, math.sqrt(2.0) * radius)
-        threats = problem.k, problem.field.table, raster_array([])
-        certificate_kernels.cost_bounds(middle, middle, end, cell, problem.bounds, *threats, bounds)
-        cost, gx, gy, drop, _ = bounds[0, 0].tolist()
-        least = max(cost - math.hypot(gx, gy) * radius - drop, 1.0)
-        if not problem.field.rasters:
-            return cost, gx, gy, drop, least
-        x_min, y_min, x_max, y_max = problem.bounds
-        low = max(end[0] - radius, x_min), max(end[1] - radius, y_min)
-        high = min(end[0] + radius, x_max), min(end[1] + radius, y_max)
-        found = raster_floor(low, high, *end, problem.field.raster_array)
-        value, slope_x, slope_y, lost, floor = (problem.k * one for one in found)
-        # what a raster may fall below its linear function is lost everywhere, at the end too
-        return cost + value - lost, gx + slope_x, gy + slope_y, drop, least + floor
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,3 +125,23 @@ class Near:
         found = np.empty(len(points))
         certificate_kernels.box_values(points, self.kernel_near, found)
         return found
+
+
+def bounds_on_disc(problem: Problem, end: Point, radius: float) -> tuple[float, float, float, float, float]:
+    """Bound the cost on a disc by a paraboloid, with cost, slopes and drop, and by a number."""
+    bounds, middle = np.empty((1, 1, 5)), np.zeros(1, dtype=np.int32)
+    # half the diagonal of this cell is the radius
+    cell = (math.sqrt(2.0) * radius, math.sqrt(2.0) * radius)
+    threats = problem.k, problem.field.table, raster_array([])
+    certificate_kernels.cost_bounds(middle, middle, end, cell, problem.bounds, *threats, bounds)
+    cost, gx, gy, drop, _ = bounds[0, 0].tolist()
+    least = max(cost - math.hypot(gx, gy) * radius - drop, 1.0)
+    if not problem.field.rasters:
+        return cost, gx, gy, drop, least
+    x_min, y_min, x_max, y_max = problem.bounds
+    low = max(end[0] - radius, x_min), max(end[1] - radius, y_min)
+    high = min(end[0] + radius, x_max), min(end[1] + radius, y_max)
+    found = raster_floor(low, high, *end, problem.field.raster_array)
+    value, slope_x, slope_y, lost, floor = (problem.k * one for one in found)
+    # what a raster may fall below its linear function is lost everywhere, at the end too
+    return cost + value - lost, gx + slope_x, gy + slope_y, drop, least + floor

@@ -1,6 +1,7 @@
 """Costs-to-go over a mesh: the eikonal equation ``|grad T| = 1 + k F`` by fast marching, and its steepest descent."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -8,9 +9,11 @@ from scipy.spatial import cKDTree
 from shapely.geometry import MultiPoint
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._types import FloatArray, Point
+from cgla_graph._types import FloatArray, Point, WholeArray
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.eikonal import front_kernels, marching_kernels
+from cgla_graph.eikonal.bends import bends_of
+from cgla_graph.eikonal.marching_kernels import Bends
 from cgla_graph.eikonal.mesh import SplineMesh, corners
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import Problem
@@ -20,6 +23,13 @@ MOST_STEPS, MOST_WAYPOINTS = 200_000, 250
 #: Corners that it is led around: of more, those that stand out in squares, which are so wide as a part of the reach
 #: within which corners count, until there are few enough.
 MOST_CORNERS, SQUARES = 600, (0.125, 0.25, 0.5, 1.0, 2.0)
+
+
+class Links(NamedTuple):
+    """The neighbours of nodes (see `marching_kernels`), and the corners over which ways lead from node to node."""
+
+    neighbours: WholeArray
+    bends: Bends
 
 
 def node_costs(problem: Problem, mesh: SplineMesh) -> FloatArray:
@@ -38,6 +48,7 @@ def costs_to_go(
     second: bool = True,
     start_factor: float = 1.0,
     first: Callable[[FloatArray], FloatArray] | None = None,
+    links: Links | None = None,
 ) -> FloatArray:
     """
     Solve the eikonal equation from a source by fast marching.
@@ -61,6 +72,8 @@ def costs_to_go(
     first
         The cost from points, shape ``(m, 2)``, that those nodes begin with instead, shape ``(m,)``; those for which it
         is infinite do not.
+    links
+        The neighbours of nodes, and the corners that lead from node to node, instead of those of the mesh.
 
     Returns
     -------
@@ -70,6 +83,7 @@ def costs_to_go(
     n = mesh.n_nodes
     if piece < 0:
         return np.full(n + 1, np.inf)
+    neighbours, bends = links or Links(mesh.neighbours, bends_of([], n))
     times, state = np.full(n + 1, np.inf), np.zeros(n + 1, dtype=np.int8)
     # what counts as done, at infinite cost, is left alone
     state[:n][mesh.outside] = marching_kernels.DONE
@@ -82,9 +96,9 @@ def costs_to_go(
         times[begun] = first(mesh.node_points[begun])
         state[begun[np.isinf(times[begun])]] = marching_kernels.FAR
     times *= start_factor
-    marching_kernels.march(times, state, padded, mesh.neighbours, mesh.beside_wall, mesh.spacing, second)
+    marching_kernels.march(times, state, padded, neighbours, mesh.beside_wall, mesh.spacing, second, bends)
     while not problem.model.area.is_empty and front_kernels.bridge(mesh.controls, padded, mesh.spacing, times, state):
-        marching_kernels.march(times, state, padded, mesh.neighbours, mesh.beside_wall, mesh.spacing, second)
+        marching_kernels.march(times, state, padded, neighbours, mesh.beside_wall, mesh.spacing, second, bends)
     front_kernels.mirror(mesh.kernel_nodes, mesh.last, times)
     return times
 

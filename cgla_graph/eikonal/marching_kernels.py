@@ -20,6 +20,10 @@ Mesh: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, tuple[float, float],
 Nodes: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, tuple[float, float], tuple[float, float]]
 #: Controls, columns and rows of the pieces of a mesh, and the piece in whose middle each node is.
 Pieces: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, WholeArray]
+#: Points beside the mesh that ways may lead over (`eikonal.bends`): per node the number of its first entry, or -1;
+#: entries in the order of their nodes: node, bend, and the cost between; per bend its first entry in a second list in
+#: the order of bends, and of that list the nodes and costs.
+Bends: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, FloatArray, WholeArray, WholeArray, FloatArray]
 #: States of a node: see `march`.
 FAR, TRIAL, DONE, SEED = range(4)
 
@@ -151,6 +155,7 @@ def march(
     beside_wall: BoolArray,
     spacing: tuple[float, float],
     second: bool,
+    bends: Bends,
 ) -> None:
     """
     Complete the times of arrival by fast marching (Tsitsiklis 1995; Sethian 1996).
@@ -175,9 +180,13 @@ def march(
         Steps of the grid along x and y.
     second
         Whether to use differences of second order where they can be had.
+    bends
+        Where ways lead from nodes to nodes at known costs.
     """
     hx, hy = spacing
     n = times.shape[0] - 1
+    first_entry, entry_node, entry_bend, entry_cost, first_node, bend_node, bend_cost = bends
+    bend_times = np.full(first_node.shape[0], math.inf)
     # indices without a sign need no look at whether they count from the end
     near = neighbours.astype(np.uint32)
     # by order of the differences along x and y: weights of the two axes, and one over their sum
@@ -210,6 +219,19 @@ def march(
                 continue
             work[p, 3] = 1.0
             work[p, 0] = work[p, 1]
+            entry = np.int64(first_entry[p])
+            while 0 <= entry < entry_node.shape[0] and entry_node[entry] == p:
+                there = work[p, 1] + entry_cost[entry]
+                bend = entry_bend[entry]
+                if there < bend_times[bend]:
+                    bend_times[bend] = there
+                    for beyond in range(first_node[bend], first_node[bend + 1]):
+                        q = int(bend_node[beyond])
+                        if work[q, 3] == 0.0 and there + bend_cost[beyond] < work[q, 1]:
+                            work[q, 1] = there + bend_cost[beyond]
+                            keys, items = with_room(keys, items, size + 8)
+                            size = push(keys, items, size, work[q, 1], q)
+                entry += 1
             for side in range(4):
                 q = near[p, side]
                 if work[q, 3] != 0.0:

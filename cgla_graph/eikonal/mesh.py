@@ -57,6 +57,11 @@ class SplineMesh:
         front may not be helped across the wall, none is.
     ends
         The pieces that hold the points asked for; -1 where there is none.
+    parts
+        Sub-cells along the side of a cell that an edge meets.
+    sub_cells
+        Of each piece the number of its cell, of each cell that of its table or -1, the tables of labels, and of each
+        cell its first piece (see `free_parts`).
     """
 
     origin: Point
@@ -71,6 +76,8 @@ class SplineMesh:
     neighbours: WholeArray
     beside_wall: BoolArray
     ends: tuple[int, ...]
+    parts: int
+    sub_cells: tuple[WholeArray, WholeArray, WholeArray, WholeArray]
 
     @classmethod
     def build(
@@ -130,7 +137,7 @@ class SplineMesh:
         first_piece = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
         near = mesh_kernels.around(columns, rows)
         slots = mesh_kernels.join_pieces(near, place, labels, first_piece, parts)
-        pieces = np.repeat(np.arange(n_cells), counts)
+        pieces = np.repeat(np.arange(n_cells, dtype=np.int32), counts)
         cell_columns, cell_rows, columns, rows = columns, rows, columns[pieces], rows[pieces]
         is_owner = slots == np.arange(len(slots))
         owners = np.nonzero(is_owner)[0]
@@ -158,7 +165,8 @@ class SplineMesh:
         places = np.column_stack([node_columns, node_rows])
         beside_wall = _beside_wall(neighbours, places, (_sharp_corners(area) - origin) / spacing)
         nodes = node_columns, node_rows, neighbours, beside_wall
-        return cls(origin, spacing, last, columns, rows, matters, controls, *nodes, tuple(found))
+        sub_cells = pieces, place, labels, first_piece
+        return cls(origin, spacing, last, columns, rows, matters, controls, *nodes, tuple(found), parts, sub_cells)
 
     @property
     def kernel_mesh(self) -> Mesh:
@@ -180,6 +188,14 @@ class SplineMesh:
         """Where the nodes are, shape ``(n, 2)``, map units."""
         columns, rows = (np.asarray(a, dtype=np.float64) for a in (self.node_columns, self.node_rows))
         return np.column_stack([self.origin[0] + self.spacing[0] * columns, self.origin[1] + self.spacing[1] * rows])
+
+    def free_parts(self, piece: int) -> BoolArray:
+        """Say which sub-cells of its cell a piece consists of, shape ``(parts, parts)``; of all: ``(1, 1)``."""
+        pieces, place, labels, first_piece = self.sub_cells
+        cell = pieces[piece]
+        if place[cell] < 0:
+            return np.ones((1, 1), dtype=np.bool_)
+        return np.asarray(labels[place[cell]] == piece - first_piece[cell])
 
     @property
     def outside(self) -> BoolArray:

@@ -1,0 +1,377 @@
+"""
+Blocks of cells around corners of no-fly areas, where no spline follows the costs-to-go.
+
+Behind a corner ways fan out, and costs-to-go bend like one over the distance to it: a spline is too steep there, by
+first order in the spacing. So the inequality of `subsolution` is not asked for in a block around the corner. A path
+that first enters it at ``a`` and leaves it for the last time at ``b`` costs at least ``D(a, b)`` in between, and the
+bound is lowered by the greatest ``phi(a) - phi(b) - D(a, b)`` of all pairs on the rim, the charge of the block. As with
+cells that stay too steep, there is one charge a block: after ``b``, the path does not meet it again.
+
+**What a way between two points costs at least.** On the disc ``|x| <= R`` around the corner let ``c >= c_q = c_l - H
+|x|^2 / 2`` with ``c_l = c_0 + g . x``, let ``L > 0`` be at most ``c_q``, and ``G`` at least its slope. Go along a way
+inside the disc, from ``b`` on, and unroll a string: a polyline ``P`` from ``b`` to where the way has come, which gets a
+new bend, at a corner of an area, when its last part would meet the area. While the length ``l`` of the string keeps
+``gamma l^2 <= L``, where ``gamma = G^2 / (4 L)``, the number ``f = int_P c_q - gamma l^3 / 3`` rises by at most ``c`` a
+unit of length: the part of its gradient along the string is ``c_q - gamma l^2``, the other is at most ``l G / 2``, and
+a new bend changes nothing. The string is never longer than the way. So
+
+- a way to ``a`` that is no longer than ``l_1`` costs at least ``int_P c_q - gamma l_1^3 / 3`` for such a polyline. It
+  is straight only where a straight line crosses no area, and its bends are at corners of areas. The same is true of
+  ``c_l`` with no areas around: all of ``P``, or all between its first bend and its last, may be replaced by a straight
+  line, for another ``gamma l_1^3 / 3``. And ``c_q`` is less than ``c_l`` by at most ``H m^2 / 2`` where ``m = (|a| +
+  |b| + l_1) / 2``: no such way gets further away from the corner;
+- a longer one costs at least ``L l_1``. With ``l_1 = l_0 C / L``, where ``C`` is at least ``c_l`` between points of the
+  block, this is no less than ``C l_0``;
+- one that leaves the disc costs at least ``L (2 R - |a| - |b|)``, which is more, if ``R`` is wide enough.
+
+``D`` is the least of these: with ``l_0 = |a - b|`` for the straight line; and where that crosses a wall, with ``l_0 =
+|a| + |b|`` and some more, over the cheapest one or two bends in sight of ``a`` and of ``b``.
+
+**The front** is led around the corner, too: it does not pass between nodes with a wall in between, and a node in sight
+of the corner reaches all others in its sight over it.
+"""
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import BoolArray, FloatArray, WholeArray
+from cgla_graph.certificate import corner_kernels
+from cgla_graph.certificate.tips import bounds_on_disc
+from cgla_graph.eikonal.bends import Sight, bends_of
+from cgla_graph.eikonal.marching import Links
+from cgla_graph.eikonal.mesh import SHARP, SplineMesh
+from cgla_graph.model.problem import Problem
+
+#: Cells from the middle of a block to its rim, at least; walls and corners of areas that one looks at, at most.
+LEAST_REACH, MOST_WALLS, MOST_VERTICES = 3, 32, 8
+#: Blocks on a grid, at most; edges of an area that has any.
+MOST_BLOCKS, MOST_EDGES = 200, 20_000
+#: The greatest cost of a block over the least: where it is more, there is none.
+MOST_RATIO = 1.5
+#: Layers of nodes behind walls that a spline in front of them depends on.
+LAYERS = 2
+#: Corners at least so many cells from the rim are inside.
+INSIDE = 2.5
+#: In spacings times the cost: what a block saves for each radian that ways turn, about, and what is lost beside one
+#: whose rim is a cell away.
+SAVED, LOST_BESIDE = 0.45, 0.3
+#: Charges below this, in spacings times the cost, are all one; walls are this many sub-cells inside their areas.
+LEAST_CHARGE, DEEP = 0.005, 2.0
+#: Rounding of a charge, relative to the values.
+ROUNDING = 2.0**-44
+
+
+@dataclass(frozen=True, eq=False)
+class Corner:
+    """
+    The block of cells around a corner; places are relative to the corner, map units.
+
+    Attributes
+    ----------
+    pieces
+        The pieces of the mesh inside, shape ``(m,)``.
+    rim
+        Those with parts of the rim, one for each part, shape ``(s,)``.
+    places, lines
+        Where the parts of the rim begin and end: in spacings from the middle of their cell, and relative to the corner,
+        shapes ``(s, 4)``.
+    vertices
+        Corners of areas over which ways may lead, shape ``(v, 2)``.
+    walls
+        Lines inside areas, shape ``(w, 4)``.
+    numbers
+        What is known of the cost (`corner_kernels`).
+    turn
+        By how much ways may have to turn in it, rad.
+    spacing
+        The lesser step of the grid.
+    cuts
+        Nodes and sides on which they have no neighbour, as a wall is between, shape ``(t, 2)``.
+    sights
+        What is in sight of each corner inside.
+    """
+
+    pieces: WholeArray
+    rim: WholeArray
+    places: FloatArray
+    lines: FloatArray
+    vertices: FloatArray
+    walls: FloatArray
+    numbers: FloatArray
+    turn: float
+    spacing: float
+    cuts: WholeArray
+    sights: Sequence[Sight]
+
+    @property
+    def worth(self) -> float:
+        """About what the block saves, map units: a greater charge is not worth it."""
+        return SAVED * self.turn * self.spacing * float(self.numbers[corner_kernels.COST])
+
+    def charge(self, values: FloatArray, mesh: SplineMesh) -> float:
+        """Return what a bound from a spline has to be lowered by for this block; infinity if that is not worth it."""
+        curves = np.empty((len(self.rim), 3))
+        corner_kernels.curves(self.places, self.rim, mesh.controls, values, curves)
+        reached = np.isfinite(curves).all(axis=1)
+        curves[~reached] = math.inf
+        least = LEAST_CHARGE * self.spacing * float(self.numbers[corner_kernels.COST])
+        found = corner_kernels.charge(self.lines, curves, self.vertices, self.walls, self.numbers, least, self.worth)
+        # places are off by some ulps of their coordinates
+        origin, sides = np.array(mesh.origin), np.array(mesh.last) * mesh.spacing
+        far = float(np.abs([origin, origin + sides]).max())
+        size = np.abs(curves[reached]).max(initial=0.0) + far * self.numbers[corner_kernels.MOST]
+        return float(found + ROUNDING * size)
+
+    def least(self, values: FloatArray, mesh: SplineMesh) -> float:
+        """Bound a spline from below on the rim."""
+        return float(values[mesh.controls[self.rim]].min())
+
+
+@cache
+def load_kernels() -> None:
+    """
+    Have the kernels compiled, or loaded, once in a process.
+
+    Examples
+    --------
+    >>> load_kernels()
+    """
+    line, curve, numbers = np.zeros((1, 4)), np.zeros((1, 3)), np.ones(8)
+    corner_kernels.curves(line, np.zeros(1, dtype=np.int32), np.zeros((1, 9), dtype=np.int32), np.zeros(1), curve)
+    corner_kernels.charge(line, curve, line[:, :2], line, numbers, 0.0, 0.0)
+
+
+def links_of(mesh: SplineMesh, corners: Sequence[Corner]) -> Links:
+    """Return how nodes are joined where a front is led around some corners."""
+    neighbours = mesh.neighbours
+    if corners:
+        neighbours = neighbours.copy()
+        nodes, sides = np.concatenate([corner.cuts for corner in corners]).T
+        neighbours[nodes, sides] = mesh.n_nodes
+    return Links(neighbours, bends_of([one for corner in corners for one in corner.sights], mesh.n_nodes))
+
+
+def corners_of(problem: Problem, mesh: SplineMesh, reach: int, taken: Sequence[tuple[int, int]]) -> list[Corner]:
+    """
+    Lay blocks around the sharp corners of an area, where they are worth it.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    mesh
+        Of the grid.
+    reach
+        Cells from the middle of a block to its rim, at most.
+    taken
+        Columns and rows in the middle of blocks with that reach, which no other may touch.
+    """
+    edges = problem.model.area.edges
+    if not 0 < len(edges) <= MOST_EDGES:
+        return []
+    here, out, back = edges[:, 0:2], edges[:, 2:4] - edges[:, 0:2], edges[:, 4:6] - edges[:, 0:2]
+    cross = out[:, 0] * back[:, 1] - out[:, 1] * back[:, 0]
+    angles = np.arctan2(cross, (out * back).sum(axis=1))
+    # ways bend only around corners that stick out
+    convex, which = np.unique(here[angles >= 0.0], axis=0, return_inverse=True)
+    turns = np.bincount(which, weights=math.pi - angles[angles >= 0.0])
+    sharp = np.unique(here[(angles > 0.0) & (angles < math.pi - SHARP)], axis=0)
+    grid = _Grid(problem, mesh, convex, turns)
+    found: list[Corner] = []
+    centres = [(*centre, reach) for centre in taken]
+    for corner in sharp:
+        column, row = (round(float(value)) for value in (corner - mesh.origin) / mesh.spacing)
+        beside = min((max(abs(column - i), abs(row - j)) - other for i, j, other in centres), default=math.inf)
+        most = min(reach, beside - 2, column - 1, row - 1, mesh.last[0] - column - 1, mesh.last[1] - row - 1)
+        if (laid := grid.lay(corner, (column, row), int(most))) is not None:
+            found.append(laid[0])
+            centres.append((column, row, laid[1]))
+        if len(found) == MOST_BLOCKS:
+            break
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """What blocks are laid on."""
+
+    problem: Problem
+    mesh: SplineMesh
+    convex: FloatArray
+    turns: WholeArray | FloatArray
+
+    @cached_property
+    def nodes(self) -> FloatArray:
+        """Where the nodes are."""
+        return self.mesh.node_points
+
+    @cached_property
+    def keys(self) -> WholeArray:
+        """Of the cells of pieces, which stand row by row: numbers that rise."""
+        return np.asarray(self.mesh.rows.astype(np.int64) * (self.mesh.last[0] + 3) + self.mesh.columns)
+
+    def pieces_around(self, centre: tuple[int, int], reach: int) -> tuple[WholeArray, WholeArray]:
+        """List the pieces of the cells within reach, and how many cells they are away."""
+        rows = np.arange(centre[1] - reach, centre[1] + reach + 1, dtype=np.int64) * (self.mesh.last[0] + 3) + centre[0]
+        first, last = np.searchsorted(self.keys, rows - reach), np.searchsorted(self.keys, rows + reach, side="right")
+        found = np.concatenate([np.arange(*pair) for pair in zip(first, last, strict=True)])
+        columns, lines = self.mesh.columns[found] - centre[0], self.mesh.rows[found] - centre[1]
+        return found, np.maximum(np.abs(columns), np.abs(lines))
+
+    def lay(self, corner: FloatArray, centre: tuple[int, int], most: int) -> tuple[Corner, int] | None:
+        """Lay the block around a corner that is worth most, if one is; return it and its reach."""
+        chosen = self.choose(corner, centre, most)
+        if chosen is None:
+            return None
+        reach, numbers, turn = chosen
+        mesh, disc = self.mesh, (1.0 + MOST_RATIO) * (reach + 1) * math.hypot(*self.mesh.spacing)
+        around, away = self.pieces_around(centre, reach + 1)
+        pieces = around[away <= reach]
+        on_rim = around[(away == reach) & mesh.matters[around]]
+        vertices = self.convex[np.hypot(*(self.convex - corner).T) <= disc]
+        if not len(on_rim) or len(vertices) > MOST_VERTICES:
+            return None
+        rim, places = rim_of(mesh, on_rim, centre, reach)
+        middles = np.tile(np.column_stack([mesh.columns[rim], mesh.rows[rim]]), 2)
+        lines = np.tile(mesh.origin - corner, 2) + np.tile(mesh.spacing, 2) * (middles + places)
+        walls = walls_inside(self.problem.model.area.geometry, corner, disc, DEEP * max(mesh.spacing) / mesh.parts)
+        nodes = np.unique(mesh.controls[around])
+        sights = [
+            self.in_sight(vertex, around, 0.5 * disc)
+            for vertex in vertices
+            if (np.abs((vertex - mesh.origin) / mesh.spacing - centre) <= reach - INSIDE).all()
+        ]
+        far = np.abs(np.column_stack([mesh.node_columns[nodes], mesh.node_rows[nodes]]) - centre).max(axis=1)
+        cuts = self.behind_walls(nodes[far <= reach - 2])
+        facts = vertices - corner, walls, numbers, turn, min(mesh.spacing), cuts, sights
+        return Corner(pieces, rim, places, lines, *facts), reach
+
+    def choose(self, corner: FloatArray, centre: tuple[int, int], most: int) -> tuple[int, FloatArray, float] | None:
+        """Choose the reach of a block with which least is lost; return it, what is known of the cost, and the turn."""
+        spacing = min(self.mesh.spacing)
+        away = np.hypot(*(self.convex - corner).T)
+        cells = np.abs((self.convex - self.mesh.origin) / self.mesh.spacing - centre).max(axis=1)
+        best: tuple[int, FloatArray, float] | None = None
+        least = math.inf
+        for reach in range(LEAST_REACH, most + 1):
+            rim, inside = (reach + 1) * math.hypot(*self.mesh.spacing), cells <= reach - INSIDE
+            numbers = cost_around(self.problem, corner, rim, 2.0 * float(away[inside].max(initial=0.0)))
+            if numbers is None:
+                continue
+            off, cost = 2.0 * rim + numbers[corner_kernels.SPAN], spacing * float(numbers[corner_kernels.COST])
+            turn, beside = (float(self.turns[some].sum()) for some in (inside, (cells < reach + 2.0) & ~inside))
+            lost = corner_kernels.bent(off, off, numbers) + (LOST_BESIDE / reach + SAVED * beside) * cost
+            if lost < min(least, SAVED * turn * cost):
+                best, least = (reach, numbers, turn), lost
+        return best
+
+    def in_sight(self, vertex: FloatArray, pieces: WholeArray, radius: float) -> Sight:
+        """
+        Choose the nodes in sight of a corner of an area, and weigh the straight lines.
+
+        So that a spline follows the fan up to the walls, nodes that pieces have behind these are led to as well. But as
+        they know nothing of what is there, ways do not come from them.
+        """
+        mesh, area = self.mesh, self.problem.model.area
+        nodes = np.unique(mesh.controls[pieces])
+        points = self.nodes[nodes]
+        close = np.hypot(*(points - vertex).T) <= radius
+        proper = np.isin(nodes, proper_nodes(mesh, pieces)) & ~area.crosses(points, points)
+        seen = close & proper & ~area.crosses(points, np.broadcast_to(vertex, points.shape))
+        behind = seen
+        for _ in range(LAYERS):
+            beside = pieces[np.isin(mesh.controls[pieces, 4], nodes[behind])]
+            behind = behind | (close & ~proper & np.isin(nodes, mesh.controls[beside]))
+        at = points[behind]
+        to = np.broadcast_to(vertex, at.shape)
+        costs = np.hypot(*(at - to).T) + self.problem.k * self.problem.field.line_integral(at, to)
+        return Sight(nodes[behind], costs, seen[behind])
+
+    def behind_walls(self, nodes: WholeArray) -> WholeArray:
+        """List nodes and sides whose neighbour is behind a wall, and these neighbours and their sides."""
+        neighbours, n = self.mesh.neighbours, self.mesh.n_nodes
+        found = [np.empty((0, 2), dtype=np.int64)]
+        for side, opposite in enumerate((1, 0, 3, 2)):
+            first = nodes[neighbours[nodes, side] < n].astype(np.int64)
+            second = neighbours[first, side].astype(np.int64)
+            behind = self.problem.model.area.crosses(self.nodes[first], self.nodes[second])
+            mutual = behind & (neighbours[second, opposite] == first)
+            found.append(np.column_stack([first[behind], np.full(int(behind.sum()), side)]))
+            found.append(np.column_stack([second[mutual], np.full(int(mutual.sum()), opposite)]))
+        return np.concatenate(found)
+
+
+def proper_nodes(mesh: SplineMesh, pieces: WholeArray) -> WholeArray:
+    """List the nodes in the middle of pieces that are free there."""
+    free = [mesh.free_parts(int(piece)) for piece in pieces]
+    # the sub-cell in the middle, or the four that meet there
+    middles = [slice((len(parts) - 1) // 2, len(parts) // 2 + 1) for parts in free]
+    are_free = [bool(parts[middle, middle].any()) for parts, middle in zip(free, middles, strict=True)]
+    return np.asarray(mesh.controls[pieces[np.array(are_free, dtype=np.bool_)], 4])
+
+
+def cost_around(problem: Problem, corner: FloatArray, rim: float, span: float) -> FloatArray | None:
+    """
+    Bound the cost around a corner for a block that reaches so far; None where it changes too much.
+
+    Over all corners inside, ways are longer by `span` at most, or do not count.
+
+    Returns
+    -------
+    numbers
+        As `corner_kernels` takes them.
+    """
+    disc = (1.0 + MOST_RATIO) * rim
+    cost, gx, gy, drop, _ = bounds_on_disc(problem, (float(corner[0]), float(corner[1])), disc)
+    slope, bend = math.hypot(gx, gy), 2.0 * drop / disc**2
+    least, most, steepest = cost - slope * disc - drop, cost + slope * rim, slope + bend * disc
+    # as long as a string may be that counts; then those that are longer, or leave the disc, cost more
+    length = (2.0 * rim + span) * most / least if least > 0.0 else math.inf
+    if not (length <= 2.0 * MOST_RATIO * rim and steepest * length <= 2.0 * least):
+        return None
+    return np.array([cost, gx, gy, bend, steepest**2 / (4.0 * least), most / least, most, span])
+
+
+def rim_of(mesh: SplineMesh, pieces: WholeArray, centre: tuple[int, int], reach: int) -> tuple[WholeArray, FloatArray]:
+    """
+    List the parts of the rim of a block that its outermost pieces have.
+
+    Returns
+    -------
+    owners
+        The piece of each part, shape ``(s,)``.
+    places
+        Where it begins and ends, in spacings from the middle of its cell, shape ``(s, 4)``.
+    """
+    owners, places = [], []
+    for piece in pieces:
+        off = int(mesh.columns[piece]) - centre[0], int(mesh.rows[piece]) - centre[1]
+        free = mesh.free_parts(int(piece))
+        for axis, sign in itertools.product((0, 1), (-1, 1)):
+            if off[axis] != sign * reach:
+                continue
+            edge = 0 if sign < 0 else -1
+            line: BoolArray = free[:, edge] if axis == 0 else free[edge]
+            jumps = np.flatnonzero(np.diff(np.concatenate([[0], line.astype(np.int8), [0]]))) / len(line) - 0.5
+            for begin, end in jumps.reshape(-1, 2).tolist():
+                owners.append(int(piece))
+                side = 0.5 * sign
+                places.append((side, begin, side, end) if axis == 0 else (begin, side, end, side))
+    return np.array(owners, dtype=np.int32), np.array(places, dtype=np.float64).reshape(-1, 4)
+
+
+def walls_inside(geometry: BaseGeometry, corner: FloatArray, disc: float, depth: float) -> FloatArray:
+    """List lines inside an area, so deep below its outline, near a corner and relative to it, shape ``(w, 4)``."""
+    x, y = corner.tolist()
+    # (what is cut off is more of the inside)
+    inner = shapely.clip_by_rect(geometry, x - disc, y - disc, x + disc, y + disc).buffer(-depth, join_style="mitre")
+    rings = [shapely.get_coordinates(ring) - corner for ring in shapely.get_rings(shapely.get_parts(inner))]
+    lines = np.concatenate([np.empty((0, 4)), *(np.hstack([ring[:-1], ring[1:]]) for ring in rings)])
+    return np.ascontiguousarray(lines[:MOST_WALLS])
