@@ -241,7 +241,9 @@ class NoFlyArea:
         if self.is_empty:
             return math.inf
         line = Point(points[0]) if len(points) == 1 else LineString(points)
-        return float(shapely.distance(line, self._geometry))
+        # (where a segment is shorter than numbers can say, GEOS divides by the square of its length, and goes on)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+            return float(shapely.distance(line, self._geometry))
 
 
 def _points(values: ArrayLike, name: str) -> FloatArray:

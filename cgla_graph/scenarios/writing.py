@@ -1,6 +1,7 @@
 """Problems that were built in Python as scenario files, which say the same when they are read."""
 
 import io
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
@@ -155,18 +156,26 @@ def _refuse(where: str, wrong: str, allowed: str) -> NoReturn:
 
 def _areas(scenario: Scenario, where: str) -> Iterator[dict[str, Any]]:
     """Return the no-fly polygons in their order; the parts of an area have its name."""
-    names = {shape.wkb: name for name, shape in scenario.areas}
-    left = {name for name, shape in scenario.areas if not shape.is_empty}
+    # two may be of one shape
+    names: defaultdict[bytes, list[str]] = defaultdict(list)
+    for name, shape in scenario.areas:
+        if not shape.is_empty:
+            names[shape.wkb].append(name)
+
+    def name_of(shape: BaseGeometry) -> str:
+        return names[shape.wkb].pop(0) if names[shape.wkb] else ""
+
     no_fly = scenario.problem.no_fly
     for area in _shapes(no_fly) if no_fly is not None else ():
-        name = names.get(area.wkb, "")
-        left.discard(name)
-        for polygon in shapely.get_parts(shapely.force_2d(area)):
-            if polygon.is_empty:
+        name = name_of(area)
+        for part in shapely.get_parts(area):
+            if part.is_empty:
                 continue
-            outline, *holes = (shapely.get_coordinates(ring)[:-1].tolist() for ring in shapely.get_rings(polygon))
-            yield {**({"name": name} if name else {}), "outline": outline, **({"holes": holes} if holes else {})}
-    if left:
+            own = name or name_of(part)
+            rings = shapely.get_rings(shapely.force_2d(part))
+            outline, *holes = (shapely.get_coordinates(ring)[:-1].tolist() for ring in rings)
+            yield {**({"name": own} if own else {}), "outline": outline, **({"holes": holes} if holes else {})}
+    if left := [name for unused in names.values() for name in unused]:
         _refuse(where, f"its area {shown(min(left))} is none of its problem's", "a scenario file has no others")
 
 
