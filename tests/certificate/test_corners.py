@@ -104,7 +104,7 @@ def check_ways(seed: int, cells: int) -> int:
 
 
 @given(strategies.seeds, st.sampled_from([96, 160, 300]))
-@examples(60)
+@examples(30)
 def test_no_way_between_points_of_a_rim_costs_less_than_it_has_to(seed: int, cells: int) -> None:
     check_ways(seed, cells)
 
@@ -143,7 +143,7 @@ def check_all(seeds: Iterable[int]) -> None:
 
 
 @given(strategies.seeds)
-@examples(40)
+@examples(20)
 def test_a_charge_is_the_greatest_excess_on_the_rim(seed: int) -> None:
     problem = around_corner(seed)
     level, rng = level_of(problem, 96), np.random.default_rng(seed)

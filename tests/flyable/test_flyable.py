@@ -86,6 +86,7 @@ def test_the_gradient_of_the_barrier_is_its_difference(seed: int) -> None:
             assert gradient[i, j] == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-5, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_with_smaller_radii_the_cost_tends_to_that_of_the_polyline() -> None:
     """A corner that is rounded costs more in proportion to the radius."""
     wall = shapely.box(0.45, -0.1, 0.55, 0.7)

@@ -126,6 +126,7 @@ def without_clearance(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(simulation.Simulation, "_kept_out_of", before)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_without_a_clearance_flights_are_what_they_were(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     @few

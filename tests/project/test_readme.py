@@ -47,12 +47,17 @@ COMMANDS: dict[str, Any] = typer.main.get_command(app).commands  # type: ignore[
 
 
 def chosen(language: str) -> list[Any]:
-    """Give the blocks of one language to a test; those that are slow with the marker."""
+    """Give the blocks of one language to a test: those that are slow, and all beyond the tutorials, with the marker."""
     return [
-        pytest.param(block, id=block.place, marks=[pytest.mark.slow] if block.note("slow") else [])
+        pytest.param(block, id=block.place, marks=[pytest.mark.slow] if is_slow(block) else [])
         for block in BLOCKS
         if block.language == language and block.note("not run") is None
     ]
+
+
+def is_slow(block: Block) -> bool:
+    """Tell whether a block is left to `make check`: entrance and tutorials are not."""
+    return block.note("slow") is not None or (block.page != PAGES[0] and block.page.parent.name != "tutorials")
 
 
 def calls(block: Block) -> list[list[str]]:
