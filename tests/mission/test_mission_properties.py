@@ -365,6 +365,7 @@ def test_who_would_take_off_too_close_to_another_does_not() -> None:
     assert Mission(world, [first, early], CGLA, avoidance="prioritized").fly().all_arrived
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_what_is_restricted_flies_as_what_is_repaired(seed: int) -> None:

@@ -188,6 +188,7 @@ def test_a_bound_that_is_too_high_is_caught(which: str, monkeypatch: pytest.Monk
 # On rasters
 
 
+@pytest.mark.slow
 @examples(8)
 @given(seeds, st.integers(12, 30))
 def test_on_rasters_it_is_the_optimum_of_the_full_matrix(seed: int, side: int) -> None:

@@ -205,6 +205,7 @@ def test_lengths_near_risk_are_those_of_circles() -> None:
     assert RIM < CLOSE
 
 
+@pytest.mark.slow
 def test_crowded_maps_are_flown_in_every_cell() -> None:
     samples = Samples([{"map": 5, **record} for record in bcv_claims.crowded_maps.sample(5)])
     for name in BCV:

@@ -24,6 +24,7 @@ FEW = Evidence(Scale(maps=2))
 CLAIM = catalogue.claims()["C25"]
 
 
+@pytest.mark.slow
 def test_verdict() -> None:
     finding = CLAIM.check(FEW)
     assert finding.counterexample in counterexamples.names()

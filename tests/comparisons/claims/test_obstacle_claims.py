@@ -130,6 +130,7 @@ def test_three_steps_are_held_against_five_and_none(world: Effects, five: Verdic
     assert verdicts(parts, "0 more than 3") == [zero] * 4
 
 
+@pytest.mark.slow
 def test_where_stepnum_changes_nothing_few_samples_say_that_it_does() -> None:
     """One test in twenty errs in each direction; that all cells err alike is rarer."""
     found = [part.verdict for seed in range(6) for part in check("C39", flown({}, maps=40, seed=seed)).parts]
@@ -195,6 +196,7 @@ def test_obstacles_do_not_prevent_all_collisions_but_may_prevent_most() -> None:
         assert finding.counterexample in counterexamples.names()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "spread"), list(zip(COUNTEREXAMPLES, SPREADS, strict=True)))
 def test_each_spread_has_a_counterexample(name: str, spread: float) -> None:
     file = counterexamples.mission(name)

@@ -59,6 +59,7 @@ def test_every_printed_number_is_there_once(tables: dict[str, Comparison]) -> No
     assert set(printed.values()) == {1}
 
 
+@pytest.mark.slow
 def test_no_number_of_ours_stands_beside_another_measure(tables: dict[str, Comparison]) -> None:
     found = [row for table in tables.values() for row in table.rows]
     assert_honest(found)

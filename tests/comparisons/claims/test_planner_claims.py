@@ -136,6 +136,7 @@ def test_planners_are_measured_in_every_cell() -> None:
     assert verdicts == (Verdict.UNDECIDED, Verdict.NOT_TESTABLE)
 
 
+@pytest.mark.slow
 def test_three_uavs_fly_from_the_papers_starts_outside_of_threats() -> None:
     records = planner_claims.three_uavs.sample(5)
     assert len(records) == 3 * (len(CELLS) + 2 * len(RADII))

@@ -238,6 +238,7 @@ def test_knowing_what_nobody_saw_is_noticed() -> None:
         sharing_claims.require_seen_within_radius(dataclasses.replace(flight, events=blind))
 
 
+@pytest.mark.slow
 def test_the_experiment_measures_each_case_once_and_the_same_again(monkeypatch: pytest.MonkeyPatch) -> None:
     cells = (CELLS[1], CELLS[7])
     assert [cell["replan"] for cell in cells] == ["change", "tick"]

@@ -199,6 +199,7 @@ def test_one_cell_that_fails_is_enough() -> None:
         assert cells in finding.parts[1].result
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("once")
 def test_effects_stand_beside_the_papers_own() -> None:
     online, popup = online_world(1, risk=2.0, length=1.5), popup_world(1, risk=2.0, length=1.5)

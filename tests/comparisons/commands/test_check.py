@@ -267,6 +267,7 @@ def test_long_plans_are_checked_in_time(cgla: Call) -> None:
     assert len(found.crossings.legs) > 500
 
 
+@pytest.mark.slow
 def test_plans_through_the_same_waypoints_are_bounded(cgla: Call) -> None:
     """A sum over legs: of a zigzag that must be one, the whole; of one that could avoid risk, as much as is proven."""
     zigzag = [(0.5, 0.5), (1.5, 9.5), (1.8, 0.5), (4.5, 0.5), (4.5, 9.5), (9.5, 0.2)]

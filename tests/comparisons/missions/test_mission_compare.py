@@ -251,6 +251,7 @@ def test_a_map_in_degrees(cgla: Call) -> None:
     assert "lengths in m)" in answer.out
 
 
+@pytest.mark.slow
 def test_flights_go_on_where_they_were_stopped(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     words = ("compare", "small.toml", "--solvers", "cgla,dijkstra,prm-star:milestones=60", "--seeds", 2, "--out", "out")
     assert cgla(*words).code == 0

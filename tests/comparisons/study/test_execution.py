@@ -97,6 +97,7 @@ def test_a_solver_that_disarms_its_limit_is_stopped(name: str, tmp_path: Path, m
     assert time.monotonic() - began < 30.0
 
 
+@pytest.mark.slow
 def test_runs_are_those_of_a_plain_loop() -> None:
     names = ["cgla", "dijkstra", "prm-star:milestones=60", "straight-line", "lazy-theta-star"]
     asked = study(*names, scenarios=[small("a"), load_scenario("one-threat")], tolerance=0.01, seeds=(1, 2))
