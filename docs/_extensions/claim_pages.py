@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import claim_pictures
+from generated import write
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 from sphinx.util.typing import ExtensionMetadata
@@ -76,10 +77,7 @@ def generate(app: Sphinx) -> None:
     lines += [_INTRODUCTION.format(scale=scale_words(scale), counts=counted(document)), ""]
     for claim in document["claims"]:
         lines += section(claim, claim_pictures.in_words(claim["id"], panels.get(claim["id"], [])), scale)
-    path, text = folder / "index.rst", "\n".join(lines)
-    # left alone if it says so already: Sphinx then need not read it again
-    if not path.is_file() or path.read_text(encoding="utf-8") != text:
-        path.write_text(text, encoding="utf-8")
+    write(folder / "index.rst", "\n".join(lines))
 
 
 def setup(app: Sphinx) -> ExtensionMetadata:

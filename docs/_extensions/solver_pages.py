@@ -5,6 +5,7 @@ import tomllib
 from pathlib import Path
 
 import solver_pictures
+from generated import write
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 from sphinx.util.typing import ExtensionMetadata
@@ -103,12 +104,6 @@ def index(names: list[str]) -> str:
     return "\n".join(lines)
 
 
-def _write(path: Path, text: str) -> None:
-    """Leave a file alone that says so already: Sphinx then need not read it again."""
-    if not path.is_file() or path.read_text(encoding="utf-8") != text:
-        path.write_text(text, encoding="utf-8")
-
-
 def generate(app: Sphinx) -> None:
     """Write all pages and pictures."""
     folder = Path(app.srcdir) / FOLDER
@@ -120,8 +115,8 @@ def generate(app: Sphinx) -> None:
         raise ExtensionError(msg)
     solver_pictures.draw(names, folder)
     for name in names:
-        _write(folder / f"{name}.rst", page(name, when[name].strip()))
-    _write(folder / "index.rst", index(names))
+        write(folder / f"{name}.rst", page(name, when[name].strip()))
+    write(folder / "index.rst", index(names))
 
 
 def setup(app: Sphinx) -> ExtensionMetadata:
