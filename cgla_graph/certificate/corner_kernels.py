@@ -132,6 +132,18 @@ def bent(length: float, off: float, numbers: FloatArray) -> float:
 
 
 @kernel
+def over_bend(part: FloatArray, sign: float, x: float, y: float, walls: FloatArray, numbers: FloatArray) -> float:
+    """Bound ``sign * phi`` on a part of the rim less the integral of ``c_l`` to a bend; -infinity behind a wall."""
+    bend = np.array([x, y, x, y])
+    if is_blocked(part, bend, walls):
+        return -math.inf
+    half = 0.5 * math.hypot(part[2] - part[0], part[3] - part[1])
+    px, py, qx, qy, constant = leg(0.5 * (part[0] + part[2]), 0.5 * (part[1] + part[3]), x, y, half, numbers)
+    bound: float = highest(part, sign, px, py) - qx * x - qy * y - constant
+    return bound
+
+
+@kernel
 def excess_over(
     one: FloatArray, two: FloatArray, vertices: FloatArray, walls: FloatArray, numbers: FloatArray
 ) -> float:
@@ -149,24 +161,13 @@ def excess_over(
     off += numbers[SPAN]
     # ways that are longer than any over these corners
     around: float = highest(one, 1.0, 0.0, 0.0) + highest(two, -1.0, 0.0, 0.0) - off * numbers[MOST]
-    here = np.empty((1, 4))
     for v in range(vertices.shape[0]):
         vx, vy = vertices[v, 0], vertices[v, 1]
-        here[0, 0], here[0, 1], here[0, 2], here[0, 3] = vx, vy, vx, vy
-        if is_blocked(one, here[0], walls):
-            continue
-        px, py, ox, oy, constant = leg(mx, my, vx, vy, first, numbers)
-        over = highest(one, 1.0, px, py) - ox * vx - oy * vy - constant
-        for w in range(vertices.shape[0]):
+        over = over_bend(one, 1.0, vx, vy, walls, numbers)
+        for w in range(vertices.shape[0] if over > -math.inf else 0):
             wx, wy = vertices[w, 0], vertices[w, 1]
-            here[0, 0], here[0, 1], here[0, 2], here[0, 3] = wx, wy, wx, wy
-            if is_blocked(two, here[0], walls):
-                continue
-            qx, qy, ox, oy, constant = leg(nx, ny, wx, wy, second, numbers)
-            both = over + highest(two, -1.0, qx, qy) - ox * wx - oy * wy - constant
-            both -= math.hypot(vx - wx, vy - wy) * (
-                numbers[COST] + 0.5 * (numbers[SLOPE_X] * (vx + wx) + numbers[SLOPE_Y] * (vy + wy))
-            )
+            between = numbers[COST] + 0.5 * (numbers[SLOPE_X] * (vx + wx) + numbers[SLOPE_Y] * (vy + wy))
+            both = over + over_bend(two, -1.0, wx, wy, walls, numbers) - math.hypot(vx - wx, vy - wy) * between
             around = max(around, both + bent(off, off, numbers))
     return min(straight, around)
 

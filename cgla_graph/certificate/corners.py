@@ -53,8 +53,10 @@ from cgla_graph.model.problem import Problem
 LEAST_REACH, MOST_WALLS, MOST_VERTICES = 3, 32, 8
 #: Blocks on a grid, at most; edges of an area that has any.
 MOST_BLOCKS, MOST_EDGES = 200, 20_000
-#: The greatest cost of a block over the least: where it is more, there is none.
+#: The greatest cost of a block over the least: where it is more, there is none. So many times as wide as the rim is the
+#: disc on which the cost is bounded.
 MOST_RATIO = 1.5
+DISC = 1.0 + MOST_RATIO
 #: Layers of nodes behind walls that a spline in front of them depends on.
 LAYERS = 2
 #: Corners at least so many cells from the rim are inside.
@@ -212,6 +214,10 @@ class _Grid:
         """Where the nodes are."""
         return self.mesh.node_points
 
+    def rim(self, reach: int) -> float:
+        """Bound how far the rim of a block is from its corner, map units."""
+        return (reach + 1) * math.hypot(*self.mesh.spacing)
+
     @cached_property
     def keys(self) -> WholeArray:
         """Of the cells of pieces, which stand row by row: numbers that rise."""
@@ -231,7 +237,7 @@ class _Grid:
         if chosen is None:
             return None
         reach, numbers, turn = chosen
-        mesh, disc = self.mesh, (1.0 + MOST_RATIO) * (reach + 1) * math.hypot(*self.mesh.spacing)
+        mesh, disc = self.mesh, DISC * self.rim(reach)
         around, away = self.pieces_around(centre, reach + 1)
         pieces = around[away <= reach]
         on_rim = around[(away == reach) & mesh.matters[around]]
@@ -243,8 +249,10 @@ class _Grid:
         lines = np.tile(mesh.origin - corner, 2) + np.tile(mesh.spacing, 2) * (middles + places)
         walls = walls_inside(self.problem.model.area.geometry, corner, disc, DEEP * max(mesh.spacing) / mesh.parts)
         nodes = np.unique(mesh.controls[around])
+        points = self.nodes[nodes]
+        proper = np.isin(nodes, proper_nodes(mesh, around)) & ~self.problem.model.area.crosses(points, points)
         sights = [
-            self.in_sight(vertex, around, 0.5 * disc)
+            self.in_sight(vertex, around, nodes, proper, 0.5 * disc)
             for vertex in vertices
             if (np.abs((vertex - mesh.origin) / mesh.spacing - centre) <= reach - INSIDE).all()
         ]
@@ -261,7 +269,7 @@ class _Grid:
         best: tuple[int, FloatArray, float] | None = None
         least = math.inf
         for reach in range(LEAST_REACH, most + 1):
-            rim, inside = (reach + 1) * math.hypot(*self.mesh.spacing), cells <= reach - INSIDE
+            rim, inside = self.rim(reach), cells <= reach - INSIDE
             numbers = cost_around(self.problem, corner, rim, 2.0 * float(away[inside].max(initial=0.0)))
             if numbers is None:
                 continue
@@ -272,18 +280,18 @@ class _Grid:
                 best, least = (reach, numbers, turn), lost
         return best
 
-    def in_sight(self, vertex: FloatArray, pieces: WholeArray, radius: float) -> Sight:
+    def in_sight(
+        self, vertex: FloatArray, pieces: WholeArray, nodes: WholeArray, proper: BoolArray, radius: float
+    ) -> Sight:
         """
-        Choose the nodes in sight of a corner of an area, and weigh the straight lines.
+        Choose of the nodes of some pieces those in sight of a corner of an area, and weigh the straight lines.
 
         So that a spline follows the fan up to the walls, nodes that pieces have behind these are led to as well. But as
         they know nothing of what is there, ways do not come from them.
         """
         mesh, area = self.mesh, self.problem.model.area
-        nodes = np.unique(mesh.controls[pieces])
         points = self.nodes[nodes]
         close = np.hypot(*(points - vertex).T) <= radius
-        proper = np.isin(nodes, proper_nodes(mesh, pieces)) & ~area.crosses(points, points)
         seen = close & proper & ~area.crosses(points, np.broadcast_to(vertex, points.shape))
         behind = seen
         for _ in range(LAYERS):
@@ -328,7 +336,7 @@ def cost_around(problem: Problem, corner: FloatArray, rim: float, span: float) -
     numbers
         As `corner_kernels` takes them.
     """
-    disc = (1.0 + MOST_RATIO) * rim
+    disc = DISC * rim
     cost, gx, gy, drop, _ = bounds_on_disc(problem, (float(corner[0]), float(corner[1])), disc)
     slope, bend = math.hypot(gx, gy), 2.0 * drop / disc**2
     least, most, steepest = cost - slope * disc - drop, cost + slope * rim, slope + bend * disc

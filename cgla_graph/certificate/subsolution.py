@@ -176,7 +176,6 @@ class Level:
     bounds: FloatArray
     costs: FloatArray
     reach: int
-    corners: Sequence[Corner]
     worth: float
 
     @classmethod
@@ -198,11 +197,13 @@ class Level:
             bounds,
         )
         reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
-        corners = corners_of(problem, mesh, reach, [_middle(mesh, end) for end in ends])
-        return cls(problem, mesh, bounds, _costs_to_solve_for(problem, mesh), reach, corners, worth)
+        return cls(problem, mesh, bounds, _costs_to_solve_for(problem, mesh), reach, worth)
 
     def both(self, aim: float, *, charge: bool = False) -> tuple[Subsolution, Subsolution] | None:
         """Bound the cost to the goal and to the start, at the same time; None if no way leads from one to the other."""
+        if charge:
+            # before threads start: a cached property has one lock for all grids, and a block has a grid of its own
+            _ = self.corners
         # kernels let other threads run
         with ThreadPoolExecutor(1) as thread:
             other = thread.submit(self.bound, to_goal=False, aim=aim, charge=charge)
@@ -317,6 +318,12 @@ class Level:
         x, y = ((other[axis] - mesh.origin[axis]) / mesh.spacing[axis] for axis in range(2))
         at = spline_value(mesh.controls[piece], x - int(mesh.columns[piece]), y - int(mesh.rows[piece]), shifted)
         return Subsolution(float(at), shifted)
+
+    @cached_property
+    def corners(self) -> Sequence[Corner]:
+        """The blocks around corners of areas."""
+        ends = self.problem.start, self.problem.goal
+        return corners_of(self.problem, self.mesh, self.reach, [_middle(self.mesh, end) for end in ends])
 
     @cached_property
     def start_block(self) -> "Block":

@@ -123,7 +123,7 @@ def no_line_is_free(*_: object) -> bool:
 def test_a_charge_without_one_of_its_steps_is_caught(
     name: str, broken: Callable[..., Any] | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for each in ("excess_over", "leg", "bent", "highest", "is_blocked", "cut"):
+    for each in ("excess_over", "over_bend", "leg", "bent", "highest", "is_blocked", "cut"):
         monkeypatch.setattr(corner_kernels, each, getattr(corner_kernels, each).py_func)
     leg = corner_kernels.leg
 
