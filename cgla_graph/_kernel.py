@@ -1,5 +1,6 @@
 """The one decorator of compiled kernels."""
 
+import gc
 import hashlib
 import re
 import sys
@@ -72,11 +73,16 @@ def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - nu
         # Numba's own lock comes first in every thread, and kernels call one another in no circle: so there is never a
         # circle of processes that wait for each other.
         with global_compiler_lock, _locked(Path(compiled.stats.cache_path, f"{compiled.__name__}.lock")):
+            collects = gc.isenabled()
+            # compiling makes objects by the hundred thousand and little garbage
+            gc.disable()
             _under_way.append(compiled)
             try:
                 return compile_(signature)
             finally:
                 _under_way.pop()
+                if collects:
+                    gc.enable()
 
     return compile_once
 

@@ -1,5 +1,6 @@
 """Compiled kernels: what is kept of them on disk is never stale."""
 
+import gc
 import shutil
 import subprocess
 import sys
@@ -132,6 +133,35 @@ def test_where_nothing_can_be_locked_kernels_are_compiled(tmp_path: Path, monkey
     thrice = new_kernel(tmp_path, monkeypatch)
     monkeypatch.setattr(Path, "open", lambda *_, **__: (_ for _ in ()).throw(PermissionError))
     assert thrice(2.0) == 6.0
+
+
+@pytest.mark.parametrize("collects", [True, False])
+def test_no_garbage_is_looked_for_while_a_kernel_is_compiled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, collects: bool
+) -> None:
+    """Afterwards it is as before, though the kernel be wrong."""
+    seen = []
+
+    @kernel
+    def wrong(x: float) -> str:
+        return x.no_such_thing  # type: ignore[attr-defined, no-any-return]
+
+    find = type(wrong._compiler).compile  # type: ignore[attr-defined]
+    monkeypatch.setattr(
+        type(wrong._compiler),  # type: ignore[attr-defined]
+        "compile",
+        lambda *arguments: (seen.append(gc.isenabled()), find(*arguments))[1],
+    )
+    was = gc.isenabled()
+    (gc.enable if collects else gc.disable)()
+    try:
+        assert new_kernel(tmp_path, monkeypatch)(2.0) == 6.0
+        with pytest.raises(numba.TypingError):
+            wrong(1.0)
+        assert gc.isenabled() is collects
+    finally:
+        (gc.enable if was else gc.disable)()
+    assert seen == [False, False]
 
 
 @pytest.mark.slow

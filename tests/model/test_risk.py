@@ -5,7 +5,9 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Callable
+from fractions import Fraction
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import assume, example, given
@@ -22,6 +24,7 @@ from strategies import (
     fields_and_segments,
     peaks,
     points,
+    seeds,
     segments,
     spreads,
     threats,
@@ -31,6 +34,7 @@ from strategies import (
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.errors import CglaError, ProblemError
 from cgla_graph.model.risk import ImproperFieldWarning, Reading, RiskField, Threat
+from cgla_graph.model.risk_kernels import exp_256, fma
 
 TOLERANCE = 1e-10
 
@@ -67,6 +71,71 @@ def test_integral_over_coincident_threats_of_peak_1_equals_quad(
 ) -> None:
     field = RiskField([Threat(*centre, spread=spread)] * n)
     check_quad(field, data.draw(segments(field)))
+
+
+def past(spot: Point, spread: float, n: int, seed: int) -> tuple[FloatArray, FloatArray]:
+    """Draw segments through a spot, past it, towards it and away from it, 0.1 to 20 spreads long."""
+    rng = np.random.default_rng(seed)
+    angle, length = rng.uniform(0.0, 2.0 * np.pi, n), 10.0 ** rng.uniform(-1.0, 1.3, n)
+    aside = np.where(rng.random(n) < 0.4, 0.0, 6.0 * rng.random(n) ** 1.5)
+    along = np.column_stack([np.cos(angle), np.sin(angle)])
+    across = np.column_stack([-np.sin(angle), np.cos(angle)])
+    starts = np.array(spot) + spread * (rng.uniform(-8.0, 2.0, n)[:, None] * along + aside[:, None] * across)
+    return starts, starts + spread * length[:, None] * along
+
+
+def fine_integral(field: RiskField, spot: Point, start: FloatArray, end: FloatArray) -> float:
+    """Integrate in long double on panels far narrower than the kernels': threats on and beside one spot."""
+    rows, counts = np.unique([(t.x, t.y, t.spread, t.peak) for t in field.threats], axis=0, return_counts=True)
+    spread, length = rows[:, 2].max(), math.dist(start, end)
+    u = (end - start) / length
+    steps = np.concatenate([np.arange(-14.0, 14.1, 0.25), np.arange(-1.5, 1.51, 0.05)])
+    cuts = np.unique(np.clip((np.array(spot) - start) @ u + spread * steps, 0.0, length)).astype(np.longdouble)
+    nodes, weights = np.polynomial.legendre.leggauss(16)
+    half = 0.5 * np.diff(cuts)[:, None]
+    t = cuts[:-1, None] + half * (1.0 + nodes)
+    clear = np.ones_like(t)
+    for (x, y, s, peak), count in zip(rows, counts, strict=True):
+        squared = (start[0] + t * u[0] - x) ** 2 + (start[1] + t * u[1] - y) ** 2
+        clear *= (1.0 - peak * np.exp(-0.5 * squared / s**2)) ** count
+    return float((half * weights * (1.0 - clear)).sum())
+
+
+def error_in_spreads(field: RiskField, spot: Point, n: int, seed: int) -> float:
+    spread = max(threat.spread for threat in field.threats)
+    starts, ends = past(spot, spread, n, seed)
+    truth = [fine_integral(field, spot, start, end) for start, end in zip(starts, ends, strict=True)]
+    return float(np.abs(field.line_integral(starts, ends) - truth).max()) / spread
+
+
+@pytest.mark.parametrize("peak", [1.0, 0.3, 0.05, 1e-3])
+@pytest.mark.parametrize("n", [2, 5, 10, 20, 50, 100])
+def test_threats_on_one_spot_are_integrated_as_exactly_as_promised(n: int, peak: float) -> None:
+    field = RiskField([Threat(0.5, 0.5, spread=0.1, peak=peak)] * n)
+    assert error_in_spreads(field, (0.5, 0.5), 300, seed=n) <= 4e-12
+
+
+@pytest.mark.parametrize("peak", [1e-2, 1e-3, 1e-5, 1e-8])
+def test_a_thousand_faint_threats_are_integrated_as_exactly_as_promised(peak: float) -> None:
+    field = RiskField([Threat(0.5, 0.5, spread=0.1, peak=peak)] * 1000)
+    assert error_in_spreads(field, (0.5, 0.5), 100, seed=0) <= 8e-12
+
+
+@few
+@given(st.integers(2, 100), st.floats(0.05, 1.0), st.floats(0.1, 1.0), st.sampled_from([0.0, 0.01, 0.3]), seeds)
+@example(100, 1.0, 1.0, 0.01, 0)
+@example(100, 0.05, 1.0, 0.0, 0)
+@example(30, 0.5, 0.5, 0.0, 0)
+def test_threats_almost_on_one_spot_are_integrated_as_exactly_as_promised(
+    n: int, least_peak: float, least_spread: float, apart: float, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    at = 0.5 + 0.1 * apart * rng.uniform(-1.0, 1.0, (n, 2))
+    # most as wide as the widest: the wider, the more of the error
+    spread = 0.1 * np.where(rng.random(n) < 0.3, rng.uniform(least_spread, 1.0, n), 1.0)
+    rows = np.column_stack([at, spread, rng.uniform(least_peak, 1.0, n)]).tolist()
+    field = RiskField([Threat(x, y, spread=s, peak=p) for x, y, s, p in rows])
+    assert error_in_spreads(field, (0.5, 0.5), 15, seed) <= 4e-12
 
 
 @usual
@@ -114,6 +183,26 @@ def test_dropping_the_pairs_would_be_seen() -> None:
     broken = inclusion_exclusion(pair, *ends, largest=1)
     assert broken > line_integral(pair, *ends) + 1e-2
     assert abs(inclusion_exclusion(pair, *ends) - line_integral(pair, *ends)) <= TOLERANCE
+
+
+def test_the_exponential_of_the_kernels_is_as_near_as_it_says() -> None:
+    x = np.concatenate([np.linspace(-1.0, -0.2, 2000), np.linspace(-0.2, 0.03, 20_000)])
+    found, truth = np.array([exp_256(value) for value in x.tolist()]), np.exp(256.0 * x)
+    assert np.abs(found - truth)[x <= 0.0].max() <= 3e-14
+    assert np.abs(found / truth - 1.0)[x >= 0.0].max() <= 1e-13
+
+
+def test_fused_multiply_and_add_rounds_once() -> None:
+    # else the processor would decide what a segment weighs
+    @numba.njit
+    def fused(x: float, y: float, z: float) -> float:
+        return fma(x, y, z)
+
+    rows = np.random.default_rng(0).uniform(-1.0, 1.0, (200, 3))
+    rows[:100, 2] = -rows[:100, 0] * rows[:100, 1]
+    exact = [float(Fraction(x) * Fraction(y) + Fraction(z)) for x, y, z in rows.tolist()]
+    assert [fused(x, y, z) for x, y, z in rows.tolist()] == exact
+    assert all(exact[:100])
 
 
 # Laws of the line integral
