@@ -189,34 +189,82 @@ def lower_bound(
     if most < FIRST_CELLS**2:
         msg = f"max_cells is {shown(max_cells)}; give at least {FIRST_CELLS**2}, the cells of the first grid"
         raise ProblemError(msg)
+    return _proven(problem, tolerance, path, max_cells, keeps_path=path is not None)[0]
+
+
+def improved(problem: Problem, path: ArrayLike, tolerance: float) -> tuple[Certificate, float]:
+    """
+    Prove how good a path is, and put a better one in its place where the proof finds one.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    path
+        A feasible path from start to goal, shape ``(m, 2)``, map units.
+    tolerance
+        As `lower_bound` takes it.
+
+    Returns
+    -------
+    certificate
+        Its path is the best one known.
+    seconds
+        The part of the certificate's time after which this was known; 0 for the path that was given.
+
+    Raises
+    ------
+    ProblemError
+        If the path is not feasible from start to goal.
+
+    Examples
+    --------
+    >>> problem = Problem((0.1, 0.5), (0.9, 0.5), RiskField([Threat(0.5, 0.55, 0.1)]), k=10.0)
+    >>> certificate, seconds = improved(problem, [(0.1, 0.5), (0.5, 0.9), (0.9, 0.5)], 0.01)
+    >>> certificate.reached, bool(certificate.path[:, 1].max() < 0.6), 0.0 < seconds < certificate.seconds
+    (True, True, True)
+    """
+    return _proven(problem, tolerance, path, MAX_CELLS, keeps_path=False)
+
+
+def _proven(
+    problem: Problem, tolerance: float, path: ArrayLike | None, max_cells: int, *, keeps_path: bool
+) -> tuple[Certificate, float]:
+    """Bound from below; return also when the path that the bound is held against was known."""
     if not problem.field.is_proper:
-        return Certificate(math.nan, math.inf, tolerance, 0.0, 0, f"no bound: {NEGATIVE_WEIGHTS}", 0.0, problem=problem)
+        none = f"no bound: {NEGATIVE_WEIGHTS}"
+        return Certificate(math.nan, math.inf, tolerance, 0.0, 0, none, 0.0, problem=problem), 0.0
     with showing("proof") as tell:
-        load_kernels()
-        if not problem.model.area.is_empty:
-            corners.load_kernels()
+        load_kernels(walls=not problem.model.area.is_empty)
         began = time.perf_counter()
         held = _given(problem, path) if path is not None else _own(problem)
-        found = _Search(problem, tolerance, max_cells, held, is_own=path is None).run(tell)
-    return replace(found, seconds=time.perf_counter() - began, problem=problem)
+        search = _Search(problem, tolerance, max_cells, held, keeps_path)
+        found = search.run(tell)
+    known_after = search.improved_at - began if search.improved_at else 0.0
+    return replace(found, seconds=time.perf_counter() - began, problem=problem), known_after
 
 
 @cache
-def load_kernels() -> None:
+def load_kernels(*, walls: bool = True) -> None:
     """
     Have the kernels compiled, or loaded, once in a process: the time of a proof is that of proving.
+
+    Without `walls`, those that only a no-fly area needs are left alone.
 
     Examples
     --------
     >>> load_kernels()
     """
     threat = Threat(0.5, 0.5, 0.1)
-    problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([threat]), k=10.0, no_fly=shapely.box(0.4, 0.6, 0.5, 0.7))
+    area = shapely.box(0.4, 0.6, 0.5, 0.7) if walls else None
+    problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([threat]), k=10.0, no_fly=area)
     last = 16, 16
     level = Level.lay(problem, last, cell_runs.rectangle(last))
     if bounds := level.both(aim=1.0):
         level.kept(*bounds, math.inf)
-        _Search(problem, 0.1, 0, _own(problem), is_own=True).improve(level, bounds[0])
+        _Search(problem, 0.1, 0, _own(problem), keeps_path=False).improve(level, bounds[0])
+    if walls:
+        corners.load_kernels()
 
 
 class _Way(NamedTuple):
@@ -283,10 +331,12 @@ class _Search:
     problem: Problem
     tolerance: float
     max_cells: int
-    #: The path that the bound is held against, and the best one known; the same unless the path was given.
+    #: The path that the bound is held against; a better one takes its place, unless it is to be kept.
     held: _Way
-    is_own: bool
+    keeps_path: bool
     known: _Way = field(default_factory=_Way)
+    #: When a better one was found, s; 0 before.
+    improved_at: float = 0.0
     best: float = 0.0
     cells: int = 0
     grids: list[Grid] = field(default_factory=list)
@@ -308,10 +358,12 @@ class _Search:
         runs = cell_runs.rectangle(last)
         before = -math.inf
         while True:
-            level = Level.lay(closed, last, runs, worth=FRACTION * self.tolerance * self.best)
+            worth = FRACTION * self.tolerance * self.best
+            level = Level.lay(closed, last, runs, worth, self.known.path)
             self.cells = len(level.mesh.columns)
             self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.held.cost))
-            bounds = level.both(FRACTION * self.tolerance, charge=True)
+            wanted = self.held.cost / (1.0 + self.tolerance) / shrink
+            bounds = level.both(FRACTION * self.tolerance, charge=True, known=self.known.cost, wanted=wanted)
             if bounds is None:
                 # what finer grids leave out is more expensive than a known path
                 self.best = self.known.cost
@@ -366,10 +418,12 @@ class _Search:
         return self.known.cost > (bound + 3.0 * max(gained, 0.0)) * (1.0 + self.tolerance)
 
     def improve(self, level: Level, to_goal: Subsolution) -> None:
-        """Look for a better path down the costs-to-go; it replaces the one that the bound is held against, if own."""
+        """Look for a better path down the costs-to-go."""
         path = descent(self.problem, level.mesh, to_goal.values, radius=level.reach + 1.0)
-        self.known = min(self.known, _refined(self.problem, path), key=lambda way: way.cost)
-        if self.is_own:
+        found = _refined(self.problem, path)
+        if found.cost < self.known.cost:
+            self.known, self.improved_at = found, time.perf_counter()
+        if not self.keeps_path:
             self.held = self.known
 
     def _end(self, message: str) -> Certificate:

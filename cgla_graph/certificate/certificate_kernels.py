@@ -28,6 +28,8 @@ QUARTERS = 4
 #: Columns of the cost bounds: cost at the node, its slopes, how far it may fall below that linear function on the cell,
 #: and what the cost is at least there because of rasters and length alone.
 COST, SLOPE_X, SLOPE_Y, DROP, LEAST = range(5)
+#: Rounding of the control values on part of a cell, relative to the greatest of the whole.
+NARROWED = 2.0**-49
 
 
 @kernel
@@ -147,41 +149,56 @@ def least_around(
 
 
 @kernel
-def halve(rows: FloatArray, side: int) -> None:
-    """Turn three rows of Bézier control values into those of the upper half of the square (1), or the lower (-1)."""
-    far = 1 + side
-    near = 1 - side
+def narrow(rows: FloatArray, low: float, high: float) -> None:
+    """Turn three rows of Bézier control values on [0, 1] into those on ``[low, high]``, which is part of it."""
     for a in range(3):
-        rows[near, a] = 0.25 * (rows[0, a] + 2.0 * rows[1, a] + rows[2, a])
-        rows[1, a] = 0.5 * (rows[1, a] + rows[far, a])
+        first, middle, last = rows[0, a], rows[1, a], rows[2, a]
+        begin = (1.0 - low) * first + low * middle
+        then = (1.0 - low) * middle + low * last
+        rows[0, a] = (1.0 - low) * begin + low * then
+        rows[1, a] = (1.0 - high) * begin + high * then
+        rows[2, a] = (1.0 - high) * ((1.0 - high) * first + high * middle) + high * (
+            (1.0 - high) * middle + high * last
+        )
 
 
 @kernel
 def _worst(
-    vx: FloatArray, vy: FloatArray, x_half: int, y_half: int, spacing: tuple[float, float], bound: FloatArray
+    vx: FloatArray,
+    vy: FloatArray,
+    x_part: tuple[float, float],
+    y_part: tuple[float, float],
+    spacing: tuple[float, float],
+    bound: FloatArray,
 ) -> float:
     """
-    Bound the square of ``|grad phi| / c`` on a cell, or on the half or quarter to the sides that are not 0.
+    Bound the square of ``|grad phi| / c`` on part of a cell, from and to so many spacings from its lower left corner.
 
     `vx` and `vy` are the control vectors of all of it, shape ``(3, 3)``, which are changed; `bound` is a row of
     `cost_bounds`.
     """
     hx, hy = spacing
-    if x_half != 0:
-        halve(vx.T, x_half)
-        halve(vy.T, x_half)
-    if y_half != 0:
-        halve(vx, y_half)
-        halve(vy, y_half)
+    blur = 0.0
+    if x_part[0] > 0.0 or x_part[1] < 1.0 or y_part[0] > 0.0 or y_part[1] < 1.0:
+        # the part is rounded like the steepest of the whole
+        for o in range(9):
+            blur = max(blur, abs(vx[o // 3, o % 3]), abs(vy[o // 3, o % 3]))
+        blur *= NARROWED
+        narrow(vx.T, x_part[0], x_part[1])
+        narrow(vy.T, x_part[0], x_part[1])
+        narrow(vx, y_part[0], y_part[1])
+        narrow(vy, y_part[0], y_part[1])
     worst = 0.0
     steepest = 0.0
     lowest = math.inf
     for b in range(3):
-        y = 0.5 * (b - 1) if y_half == 0 else 0.25 * (b - 1 + y_half)
+        y = y_part[0] + 0.5 * b * (y_part[1] - y_part[0]) - 0.5
         for a in range(3):
-            x = 0.5 * (a - 1) if x_half == 0 else 0.25 * (a - 1 + x_half)
+            x = x_part[0] + 0.5 * a * (x_part[1] - x_part[0]) - 0.5
             least = bound[COST] - bound[DROP] + x * hx * bound[SLOPE_X] + y * hy * bound[SLOPE_Y]
-            steep = vx[b, a] * vx[b, a] + vy[b, a] * vy[b, a]
+            steep_x = abs(vx[b, a]) + blur
+            steep_y = abs(vy[b, a]) + blur
+            steep = steep_x * steep_x + steep_y * steep_y
             steepest = max(steepest, steep)
             lowest = min(lowest, least)
             worst = max(worst, steep / max(least * abs(least), 1e-100))
@@ -193,16 +210,23 @@ def _worst(
 
 @kernel
 def steepness(
-    values: FloatArray, mesh: Mesh, last: tuple[int, int], checked: BoolArray, bounds: FloatArray, out: FloatArray
+    values: FloatArray,
+    mesh: Mesh,
+    boxes: WholeArray,
+    parts: int,
+    checked: BoolArray,
+    bounds: FloatArray,
+    out: FloatArray,
 ) -> float:
     """
     Bound ``|grad phi| / c`` on each checked piece, and return the greatest; 0 where it does not matter.
 
     A piece that no way leads to, all of whose values are infinite, counts as 0. `bounds` are the `cost_bounds` of the
-    pieces, or of their quarters. Of cells on the rim of the map, only the half inside counts: where paths follow the
-    rim, it costs less outside.
+    pieces, or of their quarters. Only the box around each piece counts (`SplineMesh.boxes`, in sub-cells of so many
+    `parts` of a spacing): where paths follow a wall or the rim of the map, it costs less beyond.
     """
-    controls, columns, rows, _, (hx, hy) = mesh
+    controls, _, _, _, (hx, hy) = mesh
+    part = 1.0 / parts
     u = np.empty((3, 3))
     vx = np.empty((3, 3))
     vy = np.empty((3, 3))
@@ -239,19 +263,19 @@ def steepness(
         for i in range(3):
             vx[i, 1] = 0.5 * (vx[i, 0] + vx[i, 2])
             vy[1, i] = 0.5 * (vy[0, i] + vy[2, i])
-        x_half = 1 if columns[p] == 0 else (-1 if columns[p] == last[0] else 0)
-        y_half = 1 if rows[p] == 0 else (-1 if rows[p] == last[1] else 0)
+        left, bottom, right, top = boxes[p, 0] * part, boxes[p, 1] * part, boxes[p, 2] * part, boxes[p, 3] * part
         if bounds.shape[1] == 1:
-            worst = _worst(vx, vy, x_half, y_half, (hx, hy), bounds[p, 0])
+            worst = _worst(vx, vy, (left, right), (bottom, top), (hx, hy), bounds[p, 0])
         else:
             worst = 0.0
-            for part in range(4):
-                x_side, y_side = 2 * (part % 2) - 1, 2 * (part // 2) - 1
-                if x_side != -x_half and y_side != -y_half:
+            for quarter in range(4):
+                x_part = max(left, 0.5 * (quarter % 2)), min(right, 0.5 + 0.5 * (quarter % 2))
+                y_part = max(bottom, 0.5 * (quarter // 2)), min(top, 0.5 + 0.5 * (quarter // 2))
+                if x_part[0] < x_part[1] and y_part[0] < y_part[1]:
                     for o in range(9):
                         part_x[o // 3, o % 3] = vx[o // 3, o % 3]
                         part_y[o // 3, o % 3] = vy[o // 3, o % 3]
-                    worst = max(worst, _worst(part_x, part_y, x_side, y_side, (hx, hy), bounds[p, part]))
+                    worst = max(worst, _worst(part_x, part_y, x_part, y_part, (hx, hy), bounds[p, quarter]))
         out[p] = math.sqrt(worst)
         greatest = max(greatest, out[p])
     return greatest

@@ -29,13 +29,17 @@ a new bend changes nothing. The string is never longer than the way. So
 
 **The front** is led around the corner, too: it does not pass between nodes with a wall in between, and a node in sight
 of the corner reaches all others in its sight over it.
+
+**Where the cost changes too much** for that, a finer grid tells what ways cost (`finer`).
 """
 
 import itertools
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -71,16 +75,42 @@ ROUNDING = 2.0**-44
 
 
 @dataclass(frozen=True, eq=False)
-class Corner:
+class CornerBlock(ABC):
     """
-    The block of cells around a corner; places are relative to the corner, map units.
+    A block of cells around a corner.
 
     Attributes
     ----------
     pieces
         The pieces of the mesh inside, shape ``(m,)``.
+    cuts
+        Nodes and sides on which they have no neighbour, as a wall is between, shape ``(t, 2)``.
+    sights
+        What is in sight of each corner inside.
+    """
+
+    pieces: WholeArray
+    cuts: WholeArray
+    sights: Sequence[Sight]
+
+    @abstractmethod
+    def charge(self, values: FloatArray, mesh: SplineMesh) -> float:
+        """Return what a bound from a spline has to be lowered by for this block; infinity if that is not worth it."""
+
+    @abstractmethod
+    def least(self, values: FloatArray, mesh: SplineMesh) -> float:
+        """Bound a spline from below on the rim."""
+
+
+@dataclass(frozen=True, eq=False)
+class Corner(CornerBlock):
+    """
+    One where the cost changes little; places are relative to the corner, map units.
+
+    Attributes
+    ----------
     rim
-        Those with parts of the rim, one for each part, shape ``(s,)``.
+        Pieces with parts of the rim, one for each part, shape ``(s,)``.
     places, lines
         Where the parts of the rim begin and end: in spacings from the middle of their cell, and relative to the corner,
         shapes ``(s, 4)``.
@@ -94,13 +124,8 @@ class Corner:
         By how much ways may have to turn in it, rad.
     spacing
         The lesser step of the grid.
-    cuts
-        Nodes and sides on which they have no neighbour, as a wall is between, shape ``(t, 2)``.
-    sights
-        What is in sight of each corner inside.
     """
 
-    pieces: WholeArray
     rim: WholeArray
     places: FloatArray
     lines: FloatArray
@@ -109,8 +134,6 @@ class Corner:
     numbers: FloatArray
     turn: float
     spacing: float
-    cuts: WholeArray
-    sights: Sequence[Sight]
 
     @property
     def worth(self) -> float:
@@ -136,6 +159,27 @@ class Corner:
         return float(values[mesh.controls[self.rim]].min())
 
 
+class Bent(NamedTuple):
+    """A path whose corners matter where more is lost than `worth`, map units: all have to pay for a block."""
+
+    path: shapely.LineString
+    worth: float
+
+
+class Steep(NamedTuple):
+    """
+    A corner where the cost changes too much for a `Corner`.
+
+    `block` holds the pieces within `reach` cells of the middle of the cell `centre`, cuts and sights; a charge of more
+    than `worth`, map units, is not worth it.
+    """
+
+    block: tuple[WholeArray, WholeArray, Sequence[Sight]]
+    centre: tuple[int, int]
+    reach: int
+    worth: float
+
+
 @cache
 def load_kernels() -> None:
     """
@@ -148,9 +192,10 @@ def load_kernels() -> None:
     line, curve, numbers = np.zeros((1, 4)), np.zeros((1, 3)), np.ones(8)
     corner_kernels.curves(line, np.zeros(1, dtype=np.int32), np.zeros((1, 9), dtype=np.int32), np.zeros(1), curve)
     corner_kernels.charge(line, curve, line[:, :2], line, numbers, 0.0, 0.0)
+    corner_kernels.bent(0.0, 0.0, numbers)
 
 
-def links_of(mesh: SplineMesh, corners: Sequence[Corner]) -> Links:
+def links_of(mesh: SplineMesh, corners: Sequence[CornerBlock]) -> Links:
     """Return how nodes are joined where a front is led around some corners."""
     neighbours = mesh.neighbours
     if corners:
@@ -160,7 +205,9 @@ def links_of(mesh: SplineMesh, corners: Sequence[Corner]) -> Links:
     return Links(neighbours, bends_of([one for corner in corners for one in corner.sights], mesh.n_nodes))
 
 
-def corners_of(problem: Problem, mesh: SplineMesh, reach: int, taken: Sequence[tuple[int, int]]) -> list[Corner]:
+def corners_of(
+    problem: Problem, mesh: SplineMesh, reach: int, taken: Sequence[tuple[int, int]], bent: Bent | None = None
+) -> tuple[list[Corner], list[Steep]]:
     """
     Lay blocks around the sharp corners of an area, where they are worth it.
 
@@ -174,10 +221,19 @@ def corners_of(problem: Problem, mesh: SplineMesh, reach: int, taken: Sequence[t
         Cells from the middle of a block to its rim, at most.
     taken
         Columns and rows in the middle of blocks with that reach, which no other may touch.
+    bent
+        The corners where more is to be known if the cost is steep; none unless given.
+
+    Returns
+    -------
+    found
+        Blocks with all that is known of them.
+    steep
+        Blocks where more has to be known.
     """
     edges = problem.model.area.edges
     if not 0 < len(edges) <= MOST_EDGES:
-        return []
+        return [], []
     here, out, back = edges[:, 0:2], edges[:, 2:4] - edges[:, 0:2], edges[:, 4:6] - edges[:, 0:2]
     cross = out[:, 0] * back[:, 1] - out[:, 1] * back[:, 0]
     angles = np.arctan2(cross, (out * back).sum(axis=1))
@@ -187,6 +243,7 @@ def corners_of(problem: Problem, mesh: SplineMesh, reach: int, taken: Sequence[t
     sharp = np.unique(here[(angles > 0.0) & (angles < math.pi - SHARP)], axis=0)
     grid = _Grid(problem, mesh, convex, turns)
     found: list[Corner] = []
+    steep: list[Steep] = []
     centres = [(*centre, reach) for centre in taken]
     for corner in sharp:
         column, row = (round(float(value)) for value in (corner - mesh.origin) / mesh.spacing)
@@ -195,9 +252,12 @@ def corners_of(problem: Problem, mesh: SplineMesh, reach: int, taken: Sequence[t
         if (laid := grid.lay(corner, (column, row), int(most))) is not None:
             found.append(laid[0])
             centres.append((column, row, laid[1]))
-        if len(found) == MOST_BLOCKS:
+        elif bent and most >= LEAST_REACH and (left := grid.steep(corner, (column, row), bent)) is not None:
+            steep.append(left)
+            centres.append((column, row, LEAST_REACH))
+        if len(found) + len(steep) == MOST_BLOCKS:
             break
-    return found
+    return found, steep
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,7 +299,6 @@ class _Grid:
         reach, numbers, turn = chosen
         mesh, disc = self.mesh, DISC * self.rim(reach)
         around, away = self.pieces_around(centre, reach + 1)
-        pieces = around[away <= reach]
         on_rim = around[(away == reach) & mesh.matters[around]]
         vertices = self.convex[np.hypot(*(self.convex - corner).T) <= disc]
         if not len(on_rim) or len(vertices) > MOST_VERTICES:
@@ -248,18 +307,41 @@ class _Grid:
         middles = np.tile(np.column_stack([mesh.columns[rim], mesh.rows[rim]]), 2)
         lines = np.tile(mesh.origin - corner, 2) + np.tile(mesh.spacing, 2) * (middles + places)
         walls = walls_inside(self.problem.model.area.geometry, corner, disc, DEEP * max(mesh.spacing) / mesh.parts)
+        pieces, cuts, sights = self.block(centre, reach, vertices, 0.5 * disc)
+        facts = vertices - corner, walls, numbers, turn, min(mesh.spacing)
+        return Corner(pieces, cuts, sights, rim, places, lines, *facts), reach
+
+    def steep(self, corner: FloatArray, centre: tuple[int, int], bent: Bent) -> Steep | None:
+        """Lay the least block around a corner that a path bends around, if enough is lost there."""
+        if bent.path.distance(shapely.Point(corner)) > math.hypot(*self.mesh.spacing):
+            return None
+        inside = (
+            np.abs((self.convex - self.mesh.origin) / self.mesh.spacing - centre).max(axis=1) <= LEAST_REACH - INSIDE
+        )
+        cost = 1.0 + self.problem.k * float(self.problem.field.density(corner[None])[0])
+        lost = SAVED * float(self.turns[inside].sum()) * min(self.mesh.spacing) * cost
+        if not lost > bent.worth:
+            return None
+        rim = self.rim(LEAST_REACH)
+        block = self.block(centre, LEAST_REACH, self.convex[inside], rim)
+        return Steep(block, centre, LEAST_REACH, lost)
+
+    def block(
+        self, centre: tuple[int, int], reach: int, vertices: FloatArray, radius: float
+    ) -> tuple[WholeArray, WholeArray, list[Sight]]:
+        """Return pieces, cuts and sights of a block; nodes within the radius of a corner inside may be in its sight."""
+        mesh = self.mesh
+        around, away = self.pieces_around(centre, reach + 1)
         nodes = np.unique(mesh.controls[around])
         points = self.nodes[nodes]
         proper = np.isin(nodes, proper_nodes(mesh, around)) & ~self.problem.model.area.crosses(points, points)
         sights = [
-            self.in_sight(vertex, around, nodes, proper, 0.5 * disc)
+            self.in_sight(vertex, around, nodes, proper, radius)
             for vertex in vertices
             if (np.abs((vertex - mesh.origin) / mesh.spacing - centre) <= reach - INSIDE).all()
         ]
         far = np.abs(np.column_stack([mesh.node_columns[nodes], mesh.node_rows[nodes]]) - centre).max(axis=1)
-        cuts = self.behind_walls(nodes[far <= reach - 2])
-        facts = vertices - corner, walls, numbers, turn, min(mesh.spacing), cuts, sights
-        return Corner(pieces, rim, places, lines, *facts), reach
+        return around[away <= reach], self.behind_walls(nodes[far <= reach - 2]), sights
 
     def choose(self, corner: FloatArray, centre: tuple[int, int], most: int) -> tuple[int, FloatArray, float] | None:
         """Choose the reach of a block with which least is lost; return it, what is known of the cost, and the turn."""

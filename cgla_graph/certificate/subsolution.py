@@ -18,7 +18,8 @@ again, a few times: what is lost is of second order in the spacing where paths a
 a raster, the solution bends upwards without bound, and a spline is steep beside it. There the slope is lowered first,
 and not the foot, along which paths run.
 
-**Around corners of areas**, blocks of cells are left out of the inequality, and charged for (`corners`).
+**Around corners of areas**, blocks of cells are left out of the inequality, and charged for (`corners`; where
+the cost is steep, `finer`).
 
 **A few cells that stay too steep** need not lower the bound everywhere. Let ``|grad phi| <= c`` but for some cells,
 where ``|grad phi| <= s c``. Follow a path to the first of them that it enters, B, at ``a``, and go on where it leaves B
@@ -32,21 +33,22 @@ import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
+import shapely
 
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.certificate import certificate_kernels
-from cgla_graph.certificate.corners import Corner, corners_of, links_of
+from cgla_graph.certificate.corners import Bent, CornerBlock, corners_of, links_of
+from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
+from cgla_graph.certificate.finer import Finer
 from cgla_graph.certificate.tips import Near, Tip
 from cgla_graph.eikonal import cell_runs
-from cgla_graph.eikonal.marching import costs_to_go, node_costs
+from cgla_graph.eikonal.marching import costs_to_go
 from cgla_graph.eikonal.marching_kernels import spline_value
 from cgla_graph.eikonal.mesh import HALO, SplineMesh
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.risk import RiskField
-from cgla_graph.model.risk_raster import raster_array
 
 #: Times that the equation is solved on one grid, at most; more where cells of rasters are steep against each other.
 MOST_ROUNDS, MOST_ROUNDS_ON_RASTERS = 8, 16
@@ -55,6 +57,9 @@ MOST_HALO = 96
 #: Rounds on bilinear rasters that lower no cost below that of the cell that is too steep. (Where risk jumps, nodes have
 #: the lesser cost as it is.)
 GENTLE_ROUNDS = 8
+#: What another round may gain at most is not worth it below this part of what is left to finer grids and, as the
+#: known path may be a bad one, below that part of the bound.
+LEAST_SHARE, LEAST_GAIN = 0.1, 0.005
 #: Cells that may stay too steep, at most, and the rounding of what they are charged for.
 MOST_CHARGED, ROUNDING = 2000, 1e-12
 #: Cells along the longer side of the first grid; every further grid has twice as many.
@@ -160,7 +165,7 @@ class Subsolution:
 
     bound: float
     values: FloatArray
-    corners: Sequence[Corner] = ()
+    corners: Sequence[CornerBlock] = ()
 
     def lowered(self, by: float) -> "Subsolution":
         """Return what is left when it is lowered everywhere."""
@@ -177,40 +182,44 @@ class Level:
     costs: FloatArray
     reach: int
     worth: float
+    path: FloatArray | None
 
     @classmethod
-    def lay(cls, problem: Problem, last: tuple[int, int], runs: WholeArray, worth: float = math.inf) -> "Level":
-        """Build the mesh of some cells and bound the cost on each; a loss of `worth` at an end is worth a box there."""
+    def lay(
+        cls,
+        problem: Problem,
+        last: tuple[int, int],
+        runs: WholeArray,
+        worth: float = math.inf,
+        path: FloatArray | None = None,
+    ) -> "Level":
+        """
+        Build the mesh of some cells and bound the cost on each.
+
+        A loss of `worth` at an end, or at a corner of a path, is worth a finer grid around it.
+        """
         ends = problem.start, problem.goal
         mesh = SplineMesh.build(problem.bounds, last, runs, problem.model.area, ends, halo(problem, last))
-        parts = certificate_kernels.QUARTERS if problem.field.rasters else 1
-        bounds = np.empty((len(mesh.columns), parts, 5))
-        certificate_kernels.cost_bounds(
-            mesh.columns,
-            mesh.rows,
-            mesh.origin,
-            mesh.spacing,
-            problem.bounds,
-            problem.k,
-            problem.field.table,
-            problem.field.raster_array,
-            bounds,
-        )
         reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
-        return cls(problem, mesh, bounds, _costs_to_solve_for(problem, mesh), reach, worth)
+        return cls(problem, mesh, cost_bounds(problem, mesh), costs_to_solve_for(problem, mesh), reach, worth, path)
 
-    def both(self, aim: float, *, charge: bool = False) -> tuple[Subsolution, Subsolution] | None:
+    def both(
+        self, aim: float, *, charge: bool = False, known: float = math.inf, wanted: float = math.inf
+    ) -> tuple[Subsolution, Subsolution] | None:
         """Bound the cost to the goal and to the start, at the same time; None if no way leads from one to the other."""
         if charge:
             # before threads start: a cached property has one lock for all grids, and a block has a grid of its own
             _ = self.corners
+        bound = partial(self.bound, aim=aim, charge=charge, known=known, wanted=wanted)
         # kernels let other threads run
         with ThreadPoolExecutor(1) as thread:
-            other = thread.submit(self.bound, to_goal=False, aim=aim, charge=charge)
-            to_goal, to_start = self.bound(to_goal=True, aim=aim, charge=charge), other.result()
+            other = thread.submit(bound, to_goal=False)
+            to_goal, to_start = bound(to_goal=True), other.result()
         return None if to_goal is None or to_start is None else (to_goal, to_start)
 
-    def bound(self, *, to_goal: bool, aim: float, charge: bool = False) -> Subsolution | None:
+    def bound(
+        self, *, to_goal: bool, aim: float, charge: bool = False, known: float = math.inf, wanted: float = math.inf
+    ) -> Subsolution | None:
         """
         Bound the cost from everywhere to one end: solve, check, lower the cost where it is too steep, and again.
 
@@ -223,6 +232,11 @@ class Level:
         charge
             Whether a few cells may stay too steep, for which the bound is lowered everywhere. Then differences of its
             values bound nothing.
+        known
+            Cost of a known path. As no round raises the costs-to-go, the part of the gap that is above them is left to
+            finer grids: gains far below it are not worth another round.
+        wanted
+            A bound that is good enough.
 
         Returns
         -------
@@ -268,7 +282,9 @@ class Level:
                 corners = kept
                 checked, links = self._checked(block, corners), links_of(mesh, corners)
                 continue
-            steepest = certificate_kernels.steepness(times, mesh.kernel_mesh, mesh.last, checked, self.bounds, steep)
+            steepest = certificate_kernels.steepness(
+                times, mesh.kernel_mesh, mesh.boxes, mesh.parts, checked, self.bounds, steep
+            )
             found = self._shifted(times / max(steepest, 1.0), other, piece, block).lowered(sum(charges))
             gained, reached = found.bound - reached, max(reached, found.bound)
             if charge and 1.0 + aim < steepest < math.inf and not block.holds[piece]:
@@ -278,7 +294,10 @@ class Level:
             if best is None or found.bound > best.bound:
                 best = replace(found, corners=corners)
             stalled = 0.0 <= gained < aim * reached
-            if steepest < 1.0 + aim or (stalled and not gentle):
+            possible = self._shifted(times, other, piece, block).bound - sum(charges)
+            left = min(LEAST_SHARE * (known - possible), LEAST_GAIN * possible) if known < math.inf else 0.0
+            done = possible - best.bound <= left or best.bound >= wanted
+            if steepest < 1.0 + aim or done or (stalled and not gentle):
                 break
             if stalled or number == GENTLE_ROUNDS:
                 gentle = False
@@ -287,7 +306,7 @@ class Level:
             number += 1
         return best
 
-    def _checked(self, block: "Block", corners: Sequence[Corner]) -> BoolArray:
+    def _checked(self, block: "Block", corners: Sequence[CornerBlock]) -> BoolArray:
         """Say on which pieces the spline has to be a bound, shape ``(m,)``."""
         checked = self.mesh.matters & ~block.holds
         for corner in corners:
@@ -320,10 +339,14 @@ class Level:
         return Subsolution(float(at), shifted)
 
     @cached_property
-    def corners(self) -> Sequence[Corner]:
+    def corners(self) -> Sequence[CornerBlock]:
         """The blocks around corners of areas."""
         ends = self.problem.start, self.problem.goal
-        return corners_of(self.problem, self.mesh, self.reach, [_middle(self.mesh, end) for end in ends])
+        taken = [_middle(self.mesh, end) for end in ends]
+        bent = None if self.path is None else Bent(shapely.LineString(self.path), self.worth)
+        found, steep = corners_of(self.problem, self.mesh, self.reach, taken, bent)
+        looked = (Finer.around(self.problem, self.mesh, one) for one in steep)
+        return [*found, *(one for one in looked if one is not None)]
 
     @cached_property
     def start_block(self) -> "Block":
@@ -452,24 +475,3 @@ def _look_closer(level: Level, end: Point, rim: float) -> Near | None:
         return None
     leaves = box[0] > x_min, box[1] > y_min, box[2] < x_max, box[3] < y_max
     return Near.of(inner.mesh, found.values, inner.reach, leaves)
-
-
-def _costs_to_solve_for(problem: Problem, mesh: SplineMesh) -> FloatArray:
-    """
-    Return the cost of a unit of length at each node, shape ``(n,)``; where it jumps, the least nearby.
-
-    A spline through a solution takes a cell or two to get steeper where the cost jumps up. They have to be cells of
-    the higher cost: a node takes the least value of nearest rasters on all cells whose spline it is part of. So what is
-    lost is a strip of one and a half cells along the jump.
-    """
-    field = problem.field
-    jumping = [raster for raster in field.rasters if raster.interpolation == "nearest"]
-    if not jumping:
-        return node_costs(problem, mesh)
-    smooth = RiskField(
-        field.threats, rasters=[raster for raster in field.rasters if raster.interpolation == "bilinear"]
-    )
-    least = np.empty(mesh.n_nodes)
-    reach = 1.5 * mesh.spacing[0], 1.5 * mesh.spacing[1]
-    certificate_kernels.least_around(mesh.node_points, reach, problem.bounds, raster_array(jumping), least)
-    return 1.0 + problem.k * (smooth.density(mesh.node_points) + least)

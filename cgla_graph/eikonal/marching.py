@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 from shapely.geometry import MultiPoint
 from shapely.geometry.base import BaseGeometry
 
@@ -83,7 +82,6 @@ def costs_to_go(
     n = mesh.n_nodes
     if piece < 0:
         return np.full(n + 1, np.inf)
-    neighbours, bends = links or Links(mesh.neighbours, bends_of([], n))
     times, state = np.full(n + 1, np.inf), np.zeros(n + 1, dtype=np.int8)
     # what counts as done, at infinite cost, is left alone
     state[:n][mesh.outside] = marching_kernels.DONE
@@ -96,11 +94,20 @@ def costs_to_go(
         times[begun] = first(mesh.node_points[begun])
         state[begun[np.isinf(times[begun])]] = marching_kernels.FAR
     times *= start_factor
-    marching_kernels.march(times, state, padded, neighbours, mesh.beside_wall, mesh.spacing, second, bends)
-    while not problem.model.area.is_empty and front_kernels.bridge(mesh.controls, padded, mesh.spacing, times, state):
-        marching_kernels.march(times, state, padded, neighbours, mesh.beside_wall, mesh.spacing, second, bends)
+    march(mesh, times, state, padded, links or Links(mesh.neighbours, bends_of([], n)), second=second)
     front_kernels.mirror(mesh.kernel_nodes, mesh.last, times)
     return times
+
+
+def march(
+    mesh: SplineMesh, times: FloatArray, state: WholeArray, cost: FloatArray, links: Links, *, second: bool = True
+) -> None:
+    """Complete times of arrival, in place; arrays as `marching_kernels.march` takes them, shapes ``(n + 1,)``."""
+    neighbours, bends = links
+    rest = cost, neighbours, mesh.beside_wall, mesh.spacing, second, bends
+    marching_kernels.march(times, state, *rest)
+    while mesh.is_cut.any() and front_kernels.bridge(mesh.controls, cost, mesh.spacing, times, state):
+        marching_kernels.march(times, state, *rest)
 
 
 def descent(problem: Problem, mesh: SplineMesh, times: FloatArray, *, radius: float) -> FloatArray:
@@ -177,6 +184,8 @@ def _outstanding(every: FloatArray, path: FloatArray, reach: float, geometry: Ba
     """
     if not len(every):
         return every
+    from scipy.spatial import cKDTree  # noqa: PLC0415 - slow to import, and needed beside walls alone
+
     tree = cKDTree(path)
     near = every[np.isfinite(tree.query(every, distance_upper_bound=reach)[0])]
     if len(near) <= MOST_CORNERS:

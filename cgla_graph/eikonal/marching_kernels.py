@@ -4,6 +4,9 @@ Compiled kernels of the eikonal equation ``|grad T| = c`` on a mesh: fast marchi
 The nodes of a mesh (`cgla_graph.eikonal.mesh`) know their four neighbours: row ``p`` of ``neighbours``, shape
 ``(n + 1, 4)``, holds the numbers of the nodes to the west, east, south and north of node ``p``. Number ``n`` stands
 for "no node there" and is its own neighbour; its value is infinite. So no kernel asks whether a neighbour exists.
+
+A kernel is compiled anew for arguments of other types, and for constants that are handed over. Casts such as
+``int(np.int64(0))``, which numba takes for a number of that type, keep calls of one kernel alike.
 """
 
 import math
@@ -56,7 +59,7 @@ def drop_first(keys: FloatArray, items: WholeArray, size: int) -> int:
     key = keys[size]
     item = items[size]
     keys[size] = math.inf
-    i = 0
+    i = int(np.int64(0))
     while True:
         first = 4 * i + 1
         if first >= size:
@@ -88,10 +91,12 @@ def with_room(keys: FloatArray, items: WholeArray, room: int) -> tuple[FloatArra
 
 @kernel
 def upwind(
-    q: int, back: int, forth: int, second: bool, work: FloatArray, neighbours: WholeArray
+    q: int, back: int, second: bool, work: FloatArray, neighbours: WholeArray
 ) -> tuple[float, float, float, bool]:
     """
     Return upwind value, offset and cost of the difference along one axis at `q`; and whether it is of second order.
+
+    The neighbours along the axis are at `back` and the place after it.
 
     It is where two finished nodes in a row fall towards the front (Sethian 1999). The final time in `work` is infinite
     where a node is not finished, and so is the value where no neighbour is.
@@ -99,10 +104,10 @@ def upwind(
     near = neighbours[q, back]
     side = back
     value = work[near, 0]
-    other = neighbours[q, forth]
+    other = neighbours[q, back + 1]
     if work[other, 0] < value:
         near = other
-        side = forth
+        side = back + 1
         value = work[other, 0]
     if second and value < math.inf:
         beyond = work[neighbours[near, side], 0]
@@ -200,7 +205,8 @@ def march(
     # what is asked of a node lies together: its final time, its time so far, its cost, and whether it is open (0), done
     # (1), or a seed that is not done (2)
     work = np.empty((n + 1, 4))
-    size = 0
+    west, south = int(np.int64(0)), int(np.int64(2))
+    size = int(np.int64(0))
     for p in range(n + 1):
         work[p, 0] = times[p] if state[p] == DONE else math.inf
         work[p, 1] = times[p]
@@ -208,7 +214,7 @@ def march(
         work[p, 3] = 1.0 if state[p] == DONE or p == n else (2.0 if state[p] == SEED else 0.0)
         if state[p] == TRIAL or state[p] == SEED:
             keys, items = with_room(keys, items, size + 8)
-            size = push(keys, items, size, times[p], p)
+            size = push(keys, items, size, times[p], int(np.uint32(p)))
     while size > 0:
         # (in the loop inside, the arrays stay the same: their references need not be counted)
         keys, items = with_room(keys, items, size + 8)
@@ -226,7 +232,7 @@ def march(
                 if there < bend_times[bend]:
                     bend_times[bend] = there
                     for beyond in range(first_node[bend], first_node[bend + 1]):
-                        q = int(bend_node[beyond])
+                        q = int(np.uint32(bend_node[beyond]))
                         if work[q, 3] == 0.0 and there + bend_cost[beyond] < work[q, 1]:
                             work[q, 1] = there + bend_cost[beyond]
                             keys, items = with_room(keys, items, size + 8)
@@ -236,8 +242,8 @@ def march(
                 q = near[p, side]
                 if work[q, 3] != 0.0:
                     continue
-                x_value, tx, x_cost, x_second = upwind(q, 0, 1, second, work, near)
-                y_value, ty, y_cost, y_second = upwind(q, 2, 3, second, work, near)
+                x_value, tx, x_cost, x_second = upwind(q, west, second, work, near)
+                y_value, ty, y_cost, y_second = upwind(q, south, second, work, near)
                 here = work[q, 2]
                 x_shift = 0.0 if x_second else 0.5 * (x_cost - here)
                 y_shift = 0.0 if y_second else 0.5 * (y_cost - here)
@@ -392,7 +398,7 @@ def descend(
         here = spline_value(controls[piece], u - columns[piece], v - rows[piece], values)
         angle, best = downhill(u, v, piece, steps, last, values, mesh)
         if not best < here and steps > 1:
-            angle, best = downhill(u, v, piece, 1, last, values, mesh)
+            angle, best = downhill(u, v, piece, min(steps, 1), last, values, mesh)
         if best < here:
             u += math.cos(angle)
             v += math.sin(angle)

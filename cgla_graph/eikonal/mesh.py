@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
 from cgla_graph.eikonal import cell_runs, mesh_kernels
@@ -14,11 +13,13 @@ from cgla_graph.eikonal.marching_kernels import Mesh, Nodes
 from cgla_graph.model.no_fly import NoFlyArea
 
 #: Sub-cells along the longer side of the bounds by which pieces of cells are told apart, where there is room for them.
-SUB_CELLS = 16_384
+SUB_CELLS = 32_768
 #: Sub-cells in all, unless that would leave fewer than so many along the side of a cell.
 MOST_SUB_CELLS, FEWEST_PARTS = 3_000_000, 4
 #: Further cells around those that matter, unless told otherwise, so that the rim of the mesh does no harm.
 HALO = 8
+#: Where there is no piece.
+NO_CELL, IN_AREA = -1, -2
 #: A corner turns by more than this, rad, and nodes are near it within so many cells.
 SHARP, NEAR_CORNER = math.radians(15.0), 3.0
 
@@ -58,10 +59,13 @@ class SplineMesh:
     ends
         The pieces that hold the points asked for; -1 where there is none.
     parts
-        Sub-cells along the side of a cell that an edge meets.
+        Sub-cells along the side of a cell, by which pieces of a cell that an edge meets are told apart.
     sub_cells
         Of each piece the number of its cell, of each cell that of its table or -1, the tables of labels, and of each
         cell its first piece (see `free_parts`).
+    boxes
+        The box around each piece, inside the bounds: columns and rows of sub-cells of its cell, from and to, shape
+        ``(m, 4)``.
     """
 
     origin: Point
@@ -78,6 +82,7 @@ class SplineMesh:
     ends: tuple[int, ...]
     parts: int
     sub_cells: tuple[WholeArray, WholeArray, WholeArray, WholeArray]
+    boxes: WholeArray
 
     @classmethod
     def build(
@@ -88,6 +93,7 @@ class SplineMesh:
         area: NoFlyArea,
         ends: Sequence[Point],
         halo: int = HALO,
+        most_sub_cells: int = MOST_SUB_CELLS,
     ) -> "SplineMesh":
         """
         Build the mesh of some cells.
@@ -106,13 +112,15 @@ class SplineMesh:
             Points outside the area.
         halo
             Further cells around those that matter.
+        most_sub_cells
+            Sub-cells in all, unless that would leave fewer than a few in a cell.
         """
         origin = bounds[:2]
         spacing = ((bounds[2] - bounds[0]) / last[0], (bounds[3] - bounds[1]) / last[1])
         columns, rows = cell_runs.cells_of(cell_runs.clipped(cell_runs.dilated(runs, halo), last))
         n_cells = len(columns)
         place, counts = np.full(n_cells, -1, dtype=np.int32), np.ones(n_cells, dtype=np.int32)
-        parts, labels = 1, np.empty((0, 1, 1), dtype=np.int16)
+        parts, labels = 2, np.empty((0, 2, 2), dtype=np.int16)
         if not area.is_empty:
             edges, arrays = area.edges, area.kernel_arrays
             row_starts = np.searchsorted(rows, np.arange(rows[0], rows[-1] + 2))
@@ -126,7 +134,7 @@ class SplineMesh:
             met = whole[:, 0, 0] == mesh_kernels.MET
             counts[mesh_kernels.inside_cells(grid, met, arrays)] = 0
             place[met] = np.arange(met.sum())
-            room = math.isqrt(MOST_SUB_CELLS // max(int(met.sum()), 1))
+            room = math.isqrt(most_sub_cells // max(int(met.sum()), 1))
             # an even number, so that the rim of the map runs between sub-cells
             parts = 2 * (max(min(SUB_CELLS // max(last), room), FEWEST_PARTS) // 2)
             kinds = np.zeros((int(met.sum()), parts, parts), dtype=np.int8)
@@ -163,10 +171,12 @@ class SplineMesh:
             label = mesh_kernels.label_at(int(cell[0]), b, a, place, labels) if len(cell) and counts[cell[0]] else -1
             found.append(int(first_piece[cell[0]]) + label if label >= 0 else -1)
         places = np.column_stack([node_columns, node_rows])
+        boxes = mesh_kernels.boxes(columns, rows, last, parts, sub_cells := (pieces, place, labels, first_piece))
         beside_wall = _beside_wall(neighbours, places, (_sharp_corners(area) - origin) / spacing)
         nodes = node_columns, node_rows, neighbours, beside_wall
-        sub_cells = pieces, place, labels, first_piece
-        return cls(origin, spacing, last, columns, rows, matters, controls, *nodes, tuple(found), parts, sub_cells)
+        return cls(
+            origin, spacing, last, columns, rows, matters, controls, *nodes, tuple(found), parts, sub_cells, boxes
+        )
 
     @property
     def kernel_mesh(self) -> Mesh:
@@ -189,6 +199,28 @@ class SplineMesh:
         columns, rows = (np.asarray(a, dtype=np.float64) for a in (self.node_columns, self.node_rows))
         return np.column_stack([self.origin[0] + self.spacing[0] * columns, self.origin[1] + self.spacing[1] * rows])
 
+    def pieces_at(self, points: FloatArray) -> WholeArray:
+        """
+        Find the piece at each point, shape ``(k, 2)``, map units: shape ``(k,)``.
+
+        It is `NO_CELL` where the mesh has no cell, or one inside the area, and `IN_AREA` where a point of a cell is in
+        the area.
+        """
+        cells, place, labels, first_piece = self.sub_cells
+        at = (points - np.array(self.origin)) / np.array(self.spacing)
+        nodes = np.rint(at).astype(np.int64)
+        parts = np.clip(((at - nodes + 0.5) * self.parts).astype(np.int64), 0, self.parts - 1)
+        # pieces stand row by row
+        width = self.last[0] + 3
+        keys, asked = self.rows.astype(np.int64) * width + self.columns, nodes[:, 1] * width + nodes[:, 0]
+        first = np.minimum(np.searchsorted(keys, asked), len(keys) - 1)
+        cell = cells[first]
+        label = np.zeros(len(points), dtype=np.int64)
+        cut = place[cell] >= 0
+        label[cut] = labels[place[cell[cut]], parts[cut, 1], parts[cut, 0]]
+        found = np.where(label >= 0, first_piece[cell] + label, IN_AREA)
+        return np.where(keys[first] == asked, found, NO_CELL)
+
     def free_parts(self, piece: int) -> BoolArray:
         """Say which sub-cells of its cell a piece consists of, shape ``(parts, parts)``; of all: ``(1, 1)``."""
         pieces, place, labels, first_piece = self.sub_cells
@@ -196,6 +228,12 @@ class SplineMesh:
         if place[cell] < 0:
             return np.ones((1, 1), dtype=np.bool_)
         return np.asarray(labels[place[cell]] == piece - first_piece[cell])
+
+    @property
+    def is_cut(self) -> BoolArray:
+        """Whether an edge of the area meets the cell of each piece, shape ``(m,)``."""
+        pieces, place, _, _ = self.sub_cells
+        return np.asarray(place[pieces] >= 0)
 
     @property
     def outside(self) -> BoolArray:
@@ -210,6 +248,8 @@ def _beside_wall(neighbours: WholeArray, places: WholeArray, sharp: FloatArray) 
     lacks[-1] = False
     (lacking,) = np.nonzero(lacks)
     if len(sharp) and len(lacking):
+        from scipy.spatial import cKDTree  # noqa: PLC0415 - slow to import, and needed beside walls alone
+
         away, _ = cKDTree(sharp).query(places[lacking], distance_upper_bound=NEAR_CORNER)
         lacks[lacking[np.isfinite(away)]] = False
     return np.asarray(lacks)

@@ -203,6 +203,46 @@ def label_pieces(kinds: WholeArray, labels: WholeArray) -> WholeArray:
 
 
 @kernel
+def boxes(
+    columns: WholeArray,
+    rows: WholeArray,
+    last: tuple[int, int],
+    parts: int,
+    sub_cells: tuple[WholeArray, WholeArray, WholeArray, WholeArray],
+) -> WholeArray:
+    """
+    Find the box around each piece: columns and rows of sub-cells of its cell, from and to, shape ``(m, 4)``.
+
+    Of cells on the rim of the map, only the half inside the bounds counts; `parts` is even, and `sub_cells` as a
+    `SplineMesh` has them.
+    """
+    cells, place, labels, first_piece = sub_cells
+    found = np.empty((columns.shape[0], 4), dtype=np.int16)
+    for p in range(columns.shape[0]):
+        found[p, 0] = parts // 2 if columns[p] == 0 else 0
+        found[p, 1] = parts // 2 if rows[p] == 0 else 0
+        found[p, 2] = parts // 2 if columns[p] == last[0] else parts
+        found[p, 3] = parts // 2 if rows[p] == last[1] else parts
+        table = place[cells[p]]
+        if table < 0:
+            continue
+        label = p - first_piece[cells[p]]
+        left, bottom, right, top = parts, parts, 0, 0
+        for i in range(parts):
+            for j in range(parts):
+                if labels[table, i, j] == label:
+                    left = min(left, j)
+                    right = max(right, j + 1)
+                    bottom = min(bottom, i)
+                    top = i + 1
+        found[p, 0] = max(found[p, 0], left)
+        found[p, 1] = max(found[p, 1], bottom)
+        found[p, 2] = min(found[p, 2], right)
+        found[p, 3] = min(found[p, 3], top)
+    return found
+
+
+@kernel
 def root(parents: WholeArray, i: int) -> int:
     """Find the representative of a slot, halving the way there."""
     while parents[i] != i:
@@ -243,6 +283,8 @@ def join_pieces(
     pieces apart do not, so that the spline may jump from one side of a wall to the other.
     """
     n = near.shape[0]
+    # (casts keep calls of one kernel alike, which is compiled anew for other types and for constants)
+    start, end = int(np.int64(0)), parts - 1
     parents: WholeArray = np.arange(9 * int(first_piece[n])).astype(np.int32)
     plain = np.empty(n, dtype=np.bool_)
     for p in range(n):
@@ -258,21 +300,20 @@ def join_pieces(
                 parents[9 * first_piece[p] + o] = 9 * first_piece[q] + 4
     for p in range(n):
         for o in range(5, 9):
-            q = near[p, o]
+            q = int(np.int64(near[p, o]))
             if q < 0 or (deep[p] and deep[q]):
                 continue
             dx = o % 3 - 1
             dy = o // 3 - 1
             if plain[p] and plain[q]:
-                share(first_piece[p], first_piece[q], dx, dy, parents)
+                share(int(np.int64(first_piece[p])), int(np.int64(first_piece[q])), dx, dy, parents)
                 continue
             if first_piece[p] == first_piece[p + 1] or first_piece[q] == first_piece[q + 1]:
                 continue
             if dx != 0 and dy != 0:
-                i = parts - 1
-                j = parts - 1 if dx > 0 else 0
-                mine = label_at(p, i, j, place, labels)
-                other = label_at(q, 0, parts - 1 - j, place, labels)
+                j = end if dx > 0 else start
+                mine = label_at(p, end, j, place, labels)
+                other = label_at(q, start, end - j, place, labels)
                 if mine >= 0 and other >= 0:
                     share(first_piece[p] + mine, first_piece[q] + other, dx, dy, parents)
                 continue
@@ -281,11 +322,11 @@ def join_pieces(
             for i in range(parts):
                 for k in range(max(i - 1, 0), min(i + 2, parts)):
                     if dy == 0:
-                        mine = label_at(p, i, parts - 1, place, labels)
-                        other = label_at(q, k, 0, place, labels)
+                        mine = label_at(p, i, end, place, labels)
+                        other = label_at(q, k, start, place, labels)
                     else:
-                        mine = label_at(p, parts - 1, i, place, labels)
-                        other = label_at(q, 0, k, place, labels)
+                        mine = label_at(p, end, i, place, labels)
+                        other = label_at(q, start, k, place, labels)
                     if mine >= 0 and other >= 0 and (mine != last_mine or other != last_other):
                         share(first_piece[p] + mine, first_piece[q] + other, dx, dy, parents)
                         last_mine = mine

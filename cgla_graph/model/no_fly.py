@@ -312,6 +312,9 @@ def _polygons(geometry: BaseGeometry, part: str) -> list[Polygon]:
 def _edges(geometry: BaseGeometry) -> FloatArray:
     """Return every edge as `NoFlyArea.edges` has them, sorted by least x."""
     rings = shapely.get_rings(shapely.get_parts(geometry))
+    if not len(rings):
+        # (no kernel is needed for that)
+        return np.empty((0, 6))
     coordinates, ring = shapely.get_coordinates(rings, return_index=True)
     coordinates += 0.0  # turns -0.0 into 0.0, so that equal vertices sort together
     starts, ends = coordinates[:-1], coordinates[1:]

@@ -12,7 +12,7 @@ from scipy.sparse import csgraph
 
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import positive_number
-from cgla_graph.certificate.certificate import lower_bound
+from cgla_graph.certificate.certificate import improved
 from cgla_graph.certificate.subsolution import in_line
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.problem import Problem
@@ -60,7 +60,8 @@ class Hybrid:
     To have a path soon, the way down the costs-to-go on a coarse grid comes before all that, or a quick search over a
     seventh of the lattice points where the map has a few corners.
 
-    Last, and not counted in `Solution.seconds`, a lower bound proves how good it is.
+    Last, and not counted in `Solution.seconds`, a lower bound proves how good it is. Should the way down the
+    costs-to-go of a grid of the proof be better, it is the answer, and the proof counts up to there.
 
     Attributes
     ----------
@@ -116,8 +117,19 @@ class Hybrid:
         answer = _Search(problem, self).run()
         if self.tolerance is None or not answer.status.has_path:
             return answer
-        certificate = lower_bound(problem, self.tolerance, path=answer.path)
-        return dataclasses.replace(answer, lower_bound=certificate.lower_bound, certificate_seconds=certificate.seconds)
+        certificate, known_after = improved(problem, answer.path, self.tolerance)
+        seconds = certificate.seconds - known_after
+        answer = dataclasses.replace(answer, lower_bound=certificate.lower_bound, certificate_seconds=seconds)
+        if certificate.path is None or not certificate.upper_bound < answer.cost:
+            return answer
+        moment = TracePoint(answer.trace[-1].seconds + known_after, answer.evaluations, certificate.upper_bound)
+        return dataclasses.replace(
+            answer,
+            path=certificate.path,
+            cost=certificate.upper_bound,
+            trace=(*answer.trace, moment),
+            message=f"{answer.message}; the proof found a better path",
+        )
 
 
 class _Search:

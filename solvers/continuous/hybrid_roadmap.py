@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from scipy import sparse
-from scipy.spatial import Delaunay, KDTree
 
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.model import graph_kernels
@@ -148,6 +147,8 @@ def _among(special: FloatArray) -> IntArray:
     n = len(special)
     if n <= ALL_PAIRS_UP_TO:
         return np.column_stack(np.triu_indices(n, 1))
+    from scipy.spatial import KDTree  # noqa: PLC0415 - slow to import, and rarely needed
+
     near = np.asarray(KDTree(special).query(special, k=NEAREST + 1)[1])[:, 1:]
     return np.vstack([[0, 1], np.column_stack([np.repeat(np.arange(n), NEAREST), near.ravel()])])
 
@@ -191,5 +192,7 @@ def _unconstrained(problem: Problem) -> tuple[FloatArray, IntArray]:
     new = np.concatenate([[0, 1], np.where(inside, 1 + np.cumsum(inside), -1)])
     sides = new[sides]
     corners = corners[inside]
+    from scipy.spatial import Delaunay  # noqa: PLC0415 - slow to import, and rarely needed
+
     triangles = Delaunay(np.vstack([problem.start, problem.goal, corners])).simplices.astype(np.int64)
     return corners, np.concatenate([sides[(sides >= 0).all(axis=1)], *(triangles[:, [i, i - 1]] for i in range(3))])

@@ -25,7 +25,7 @@ from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph.certificate import certificate_kernels, subsolution
+from cgla_graph.certificate import certificate_kernels, costs, subsolution
 from cgla_graph.certificate.certificate import FIRST_CELLS, Certificate, lower_bound
 from cgla_graph.certificate.subsolution import Block, Level
 from cgla_graph.eikonal import cell_runs
@@ -412,7 +412,8 @@ def test_a_proof_without_one_of_its_steps_is_caught(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     check_levels(cases())
-    monkeypatch.setattr(subsolution, "certificate_kernels", SimpleNamespace(**{**KERNELS, name: broken}))
+    for module in (subsolution, costs):
+        monkeypatch.setattr(module, "certificate_kernels", SimpleNamespace(**{**KERNELS, name: broken}))
     with pytest.raises(AssertionError):
         check_levels(cases())
 
@@ -658,6 +659,26 @@ def test_that_a_path_is_beyond_any_proof_is_said_once_a_better_one_is_known() ->
     assert f"costs {100.0 * (1.0 - best / found.upper_bound):.2g} % less" in found.message
 
 
+def test_rounds_that_cannot_close_the_gap_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = random_scenario(3, threats=30, k=300.0).problem
+    path = cg.solve(problem, "hybrid", tolerance=None).path
+    marched = []
+    march = subsolution.costs_to_go
+
+    def counted(*given: Any, **settings: Any) -> FloatArray:  # noqa: ANN401 - as they come
+        marched.append(len(given[4]))
+        return march(*given, **settings)
+
+    monkeypatch.setattr(subsolution, "costs_to_go", counted)
+    found = lower_bound(problem, 0.005, path=path)
+    few = sum(marched)
+    marched.clear()
+    monkeypatch.setattr(subsolution, "LEAST_SHARE", 0.0)
+    every = lower_bound(problem, 0.005, path=path)
+    assert (found.reached, every.reached) == (True, True)
+    assert few < 0.8 * sum(marched)
+
+
 def test_a_finer_tolerance_never_lowers_the_bound() -> None:
     bounds = [lower_bound(SMOOTH, tolerance) for tolerance in (0.2, 0.05, 0.02, 0.01, 0.005)]
     assert all(one.reached for one in bounds)
@@ -790,6 +811,27 @@ def test_along_slanted_walls_the_bound_rises_to_the_best_path() -> None:
         missing.append(1.0 - max(one.bound for one in bounds) / cost)
     assert 0.0 < missing[-1] < 0.003
     assert oracles.rate(missing) > 0.75
+
+
+def test_where_ways_are_pressed_against_a_wall_fronts_gain_nothing_inside() -> None:
+    """It costs less there: with the costs of the nodes inside, the gap was 9.7 %."""
+    area = shapely.Polygon([(0.15, 0.3), (0.85, 0.55), (0.85, -0.1), (0.15, -0.1)])
+    threats = [cg.Threat(x, 0.5 + (x - 0.15) * 5 / 14, 0.08, 0.9) for x in np.linspace(0.1, 0.9, 9).tolist()]
+    problem = cg.Problem((0.05, 0.1), (0.95, 0.3), cg.RiskField(threats), k=100.0, no_fly=area)
+    path = cg.solve(problem, "hybrid", tolerance=None).path
+    last = 256, 256
+    bounds = Level.lay(problem, last, cell_runs.rectangle(last)).both(1e-3, charge=True)
+    assert bounds is not None
+    assert max(one.bound for one in bounds) <= problem.evaluate(path).cost < 1.06 * max(one.bound for one in bounds)
+
+
+def test_no_way_leads_through_a_wall_of_a_5000th_of_the_map() -> None:
+    """Pieces of cells are told apart on sub-cells: of a 16,000th, both sides of such a slanted wall were one."""
+    spike = shapely.Polygon([(6.0, 0.36), (6.5, -0.02), (6.5022, -0.02), (6.0022, 0.36)])
+    wall = shapely.union(spike, shapely.box(5.9, 0.36, 6.1, 0.9))
+    problem = cg.Problem((0.3, 0.2), (9.3, 0.2), no_fly=wall, bounds=(0, 0, 9.55, 1))
+    path = cg.solve(problem, "visibility-graph").path
+    assert lower_bound(problem, 0.005, path=path, max_cells=2 * FEW_CELLS).reached
 
 
 def test_around_areas_over_a_flat_part_of_a_raster_the_bound_rises() -> None:

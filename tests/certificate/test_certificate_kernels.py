@@ -1,19 +1,24 @@
 """The steps of the proof, one by one: dense samples, plain formulas, and the rate at which they get sharp."""
 
 import math
+from typing import Any
 
 import numpy as np
 import oracles
+import pytest
+import shapely
 import strategies
 from hypothesis import given
 from hypothesis import strategies as st
+from shapely.geometry.base import BaseGeometry
 from strategies import examples
 
 import cgla_graph as cg
 from cgla_graph._types import Bounds, FloatArray, WholeArray
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate.subsolution import Level
-from cgla_graph.eikonal import cell_runs
+from cgla_graph.eikonal import cell_runs, mesh_kernels
+from cgla_graph.eikonal.mesh import SplineMesh
 
 ROUNDING = 1e-9
 SEVERAL = cg.RiskField([cg.Threat(0.5, 0.4, 0.1, 0.9), cg.Threat(0.3, 0.6, 0.15, 0.7), cg.Threat(0.7, 0.7, 0.2)])
@@ -83,7 +88,9 @@ def plain_level(field: cg.RiskField, k: float, last: tuple[int, int], bounds: Bo
 def steepnesses(level: Level, values: FloatArray) -> FloatArray:
     mesh, found = level.mesh, np.empty(len(level.mesh.columns))
     every = np.ones(len(found), dtype=bool)
-    greatest = certificate_kernels.steepness(values, mesh.kernel_mesh, mesh.last, every, level.bounds, found)
+    greatest = certificate_kernels.steepness(
+        values, mesh.kernel_mesh, mesh.boxes, mesh.parts, every, level.bounds, found
+    )
     assert greatest == found.max()
     return found
 
@@ -123,6 +130,61 @@ def test_a_spline_is_nowhere_steeper_than_its_bound(
     plain = plain_level(cg.RiskField(), 0.0, (columns, rows))
     found = steepnesses(plain, np.append(plain.mesh.node_points @ slope, math.inf))
     np.testing.assert_allclose(found, math.hypot(*slope), rtol=1e-9)
+
+
+def check_beside_walls(area: BaseGeometry, field: cg.RiskField, seed: int) -> int:
+    """Compare gradients at free points, most of them beside walls, with the bounds of their pieces; return how many."""
+    rng = np.random.default_rng(seed)
+    last, bounds = (int(rng.integers(4, 13)), int(rng.integers(4, 13))), (0.0, 0.0, 4.0, 4.0)
+    outline = shapely.get_coordinates(shapely.segmentize(area, 0.1))
+    beside = outline[rng.integers(len(outline), size=60)] + rng.normal(size=(60, 2)) * 10.0 ** rng.uniform(-4, -1)
+    points = np.vstack([beside, rng.uniform(0.0, 4.0, (10, 2))])
+    points = points[(points > 1e-3).all(axis=1) & (points < 4.0 - 1e-3).all(axis=1)]
+    points = points[~cg.NoFlyArea(area).contains(points)]
+    ends = [(float(x), float(y)) for x, y in points]
+    problem = cg.Problem(ends[0], ends[-1], field, 10.0, bounds, no_fly=area)
+    level = Level.lay(problem, last, cell_runs.rectangle(last))
+    # the same mesh, with the pieces of these points
+    pieces = np.array(SplineMesh.build(bounds, last, cell_runs.rectangle(last), problem.model.area, ends).ends)
+    mesh, hair = level.mesh, 1e-5
+    away = mesh.node_points - rng.uniform(-1.0, 5.0, 2)
+    values = np.append(np.hypot(*away.T) + rng.choice([0.0, 0.3]) * rng.normal(size=len(away)), math.inf)
+    known = mesh.controls[pieces], mesh.columns[pieces], mesh.rows[pieces]
+    slopes = []
+    for axis in (0, 1):
+        step = hair * np.eye(2)[axis]
+        low, high = (oracles.spline(known, mesh.origin, mesh.spacing, points + sign * step, values) for sign in (-1, 1))
+        slopes.append((high - low) / (2.0 * hair))
+    cost = 1.0 + 10.0 * oracles.density(field.threats, points)
+    assert (np.hypot(*slopes) / cost <= steepnesses(level, values)[pieces] * (1.0 + 1e-7) + 1e-7).all()
+    return len(points)
+
+
+@given(strategies.polygons(), strategies.fields(), strategies.seeds)
+@examples(40)
+def test_beside_walls_a_spline_is_nowhere_steeper_than_its_bound(
+    area: BaseGeometry, field: cg.RiskField, seed: int
+) -> None:
+    if not area.is_empty and shapely.box(0, 0, 4, 4).difference(area).area > 1.0:
+        assert check_beside_walls(area, field, seed) > 2
+
+
+def test_a_bound_for_less_than_a_piece_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    def check_some() -> None:
+        for seed in range(6):
+            check_beside_walls(shapely.Polygon([(0.3, 0.2), (3.1, 1.1), (1.7, 3.3)]), SEVERAL, seed)
+
+    check_some()
+    boxes = mesh_kernels.boxes
+
+    def left_halves(*given: Any) -> WholeArray:  # noqa: ANN401 - as they come
+        found = boxes(*given)
+        found[:, 2] = (found[:, 0] + found[:, 2] + 1) // 2
+        return found
+
+    monkeypatch.setattr(mesh_kernels, "boxes", left_halves)
+    with pytest.raises(AssertionError):
+        check_some()
 
 
 def test_the_bound_of_the_steepness_is_of_second_order() -> None:

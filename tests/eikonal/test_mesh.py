@@ -22,7 +22,7 @@ from strategies import examples
 
 from cgla_graph._types import Bounds, FloatArray, IntArray, Point, WholeArray
 from cgla_graph.eikonal import cell_runs, mesh_kernels
-from cgla_graph.eikonal.mesh import HALO, SplineMesh, corners
+from cgla_graph.eikonal.mesh import HALO, NO_CELL, SplineMesh, corners
 from cgla_graph.model.no_fly import NoFlyArea
 
 UNIT: Bounds = (0.0, 0.0, 1.0, 1.0)
@@ -142,6 +142,34 @@ def test_a_wall_across_the_map_parts_it() -> None:
 def test_corners_are_those_inside_the_bounds() -> None:
     area = NoFlyArea(shapely.MultiPolygon([shapely.box(0.5, 0.5, 2.0, 0.75), shapely.box(0.25, 0.25, 0.5, 0.5)]))
     assert corners(area, UNIT).tolist() == [[0.25, 0.25], [0.25, 0.5], [0.5, 0.25], [0.5, 0.5], [0.5, 0.75]]
+
+
+@given(strategies.polygons(), st.tuples(st.integers(2, 9), st.integers(2, 9)))
+@examples(30)
+def test_the_box_around_a_piece_is_that_of_its_free_parts(area: BaseGeometry, last: Last) -> None:
+    mesh = SplineMesh.build((0.0, 0.0, 4.0, 4.0), last, cell_runs.rectangle(last), NoFlyArea(area), [])
+    for p, (left, bottom, right, top) in enumerate(mesh.boxes.tolist()):
+        assert 0 <= left < right <= mesh.parts
+        assert 0 <= bottom < top <= mesh.parts
+        half = mesh.parts // 2
+        inside = np.ones((mesh.parts, mesh.parts), dtype=bool) & mesh.free_parts(p)
+        inside[:, : half * (mesh.columns[p] == 0)] = False
+        inside[: half * (mesh.rows[p] == 0)] = False
+        inside[:, mesh.parts - half * (mesh.columns[p] == last[0]) :] = False
+        inside[mesh.parts - half * (mesh.rows[p] == last[1]) :] = False
+        rows, columns = np.nonzero(inside)
+        assert (left, bottom, right - 1, top - 1) == (columns.min(), rows.min(), columns.max(), rows.max())
+
+
+@given(strategies.polygons(), st.tuples(st.integers(2, 9), st.integers(2, 9)), strategies.seeds)
+@examples(30)
+def test_pieces_are_found_where_points_are(area: BaseGeometry, last: Last, seed: int) -> None:
+    points = np.random.default_rng(seed).uniform(0.0, 4.0, (20, 2))
+    ends = [(float(x), float(y)) for x, y in points]
+    mesh = SplineMesh.build((0.0, 0.0, 4.0, 4.0), last, cell_runs.rectangle(last), NoFlyArea(area), ends)
+    found = mesh.pieces_at(points)
+    assert np.where(found < 0, -1, found).tolist() == list(mesh.ends)
+    assert (mesh.pieces_at(points + 100.0) == NO_CELL).all()
 
 
 # Continuity

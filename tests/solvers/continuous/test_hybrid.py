@@ -1,5 +1,6 @@
 """The hybrid solver: never worse than any lattice, the right way around, and honest about what it does not know."""
 
+import dataclasses
 import itertools
 import time
 from typing import Any
@@ -14,8 +15,10 @@ from hypothesis import strategies as st
 from strategies import examples
 
 import cgla_graph as cg
+from cgla_graph._types import FloatArray
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.errors import SolverSettingError
+from cgla_graph.model.solution import TracePoint
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import shipped
@@ -85,7 +88,8 @@ def test_it_takes_more_than_the_best_guess_of_the_lattice() -> None:
     for seed in range(12):
         problem = random_map(seed)
         one, many = (cg.solve(problem, Hybrid(points=100, candidates=n, tolerance=None)).cost for n in (1, 12))
-        assert many <= one * (1.0 + 1e-9)
+        # of two candidates of one kind, either may refine a little better: it ends at gains below 1e-5
+        assert many <= one * (1.0 + 1e-5)
         gains.append(one / many - 1.0)
     assert max(gains) > 1e-3
 
@@ -182,19 +186,37 @@ def test_it_is_the_default() -> None:
 def test_the_certificate_is_reported_and_not_timed(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
-    def slow(problem: cg.Problem, tolerance: float, *, path: Any) -> Certificate:  # noqa: ANN401 - any polyline
+    def slow(problem: cg.Problem, path: FloatArray, tolerance: float) -> tuple[Certificate, float]:
         asked.append((tolerance, problem.evaluate(path).cost))
         time.sleep(1.0)
-        return Certificate(1.2, asked[-1][1], tolerance, 0.1, 1, "made up", 1.0)
+        return Certificate(1.2, asked[-1][1], tolerance, 0.1, 1, "made up", 1.0), 0.0
 
-    monkeypatch.setattr(hybrid, "lower_bound", slow)
+    monkeypatch.setattr(hybrid, "improved", slow)
     problem = random_map(3)
     found = cg.solve(problem, "hybrid", tolerance=0.05)
-    assert asked == [(0.05, found.cost)]
+    # (kernels are warmed up on a small map before)
+    assert asked[-1] == (0.05, found.cost)
     assert found.lower_bound == 1.2
     assert found.certificate_seconds == 1.0
     assert found.seconds < 1.0
     assert np.isnan(cg.solve(problem, QUICK).lower_bound)
+
+
+def test_a_better_path_that_the_proof_finds_is_the_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = random_map(3)
+    best = cg.solve(problem, "hybrid", tolerance=None)
+    detour = np.array([problem.start, (0.99, 0.01), problem.goal])
+    cost = problem.evaluate(detour).cost
+    worse = dataclasses.replace(best, path=detour, cost=cost, trace=(TracePoint(0.0, 1, cost),))
+    monkeypatch.setattr(hybrid._Search, "run", lambda _: worse)
+    found = cg.solve(problem, "hybrid", tolerance=0.01)
+    assert found.cost == pytest.approx(best.cost, rel=1e-3)
+    assert found.message.endswith("; the proof found a better path")
+    assert found.gap <= 0.01
+    # the proof counts up to there, and not after
+    assert [moment.cost for moment in found.trace] == [cost, found.cost]
+    assert 0.0 < found.trace[-1].seconds <= found.seconds
+    assert found.certificate_seconds > 0.0
 
 
 def test_the_real_certificate_holds() -> None:

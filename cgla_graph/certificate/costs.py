@@ -1,0 +1,57 @@
+"""What the cost of a unit of length is on the cells of a mesh: proven bounds, and what the equation is solved for."""
+
+import numpy as np
+import shapely
+
+from cgla_graph._types import FloatArray, WholeArray
+from cgla_graph.certificate import certificate_kernels
+from cgla_graph.eikonal.mesh import SplineMesh
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField
+from cgla_graph.model.risk_raster import raster_array
+
+
+def cost_bounds(problem: Problem, mesh: SplineMesh) -> FloatArray:
+    """Bound the cost on each piece from below, or on each quarter of it, as `certificate_kernels` takes it."""
+    parts = certificate_kernels.QUARTERS if problem.field.rasters else 1
+    bounds = np.empty((len(mesh.columns), parts, 5))
+    risk = problem.k, problem.field.table, problem.field.raster_array
+    certificate_kernels.cost_bounds(mesh.columns, mesh.rows, mesh.origin, mesh.spacing, problem.bounds, *risk, bounds)
+    return bounds
+
+
+def costs_to_solve_for(problem: Problem, mesh: SplineMesh) -> FloatArray:
+    """
+    Return the cost of a unit of length at each node, shape ``(n,)``; where it jumps, the least nearby.
+
+    A spline through a solution takes a cell or two to get steeper where the cost jumps up. They have to be cells of
+    the higher cost: a node takes the least value of nearest rasters on all cells whose spline it is part of. So what is
+    lost is a strip of one and a half cells along the jump.
+
+    Fronts pass through nodes inside areas, beside the outline. What is there costs as much as on the outline: where
+    ways are pressed against a wall, it may cost less inside, and fronts along the wall would come too early.
+    """
+    field, points = problem.field, mesh.node_points.copy()
+    inside = _inside(problem, mesh)
+    if len(inside):
+        outline = problem.model.area.geometry.boundary
+        shapely.prepare(outline)
+        nearest = shapely.shortest_line(outline, shapely.points(points[inside]))
+        points[inside] = np.clip(shapely.get_coordinates(nearest)[::2], *np.reshape(problem.bounds, (2, 2)))
+    jumping = [raster for raster in field.rasters if raster.interpolation == "nearest"]
+    smooth = RiskField(
+        field.threats, rasters=[raster for raster in field.rasters if raster.interpolation == "bilinear"]
+    )
+    least = np.zeros(mesh.n_nodes)
+    if jumping:
+        reach = 1.5 * mesh.spacing[0], 1.5 * mesh.spacing[1]
+        certificate_kernels.least_around(points, reach, problem.bounds, raster_array(jumping), least)
+    return 1.0 + problem.k * (smooth.density(points) + least)
+
+
+def _inside(problem: Problem, mesh: SplineMesh) -> WholeArray:
+    """List the nodes inside the area that a piece outside has."""
+    if problem.model.area.is_empty:
+        return np.empty(0, dtype=np.int64)
+    nodes = np.unique(mesh.controls[mesh.is_cut])
+    return np.asarray(nodes[problem.model.area.contains(mesh.node_points[nodes])])
