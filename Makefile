@@ -1,5 +1,5 @@
-# make compare: from a map to a fair comparison.  make test: the tests, but for slow ones.  make check: all that has
-# to pass.  make fuzz: property-based tests on new random examples.
+# make compare: from a map to a fair comparison.  make test: the tests, but for slow ones and half of all random examples.
+# make check: all that has to pass.  make fuzz: property-based tests on new random examples.
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
@@ -17,7 +17,7 @@ compare: $(INSTALLED)
 	$(BIN)/cgla compare --out results --overwrite
 
 test: $(INSTALLED)
-	$(PYTEST) -m "not slow"
+	CGLA_HALF=1 $(PYTEST) -m "not slow"
 
 # every run draws other examples, twenty times as many; a failure prints the example and the line that brings it back.
 # make fuzz TESTS=tests/model/test_risk.py: only those

@@ -1,10 +1,11 @@
 """Settings of all tests."""
 
+import gc
 import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,22 @@ import strategies  # noqa: F401 - how examples are drawn is settled before any t
 signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP"):
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Keep what collecting makes from being looked through for garbage, then and again and again while tests run."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+def pytest_unconfigure() -> None:
+    """Let all of it go at the end: compiled libraries look for what is left of theirs."""
+    gc.unfreeze()
 
 
 @pytest.fixture

@@ -1,5 +1,6 @@
 """How tests call the command line: in a folder of their own, in this process."""
 
+import gc
 import json
 import sys
 from collections.abc import Callable
@@ -49,6 +50,9 @@ def caller(folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureF
     monkeypatch.chdir(folder)
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.setattr(typer.main, "get_command", _command)
+    # the command line keeps its process's garbage collector from what is there for good: here the tests have done that
+    for name in ("freeze", "unfreeze"):
+        monkeypatch.setattr(gc, name, lambda: None)
 
     def call(*words: object) -> Answer:
         here = ["--workers", 0] if words[:1] == ("compare",) and "--workers" not in words else []

@@ -23,18 +23,28 @@ Segment: TypeAlias = tuple[FloatArray, FloatArray]
 
 #: Whether examples are drawn at random, as `make fuzz` does.
 FUZZING = bool(os.environ.get("CGLA_FUZZ"))
-#: How many times as many examples are drawn then.
-TIMES = 20 if FUZZING else 1
+#: How many times as many examples are drawn then; `make test` draws half of those that `make check` does.
+TIMES = 20.0 if FUZZING else 0.5 if os.environ.get("CGLA_HALF") else 1.0
+
+
+def _times(number: int) -> int:
+    return math.ceil(TIMES * number)
+
 
 # The same examples on every run: a red run means that the code has changed for the worse. `make fuzz` draws new ones; a
 # loaded machine is no reason to fail.
 settings.register_profile(
-    "same", deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
+    "same",
+    deadline=None,
+    max_examples=_times(100),
+    derandomize=True,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow],
 )
 settings.register_profile(
     "fuzz",
     deadline=None,
-    max_examples=100 * TIMES,
+    max_examples=_times(100),
     print_blob=True,
     suppress_health_check=[HealthCheck.too_slow],
 )
@@ -42,8 +52,8 @@ settings.load_profile("fuzz" if FUZZING else "same")
 
 
 def examples(number: int) -> settings:
-    """Draw so many examples, or many more in `make fuzz`."""
-    return settings(max_examples=TIMES * number)
+    """Draw so many examples, half of them in `make test`, or many more in `make fuzz`."""
+    return settings(max_examples=_times(number))
 
 
 few, usual, fast = examples(20), examples(50), examples(150)
