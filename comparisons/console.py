@@ -9,6 +9,8 @@ from contextlib import ExitStack, contextmanager, redirect_stdout, suppress
 from typing import TYPE_CHECKING, cast
 
 if TYPE_CHECKING:
+    import subprocess
+
     from rich.console import RenderableType
 
 
@@ -24,11 +26,15 @@ class InterruptedRunError(Exception):
     """Ctrl-C ended a comparison; the message says what is kept."""
 
 
-#: What a second process does to compile the kernels of proofs.
+#: What a second process does to compile kernels.
 _COMPILE = (
     "import sys; sys.path[:] = sys.argv[1].split('\\n'); "
-    "from cgla_graph.certificate.certificate import load_kernels; load_kernels()"
+    "from cgla_graph.solvers.warm_up import load_last_first; load_last_first()"
 )
+
+
+#: The second process, while there is one.
+_helpers: "list[subprocess.Popen[bytes]]" = []
 
 
 def out(text: str) -> None:
@@ -88,25 +94,21 @@ def progress(total: int | None) -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def running_solvers() -> Iterator[None]:
+def running_solvers(*, walls: bool = False) -> Iterator[None]:
     """
     Send what solvers print to standard error, their compiled parts' output as well: standard output is ours.
 
     That kernels have to be compiled first is said there, too: nothing that is timed waits for it, but the user does.
+    `walls` says that there is a no-fly area, which has kernels of its own.
     The garbage collector, which the command line leaves off until there is work, is turned on.
     """
-    from cgla_graph._kernel import is_kept  # noqa: PLC0415 - the same
-    from cgla_graph.certificate import certificate_kernels  # noqa: PLC0415 - `cgla --help` answers at once
-    from cgla_graph.model import risk_kernels  # noqa: PLC0415 - `cgla --help` answers at once
-
     if not gc.isenabled():
         # what is there by now stays: it need not be looked through ever again
         gc.freeze()
         gc.enable()
     with ExitStack() as stack:
-        if not (is_kept(risk_kernels.segment_cost) and is_kept(certificate_kernels.steepness)):
-            say("compiling kernels: once after an installation, for up to a minute")
-            stack.enter_context(_compiling_beside())
+        compile_beside(walls=walls)
+        stack.callback(end_compiling)
         stack.enter_context(redirect_stdout(sys.stderr))
         with suppress(OSError):
             saved = os.dup(1)
@@ -116,25 +118,38 @@ def running_solvers() -> Iterator[None]:
         yield
 
 
-@contextmanager
-def _compiling_beside() -> Iterator[None]:
+def compile_beside(*, walls: bool = False) -> None:
     """
-    Have a second process compile the kernels of proofs meanwhile, while this one begins with those of paths.
+    Have a second process compile if kernels are missing, beginning with those that this one comes to last.
 
-    A kernel is compiled by one of them, and the other one finds it on disk.
+    A kernel is compiled by one of them, and the other one finds it on disk. There is never a third process, and it ends
+    with `running_solvers`, or with `end_compiling` before.
     """
+    from cgla_graph._kernel import is_kept  # noqa: PLC0415 - `cgla --help` answers at once
+    from cgla_graph.certificate import certificate_kernels, corner_kernels  # noqa: PLC0415 - the same
+    from cgla_graph.model import risk_kernels  # noqa: PLC0415 - the same
+
+    are_kept = is_kept(risk_kernels.segment_cost) and is_kept(certificate_kernels.steepness)
+    if _helpers or (are_kept and (not walls or is_kept(corner_kernels.charge))):
+        return
     import subprocess  # noqa: PLC0415 - rarely used
 
+    say("compiling kernels: once after an installation, for up to a minute")
     folders = "\n".join(sys.path)
-    helper = subprocess.Popen(  # noqa: S603 - ours
-        [sys.executable, "-c", _COMPILE, folders],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
+    _helpers.append(
+        subprocess.Popen(  # noqa: S603 - ours
+            [sys.executable, "-c", _COMPILE, folders],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
     )
-    try:
-        yield
-    finally:
+
+
+def end_compiling() -> None:
+    """End the second process, if there is one."""
+    while _helpers:
+        helper = _helpers.pop()
         helper.kill()
         helper.wait()
 

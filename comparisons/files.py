@@ -9,9 +9,7 @@ import re
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
-
-from filelock import FileLock, Timeout
+from typing import TYPE_CHECKING, Any, Literal
 
 from cgla_graph._written import replace_files
 from cgla_graph.errors import OutputError
@@ -19,6 +17,9 @@ from cgla_graph.model.path_file import csv_of, degrees_of
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.geojson import line_feature_collection
 from cgla_graph.scenarios.scenario import Scenario
+
+if TYPE_CHECKING:
+    from filelock import FileLock
 
 
 def make_folder(folder: Path) -> Path:
@@ -60,7 +61,7 @@ def write_bytes(path: Path, data: bytes) -> Path:
     return path
 
 
-def locked(path: Path) -> FileLock:
+def locked(path: Path) -> "FileLock":
     """
     Hold the lock of a file that grows while a study runs, so that no second process writes it.
 
@@ -69,6 +70,8 @@ def locked(path: Path) -> FileLock:
     OutputError
         If another process holds it, or the folder cannot be written.
     """
+    from filelock import FileLock, Timeout  # noqa: PLC0415 - few commands lock a file
+
     lock = FileLock(path.with_name(f"{path.name}.lock"), timeout=0)
     try:
         lock.acquire()

@@ -96,11 +96,11 @@ def solve(
             msg = "a GraphProblem has only its edges, which no path can leave; give a Problem to refine its path"
             raise ProblemError(msg)
         with showing(f"planning with {chosen.traits.name}"):
-            warm_up(chosen)
+            warm_up(chosen, walls=False)
             warm_up_restricted(chosen, problem.graph.n_nodes)
             return run(chosen, problem)
     with showing(f"planning with {chosen.traits.name}"):
-        warm_up(chosen, refine=refine)
+        warm_up(chosen, refine=refine, walls=not problem.model.area.is_empty)
         answer = _solve_in_plane(problem, chosen, resolution, on)
         return refined(problem, answer) if refine else answer
 

@@ -5,19 +5,24 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any, TypeVar, cast
 
+import numpy as np
 import shapely
 
+from cgla_graph.certificate.certificate import load_kernels
+from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.model.problem import FULL_UP_TO, Problem
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.risk_kernels import segment_cost
 from cgla_graph.model.solver import Solver
 from cgla_graph.refine.refine import refine_path
+from cgla_graph.refine.refine_kernels import minimise
 
 SolverT = TypeVar("SolverT", bound=Solver)
 
 #: Limits of a short run, by the names of settings.
 _SMALL: Mapping[str, float] = {"iterations": 200, "milestones": 100, "samples": 100, "seconds": 0.5, "resolution": 8}
-#: What has been run in this process: kinds of solvers, and whether with refinement.
-_ready: set[tuple[type, bool]] = set()
+#: What has been run in this process: kinds of solvers, whether with refinement, and whether beside walls.
+_ready: set[tuple[type, bool, bool]] = set()
 
 
 def shortened(solver: SolverT) -> SolverT:
@@ -35,7 +40,7 @@ def shortened(solver: SolverT) -> SolverT:
     return dataclasses.replace(cast("Any", solver), **small)  # type: ignore[no-any-return]
 
 
-def warm_up(solver: Solver, *, refine: bool = False) -> None:
+def warm_up(solver: Solver, *, refine: bool = False, walls: bool = True) -> None:
     """
     Run a solver of the toolkit on a small problem, once in a process; what its first run takes is then its own time.
 
@@ -48,6 +53,8 @@ def warm_up(solver: Solver, *, refine: bool = False) -> None:
         What is going to be run.
     refine
         Whether its path is going to be refined.
+    walls
+        Whether there may be a no-fly area; without one, the kernels that only an area needs are left alone.
 
     Examples
     --------
@@ -55,10 +62,10 @@ def warm_up(solver: Solver, *, refine: bool = False) -> None:
     >>> warm_up(Cgla())
     """
     kind = type(solver)
-    if (kind, refine) in _ready or not kind.__module__.startswith("cgla_graph.") or solver.traits.isolated:
+    if (kind, refine, walls) in _ready or not kind.__module__.startswith("cgla_graph.") or solver.traits.isolated:
         return
-    _ready.add((kind, refine))
-    problem = small_problem()
+    _ready.update({(kind, refine, walls), (kind, refine, False)})
+    problem = small_problem(walls=walls)
     # what is wrong with a solver is told by its own run
     with suppress(Exception):
         short: Any = shortened(solver)
@@ -81,19 +88,43 @@ def warm_up_restricted(solver: Solver, n_nodes: int) -> None:
     >>> warm_up_restricted(Cgla(), n_nodes=400)
     """
     if solver.traits.lazy and n_nodes > FULL_UP_TO:
-        from cgla_graph.restricted.restricted import load_kernels  # noqa: PLC0415 - slow to import, and rarely used
+        from cgla_graph.restricted import restricted  # noqa: PLC0415 - slow to import, and rarely used
 
-        load_kernels()
+        restricted.load_kernels()
 
 
-def small_problem() -> Problem:
+def load_last_first() -> None:
     """
-    Return a problem with a threat and a wall, so that every kernel has something to do.
+    Load what a plan needs, in another order than it does: of costs, refinement, proofs and lattices, then beside walls.
+
+    So two processes compile about half of the kernels each. What takes longest is loaded first, by its own call: the
+    other process does not wait for it, and neither does this one for anything before.
 
     Examples
     --------
-    >>> len(small_problem().field)
-    1
+    >>> load_last_first()
+    """
+    risk = RiskField([Threat(0.5, 0.5, 0.1)]).kernel_field()
+    segment_cost(0.0, 0.0, 1.0, 1.0, 1.0, risk)
+    ends = np.array([(0.0, 0.0), (1.0, 1.0)])
+    minimise(ends, ends, np.zeros((2, 2)), 1.0, 1.0, risk, 1, np.zeros(2))
+    for walls in (False, True):
+        load_kernels(walls=walls)
+        problem = small_problem(walls=walls)
+        refine_path(problem, [problem.start, (0.2, 0.9), problem.goal])
+        on = problem.on_lattice(2).weighed()
+        cost_matrix(on.graph, on.target)
+
+
+def small_problem(*, walls: bool = True) -> Problem:
+    """
+    Return a problem with a threat and perhaps a wall, so that every kernel that is needed has something to do.
+
+    Examples
+    --------
+    >>> len(small_problem().field), small_problem(walls=False).model.area.is_empty
+    (1, True)
     """
     field = RiskField([Threat(0.5, 0.5, 0.1)])
-    return Problem((0.0, 0.0), (1.0, 1.0), field, k=1.0, no_fly=shapely.box(0.45, 0.2, 0.55, 0.8))
+    wall = shapely.box(0.45, 0.2, 0.55, 0.8) if walls else None
+    return Problem((0.0, 0.0), (1.0, 1.0), field, k=1.0, no_fly=wall)

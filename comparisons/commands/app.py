@@ -4,6 +4,7 @@ The command line, `cgla`.
 Everything heavy is imported where it is used, so that ``cgla --help`` answers at once.
 """
 
+import atexit
 import dataclasses
 import gc
 import io
@@ -444,7 +445,7 @@ def plan(
     folder = files.make_folder(out) if out else None
     kinds = output.read_formats(formats, ["png"])
     _check_profile(profile)
-    with console.running_solvers():
+    with console.running_solvers(walls=not opened.problem.model.area.is_empty):
         if limited:
             from cgla_graph.comparisons.commands import pareto as trade_off
 
@@ -648,7 +649,7 @@ def pareto(
     if corridor is not None:
         _density_front(opened, entrant, corridor, folder, zoned, as_json=as_json)
         return
-    with console.running_solvers():
+    with console.running_solvers(walls=not opened.problem.model.area.is_empty):
         front = trade_off.front_of(opened, entrant)
     written = trade_off.write_front(folder, opened, entrant, front, kinds) if folder and front.points else []
     if as_json:
@@ -746,7 +747,7 @@ def certify(
     kinds = output.read_formats(formats, ["png", "svg"])
     folder = files.make_folder(out) if out else None
     zoned = zone_list.told([opened], zones_list, altitude=altitude, as_json=as_json)
-    with console.running_solvers():
+    with console.running_solvers(walls=not opened.problem.model.area.is_empty):
         run = proofs.certify(opened, path, tolerance=tolerance, max_cells=max_cells)
     written = proofs.write_certificate(folder, run, kinds) if folder else []
     if as_json:
@@ -1276,12 +1277,21 @@ def _say_warning(message: Warning | str, *_: object, **__: object) -> None:
     console.say(f"cgla: {' '.join(str(message).split())}")
 
 
+def _leave_garbage() -> None:
+    """Have nothing looked through at the end, unless OMPL is loaded: it complains of all of its own that is left."""
+    if "ompl" not in sys.modules:
+        gc.freeze()
+
+
 def main() -> None:
     """Run the command line: wrong input is one line on standard error and exit code 2, never a traceback."""
     from cgla_graph.errors import CglaError
 
     # imports make objects by the hundred thousand and no garbage; `console.running_solvers` collects again
     gc.disable()
+    # nor is any looked for at the end of the process, which would take longer than many a command
+    atexit.unregister(_leave_garbage)
+    atexit.register(_leave_garbage)
     completion.read_no_values()
     for stream in (sys.stdout, sys.stderr):
         # a terminal of few letters gets escapes instead of a failure
@@ -1313,6 +1323,8 @@ def main() -> None:
         console.say(f"cgla: standard output: {error.strerror or error}; choose another place for it")
         console.forget_stdout()
         code = WRONG_INPUT
+    finally:
+        console.end_compiling()
     # whoever called this may go on
     gc.unfreeze()
     gc.enable()

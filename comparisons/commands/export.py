@@ -3,19 +3,18 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
 from cgla_graph._shown import shown
 from cgla_graph.comparisons import console, files
-from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 from cgla_graph.errors import CglaError, OutputError
-from cgla_graph.flight_plans.formats import WRITTEN, text_of_plan
 from cgla_graph.flight_plans.plan import FlightPlan, Reference, Waypoint
-from cgla_graph.flyable.flyable import Flyable
-from cgla_graph.mission.records import MissionStatus
 from cgla_graph.model.path_file import degrees_of
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.scenario import Scenario
+
+if TYPE_CHECKING:
+    from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 
 #: What ``--above`` may say; nobody flies above the ellipsoid.
 ABOVE: tuple[Reference, ...] = tuple(one for one in get_args(Reference) if one != "ellipsoid")
@@ -71,6 +70,8 @@ def read_export(
     'home'
     """
     asked = list(dict.fromkeys(targets or ()))
+    if asked:
+        from cgla_graph.flight_plans.formats import WRITTEN  # noqa: PLC0415 - few plans are exported
     for target in asked:
         kind = target.suffix.lower()
         if kind not in WRITTEN:
@@ -94,7 +95,7 @@ def read_export(
     return Export(asked, altitude, reference, speed)
 
 
-def check_map(asked: Export, scenario: Scenario | MissionSpec) -> None:
+def check_map(asked: Export, scenario: "Scenario | MissionSpec") -> None:
     """
     Check that the map of a scenario or mission has longitudes and latitudes, if something is to be exported of it.
 
@@ -126,6 +127,9 @@ def write_export(
     """
     if not asked.targets or not solution.status.has_path:
         return []
+    from cgla_graph.flight_plans.formats import text_of_plan  # noqa: PLC0415 - few plans are exported
+    from cgla_graph.flyable.flyable import Flyable  # noqa: PLC0415 - the same
+
     lonlat, name = solution.lonlat, scenario.name
     if isinstance(solution, Flyable) and solution.projection is not None:
         waypoints, within = solution.waypoints(arc_tolerance)
@@ -138,7 +142,7 @@ def write_export(
     return [files.write_text(target, text) for target, text in zip(asked.targets, texts, strict=True)]
 
 
-def write_flights(asked: Export, flights: Sequence[MissionRun]) -> list[Path]:
+def write_flights(asked: Export, flights: "Sequence[MissionRun]") -> list[Path]:
     """
     Write what the UAVs of missions flew, a file each: ``NAME-UAV.plan``; of several variants ``NAME-VARIANT-UAV.plan``.
 
@@ -154,6 +158,9 @@ def write_flights(asked: Export, flights: Sequence[MissionRun]) -> list[Path]:
     CglaError
         If a file cannot hold the plan (then none is written), or cannot be written.
     """
+    from cgla_graph.flight_plans.formats import text_of_plan  # noqa: PLC0415 - few plans are exported
+    from cgla_graph.mission.records import MissionStatus  # noqa: PLC0415 - the same
+
     plans: list[tuple[str, FlightPlan]] = []
     taken: set[str] = set()
     for flown in flights if asked.targets else ():

@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -15,9 +15,10 @@ from cgla_graph._validate import finite_number, non_negative_number, positive_nu
 from cgla_graph.comparisons.numbers import duration, figure, json_number
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError
-from cgla_graph.flyable.curve import Curve
-from cgla_graph.flyable.flyable import Flyable, flyable
-from cgla_graph.flyable.timing import Timing, timed, times_along
+
+if TYPE_CHECKING:
+    from cgla_graph.flyable.flyable import Flyable
+    from cgla_graph.flyable.timing import Timing
 
 
 @dataclass(frozen=True)
@@ -57,9 +58,13 @@ class Flying:
     @property
     def clock(self) -> Callable[[FloatArray], FloatArray] | None:
         """What says when points on the path, shape ``(n, 2)``, are reached; None where no speed is known."""
-        return None if self.speed is None else partial(times_along, airspeed=self.speed, wind=self.wind)
+        if self.speed is None:
+            return None
+        from cgla_graph.flyable.timing import times_along  # noqa: PLC0415 - few paths are made flyable
 
-    def timed(self, path: Flyable) -> Timing | None:
+        return partial(times_along, airspeed=self.speed, wind=self.wind)
+
+    def timed(self, path: "Flyable") -> "Timing | None":
         """Return how long it takes, if a speed is known and there is a path."""
         if self.speed is None or not path.status.has_path:
             return None
@@ -119,6 +124,9 @@ def read_flying(
         None if power is None else non_negative_number("--power", power),
     )
     if asked.speed is not None:
+        from cgla_graph.flyable.curve import Curve  # noqa: PLC0415 - few paths are made flyable
+        from cgla_graph.flyable.timing import timed  # noqa: PLC0415 - the same
+
         # a wind that is too fast is told before the work
         timed(Curve(), asked.speed, wind=asked.wind, power=asked.power)
     return asked
@@ -146,6 +154,8 @@ def flown(run: Run, asked: Flying) -> Run:
     """
     if asked.turn_radius is None:
         return run
+    from cgla_graph.flyable.flyable import flyable  # noqa: PLC0415 - few paths are made flyable
+
     curve = flyable(
         run.scenario.problem,
         run.solution.path if run.solution.status.has_path else np.empty((0, 2)),
@@ -165,9 +175,9 @@ def flown(run: Run, asked: Flying) -> Run:
 
 def lines(run: Run, asked: Flying) -> dict[str, str]:
     """Say of a flyable path what is told of no other one, under its keys."""
-    path = run.solution
-    if not isinstance(path, Flyable):
+    if not asked.asked:
         return {}
+    path = cast("Flyable", run.solution)
     unit = " m" if run.scenario.projection else ""
     told = {"turns": f"radius {figure(path.turn_radius, 6)}{unit} or more; lines and arcs, tangent everywhere"}
     if not path.status.has_path:
@@ -187,9 +197,9 @@ def lines(run: Run, asked: Flying) -> dict[str, str]:
 
 def document(run: Run, asked: Flying) -> Mapping[str, Any]:
     """Return what is told of a flyable path as JSON."""
-    path = run.solution
-    if not isinstance(path, Flyable):
+    if not asked.asked:
         return {}
+    path = cast("Flyable", run.solution)
     timing = asked.timed(path)
     return {
         "flyable": {

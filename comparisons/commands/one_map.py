@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from cgla_graph.comparisons import console
 from cgla_graph.comparisons.study import options
 from cgla_graph.errors import CglaError
 from cgla_graph.model.ground_risk import risk_weight
@@ -37,6 +38,9 @@ def open_map(
     CglaError
         If anything is wrong with any of it.
     """
+    if command != "check":
+        # kernels look at a map before any solver does
+        console.compile_beside()
     files = [] if no_fly is None else [no_fly] if isinstance(no_fly, Path) else list(no_fly)
     return options.open_one(
         command, spec, options.MapOptions(no_fly=files, zones=zones or {}, raster=raster or {}, **more)

@@ -3,13 +3,15 @@
 import dataclasses
 import math
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario
-from cgla_graph.solvers.trade_off.constrained import PlanWithin
-from cgla_graph.solvers.trade_off.pareto import ROUNDING
+
+if TYPE_CHECKING:
+    from cgla_graph.solvers.trade_off.constrained import PlanWithin
 
 
 def plane_tolerance(scenario: Scenario, tolerance: float, cost: float) -> float:
@@ -77,7 +79,7 @@ def solution_on_earth(scenario: Scenario, solution: Solution) -> Solution:
     return dataclasses.replace(solution, lower_bound=scenario.bound_on_earth(solution.lower_bound))
 
 
-def plan_on_earth(scenario: Scenario, plan: PlanWithin) -> PlanWithin:
+def plan_on_earth(scenario: Scenario, plan: "PlanWithin") -> "PlanWithin":
     """
     Turn what is proven of all paths in the plane that keep a budget into what holds on the Earth.
 
@@ -93,6 +95,8 @@ def plan_on_earth(scenario: Scenario, plan: PlanWithin) -> PlanWithin:
     """
     if scenario.projection is None or plan.scope == "lattice":
         return plan
+    from cgla_graph.solvers.trade_off.pareto import ROUNDING  # noqa: PLC0415 - few plans have a budget
+
     problem, on_risk = scenario.problem, plan.limited == "risk"
     room = plan.budget * (1.0 + ROUNDING)
     straight = math.dist(problem.start, problem.goal)

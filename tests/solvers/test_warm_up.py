@@ -7,6 +7,9 @@ from pathlib import Path
 import pytest
 from kept_kernels import kept_but_for
 
+from cgla_graph import _kernel
+from cgla_graph.comparisons import console
+from cgla_graph.comparisons.commands import app
 from cgla_graph.solvers import registry, warm_up
 
 # Compiling is an event of numba's. Nothing is compiled while a run or a proof is timed, though kernels are missing on
@@ -56,6 +59,77 @@ def test_no_time_holds_any_compiling(tmp_path: Path) -> None:
     # the first one compiles most
     assert times[0][2] > 1.0
     assert all(seconds < rest for seconds, rest, _ in times)
+
+
+# Which kernels have been loaded: those that a warm-up loads, and those that the work then needs besides.
+LOADED = """
+import sys
+import cgla_graph as cg
+from cgla_graph.certificate.certificate import load_kernels
+from cgla_graph.solvers.continuous.hybrid import Hybrid
+from cgla_graph.solvers.warm_up import warm_up
+
+def loaded():
+    modules = [module for name, module in sys.modules.items() if name.endswith("_kernels")]
+    kernels = {id(it): it for module in modules for it in vars(module).values() if hasattr(it, "overloads")}
+    return {(it.__module__, it.__name__, str(sig)) for it in kernels.values() for sig in it.overloads}
+
+problem = cg.load_scenario(sys.argv[1]).problem
+walls = not problem.model.area.is_empty
+warm_up(Hybrid(tolerance=None), walls=walls)
+load_kernels(walls=walls)
+before = loaded()
+path = cg.solve(problem, "hybrid", tolerance=None).path
+cg.lower_bound(problem, 0.01, path=path)
+print(walls, sorted(loaded() - before), sorted({name for _, name, _ in before} & {"pair_sectors", "charge"}))
+"""
+
+
+@pytest.mark.parametrize(
+    ("scenario", "told"), [("paper", "False [] []"), ("thin-wall", "True [] ['charge', 'pair_sectors']")]
+)
+def test_what_the_work_needs_is_loaded_before_it(scenario: str, told: str) -> None:
+    """And what only walls need is left alone where there are none."""
+    done = subprocess.run([sys.executable, "-c", LOADED, scenario], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == told
+
+
+def test_the_process_that_compiles_beside_ends_well() -> None:
+    """Nobody reads what it says."""
+    done = subprocess.run(
+        [sys.executable, "-c", console._COMPILE, "\n".join(sys.path)], capture_output=True, text=True, check=True
+    )
+    assert (done.stdout, done.stderr) == ("", "")
+
+
+@pytest.mark.parametrize("arguments", [["plan", "nowhere"], ["certify", "nowhere"], ["plan"]])
+def test_the_process_that_compiles_beside_is_one_and_ends_with_the_command(
+    arguments: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It begins before the map is opened, which needs kernels, and ends though that fails."""
+    started: list[list[str]] = []
+
+    class Helper:
+        def __init__(self, *_: object, **__: object) -> None:
+            self.done: list[str] = []
+            started.append(self.done)
+
+        def kill(self) -> None:
+            self.done.append("killed")
+
+        def wait(self) -> None:
+            self.done.append("waited for")
+
+    monkeypatch.setattr(subprocess, "Popen", Helper)
+    monkeypatch.setattr(_kernel, "is_kept", lambda _: False)
+    console.compile_beside()
+    console.compile_beside(walls=True)
+    assert started == [[]]
+    monkeypatch.setattr(sys, "argv", ["cgla", *arguments])
+    with pytest.raises(SystemExit):
+        app.main()
+    assert started == [["killed", "waited for"]]
+    assert capsys.readouterr().err.count("compiling kernels") == 1
 
 
 @pytest.mark.parametrize("name", registry.names())

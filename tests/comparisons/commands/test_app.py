@@ -1,6 +1,7 @@
 """The command line: what it prints, what it writes, how it ends, and what a hostile user gets to see."""
 
 import csv
+import importlib.util
 import io
 import json
 import math
@@ -135,6 +136,40 @@ def test_help_imports_nothing_heavy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "heavy: []"
+
+
+def test_no_garbage_is_looked_for_at_the_end() -> None:
+    """What is registered first is done last."""
+    code = (
+        "import atexit, gc, sys; atexit.register(lambda: print('frozen:', gc.get_freeze_count() > 0))\n"
+        "from cgla_graph.comparisons.commands.app import main; sys.argv = ['cgla', '--version']\n"
+        "try: main()\n"
+        "except SystemExit: print('left:', gc.get_freeze_count(), gc.isenabled())\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-2:] == ["left: 0 True", "frozen: True"]
+
+
+@pytest.mark.skipif(importlib.util.find_spec("ompl") is None, reason="needs ompl")
+def test_a_command_that_loads_ompl_ends_without_its_complaints() -> None:
+    words = [sys.executable, "-m", "cgla_graph.comparisons", "plan", "one-threat", "--solver", "ompl-prm-star"]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert "leaked" not in done.stderr
+    assert "nanobind" not in done.stderr
+
+
+def test_a_plan_imports_only_what_it_needs() -> None:
+    """A path that is neither exported nor flown nor drawn waits for none of that, nor for what only walls need."""
+    code = (
+        "import sys; from cgla_graph.comparisons.commands.app import main; sys.argv = ['cgla', 'plan', 'one-threat']\n"
+        "try: main()\n"
+        "except SystemExit as left: print('left:', left.code)\n"
+        "rare = {'cgla_graph.flyable', 'cgla_graph.mission', 'cgla_graph.flight_plans.formats', 'filelock', 'ompl',\n"
+        "    'cgla_graph.solvers.trade_off', 'networkx', 'matplotlib', 'rich', 'scipy.spatial'}\n"
+        "print('rare:', sorted(rare & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-2:] == ["left: 0", "rare: []"]
 
 
 # Lists

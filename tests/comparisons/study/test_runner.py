@@ -25,6 +25,7 @@ from cgla_graph.model.solver import Traits
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
 from cgla_graph.solvers import listing, registry
+from cgla_graph.solvers.continuous.hybrid import Hybrid
 from cgla_graph.solvers.solving import solve
 
 SMALL = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\nk = 5.0\nthreats = [{ x = 0.5, y = 0.5, spread = 0.1 }]\n"
@@ -409,7 +410,7 @@ def bounds(monkeypatch: pytest.MonkeyPatch) -> Bounds:
             asked.append(problem)
             return Certificate(bound(problem), 2.0, tolerance, 0.1, 7, "a test's own", 0.1)
 
-        monkeypatch.setattr(runner, "warm_up_proof", lambda: None)
+        monkeypatch.setattr(runner, "warm_up_proof", lambda **_: None)
         monkeypatch.setattr(runner, "lower_bound", lower_bound)
         return asked
 
@@ -539,10 +540,29 @@ def test_the_refined_optimum_of_the_lattice_is_no_longer_that() -> None:
 
 
 def test_nobody_pays_for_compiled_code(monkeypatch: pytest.MonkeyPatch) -> None:
-    warmed: list[tuple[str, bool]] = []
-    monkeypatch.setattr(runner, "warm_up_solver", lambda solver, *, refine: warmed.append((solver.traits.name, refine)))
+    warmed: list[tuple[str, dict[str, bool]]] = []
+    monkeypatch.setattr(runner, "warm_up_solver", lambda solver, **how: warmed.append((solver.traits.name, how)))
     next(compare([small()], [Entrant.parse("cgla"), Entrant.parse("eight-direction").refined()], tolerance=None))
-    assert warmed == [("cgla", False), ("eight-direction", True)]
+    refined = [("cgla", False), ("eight-direction", True)]
+    assert warmed == [(name, {"refine": refine, "walls": False}) for name, refine in refined]
+
+
+@pytest.mark.parametrize(
+    ("solvers", "n_runs"), [("hybrid", 1), ("hybrid:candidates=12", 2), ("hybrid,straight-line", 2)]
+)
+def test_the_solver_whose_path_is_certified_runs_once_when_alone(
+    solvers: str, n_runs: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Among others, all solvers run under the same conditions; what is found and proven is the same."""
+    scenario, solved, own = small(), [], Hybrid.solve
+    monkeypatch.setattr(Hybrid, "solve", lambda self, problem: solved.append(problem) or own(self, problem))
+    first, *_ = compare([scenario], [Entrant.parse(solver) for solver in solvers.split(",")], tolerance=0.01)
+    assert sum(problem is scenario.problem for problem in solved) == n_runs
+    certificate = runner.certify(scenario, 0.01)
+    assert first.certificate is not None
+    assert first.solution.cost == certificate.upper_bound
+    assert first.solution.lower_bound == first.certificate.lower_bound == certificate.lower_bound
+    assert first.certificate.seconds > first.solution.seconds * (n_runs == 1)
 
 
 def test_runs_name_their_solver_as_the_user_did() -> None:
