@@ -16,6 +16,7 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
+from cgla_graph.eikonal.queue_kernels import BUCKETS, NONE, bucket_of, drop_first, grown, open_next, push, put_off
 
 #: Controls, columns and rows of the pieces of a mesh; origin and spacing of its grid.
 Mesh: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, tuple[float, float], tuple[float, float]]
@@ -29,91 +30,8 @@ Pieces: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, WholeArray]
 Bends: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, FloatArray, WholeArray, WholeArray, FloatArray]
 #: States of a node: see `march`.
 FAR, TRIAL, DONE, SEED = range(4)
-
-
-@kernel
-def push(keys: FloatArray, items: WholeArray, size: int, key: float, item: int) -> int:
-    """Add an item to a heap of `size` items, four children a parent; return the new size. Unused keys are infinite."""
-    i = size
-    while i > 0:
-        parent = (i - 1) >> 2
-        if keys[parent] <= key:
-            break
-        keys[i] = keys[parent]
-        items[i] = items[parent]
-        i = parent
-    keys[i] = key
-    items[i] = item
-    return size + 1
-
-
-@kernel
-def drop_first(keys: FloatArray, items: WholeArray, size: int) -> int:
-    """
-    Take the item of least key, at place 0, out of a heap of `size` items; return the new size.
-
-    The hole sinks to a leaf along the least children, which needs no branch that is hard to predict; the last item
-    rises from there.
-    """
-    size -= 1
-    key = keys[size]
-    item = items[size]
-    keys[size] = math.inf
-    i = int(np.int64(0))
-    while True:
-        first = 4 * i + 1
-        if first >= size:
-            break
-        low = first + int(keys[first + 1] < keys[first])
-        high = first + 2 + int(keys[first + 3] < keys[first + 2])
-        child = low if keys[low] <= keys[high] else high
-        keys[i] = keys[child]
-        items[i] = items[child]
-        i = child
-    return push(keys, items, i, key, item) - i - 1 + size
-
-
-@kernel
-def with_room(keys: FloatArray, items: WholeArray, room: int) -> tuple[FloatArray, WholeArray]:
-    """Return the arrays of a heap, twice as long if there would not be so much room."""
-    if room <= keys.shape[0]:
-        return keys, items
-    size = keys.shape[0]
-    more = np.empty(2 * size)
-    others = np.empty(2 * size, dtype=np.uint32)
-    # (numba compiles the assignment of a slice, which may be of another shape, for a second)
-    for i in range(size):
-        more[i] = keys[i]
-        others[i] = items[i]
-        more[size + i] = math.inf
-    return more, others
-
-
-@kernel
-def upwind(
-    q: int, back: int, second: bool, work: FloatArray, neighbours: WholeArray
-) -> tuple[float, float, float, bool]:
-    """
-    Return upwind value, offset and cost of the difference along one axis at `q`; and whether it is of second order.
-
-    The neighbours along the axis are at `back` and the place after it.
-
-    It is where two finished nodes in a row fall towards the front (Sethian 1999). The final time in `work` is infinite
-    where a node is not finished, and so is the value where no neighbour is.
-    """
-    near = neighbours[q, back]
-    side = back
-    value = work[near, 0]
-    other = neighbours[q, back + 1]
-    if work[other, 0] < value:
-        near = other
-        side = back + 1
-        value = work[other, 0]
-    if second and value < math.inf:
-        beyond = work[neighbours[near, side], 0]
-        if beyond <= value:
-            return value, (4.0 * value - beyond) * (1.0 / 3.0), work[near, 2], True
-    return value, value, work[near, 2], False
+#: Buckets of the queue to a step of the grid at the harmonic mean of the costs.
+PARTS = 16.0
 
 
 @kernel
@@ -200,25 +118,49 @@ def march(
         weights[kind, 0] = (1.0 if kind < 2 else 2.25) / (hx * hx)
         weights[kind, 1] = (1.0 if kind % 2 == 0 else 2.25) / (hy * hy)
         weights[kind, 2] = 1.0 / (weights[kind, 0] + weights[kind, 1])
-    keys = np.full(4096, math.inf)
-    items: WholeArray = np.empty(4096, dtype=np.uint32)
     # what is asked of a node lies together: its final time, its time so far, its cost, and whether it is open (0), done
     # (1), or a seed that is not done (2)
     work = np.empty((n + 1, 4))
-    west, south = int(np.int64(0)), int(np.int64(2))
-    size = int(np.int64(0))
+    total = 0.0
     for p in range(n + 1):
         work[p, 0] = times[p] if state[p] == DONE else math.inf
         work[p, 1] = times[p]
         work[p, 2] = cost[p]
         work[p, 3] = 1.0 if state[p] == DONE or p == n else (2.0 if state[p] == SEED else 0.0)
+        total += 1.0 / cost[p]
+    # what one node may put into the queue at once; and so many buckets to the step of a front where it is fast
+    burst = 8 + bend_node.shape[0]
+    room = 4096 + 2 * burst
+    per_time = PARTS * total / ((n + 1) * min(hx, hy))
+    keys = np.full(room, math.inf)
+    items: WholeArray = np.empty(room, dtype=np.uint32)
+    heads: WholeArray = np.full(BUCKETS + 1, NONE, dtype=np.uint32)
+    entries: WholeArray = np.empty((room, 2), dtype=np.uint32)
+    for i in range(room):
+        entries[i, 1] = i + 1
+    free, current, size, waiting = int(np.int64(0)), int(np.int64(0)), int(np.int64(0)), int(np.int64(0))
+    for p in range(n):
         if state[p] == TRIAL or state[p] == SEED:
-            keys, items = with_room(keys, items, size + 8)
-            size = push(keys, items, size, times[p], int(np.uint32(p)))
-    while size > 0:
+            current = min(current, bucket_of(times[p], per_time))
+    current -= 1
+    for p in range(n):
+        if state[p] == TRIAL or state[p] == SEED:
+            if waiting + burst > room:
+                keys, items, entries, free = grown(keys, items, entries, free)
+                room *= 2
+            free = put_off(p, bucket_of(times[p], per_time), current, free, heads, entries)
+            waiting += 1
+    while size + waiting > 0:
         # (in the loop inside, the arrays stay the same: their references need not be counted)
-        keys, items = with_room(keys, items, size + 8)
-        while 0 < size <= keys.shape[0] - 8:
+        if size + waiting + burst > room:
+            keys, items, entries, free = grown(keys, items, entries, free)
+            room *= 2
+        while 0 < size + waiting <= room - burst:
+            if size == 0:
+                current, size, waiting, free = open_next(
+                    current, waiting, free, per_time, work, keys, items, heads, entries
+                )
+                continue
             p = items[0]
             size = drop_first(keys, items, size)
             if work[p, 3] == 1.0:
@@ -233,20 +175,38 @@ def march(
                     bend_times[bend] = there
                     for beyond in range(first_node[bend], first_node[bend + 1]):
                         q = int(np.uint32(bend_node[beyond]))
-                        if work[q, 3] == 0.0 and there + bend_cost[beyond] < work[q, 1]:
-                            work[q, 1] = there + bend_cost[beyond]
-                            keys, items = with_room(keys, items, size + 8)
-                            size = push(keys, items, size, work[q, 1], q)
+                        time = there + bend_cost[beyond]
+                        if work[q, 3] == 0.0 and time < work[q, 1]:
+                            work[q, 1] = time
+                            bucket = bucket_of(time, per_time)
+                            if bucket <= current:
+                                size = push(keys, items, size, time, q)
+                            else:
+                                free = put_off(q, bucket, current, free, heads, entries)
+                                waiting += 1
                 entry += 1
             for side in range(4):
                 q = near[p, side]
                 if work[q, 3] != 0.0:
                     continue
-                x_value, tx, x_cost, x_second = upwind(q, west, second, work, near)
-                y_value, ty, y_cost, y_second = upwind(q, south, second, work, near)
+                # the upwind difference along each axis: it is of second order where two finished nodes in a row fall
+                # towards the front (Sethian 1999)
+                x_near, other = near[q, 0], near[q, 1]
+                x_beyond = near[x_near, 0]
+                if work[other, 0] < work[x_near, 0]:
+                    x_near, x_beyond = other, near[other, 1]
+                y_near, other = near[q, 2], near[q, 3]
+                y_beyond = near[y_near, 2]
+                if work[other, 0] < work[y_near, 0]:
+                    y_near, y_beyond = other, near[other, 3]
+                x_value, y_value = work[x_near, 0], work[y_near, 0]
+                x_second = second and x_value < math.inf and work[x_beyond, 0] <= x_value
+                y_second = second and y_value < math.inf and work[y_beyond, 0] <= y_value
+                tx = (4.0 * x_value - work[x_beyond, 0]) * (1.0 / 3.0) if x_second else x_value
+                ty = (4.0 * y_value - work[y_beyond, 0]) * (1.0 / 3.0) if y_second else y_value
                 here = work[q, 2]
-                x_shift = 0.0 if x_second else 0.5 * (x_cost - here)
-                y_shift = 0.0 if y_second else 0.5 * (y_cost - here)
+                x_shift = 0.0 if x_second else 0.5 * (work[x_near, 2] - here)
+                y_shift = 0.0 if y_second else 0.5 * (work[y_near, 2] - here)
                 time = math.inf
                 if x_value < math.inf and y_value < math.inf:
                     kind = (2 if x_second else 0) + (1 if y_second else 0)
@@ -268,8 +228,13 @@ def march(
                 if beside_wall[q]:
                     time = past_corner(q, here, work, near, spacing, time)
                 if time < work[q, 1]:
+                    bucket = bucket_of(time, per_time)
+                    if bucket <= current:
+                        size = push(keys, items, size, time, q)
+                    elif bucket_of(work[q, 1], per_time) != bucket:
+                        free = put_off(q, bucket, current, free, heads, entries)
+                        waiting += 1
                     work[q, 1] = time
-                    size = push(keys, items, size, time, q)
     for p in range(n):
         times[p] = work[p, 1]
         if work[p, 0] < math.inf:
