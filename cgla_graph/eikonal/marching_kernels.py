@@ -36,7 +36,7 @@ PARTS = 16.0
 
 @kernel
 def past_corner(
-    q: int, here: float, work: FloatArray, neighbours: WholeArray, spacing: tuple[float, float], time: float
+    q: int, here: float, final: FloatArray, neighbours: WholeArray, spacing: tuple[float, float], time: float
 ) -> float:
     """
     Return the time at a node beside a wall, if a front that comes past a diagonal neighbour is there before `time`.
@@ -45,7 +45,7 @@ def past_corner(
     then known from the neighbour along the other one and the node beside that, and the other part follows; a front from
     further round comes over the diagonal. No time is below that of the neighbour.
     """
-    n = work.shape[0] - 1
+    n = final.shape[0] - 1
     for x_side in range(2):
         for y_side in range(2, 4):
             a = neighbours[q, x_side]
@@ -53,8 +53,8 @@ def past_corner(
             if (a == n) == (b == n):
                 continue
             axis = 0 if a == n else 1
-            near = work[b if axis == 0 else a, 0]
-            corner = work[neighbours[b, x_side] if axis == 0 else neighbours[a, y_side], 0]
+            near = final[b if axis == 0 else a]
+            corner = final[neighbours[b, x_side] if axis == 0 else neighbours[a, y_side]]
             if near == math.inf or near < corner:
                 continue
             step = spacing[axis]
@@ -110,23 +110,16 @@ def march(
     n = times.shape[0] - 1
     first_entry, entry_node, entry_bend, entry_cost, first_node, bend_node, bend_cost = bends
     bend_times = np.full(first_node.shape[0], math.inf)
-    # indices without a sign need no look at whether they count from the end
-    near = neighbours.astype(np.uint32)
     # by order of the differences along x and y: weights of the two axes, and one over their sum
     weights = np.empty((4, 3))
     for kind in range(4):
         weights[kind, 0] = (1.0 if kind < 2 else 2.25) / (hx * hx)
         weights[kind, 1] = (1.0 if kind % 2 == 0 else 2.25) / (hy * hy)
         weights[kind, 2] = 1.0 / (weights[kind, 0] + weights[kind, 1])
-    # what is asked of a node lies together: its final time, its time so far, its cost, and whether it is open (0), done
-    # (1), or a seed that is not done (2)
-    work = np.empty((n + 1, 4))
+    final = np.empty(n + 1)
     total = 0.0
     for p in range(n + 1):
-        work[p, 0] = times[p] if state[p] == DONE else math.inf
-        work[p, 1] = times[p]
-        work[p, 2] = cost[p]
-        work[p, 3] = 1.0 if state[p] == DONE or p == n else (2.0 if state[p] == SEED else 0.0)
+        final[p] = times[p] if state[p] == DONE else math.inf
         total += 1.0 / cost[p]
     # what one node may put into the queue at once; and so many buckets to the step of a front where it is fast
     burst = 8 + bend_node.shape[0]
@@ -158,26 +151,26 @@ def march(
         while 0 < size + waiting <= room - burst:
             if size == 0:
                 current, size, waiting, free = open_next(
-                    current, waiting, free, per_time, work, keys, items, heads, entries
+                    current, waiting, free, per_time, times, final, keys, items, heads, entries
                 )
                 continue
             p = items[0]
             size = drop_first(keys, items, size)
-            if work[p, 3] == 1.0:
+            if state[p] == DONE:
                 continue
-            work[p, 3] = 1.0
-            work[p, 0] = work[p, 1]
+            state[p] = DONE
+            final[p] = times[p]
             entry = np.int64(first_entry[p])
             while 0 <= entry < entry_node.shape[0] and entry_node[entry] == p:
-                there = work[p, 1] + entry_cost[entry]
+                there = times[p] + entry_cost[entry]
                 bend = entry_bend[entry]
                 if there < bend_times[bend]:
                     bend_times[bend] = there
                     for beyond in range(first_node[bend], first_node[bend + 1]):
                         q = int(np.uint32(bend_node[beyond]))
                         time = there + bend_cost[beyond]
-                        if work[q, 3] == 0.0 and time < work[q, 1]:
-                            work[q, 1] = time
+                        if state[q] <= TRIAL and time < times[q]:
+                            times[q] = time
                             bucket = bucket_of(time, per_time)
                             if bucket <= current:
                                 size = push(keys, items, size, time, q)
@@ -186,27 +179,27 @@ def march(
                                 waiting += 1
                 entry += 1
             for side in range(4):
-                q = near[p, side]
-                if work[q, 3] != 0.0:
+                q = neighbours[p, side]
+                if state[q] > TRIAL:
                     continue
                 # the upwind difference along each axis: it is of second order where two finished nodes in a row fall
                 # towards the front (Sethian 1999)
-                x_near, other = near[q, 0], near[q, 1]
-                x_beyond = near[x_near, 0]
-                if work[other, 0] < work[x_near, 0]:
-                    x_near, x_beyond = other, near[other, 1]
-                y_near, other = near[q, 2], near[q, 3]
-                y_beyond = near[y_near, 2]
-                if work[other, 0] < work[y_near, 0]:
-                    y_near, y_beyond = other, near[other, 3]
-                x_value, y_value = work[x_near, 0], work[y_near, 0]
-                x_second = second and x_value < math.inf and work[x_beyond, 0] <= x_value
-                y_second = second and y_value < math.inf and work[y_beyond, 0] <= y_value
-                tx = (4.0 * x_value - work[x_beyond, 0]) * (1.0 / 3.0) if x_second else x_value
-                ty = (4.0 * y_value - work[y_beyond, 0]) * (1.0 / 3.0) if y_second else y_value
-                here = work[q, 2]
-                x_shift = 0.0 if x_second else 0.5 * (work[x_near, 2] - here)
-                y_shift = 0.0 if y_second else 0.5 * (work[y_near, 2] - here)
+                x_near, other = neighbours[q, 0], neighbours[q, 1]
+                x_beyond = neighbours[x_near, 0]
+                if final[other] < final[x_near]:
+                    x_near, x_beyond = other, neighbours[other, 1]
+                y_near, other = neighbours[q, 2], neighbours[q, 3]
+                y_beyond = neighbours[y_near, 2]
+                if final[other] < final[y_near]:
+                    y_near, y_beyond = other, neighbours[other, 3]
+                x_value, y_value = final[x_near], final[y_near]
+                x_second = second and x_value < math.inf and final[x_beyond] <= x_value
+                y_second = second and y_value < math.inf and final[y_beyond] <= y_value
+                tx = (4.0 * x_value - final[x_beyond]) * (1.0 / 3.0) if x_second else x_value
+                ty = (4.0 * y_value - final[y_beyond]) * (1.0 / 3.0) if y_second else y_value
+                here = cost[q]
+                x_shift = 0.0 if x_second else 0.5 * (cost[x_near] - here)
+                y_shift = 0.0 if y_second else 0.5 * (cost[y_near] - here)
                 time = math.inf
                 if x_value < math.inf and y_value < math.inf:
                     kind = (2 if x_second else 0) + (1 if y_second else 0)
@@ -226,19 +219,15 @@ def march(
                     if y_value < math.inf:
                         time = min(time, max(ty + (here + y_shift) * (hy * 2.0 / 3.0 if y_second else hy), y_value))
                 if beside_wall[q]:
-                    time = past_corner(q, here, work, near, spacing, time)
-                if time < work[q, 1]:
+                    time = past_corner(q, here, final, neighbours, spacing, time)
+                if time < times[q]:
                     bucket = bucket_of(time, per_time)
                     if bucket <= current:
                         size = push(keys, items, size, time, q)
-                    elif bucket_of(work[q, 1], per_time) != bucket:
+                    elif bucket_of(times[q], per_time) != bucket:
                         free = put_off(q, bucket, current, free, heads, entries)
                         waiting += 1
-                    work[q, 1] = time
-    for p in range(n):
-        times[p] = work[p, 1]
-        if work[p, 0] < math.inf:
-            state[p] = DONE
+                    times[q] = time
 
 
 @kernel

@@ -343,7 +343,8 @@ def connect(controls: WholeArray, n_nodes: int) -> WholeArray:
 
     Where the slots of two pieces differ, as at the end of a thin wall, the first piece wins.
     """
-    neighbours = np.full((n_nodes + 1, 4), n_nodes, dtype=np.int32)
+    # indices without a sign need no look at whether they count from the end
+    neighbours: WholeArray = np.full((n_nodes + 1, 4), n_nodes, dtype=np.uint32)
     for c in range(controls.shape[0]):
         for b in range(3):
             for a in range(3):

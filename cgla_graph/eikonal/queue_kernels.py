@@ -97,7 +97,8 @@ def open_next(
     waiting: int,
     free: int,
     per_time: float,
-    work: FloatArray,
+    times: FloatArray,
+    final: FloatArray,
     keys: FloatArray,
     items: WholeArray,
     heads: WholeArray,
@@ -114,8 +115,8 @@ def open_next(
         Entries in buckets, at least one; and the first free entry.
     per_time
         Buckets per unit of time.
-    work
-        Of each node its final time, infinite until it is done, and its time so far, in the first two columns.
+    times, final
+        Of each node its time so far, and its final time, which is infinite until it is done.
     keys, items
         A heap.
     heads, entries
@@ -138,8 +139,8 @@ def open_next(
         entry = first
         while entry != NONE:
             node = entries[entry, 0]
-            if work[node, 0] == math.inf:
-                soonest = min(soonest, work[node, 1] * per_time)
+            if final[node] == math.inf:
+                soonest = min(soonest, times[node] * per_time)
             ahead += 1
             entry = entries[entry, 1]
         if ahead == waiting:
@@ -149,8 +150,8 @@ def open_next(
         while entry != NONE:
             following = entries[entry, 1]
             node = entries[entry, 0]
-            if work[node, 0] == math.inf:
-                link(entry, bucket_of(work[node, 1], per_time), current, heads, entries)
+            if final[node] == math.inf:
+                link(entry, bucket_of(times[node], per_time), current, heads, entries)
             else:
                 entries[entry, 1] = free
                 free = entry
@@ -162,8 +163,8 @@ def open_next(
     while entry != NONE:
         following = entries[entry, 1]
         node = entries[entry, 0]
-        if work[node, 0] == math.inf:
-            size = push(keys, items, size, work[node, 1], node)
+        if final[node] == math.inf:
+            size = push(keys, items, size, times[node], node)
         entries[entry, 1] = free
         free = entry
         waiting -= 1

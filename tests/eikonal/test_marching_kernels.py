@@ -14,7 +14,7 @@ import strategies
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
+from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.eikonal import marching_kernels
 from cgla_graph.eikonal.bends import bends_of
 
@@ -22,13 +22,13 @@ from cgla_graph.eikonal.bends import bends_of
 Times = Callable[[FloatArray], FloatArray]
 
 
-def neighbours_of(shape: tuple[int, int]) -> IntArray:
+def neighbours_of(shape: tuple[int, int]) -> WholeArray:
     """Tell who is west, east, south and north of each node of a full grid, numbered row by row."""
     ny, nx = shape
     numbers = np.full((ny + 2, nx + 2), ny * nx)
     numbers[1:-1, 1:-1] = np.arange(ny * nx).reshape(ny, nx)
     beside = [numbers[1:-1, :-2], numbers[1:-1, 2:], numbers[:-2, 1:-1], numbers[2:, 1:-1]]
-    return np.vstack([np.stack([side.ravel() for side in beside], axis=1), np.full((1, 4), ny * nx)])
+    return np.vstack([np.stack([side.ravel() for side in beside], axis=1), np.full((1, 4), ny * nx)]).astype(np.uint32)
 
 
 def marched(
