@@ -106,7 +106,7 @@ def march(
     neighbours, bends = links
     rest = cost, neighbours, mesh.beside_wall, mesh.spacing, second, bends
     marching_kernels.march(times, state, *rest)
-    while mesh.is_cut.any() and front_kernels.bridge(mesh.controls, cost, mesh.spacing, times, state):
+    while mesh.has_walls and front_kernels.bridge(mesh.controls, cost, mesh.spacing, times, state):
         marching_kernels.march(times, state, *rest)
 
 

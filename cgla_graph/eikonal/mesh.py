@@ -236,6 +236,11 @@ class SplineMesh:
         return np.asarray(place[pieces] >= 0)
 
     @property
+    def has_walls(self) -> bool:
+        """Whether an edge of the area meets any cell."""
+        return len(self.sub_cells[2]) > 0
+
+    @property
     def outside(self) -> BoolArray:
         """Whether each node is just outside the bounds, shape ``(n,)``."""
         below = (self.node_columns < 0) | (self.node_rows < 0)

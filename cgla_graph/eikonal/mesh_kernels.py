@@ -147,12 +147,17 @@ def sub_cells(
             before = MET
             for s in range(parts):
                 if kinds[place[p], part, s] != MET:
+                    if before == MET and part > 0:
+                        # no edge between this one and the one below
+                        before = kinds[place[p], part - 1, s]
                     if before == MET:
                         x = origin[0] + spacing[0] * (columns[p] - 0.5 + (s + 0.5) / parts)
                         before = INSIDE if point_inside(x, y, area) else FREE
                     kinds[place[p], part, s] = before
                 else:
                     before = MET
+        if 0 < columns[p] < rim[0] and 0 < rows[p] < rim[1]:
+            continue
         # beyond the bounds is as good as inside the area: no way leads around a wall out there
         for part in range(parts):
             for s in range(parts):
@@ -165,6 +170,15 @@ def sub_cells(
 
 
 @kernel
+def root(parents: WholeArray, i: int) -> int:
+    """Find the representative of a slot, halving the way there."""
+    while parents[i] != i:
+        parents[i] = parents[parents[i]]
+        i = parents[i]
+    return i
+
+
+@kernel
 def label_pieces(kinds: WholeArray, labels: WholeArray) -> WholeArray:
     """
     Label the connected pieces of each cell's free sub-cells, corners included; return how many each cell has.
@@ -174,31 +188,49 @@ def label_pieces(kinds: WholeArray, labels: WholeArray) -> WholeArray:
     """
     n_cells, parts = kinds.shape[0], kinds.shape[1]
     counts = np.zeros(n_cells, dtype=np.int32)
-    stack = np.empty(parts * parts, dtype=np.int32)
+    # runs of free sub-cells, row by row: columns from and to; those that touch share a root
+    most = parts * (parts // 2 + 1)
+    starts, stops = np.empty(most, dtype=np.int32), np.empty(most, dtype=np.int32)
+    roots, label_of = np.empty(most, dtype=np.int32), np.empty(most, dtype=np.int32)
+    rows = np.empty(parts + 1, dtype=np.int32)
     for t in range(n_cells):
+        n = int(np.int64(0))
+        for i in range(parts):
+            rows[i] = n
+            below = rows[i - 1] if i > 0 else n
+            j = int(np.int64(0))
+            while j < parts:
+                if kinds[t, i, j] == INSIDE:
+                    j += 1
+                    continue
+                starts[n] = j
+                while j < parts and kinds[t, i, j] != INSIDE:
+                    j += 1
+                stops[n] = j
+                roots[n] = n
+                while below < rows[i] and stops[below] < starts[n]:
+                    below += 1
+                touching = below
+                while touching < rows[i] and starts[touching] <= j:
+                    one, other = root(roots, n), root(roots, touching)
+                    roots[max(one, other)] = min(one, other)
+                    touching += 1
+                n += 1
+        rows[parts] = n
+        found = int(np.int64(0))
+        for r in range(n):
+            if roots[r] == r:
+                label_of[r] = min(found, MOST_PIECES - 1)
+                found += 1
+            else:
+                label_of[r] = label_of[root(roots, r)]
+        counts[t] = min(found, MOST_PIECES)
         for i in range(parts):
             for j in range(parts):
                 labels[t, i, j] = -1
-        found = 0
-        for i in range(parts):
-            for j in range(parts):
-                if kinds[t, i, j] == INSIDE or labels[t, i, j] >= 0:
-                    continue
-                label = min(found, MOST_PIECES - 1)
-                found += 1
-                size = 1
-                stack[0] = i * parts + j
-                labels[t, i, j] = label
-                while size > 0:
-                    size -= 1
-                    at = stack[size]
-                    for b in range(max(at // parts - 1, 0), min(at // parts + 2, parts)):
-                        for a in range(max(at % parts - 1, 0), min(at % parts + 2, parts)):
-                            if kinds[t, b, a] != INSIDE and labels[t, b, a] < 0:
-                                labels[t, b, a] = label
-                                stack[size] = b * parts + a
-                                size += 1
-        counts[t] = min(found, MOST_PIECES)
+            for r in range(rows[i], rows[i + 1]):
+                for j in range(starts[r], stops[r]):
+                    labels[t, i, j] = label_of[r]
     return counts
 
 
@@ -240,15 +272,6 @@ def boxes(
         found[p, 2] = min(found[p, 2], right)
         found[p, 3] = min(found[p, 3], top)
     return found
-
-
-@kernel
-def root(parents: WholeArray, i: int) -> int:
-    """Find the representative of a slot, halving the way there."""
-    while parents[i] != i:
-        parents[i] = parents[parents[i]]
-        i = parents[i]
-    return i
 
 
 @kernel
