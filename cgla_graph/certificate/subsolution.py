@@ -60,6 +60,9 @@ GENTLE_ROUNDS = 8
 #: What another round may gain at most is not worth it below this part of what is left to finer grids and, as the
 #: known path may be a bad one, below that part of the bound.
 LEAST_SHARE, LEAST_GAIN = 0.1, 0.005
+#: A spline that is still so much too steep after so many further rounds is left to finer grids: beside walls, lower
+#: costs do not help where a coarse grid does not see the way.
+STEEP, ROUNDS_FOR_STEEP = 2.0, 2
 #: Cells that may stay too steep, at most, and the rounding of what they are charged for.
 MOST_CHARGED, ROUNDING = 2000, 1e-12
 #: Cells along the longer side of the first grid; every further grid has twice as many.
@@ -297,7 +300,8 @@ class Level:
             possible = self._shifted(times, other, piece, block).bound - sum(charges)
             left = min(LEAST_SHARE * (known - possible), LEAST_GAIN * possible) if known < math.inf else 0.0
             done = possible - best.bound <= left or best.bound >= wanted
-            if steepest < 1.0 + aim or done or (stalled and not gentle):
+            hopeless = number >= ROUNDS_FOR_STEEP and steepest > STEEP and known < math.inf and not rasters
+            if steepest < 1.0 + aim or done or hopeless or (stalled and not gentle):
                 break
             if stalled or number == GENTLE_ROUNDS:
                 gentle = False
