@@ -38,6 +38,7 @@ suite: $(INSTALLED)
 # tests of kernels, which also have to read and write inside their arrays: once, with that checked
 OF_KERNELS := tests/model/test_risk.py tests/model/test_risk_raster.py tests/model/test_no_fly.py tests/model/test_graph.py \
 	tests/cost_to_go/test_cost_matrix.py tests/eikonal/test_mesh.py tests/eikonal/test_marching_kernels.py \
+	tests/eikonal/test_queue_kernels.py \
 	tests/certificate/test_certificate_kernels.py tests/certificate/test_tips.py tests/certificate/test_corners.py \
 	tests/cost_to_go/test_repair.py \
 	tests/fusion/test_fusion.py tests/motion/test_trajectory.py tests/motion/test_space_time.py \

@@ -16,6 +16,8 @@ from cgla_graph._shown import cut, shown
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.errors import ProblemError
 
+#: Sides of maps and spreads of threats beyond this, or below one over this, would overflow in fourth powers.
+LARGEST = 1e70
 #: What Python would turn into a float although nobody means it as one.
 NO_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating)
 
@@ -127,9 +129,13 @@ def four_numbers(name: str, value: object) -> Bounds:
 
 
 def bounds_box(value: object) -> Bounds:
-    """Return `value` as ``(x_min, y_min, x_max, y_max)``, or raise `ProblemError` unless it is a box with an inside."""
+    """Return `value` as ``(x_min, y_min, x_max, y_max)``, or raise `ProblemError` unless it is a box of usual size."""
     x_min, y_min, x_max, y_max = four_numbers("bounds", value)
     if not (x_min < x_max and y_min < y_max):
         msg = f"bounds {(x_min, y_min, x_max, y_max)} are empty; x_min < x_max and y_min < y_max must hold"
+        raise ProblemError(msg)
+    sides = x_max - x_min, y_max - y_min
+    if not (min(sides) >= 1.0 / LARGEST and max(sides) <= LARGEST):
+        msg = f"bounds have sides {sides[0]:g} and {sides[1]:g}; each must be between {1.0 / LARGEST:g} and {LARGEST:g}"
         raise ProblemError(msg)
     return x_min, y_min, x_max, y_max

@@ -136,8 +136,12 @@ def test_strings_and_complex_numbers_are_no_coordinates(value: object) -> None:
 @given(st.lists(finite, min_size=4, max_size=4))
 def test_bounds_need_an_inside(numbers: list[float]) -> None:
     x_min, y_min, x_max, y_max = numbers
-    if x_min < x_max and y_min < y_max:
+    sides = x_max - x_min, y_max - y_min
+    if all(1e-70 <= side <= 1e70 for side in sides):
         assert _validate.bounds_box(numbers) == tuple(numbers)
+    elif min(sides) > 0.0:
+        with pytest.raises(ProblemError, match=r"bounds have sides .*; each must be between 1e-70 and 1e\+70"):
+            _validate.bounds_box(numbers)
     else:
         with pytest.raises(ProblemError, match=r"bounds .* are empty"):
             _validate.bounds_box(numbers)

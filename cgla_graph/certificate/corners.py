@@ -72,6 +72,8 @@ SAVED, LOST_BESIDE = 0.45, 0.3
 LEAST_CHARGE, DEEP = 0.005, 2.0
 #: Rounding of a charge, relative to the values.
 ROUNDING = 2.0**-44
+#: Beside the sides 0 to 3 of a node.
+JOINT = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,8 @@ class CornerBlock(ABC):
     pieces
         The pieces of the mesh inside, shape ``(m,)``.
     cuts
-        Nodes and sides on which they have no neighbour, as a wall is between, shape ``(t, 2)``.
+        Nodes and sides on which they have no neighbour, as a wall is between, shape ``(t, 2)``; and the joints inside,
+        with the side `JOINT`: they may lead to nodes that stand for the other side of a wall.
     sights
         What is in sight of each corner inside.
     """
@@ -197,12 +200,15 @@ def load_kernels() -> None:
 
 def links_of(mesh: SplineMesh, corners: Sequence[CornerBlock]) -> Links:
     """Return how nodes are joined where a front is led around some corners."""
-    neighbours = mesh.neighbours
+    neighbours, (first, one, other, lengths) = mesh.neighbours, mesh.joints
     if corners:
-        neighbours = neighbours.copy()
+        neighbours, lengths = neighbours.copy(), lengths.copy()
         nodes, sides = np.concatenate([corner.cuts for corner in corners]).T
-        neighbours[nodes, sides] = mesh.n_nodes
-    return Links(neighbours, bends_of([one for corner in corners for one in corner.sights], mesh.n_nodes))
+        beside = sides != JOINT
+        neighbours[nodes[beside], sides[beside]] = mesh.n_nodes
+        lengths[nodes[~beside]] = math.inf
+    sights = [sight for corner in corners for sight in corner.sights]
+    return Links(neighbours, (first, one, other, lengths), bends_of(sights, mesh.n_nodes))
 
 
 def corners_of(
@@ -341,7 +347,8 @@ class _Grid:
             if (np.abs((vertex - mesh.origin) / mesh.spacing - centre) <= reach - INSIDE).all()
         ]
         far = np.abs(np.column_stack([mesh.node_columns[nodes], mesh.node_rows[nodes]]) - centre).max(axis=1)
-        return around[away <= reach], self.behind_walls(nodes[far <= reach - 2]), sights
+        cuts = np.concatenate([self.behind_walls(nodes[far <= reach - 2]), self.joints_of(nodes)])
+        return around[away <= reach], cuts, sights
 
     def choose(self, corner: FloatArray, centre: tuple[int, int], most: int) -> tuple[int, FloatArray, float] | None:
         """Choose the reach of a block with which least is lost; return it, what is known of the cost, and the turn."""
@@ -383,6 +390,12 @@ class _Grid:
         to = np.broadcast_to(vertex, at.shape)
         costs = np.hypot(*(at - to).T) + self.problem.k * self.problem.field.line_integral(at, to)
         return Sight(nodes[behind], costs, seen[behind])
+
+    def joints_of(self, nodes: WholeArray) -> WholeArray:
+        """List the joints of some nodes as cuts."""
+        _, one, other, _ = self.mesh.joints
+        joints = np.flatnonzero(np.isin(one, nodes) | np.isin(other, nodes))
+        return np.column_stack([joints, np.full(len(joints), JOINT)])
 
     def behind_walls(self, nodes: WholeArray) -> WholeArray:
         """List nodes and sides whose neighbour is behind a wall, and these neighbours and their sides."""

@@ -134,7 +134,7 @@ class Finer(CornerBlock):
             way_out=np.zeros(int(seen.sum())),
             worth=steep.worth,
         )
-        way_out = found.ways_out(away == border)
+        way_out = found.ways_out(away == border, np.unique(mesh.controls[away > border, 4]))
         return None if way_out is None else replace(found, way_out=way_out)
 
     def least(self, values: FloatArray, mesh: SplineMesh) -> float:
@@ -149,7 +149,7 @@ class Finer(CornerBlock):
             return 0.0
         begin = (values[mesh.controls[self.seed_pieces]] * self.seed_weights).sum(axis=1)
         best = math.inf
-        for psi, lost in self._solved(begin, self.corners):
+        for psi, lost in self._solved(self.seeds, begin, self.corners):
             fall = _curves(self.finer_places, self.finer_rim, self.mesh, psi)
             best = min(best, self._excess(phi[reached], fall[reached], lost, self.way_out[reached]))
         # places are off by some ulps of their coordinates
@@ -160,9 +160,11 @@ class Finer(CornerBlock):
         best += ROUNDING * (float(np.abs(phi[reached]).max()) + far * steepest)
         return best if best <= self.worth else math.inf
 
-    def _solved(self, begin: FloatArray, corners: Sequence[CornerBlock]) -> "list[tuple[FloatArray, float]]":
+    def _solved(
+        self, seeds: WholeArray, begin: FloatArray, corners: Sequence[CornerBlock]
+    ) -> "list[tuple[FloatArray, float]]":
         """
-        Solve the equation from values at the seeds, again and again with lower costs where it is too steep.
+        Solve the equation from values at some nodes, again and again with lower costs where it is too steep.
 
         Returns
         -------
@@ -180,8 +182,8 @@ class Finer(CornerBlock):
         while len(found) < MOST_ROUNDS:
             times, state = np.full(n + 1, np.inf), np.zeros(n + 1, dtype=np.int8)
             state[:n][mesh.outside] = marching_kernels.DONE
-            times[self.seeds[known]] = begin[known]
-            state[self.seeds[known]] = marching_kernels.TRIAL
+            times[seeds[known]] = begin[known]
+            state[seeds[known]] = marching_kernels.TRIAL
             march(mesh, times, state, np.append(costs, 1.0), links)
             charges = [corner.charge(times, mesh) for corner in corners]
             if not all(map(math.isfinite, charges)):
@@ -204,10 +206,10 @@ class Finer(CornerBlock):
             checked[corner.pieces] = False
         return checked
 
-    def ways_out(self, on_border: BoolArray) -> FloatArray | None:
-        """Bound what ways from the parts of the rim out of the box cost; None if that is not known."""
+    def ways_out(self, on_border: BoolArray, beyond: WholeArray) -> FloatArray | None:
+        """Bound what ways from the parts of the rim cost out of the box, to nodes `beyond`; None if not known."""
         best: FloatArray | None = None
-        for values, _ in self._solved(np.zeros(len(self.seeds)), ()):
+        for values, _ in self._solved(beyond, np.zeros(len(beyond)), ()):
             at = values[self.mesh.controls[on_border]].reshape(-1, 3, 3)
             # the Bézier control values of each piece
             highest = (0.25 * (at[:, 1:2, 1:2] + at[:, 1:2, :] + at[:, :, 1:2] + at)).max()

@@ -12,7 +12,7 @@ from cgla_graph._types import FloatArray, Point, WholeArray
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.eikonal import front_kernels, marching_kernels
 from cgla_graph.eikonal.bends import bends_of
-from cgla_graph.eikonal.marching_kernels import Bends
+from cgla_graph.eikonal.marching_kernels import Bends, Joints
 from cgla_graph.eikonal.mesh import SplineMesh, corners
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import Problem
@@ -25,9 +25,10 @@ MOST_CORNERS, SQUARES = 600, (0.125, 0.25, 0.5, 1.0, 2.0)
 
 
 class Links(NamedTuple):
-    """The neighbours of nodes (see `marching_kernels`), and the corners over which ways lead from node to node."""
+    """The neighbours and joints of nodes, and the corners over which ways lead (see `marching_kernels`)."""
 
     neighbours: WholeArray
+    joints: Joints
     bends: Bends
 
 
@@ -94,7 +95,7 @@ def costs_to_go(
         times[begun] = first(mesh.node_points[begun])
         state[begun[np.isinf(times[begun])]] = marching_kernels.FAR
     times *= start_factor
-    march(mesh, times, state, padded, links or Links(mesh.neighbours, bends_of([], n)), second=second)
+    march(mesh, times, state, padded, links or Links(mesh.neighbours, mesh.joints, bends_of([], n)), second=second)
     front_kernels.mirror(mesh.kernel_nodes, mesh.last, times)
     return times
 
@@ -103,8 +104,8 @@ def march(
     mesh: SplineMesh, times: FloatArray, state: WholeArray, cost: FloatArray, links: Links, *, second: bool = True
 ) -> None:
     """Complete times of arrival, in place; arrays as `marching_kernels.march` takes them, shapes ``(n + 1,)``."""
-    neighbours, bends = links
-    rest = cost, neighbours, mesh.beside_wall, mesh.spacing, second, bends
+    neighbours, joints, bends = links
+    rest = cost, neighbours, mesh.beside_wall, mesh.spacing, second, joints, bends
     marching_kernels.march(times, state, *rest)
     while mesh.has_walls and front_kernels.bridge(mesh.controls, cost, mesh.spacing, times, state):
         marching_kernels.march(times, state, *rest)

@@ -28,6 +28,9 @@ Pieces: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, WholeArray]
 #: entries in the order of their nodes: node, bend, and the cost between; per bend its first entry in a second list in
 #: the order of bends, and of that list the nodes and costs.
 Bends: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, FloatArray, WholeArray, WholeArray, FloatArray]
+#: Nodes that a piece has side by side and that are not neighbours of each other (`mesh_kernels.joints`): per node the
+#: number of its first entry, or -1; entries in the order of their nodes: node, other node, and the distance.
+Joints: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, FloatArray]
 #: States of a node: see `march`.
 FAR, TRIAL, DONE, SEED = range(4)
 #: Buckets of the queue to a step of the grid at the harmonic mean of the costs.
@@ -78,6 +81,7 @@ def march(
     beside_wall: BoolArray,
     spacing: tuple[float, float],
     second: bool,
+    joints: Joints,
     bends: Bends,
 ) -> None:
     """
@@ -103,10 +107,15 @@ def march(
         Steps of the grid along x and y.
     second
         Whether to use differences of second order where they can be had.
+    joints
+        Where a front goes on from a node beside its four neighbours. Without them, it would come there later, or from
+        elsewhere, and times would jump. An infinite distance is no joint.
     bends
         Where ways lead from nodes to nodes at known costs.
     """
     hx, hy = spacing
+    first_joint, joint_node, joint_other, joint_length = joints
+    n_joints = joint_node.shape[0]
     n = times.shape[0] - 1
     first_entry, entry_node, entry_bend, entry_cost, first_node, bend_node, bend_cost = bends
     bend_times = np.full(first_node.shape[0], math.inf)
@@ -122,7 +131,7 @@ def march(
         final[p] = times[p] if state[p] == DONE else math.inf
         total += 1.0 / cost[p]
     # what one node may put into the queue at once; and so many buckets to the step of a front where it is fast
-    burst = 8 + bend_node.shape[0]
+    burst = 8 + n_joints + bend_node.shape[0]
     room = 4096 + 2 * burst
     per_time = PARTS * total / ((n + 1) * min(hx, hy))
     keys = np.full(room, math.inf)
@@ -178,8 +187,21 @@ def march(
                                 free = put_off(q, bucket, current, free, heads, entries)
                                 waiting += 1
                 entry += 1
-            for side in range(4):
-                q = neighbours[p, side]
+            side = int(np.int64(0))
+            joint = np.int64(first_joint[p]) if n_joints > 0 else int(np.int64(-1))
+            while True:
+                straight = math.inf
+                if side < 4:
+                    q = neighbours[p, side]
+                    side += 1
+                elif 0 <= joint < n_joints and joint_node[joint] == p:
+                    q = joint_other[joint]
+                    straight = times[p] + 0.5 * (cost[p] + cost[q]) * joint_length[joint]
+                    joint += 1
+                    if straight == math.inf:
+                        continue
+                else:
+                    break
                 if state[q] > TRIAL:
                     continue
                 # the upwind difference along each axis: it is of second order where two finished nodes in a row fall
@@ -220,6 +242,7 @@ def march(
                         time = min(time, max(ty + (here + y_shift) * (hy * 2.0 / 3.0 if y_second else hy), y_value))
                 if beside_wall[q]:
                     time = past_corner(q, here, final, neighbours, spacing, time)
+                time = min(time, straight)
                 if time < times[q]:
                     bucket = bucket_of(time, per_time)
                     if bucket <= current:

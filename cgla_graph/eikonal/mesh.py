@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
 from cgla_graph.eikonal import cell_runs, mesh_kernels
-from cgla_graph.eikonal.marching_kernels import Mesh, Nodes
+from cgla_graph.eikonal.marching_kernels import Joints, Mesh, Nodes
 from cgla_graph.model.no_fly import NoFlyArea
 
 #: Sub-cells along the longer side of the bounds by which pieces of cells are told apart, where there is room for them.
@@ -20,6 +20,7 @@ MOST_SUB_CELLS, FEWEST_PARTS = 3_000_000, 4
 HALO = 8
 #: Where there is no piece.
 NO_CELL, IN_AREA = -1, -2
+NO_PAIRS: WholeArray = np.empty((0, 3), dtype=np.uint32)
 #: A corner turns by more than this, rad, and nodes are near it within so many cells.
 SHARP, NEAR_CORNER = math.radians(15.0), 3.0
 
@@ -53,6 +54,8 @@ class SplineMesh:
         Where each node is, shapes ``(n,)``; on both sides of a wall, several may be at one place.
     neighbours
         Of each node, shape ``(n + 1, 4)`` (see `marching_kernels`).
+    joints
+        Nodes that a piece has side by side and that are not neighbours of each other (see `marching_kernels`).
     beside_wall
         Whether each node lacks a neighbour and is beside a straight wall, shape ``(n + 1,)``: near corners, where a
         front may not be helped across the wall, none is.
@@ -78,6 +81,7 @@ class SplineMesh:
     node_columns: WholeArray
     node_rows: WholeArray
     neighbours: WholeArray
+    joints: Joints
     beside_wall: BoolArray
     ends: tuple[int, ...]
     parts: int
@@ -146,7 +150,7 @@ class SplineMesh:
         near = mesh_kernels.around(columns, rows)
         slots = mesh_kernels.join_pieces(near, place, labels, first_piece, parts)
         pieces = np.repeat(np.arange(n_cells, dtype=np.int32), counts)
-        cell_columns, cell_rows, columns, rows = columns, rows, columns[pieces], rows[pieces]
+        columns, rows = columns[pieces], rows[pieces]
         is_owner = slots == np.arange(len(slots))
         owners = np.nonzero(is_owner)[0]
         controls = (np.cumsum(is_owner, dtype=np.int32) - 1)[slots].reshape(-1, 9)
@@ -154,29 +158,14 @@ class SplineMesh:
         node_rows = rows[owners // 9] + (owners % 9) // 3 - 1
         neighbours = mesh_kernels.connect(controls, len(owners))
         matters = cell_runs.are_in(columns, rows, runs)
-        found = []
-        for end in ends:
-            at = [(value - low) / step for value, low, step in zip(end, origin, spacing, strict=True)]
-            node = [min(max(round(value), 0), most) for value, most in zip(at, last, strict=True)]
-            (cell,) = np.nonzero((cell_columns == node[0]) & (cell_rows == node[1]))
-            # of a cell on the rim, the half beyond the bounds counts as inside the area
-            low_high = [
-                (parts // 2 if i == 0 else 0, parts // 2 - 1 if i == most else parts - 1)
-                for i, most in zip(node, last, strict=True)
-            ]
-            a, b = (
-                min(max(int((value - i + 0.5) * parts), low), high)
-                for value, i, (low, high) in zip(at, node, low_high, strict=True)
-            )
-            label = mesh_kernels.label_at(int(cell[0]), b, a, place, labels) if len(cell) and counts[cell[0]] else -1
-            found.append(int(first_piece[cell[0]]) + label if label >= 0 else -1)
         places = np.column_stack([node_columns, node_rows])
         boxes = mesh_kernels.boxes(columns, rows, last, parts, sub_cells := (pieces, place, labels, first_piece))
         beside_wall = _beside_wall(neighbours, places, (_sharp_corners(area) - origin) / spacing)
-        nodes = node_columns, node_rows, neighbours, beside_wall
-        return cls(
-            origin, spacing, last, columns, rows, matters, controls, *nodes, tuple(found), parts, sub_cells, boxes
-        )
+        pairs = np.unique(mesh_kernels.joints(controls, neighbours), axis=0) if len(labels) else NO_PAIRS
+        nodes = node_columns, node_rows, neighbours, joints_of(pairs, spacing, len(owners)), beside_wall
+        mesh = cls(origin, spacing, last, columns, rows, matters, controls, *nodes, (), parts, sub_cells, boxes)
+        found = mesh.pieces_at(np.reshape(ends, (-1, 2)).astype(np.float64))
+        return replace(mesh, ends=tuple(np.maximum(found, NO_CELL).tolist()))
 
     @property
     def kernel_mesh(self) -> Mesh:
@@ -209,7 +198,9 @@ class SplineMesh:
         cells, place, labels, first_piece = self.sub_cells
         at = (points - np.array(self.origin)) / np.array(self.spacing)
         nodes = np.rint(at).astype(np.int64)
-        parts = np.clip(((at - nodes + 0.5) * self.parts).astype(np.int64), 0, self.parts - 1)
+        # of a cell on the rim, the half beyond the bounds counts as inside the area
+        low, high = np.where(nodes == 0, self.parts // 2, 0), np.where(nodes == self.last, self.parts // 2, self.parts)
+        parts = np.clip(((at - nodes + 0.5) * self.parts).astype(np.int64), low, high - 1)
         # pieces stand row by row
         width = self.last[0] + 3
         keys, asked = self.rows.astype(np.int64) * width + self.columns, nodes[:, 1] * width + nodes[:, 0]
@@ -245,6 +236,15 @@ class SplineMesh:
         """Whether each node is just outside the bounds, shape ``(n,)``."""
         below = (self.node_columns < 0) | (self.node_rows < 0)
         return below | (self.node_columns > self.last[0]) | (self.node_rows > self.last[1])
+
+
+def joints_of(pairs: WholeArray, spacing: tuple[float, float], n_nodes: int) -> Joints:
+    """Lay out sorted pairs of nodes and the axis along which they are apart as `marching_kernels.march` takes them."""
+    one, other, axis = np.ascontiguousarray(pairs.T)
+    first = np.full(n_nodes + 1 if len(pairs) else 0, -1, dtype=np.int32)
+    # of equal nodes, the first
+    first[one[::-1]] = np.arange(len(pairs), dtype=np.int32)[::-1]
+    return first, one, other, np.array(spacing)[axis]
 
 
 def _beside_wall(neighbours: WholeArray, places: WholeArray, sharp: FloatArray) -> BoolArray:

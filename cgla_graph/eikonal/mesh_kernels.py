@@ -385,3 +385,33 @@ def connect(controls: WholeArray, n_nodes: int) -> WholeArray:
                     if neighbours[north, 2] == n_nodes:
                         neighbours[north, 2] = here
     return neighbours
+
+
+@kernel
+def joints(controls: WholeArray, neighbours: WholeArray) -> WholeArray:
+    """
+    List the nodes that a piece has side by side and that are not neighbours of each other, both ways, shape ``(t, 3)``.
+
+    At the end of a thin wall, a node has one neighbour on each side, and nodes on both sides of the wall are beside it.
+    The third number is 0 for nodes beside each other along x, else 1; a pair may be listed several times.
+    """
+    found = np.empty((16, 3), dtype=np.uint32)
+    n = int(np.int64(0))
+    for c in range(controls.shape[0]):
+        for axis in range(2):
+            for i in range(6):
+                at = 3 * (i // 2) + i % 2 if axis == 0 else i
+                one = controls[c, at]
+                other = controls[c, at + (1 if axis == 0 else 3)]
+                if neighbours[one, 2 * axis + 1] == other and neighbours[other, 2 * axis] == one:
+                    continue
+                if n + 2 > found.shape[0]:
+                    more = np.empty((2 * n + 2, 3), dtype=np.uint32)
+                    more[:n] = found[:n]
+                    found = more
+                for k in range(2):
+                    found[n + k, 0] = one if k == 0 else other
+                    found[n + k, 1] = other if k == 0 else one
+                    found[n + k, 2] = axis
+                n += 2
+    return found[:n]

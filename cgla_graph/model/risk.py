@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from cgla_graph._brief import Brief
 from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray
-from cgla_graph._validate import finite_number, non_negative_number, point_array, positive_number, together
+from cgla_graph._validate import LARGEST, finite_number, non_negative_number, point_array, positive_number, together
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_kernels
 from cgla_graph.model.risk_raster import RasterRisk, raster_array
@@ -25,8 +25,6 @@ Member = TypeVar("Member")
 Reading: TypeAlias = Literal["membership", "literal", "sigma2", "gauss2d"]
 
 
-#: Spreads beyond this, or below one over this, would overflow in products of precisions (fourth powers).
-LARGEST = 1e70
 #: Up to here the quadrature keeps its accuracy for improper fields.
 HIGHEST_PEAK = 1e6
 

@@ -81,7 +81,7 @@ def test_marching_against_peers(
     source = np.nonzero((mesh.node_columns == n // 2) & (mesh.node_rows == n // 2))[0]
     side = np.linspace(0.0, 1.0, n + 1)
     speed = 1.0 / (1.0 + 10.0 * PAPER.density(np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1)))
-    links = Links(mesh.neighbours, bends_of([], mesh.n_nodes))
+    links = Links(mesh.neighbours, mesh.joints, bends_of([], mesh.n_nodes))
 
     begun, states = np.full(mesh.n_nodes + 1, np.inf), np.full(mesh.n_nodes + 1, FAR, dtype=np.int8)
     # the ring just outside the bounds is no part of the work

@@ -183,3 +183,23 @@ def test_the_parts_of_a_rim_are_at_one_place_on_both_grids() -> None:
             np.testing.assert_allclose(*ends, atol=1e-12)
             assert (np.abs(block.places) <= 0.5 + 1e-9).all()
             assert level.mesh.spacing[0] == pytest.approx(FINER * block.mesh.spacing[0])
+
+
+def test_ways_out_of_the_box_cost_the_same_on_part_of_a_grid() -> None:
+    """A tube leaves out cells around the box; ways lead through these as well, and cost no less for that."""
+    problem = steep_corner(2)
+    found = steep_level(problem)
+    assert found is not None
+    whole, (block,) = found
+    centre = block.mesh.origin + 0.5 * np.array(block.mesh.last) * block.mesh.spacing
+    column, row = np.rint((centre - whole.mesh.origin) / whole.mesh.spacing).astype(int)
+    # from the middle of the block upwards alone
+    rows = np.arange(row, row + 30)
+    runs = np.column_stack([rows, np.full(30, column - 6), np.full(30, column + 7)]).astype(np.int32)
+    tube = Level.lay(problem, (CELLS, CELLS), runs, 1e-6, whole.path)
+    (narrow,) = (one for one in tube.corners if isinstance(one, Finer))
+    assert len(narrow.seeds) < 0.9 * len(block.seeds)
+    assert block.way_out.min() > 0.0
+    of = dict(zip(map(tuple, np.column_stack([block.finer_rim, block.finer_places])), block.way_out, strict=True))
+    for part, cost in zip(np.column_stack([narrow.finer_rim, narrow.finer_places]), narrow.way_out, strict=True):
+        assert cost == of[tuple(part)]

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.eikonal import marching_kernels
 from cgla_graph.eikonal.bends import bends_of
+from cgla_graph.eikonal.mesh import NO_PAIRS, joints_of
 
 #: The time from a source to points of shape ``(..., 2)``.
 Times = Callable[[FloatArray], FloatArray]
@@ -41,8 +42,8 @@ def marched(
         state[:-1][done.ravel()] = marching_kernels.DONE
     padded = np.append(cost, 1.0)
     beside_wall = np.zeros(len(every), dtype=np.bool_)
-    around, bends = neighbours_of(times.shape), bends_of([], times.size)
-    marching_kernels.march(every, state, padded, around, beside_wall, spacing, second, bends)
+    extra = joints_of(NO_PAIRS, spacing, times.size), bends_of([], times.size)
+    marching_kernels.march(every, state, padded, neighbours_of(times.shape), beside_wall, spacing, second, *extra)
     assert every[-1] == math.inf
     return every[:-1].reshape(times.shape)
 

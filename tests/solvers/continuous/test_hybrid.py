@@ -17,7 +17,7 @@ from strategies import examples
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.errors import SolverSettingError
+from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.solution import TracePoint
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.scenarios.loading import open_scenarios
@@ -288,3 +288,17 @@ def test_corridors_a_cell_wide_are_found(interpolation: Any) -> None:  # noqa: A
     found = cg.solve(problem, "hybrid", tolerance=None)
     assert found.cost <= along.cost
     assert found.length > 0.9 * along.length
+
+
+@pytest.mark.parametrize("side", [1e-70, 3e-66, 1e69, 1e70])
+def test_maps_of_the_least_and_the_greatest_size_are_solved(side: float) -> None:
+    """Beyond them, which is refused, squares of steps would vanish or overflow in the marching of fronts."""
+    field = cg.RiskField([cg.Threat(0.5 * side, 0.5 * side, min(max(0.2 * side, 1e-70), 1e70))])
+    wall = shapely.box(0.2 * side, 0.2 * side, 0.4 * side, 0.3 * side)
+    problem = cg.Problem((0, 0), (side, side), field, k=10.0, bounds=(0, 0, side, side), no_fly=wall)
+    answer = Hybrid().solve(problem)
+    assert answer.status is cg.Status.FOUND
+    assert answer.gap < 0.02
+    wider = side * 1e70 if side > 1.0 else side * 1e-70
+    with pytest.raises(ProblemError, match="bounds have sides"):
+        cg.Problem((0, 0), (0, 0), bounds=(0, 0, side, wider))
