@@ -30,7 +30,7 @@ MOST_STAGES = 30
 MOST_ITERATIONS = 50
 #: Times that the stages are gone through, at most: again where a shortcut was found in what they left.
 MOST_PASSES = 4
-#: Waypoints that shortcuts lead from and to, about.
+#: Waypoints that shortcuts lead from and to, about, at most; no more than the path may have.
 SHORTCUT_POINTS = 120
 #: Corners that they lead from and to, at most: the nearest ones.
 MOST_CORNERS = 400
@@ -119,33 +119,33 @@ def refine_path(problem: Problem, path: ArrayLike, *, tolerance: float = 1e-6, m
     judged = problem.evaluate(given)
     for hindrance in (*judged.violations, *(() if problem.field.is_proper else (NEGATIVE_WEIGHTS,))):
         return Refinement(given, judged.cost, message=f"not refined: {hindrance}")
-    return _Refiner(problem, given, judged.cost).run(tolerance, max_points)
+    return _Refiner(problem, given, judged.cost, max_points).run(tolerance)
 
 
 class _Refiner:
     """The state of one refinement: the best path so far, and the one that is being worked on."""
 
-    def __init__(self, problem: Problem, path: FloatArray, cost: float) -> None:
+    def __init__(self, problem: Problem, path: FloatArray, cost: float, max_points: int) -> None:
         self.began = time.perf_counter()
-        self.problem = problem
+        self.problem, self.max_points = problem, max_points
         self.area = problem.model.area
         self.risk = problem.field.kernel_field()
         self.best, self.cost, self.given_cost = path.copy(), cost, cost
         self.evaluations = 0
         self.trace = [TracePoint(0.0, 0, cost)]
 
-    def run(self, tolerance: float, max_points: int) -> Refinement:
+    def run(self, tolerance: float) -> Refinement:
         apart = np.append((np.diff(self.best, axis=0) != 0.0).any(axis=1), True)
         points = self._without_detours(self.best[apart], np.empty((0, 2)))
         self._offer(points)
         message = "a point has nothing to refine"
         for _ in range(MOST_PASSES):
             length = float(_lengths(points).sum())
-            spacing = length / max(FIRST_SEGMENTS, min(len(points), max_points // 2) // 2)
+            spacing = length / max(FIRST_SEGMENTS, min(len(points), self.max_points // 2) // 2)
             # (a few of the least numbers there are make no spacing)
             if spacing == 0.0:
                 break
-            spacing, message = self._refined(points, spacing, tolerance, max_points)
+            spacing, message = self._refined(points, spacing, tolerance)
             # what was too far to be seen from the first guess may now be a shortcut: a corner, a way through a threat
             before = self.cost
             points = self._without_detours(self.best, self._near_corners(self.best, spacing))
@@ -155,12 +155,12 @@ class _Refiner:
         self._simplify()
         return Refinement(self.best, self.cost, self.evaluations, tuple(self.trace), message)
 
-    def _refined(self, points: FloatArray, spacing: float, tolerance: float, max_points: int) -> tuple[float, str]:
+    def _refined(self, points: FloatArray, spacing: float, tolerance: float) -> tuple[float, str]:
         """Go through the stages; return the spacing after the last one, and why they ended."""
         after = self.problem.evaluate(points).cost
         laid = self._laid(points, _lengths(points) / spacing, spacing)
         for stage in range(MOST_STAGES):
-            if len(laid) > max_points:
+            if len(laid) > self.max_points:
                 return spacing, f"{len(points)} waypoints: max_points allows no finer ones"
             before = after
             points = self._settled(laid, spacing, tolerance, first=stage == 0)
@@ -189,7 +189,7 @@ class _Refiner:
         order = nearest[np.lexsort((fraction[nearest], segment[nearest]))]
         given = np.insert(np.ones(len(points), dtype=np.bool_), segment[order] + 1, values=False)
         every = np.insert(points, segment[order] + 1, corners[order], axis=0)
-        stride = 1 + len(points) // SHORTCUT_POINTS
+        stride = 1 + len(points) // min(SHORTCUT_POINTS, self.max_points)
         self.evaluations += refine_kernels.shortcut(every, self.problem.model.kernel_model(), stride, given)
         return every[given]
 
