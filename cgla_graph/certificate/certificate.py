@@ -48,8 +48,8 @@ MOST_ALONG = 2**17
 FRACTION = 0.05
 #: Where rounding would take away more than this leaves of a bound, there is none.
 LEAST_SHRINK = 0.99
-#: Cells along the longer side of the grid on which another path is looked for.
-SECOND_LOOK = 4 * FIRST_CELLS
+#: Cells along the longer side of the grid on which another path is looked for, and how many times as many next time.
+SECOND_LOOK, LOOKS_APART = 4 * FIRST_CELLS, 4
 #: The lattice of the path that a bound is held against if none is given, and corners of areas that join it.
 OWN_LATTICE, MOST_CORNERS = 20, 400
 
@@ -356,7 +356,7 @@ class _Search:
             return self._end(f"k = {problem.k:g} is too great for the arithmetic: only the straight line is a bound")
         last = first_grid(problem)
         runs = cell_runs.rectangle(last)
-        before = -math.inf
+        before, look = -math.inf, SECOND_LOOK
         while True:
             worth = FRACTION * self.tolerance * self.best
             level = Level.lay(closed, last, runs, worth, self.known.path)
@@ -377,8 +377,10 @@ class _Search:
             gap = 100.0 * (self.held.cost / self.best - 1.0)
             tell(f"gap {gap:.2g} % after {len(self.grids)} grids, {100.0 * self.tolerance:.2g} % asked")
             # a grid of some fineness knows better than the lattice on which side of an obstacle to pass
-            if self._looks_stuck(here, here - before) or max(last) // 2 < SECOND_LOOK <= max(last):
+            looks_again = max(last) >= look
+            if self._looks_stuck(here, here - before) or looks_again:
                 self.improve(level, bounds[0])
+            look *= LOOKS_APART if looks_again else 1
             self.grids[-1] = replace(self.grids[-1], upper_bound=self.held.cost)
             kept = level.kept(bounds[0], bounds[1], self.known.cost / shrink)
             finer = next_grid(problem, last)

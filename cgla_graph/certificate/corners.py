@@ -251,8 +251,12 @@ def corners_of(
     found: list[Corner] = []
     steep: list[Steep] = []
     centres = [(*centre, reach) for centre in taken]
-    for corner in sharp:
-        column, row = (round(float(value)) for value in (corner - mesh.origin) / mesh.spacing)
+    places = np.rint((sharp - mesh.origin) / mesh.spacing)
+    # (far corners are no whole numbers of cells)
+    inside = np.minimum(places, mesh.last - places).min(axis=1) > LEAST_REACH
+    sharp, cells = sharp[inside], places[inside].astype(np.int64)
+    near = grid.has(cells)
+    for corner, (column, row) in zip(sharp[near], cells[near].tolist(), strict=True):
         beside = min((max(abs(column - i), abs(row - j)) - other for i, j, other in centres), default=math.inf)
         most = min(reach, beside - 2, column - 1, row - 1, mesh.last[0] - column - 1, mesh.last[1] - row - 1)
         if (laid := grid.lay(corner, (column, row), int(most))) is not None:
@@ -288,6 +292,12 @@ class _Grid:
     def keys(self) -> WholeArray:
         """Of the cells of pieces, which stand row by row: numbers that rise."""
         return np.asarray(self.mesh.rows.astype(np.int64) * (self.mesh.last[0] + 3) + self.mesh.columns)
+
+    def has(self, cells: WholeArray) -> BoolArray:
+        """Say of which cells, shape ``(n, 2)``, the mesh has pieces."""
+        asked = cells[:, 1] * (self.mesh.last[0] + 3) + cells[:, 0]
+        at = np.minimum(np.searchsorted(self.keys, asked), len(self.keys) - 1)
+        return np.asarray(self.keys[at] == asked)
 
     def pieces_around(self, centre: tuple[int, int], reach: int) -> tuple[WholeArray, WholeArray]:
         """List the pieces of the cells within reach, and how many cells they are away."""

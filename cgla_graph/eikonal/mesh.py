@@ -16,6 +16,9 @@ from cgla_graph.model.no_fly import NoFlyArea
 SUB_CELLS = 32_768
 #: Sub-cells in all, unless that would leave fewer than so many along the side of a cell.
 MOST_SUB_CELLS, FEWEST_PARTS = 3_000_000, 4
+#: Walls that are thinner than so many sub-cells may leak. Then there are so many times as many, along the side and in
+#: all.
+LEAKS, FINER_SIDE, MORE = 2.5, 16, 16
 #: Further cells around those that matter, unless told otherwise, so that the rim of the mesh does no harm.
 HALO = 8
 #: Where there is no piece.
@@ -138,9 +141,11 @@ class SplineMesh:
             met = whole[:, 0, 0] == mesh_kernels.MET
             counts[mesh_kernels.inside_cells(grid, met, arrays)] = 0
             place[met] = np.arange(met.sum())
-            room = math.isqrt(most_sub_cells // max(int(met.sum()), 1))
+            thin = area.thinnest * SUB_CELLS < LEAKS * max(last) * max(spacing)
+            along, in_all = (FINER_SIDE * SUB_CELLS, MORE * most_sub_cells) if thin else (SUB_CELLS, most_sub_cells)
+            room = math.isqrt(in_all // max(int(met.sum()), 1))
             # an even number, so that the rim of the map runs between sub-cells
-            parts = 2 * (max(min(SUB_CELLS // max(last), room), FEWEST_PARTS) // 2)
+            parts = 2 * (max(min(along // max(last), room), FEWEST_PARTS) // 2)
             kinds = np.zeros((int(met.sum()), parts, parts), dtype=np.int8)
             mesh_kernels.mark_edges(grid, place, parts, edges, margin, kinds)
             mesh_kernels.sub_cells(grid, place, parts, last, arrays, kinds)

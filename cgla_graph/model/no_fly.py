@@ -113,6 +113,20 @@ class NoFlyArea:
         return self._edges
 
     @property
+    def thinnest(self) -> float:
+        """
+        The least mean width of a polygon, map units: twice its area over its outline's length; infinite without any.
+
+        Examples
+        --------
+        >>> round(NoFlyArea(shapely.box(0, 0, 10, 0.1)).thinnest, 3)
+        0.099
+        """
+        parts = shapely.get_parts(self._geometry)
+        lengths = shapely.length(parts)
+        return float((2.0 * shapely.area(parts)[lengths > 0.0] / lengths[lengths > 0.0]).min(initial=math.inf))
+
+    @property
     def kernel_arrays(self) -> AreaArrays:
         """
         The read-only arrays that the kernels of ``cgla_graph.model.no_fly_kernels`` take as ``area``.

@@ -30,7 +30,7 @@ class FastMarching:
     ``T`` is the least cost to the goal from everywhere, and the path of steepest descent from the start is the best
     one, up to an error that falls with the spacing of the grid (``order``). Near the goal the path is straight. The
     grid is cut open along no-fly areas, so that no cost leaks through walls, unless they are thinner than about
-    1/5000 of the map; where the descent cuts a corner of an area, the path is led around it: over the best of all
+    1/20,000 of the map; where the descent cuts a corner of an area, the path is led around it: over the best of all
     polylines through its own points and the corners beside it.
 
     As `Solution.evaluations` count the nodes of the grid, at each of which the cost is asked for once.

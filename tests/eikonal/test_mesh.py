@@ -22,8 +22,10 @@ from strategies import examples
 
 from cgla_graph._types import Bounds, FloatArray, IntArray, Point, WholeArray
 from cgla_graph.eikonal import cell_runs, mesh_kernels
+from cgla_graph.eikonal.marching import costs_to_go
 from cgla_graph.eikonal.mesh import HALO, NO_CELL, SplineMesh, corners
 from cgla_graph.model.no_fly import NoFlyArea
+from cgla_graph.model.problem import Problem
 
 UNIT: Bounds = (0.0, 0.0, 1.0, 1.0)
 Last = tuple[int, int]
@@ -315,3 +317,24 @@ def test_more_pieces_than_can_be_told_apart_count_as_one() -> None:
     assert mesh_kernels.label_pieces(kinds, labels).tolist() == [mesh_kernels.MOST_PIECES]
     assert labels.max() == mesh_kernels.MOST_PIECES - 1
     assert ((labels >= 0) == (kinds == 0)).all()
+
+
+@pytest.mark.parametrize("width", [1e-3, 1e-4, 3e-5, 2e-5])
+def test_fronts_do_not_leak_through_thin_walls(width: float) -> None:
+    """Sub-cells as wide as a wall would join its sides: thin walls get more of them."""
+    assert over_the_wall(width) > 1.05
+
+
+def test_with_the_usual_sub_cells_thin_walls_leak(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cgla_graph.eikonal.mesh.LEAKS", 0.0)
+    assert over_the_wall(3e-5) < 0.41
+
+
+def over_the_wall(width: float) -> float:
+    """March from one side of a wall to the other, on a map of side 1; the way over it is 1.077 long."""
+    area = NoFlyArea(shapely.box(0.5, -1.0, 0.5 + width, 0.7))
+    problem = Problem((0.3, 0.2), (0.7, 0.2), no_fly=area.geometry)
+    ends = problem.start, problem.goal
+    mesh = SplineMesh.build(problem.bounds, (256, 256), cell_runs.rectangle((256, 256)), area, ends)
+    times = costs_to_go(problem, mesh, problem.goal, mesh.ends[1], np.ones(mesh.n_nodes), radius=0.02)
+    return float(times[mesh.controls[mesh.ends[0], 4]])
