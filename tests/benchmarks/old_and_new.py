@@ -34,6 +34,20 @@ def long_map():
     threats = [cg.Threat(x, y, 0.15, 0.8) for x, y in rng.random((40, 2)) * (16.0, 1.0)]
     return cg.Problem((0.2, 0.5), (15.8, 0.5), cg.RiskField(threats), k=10.0, bounds=(0.0, 0.0, 16.0, 1.0))
 
+def slit():
+    # two areas that leave a slit open at the rim of the map
+    import shapely
+    south = [(1.0, 0.59), (1.0, 0.57), (0.86, 0.33), (0.6, 0.2), (0.55, 0.3), (0.86, 0.36)]
+    north = [(0.78, 0.38), (0.64, 0.52), (0.94, 0.82), (1.0, 0.75), (1.0, 0.596)]
+    field = cg.RiskField([cg.Threat(0.5, 0.5, 0.2, 0.8)])
+    area = shapely.MultiPolygon([shapely.Polygon(south), shapely.Polygon(north)])
+    return cg.Problem((0.1, 0.9), (0.9, 0.1), field, k=10.0, no_fly=area)
+
+def fence(width):
+    import shapely
+    area = shapely.MultiPolygon([shapely.box(0.5, -1.0, 0.5 + width, 0.7), shapely.box(0.3, 0.3, 0.4, 0.4)])
+    return cg.Problem((0.3, 0.2), (0.7, 0.2), cg.RiskField([cg.Threat(0.4, 0.8, 0.1)]), k=5.0, no_fly=area)
+
 def integrals(n):
     problem, rng = crowd(n), np.random.default_rng(2)
     starts, ends = rng.random((2, 20000 if n < 200 else 4000, 2))
@@ -87,6 +101,10 @@ WORKLOADS = {
     "proof of 1e-4, random 1": "proved(random_scenario(1).problem, 1e-4)",
     "proof of 1e-3, paper": "proved(cg.load_scenario('paper').problem, 1e-3)",
     "proof of 1e-3, finland": "proved(cg.load_scenario('finland').problem, 1e-3)",
+    "proof of 5e-3, slit at the rim": "proved(slit(), 5e-3)",
+    "proof of 5e-3, fence of 1/20,000": "proved(fence(5e-5), 5e-3)",
+    "proof of 5e-3, fence of 1/40,000": "proved(fence(2.5e-5), 5e-3)",
+    "first path within 0.1 %, fifty": "first_good(cg.load_scenario('fifty-threats').problem)",
     "first path within 0.1 %, paper": "first_good(cg.load_scenario('paper').problem)",
     "first path within 0.1 %, random 19": "first_good(random_scenario(19).problem)",
     "mission, 50 UAVs, 100 threats": "mission(50, 100)",
