@@ -377,10 +377,10 @@ class _Search:
             gap = 100.0 * (self.held.cost / self.best - 1.0)
             tell(f"gap {gap:.2g} % after {len(self.grids)} grids, {100.0 * self.tolerance:.2g} % asked")
             # a grid of some fineness knows better than the lattice on which side of an obstacle to pass
-            looks_again = max(last) >= look
-            if self._looks_stuck(here, here - before) or looks_again:
+            if self._looks_stuck(here, here - before) or max(last) >= look:
                 self.improve(level, bounds[0])
-            look *= LOOKS_APART if looks_again else 1
+            if max(last) >= look:
+                look *= LOOKS_APART
             self.grids[-1] = replace(self.grids[-1], upper_bound=self.held.cost)
             kept = level.kept(bounds[0], bounds[1], self.known.cost / shrink)
             finer = next_grid(problem, last)

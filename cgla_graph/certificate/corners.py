@@ -50,7 +50,7 @@ from cgla_graph.certificate import corner_kernels
 from cgla_graph.certificate.tips import bounds_on_disc
 from cgla_graph.eikonal.bends import Sight, bends_of
 from cgla_graph.eikonal.marching import Links
-from cgla_graph.eikonal.mesh import SHARP, SplineMesh
+from cgla_graph.eikonal.mesh import NO_CELL, SHARP, SplineMesh
 from cgla_graph.model.problem import Problem
 
 #: Cells from the middle of a block to its rim, at least; walls and corners of areas that one looks at, at most.
@@ -251,12 +251,11 @@ def corners_of(
     found: list[Corner] = []
     steep: list[Steep] = []
     centres = [(*centre, reach) for centre in taken]
-    places = np.rint((sharp - mesh.origin) / mesh.spacing)
     # (far corners are no whole numbers of cells)
-    inside = np.minimum(places, mesh.last - places).min(axis=1) > LEAST_REACH
-    sharp, cells = sharp[inside], places[inside].astype(np.int64)
-    near = grid.has(cells)
-    for corner, (column, row) in zip(sharp[near], cells[near].tolist(), strict=True):
+    places = np.rint((sharp - mesh.origin) / mesh.spacing)
+    inside = sharp[np.minimum(places, mesh.last - places).min(axis=1) > LEAST_REACH]
+    for corner in inside[mesh.pieces_at(inside) != NO_CELL]:
+        column, row = (round(float(value)) for value in (corner - mesh.origin) / mesh.spacing)
         beside = min((max(abs(column - i), abs(row - j)) - other for i, j, other in centres), default=math.inf)
         most = min(reach, beside - 2, column - 1, row - 1, mesh.last[0] - column - 1, mesh.last[1] - row - 1)
         if (laid := grid.lay(corner, (column, row), int(most))) is not None:
@@ -292,12 +291,6 @@ class _Grid:
     def keys(self) -> WholeArray:
         """Of the cells of pieces, which stand row by row: numbers that rise."""
         return np.asarray(self.mesh.rows.astype(np.int64) * (self.mesh.last[0] + 3) + self.mesh.columns)
-
-    def has(self, cells: WholeArray) -> BoolArray:
-        """Say of which cells, shape ``(n, 2)``, the mesh has pieces."""
-        asked = cells[:, 1] * (self.mesh.last[0] + 3) + cells[:, 0]
-        at = np.minimum(np.searchsorted(self.keys, asked), len(self.keys) - 1)
-        return np.asarray(self.keys[at] == asked)
 
     def pieces_around(self, centre: tuple[int, int], reach: int) -> tuple[WholeArray, WholeArray]:
         """List the pieces of the cells within reach, and how many cells they are away."""
@@ -357,7 +350,7 @@ class _Grid:
             if (np.abs((vertex - mesh.origin) / mesh.spacing - centre) <= reach - INSIDE).all()
         ]
         far = np.abs(np.column_stack([mesh.node_columns[nodes], mesh.node_rows[nodes]]) - centre).max(axis=1)
-        cuts = np.concatenate([self.behind_walls(nodes[far <= reach - 2]), self.joints_of(nodes)])
+        cuts = np.concatenate([self.behind_walls(nodes[far <= reach - 2]), self.cut_joints(nodes)])
         return around[away <= reach], cuts, sights
 
     def choose(self, corner: FloatArray, centre: tuple[int, int], most: int) -> tuple[int, FloatArray, float] | None:
@@ -401,7 +394,7 @@ class _Grid:
         costs = np.hypot(*(at - to).T) + self.problem.k * self.problem.field.line_integral(at, to)
         return Sight(nodes[behind], costs, seen[behind])
 
-    def joints_of(self, nodes: WholeArray) -> WholeArray:
+    def cut_joints(self, nodes: WholeArray) -> WholeArray:
         """List the joints of some nodes as cuts."""
         _, one, other, _ = self.mesh.joints
         joints = np.flatnonzero(np.isin(one, nodes) | np.isin(other, nodes))

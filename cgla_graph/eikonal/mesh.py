@@ -23,6 +23,7 @@ LEAKS, FINER_SIDE, MORE = 2.5, 16, 16
 HALO = 8
 #: Where there is no piece.
 NO_CELL, IN_AREA = -1, -2
+#: Of a mesh without joints.
 NO_PAIRS: WholeArray = np.empty((0, 3), dtype=np.uint32)
 #: A corner turns by more than this, rad, and nodes are near it within so many cells.
 SHARP, NEAR_CORNER = math.radians(15.0), 3.0

@@ -180,14 +180,13 @@ class _Search:
             return []
         if corners == 0 and not self.problem.field.rasters:
             dozens = min(max(len(self.problem.field.threats) / 12.0, 1.0), DOZENS)
-            paths = []
+            most, paths = round(64 * math.sqrt(dozens)), []
             # (a coarse grid takes a quarter of the time, and among many threats may be on the better side of one)
             for times in (1.0, dozens) if dozens > 1.0 else (1.0,):
                 found = marched(self.problem, _open_grid(self.problem, OPEN_CELLS * times))
                 self.evaluations += found.mesh.n_nodes
                 if len(found.path):
                     self._offer(found.path)
-                    most = round(64 * math.sqrt(dozens))
                     paths.append(self._refined(found.path, tolerance=1e-3, max_points=most))
             if paths:
                 return paths
