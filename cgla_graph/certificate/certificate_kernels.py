@@ -15,9 +15,9 @@ from typing import TypeAlias
 import numpy as np
 
 from cgla_graph._kernel import kernel
-from cgla_graph._types import BoolArray, FloatArray, WholeArray
+from cgla_graph._types import BoolArray, FloatArray, IntArray, WholeArray
 from cgla_graph.eikonal.marching_kernels import Mesh, spline_value
-from cgla_graph.model.risk_kernels import BLOCK, LOG_PEAK, PRECISION, REACH2, X, Y, threats_near
+from cgla_graph.model.risk_kernels import BLOCK, LOG_CUTOFF, LOG_PEAK, PRECISION, X, Y, threats_near
 from cgla_graph.model.risk_raster_kernels import Rasters, raster_floor, raster_range
 
 #: A spline over all cells of a box, row by row: controls of its pieces, last node, origin, spacing, control values; and
@@ -28,6 +28,10 @@ QUARTERS = 4
 #: Columns of the cost bounds: cost at the node, its slopes, how far it may fall below that linear function on the cell,
 #: and what the cost is at least there because of rasters and length alone.
 COST, SLOPE_X, SLOPE_Y, DROP, LEAST = range(5)
+#: Threats above the exponential of this are looked at first: strong ones.
+LOG_STRONG = -3.0
+#: Where ``prod(1 - f_i)`` is below that, faint threats are not looked at.
+SATURATED = 1e-10
 #: Rounding of the control values on part of a cell, relative to the greatest of the whole.
 NARROWED = 2.0**-49
 
@@ -47,10 +51,7 @@ def cost_bounds(
     """
     Bound the cost ``c = 1 + k F`` from below on the cell of each node: ``c(p + d) >= cost + slope . d - drop``.
 
-    Of threats: with ``F = 1 - prod(1 - f_i)``, no eigenvalue of the Hessian of ``F`` is below ``-sum f_i / s_i^2 - (sum
-    |grad f_i|)^2 + sum |grad f_i|^2``, as all factors are in [0, 1]; on the cell, ``f_i`` exceeds its value at the node
-    at most by the factor ``exp(delta (r + delta) / s_i^2)``, where ``delta`` is half the diagonal and ``r`` the
-    distance of node and threat. A threat beyond its reach is left out, which can only lower the cost.
+    What is known of threats: `_risk_on_cell`. Those left out lower the cost by less than 1e-12 k, or 1e-10 of it.
 
     Rasters are bounded on the part of the cell that is inside `bounds`, each quarter apart (see `raster_floor`). `out`
     has shape ``(n, 1, 5)``, or ``(n, 4, 5)`` where there are rasters.
@@ -70,39 +71,84 @@ def cost_bounds(
             count = threats_near((left, bottom), (right, top), table, near)
         x = origin[0] + hx * columns[p]
         y = origin[1] + hy * rows[p]
-        bend, slopes, squares = 0.0, 0.0, 0.0
-        gx, gy, clear = 0.0, 0.0, 1.0
-        for j in range(count):
-            i = near[j]
-            dx = x - table[i, X]
-            dy = y - table[i, Y]
-            r2 = dx * dx + dy * dy
-            if r2 < table[i, REACH2]:
-                q = table[i, PRECISION]
-                value = math.exp(table[i, LOG_PEAK] - 0.5 * q * r2)
-                r = math.sqrt(r2) + delta
-                growth = delta * r * q
-                # 1 + g + g^2 >= exp(g) up to g = 1
-                high = value * (1.0 + growth + growth * growth if growth < 1.0 else math.exp(min(growth, 700.0)))
-                if growth >= 1.0:
-                    high = min(high, math.exp(table[i, LOG_PEAK]))
-                slope = high * r * q
-                bend += high * q
-                slopes += slope
-                squares += slope * slope
-                # the product rule as in `risk_kernels.gradient`
-                gx = gx * (1.0 - value) - clear * q * dx * value
-                gy = gy * (1.0 - value) - clear * q * dy * value
-                clear *= 1.0 - value
+        clear, gx, gy, bend, most = _risk_on_cell(x, y, delta, table, near[:count])
         # the stored place of the node is off by some ulps of its coordinates
-        shift = abs(x * gx) + abs(y * gy)
-        drop = k * (0.5 * delta * delta * (bend + slopes * slopes - squares) + 2.0**-50 * shift)
+        drop = k * (0.5 * delta * delta * bend + 2.0**-50 * (abs(x * gx) + abs(y * gy)))
         for part in range(out.shape[1]):
             bound = out[p, part]
             bound[COST], bound[SLOPE_X], bound[SLOPE_Y] = 1.0 + k * (1.0 - clear), k * gx, k * gy
-            bound[DROP], bound[LEAST] = drop, 1.0
+            bound[DROP], bound[LEAST] = drop, 1.0 + k * (1.0 - most)
             if rasters.shape[0] > 0:
                 _add_rasters((x, y), spacing, part, bounds, k, rasters, bound)
+
+
+@kernel
+def _risk_on_cell(
+    x: float, y: float, delta: float, table: FloatArray, near: IntArray
+) -> tuple[float, float, float, float, float]:
+    """
+    Describe the risk ``F = 1 - prod(1 - f_i)`` of the threats `near` on a cell, half of whose diagonal is `delta`.
+
+    Where strong threats make ``prod(1 - f_i)`` small, faint ones hardly change it and are left out. That can only lower
+    ``F``, on all of the cell.
+
+    Returns
+    -------
+    clear
+        ``prod(1 - f_i)`` at the middle ``(x, y)``.
+    gx, gy
+        The gradient of ``F`` there.
+    bend
+        No eigenvalue of the Hessian of ``F`` is below minus that, anywhere on the cell. With ``F`` taken apart by the
+        product rule it is at most ``rest * (sum f_i / s_i^2 + (sum |grad f_i|)^2 - sum |grad f_i|^2)``, where each
+        ``f_i`` exceeds its value at the middle at most by the factor ``exp(g)``, ``g = delta (r + delta) / s_i^2`` at a
+        distance of `r`, and ``rest`` bounds the product of any of the factors ``1 - f_i`` but two.
+    most
+        What ``prod(1 - f_i)`` is at most, anywhere on the cell.
+    """
+    slopes, squares, bends = 0.0, 0.0, 0.0
+    gx, gy, clear = 0.0, 0.0, 1.0
+    # the greatest that factors are on the cell: the two least ones, and the product of the others
+    first, second, rest = 1.0, 1.0, 1.0
+    above, below = LOG_STRONG, math.inf
+    for _ in range(2):
+        for i in near:
+            dx = x - table[i, X]
+            dy = y - table[i, Y]
+            r2 = dx * dx + dy * dy
+            q = table[i, PRECISION]
+            exponent = table[i, LOG_PEAK] - 0.5 * q * r2
+            if not above < exponent <= below:
+                continue
+            value = math.exp(exponent)
+            r = math.sqrt(r2) + delta
+            growth = delta * r * q
+            # 1 + g + g^2 >= exp(g) up to g = 1
+            growth = 1.0 + growth + growth * growth if growth < 1.0 else math.exp(min(growth, 700.0))
+            high = value * growth if growth < 2.0 else min(value * growth, math.exp(table[i, LOG_PEAK]))
+            slope = high * r * q
+            bends += high * q
+            slopes += slope
+            squares += slope * slope
+            # the product rule as in `risk_kernels.gradient`
+            gx = gx * (1.0 - value) - clear * q * dx * value
+            gy = gy * (1.0 - value) - clear * q * dy * value
+            clear *= 1.0 - value
+            factor = 1.0 - value / growth
+            if factor < first:
+                rest *= second
+                second = first
+                first = factor
+            elif factor < second:
+                rest *= second
+                second = factor
+            else:
+                rest *= factor
+        most = first * second * rest
+        if most <= SATURATED:
+            break
+        above, below = LOG_CUTOFF - math.log(max(table.shape[0], 1) * most), LOG_STRONG
+    return clear, gx, gy, rest * (bends + slopes * slopes - squares), most
 
 
 @kernel

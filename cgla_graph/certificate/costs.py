@@ -6,6 +6,7 @@ import shapely
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.eikonal.mesh import SplineMesh
+from cgla_graph.model.cost_model import share_out
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import raster_array
@@ -16,7 +17,13 @@ def cost_bounds(problem: Problem, mesh: SplineMesh) -> FloatArray:
     parts = certificate_kernels.QUARTERS if problem.field.rasters else 1
     bounds = np.empty((len(mesh.columns), parts, 5))
     risk = problem.k, problem.field.table, problem.field.raster_array
-    certificate_kernels.cost_bounds(mesh.columns, mesh.rows, mesh.origin, mesh.spacing, problem.bounds, *risk, bounds)
+
+    def share(first: int, step: int) -> None:
+        part = slice(first * len(bounds) // step, (first + 1) * len(bounds) // step)
+        cells = mesh.columns[part], mesh.rows[part], mesh.origin, mesh.spacing
+        certificate_kernels.cost_bounds(*cells, problem.bounds, *risk, bounds[part])
+
+    share_out(share, len(bounds))
     return bounds
 
 
@@ -46,7 +53,14 @@ def costs_to_solve_for(problem: Problem, mesh: SplineMesh) -> FloatArray:
     if jumping:
         reach = 1.5 * mesh.spacing[0], 1.5 * mesh.spacing[1]
         certificate_kernels.least_around(points, reach, problem.bounds, raster_array(jumping), least)
-    return 1.0 + problem.k * (smooth.density(points) + least)
+    costs = np.empty(mesh.n_nodes)
+
+    def share(first: int, step: int) -> None:
+        part = slice(first * len(costs) // step, (first + 1) * len(costs) // step)
+        costs[part] = 1.0 + problem.k * (smooth.density(points[part]) + least[part])
+
+    share_out(share, len(costs))
+    return costs
 
 
 def _inside(problem: Problem, mesh: SplineMesh) -> WholeArray:

@@ -365,12 +365,12 @@ def panel_end(start: float, length: float, m: int, active: FloatArray) -> tuple[
 
 
 @kernel
-def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray) -> float:
-    """Integrate by 16-point Gauss-Legendre on panels (`panel_end`) that adapt to the threats at hand."""
+def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray, most: float) -> float:
+    """Integrate by 16-point Gauss-Legendre on panels (`panel_end`) that adapt to the threats at hand, up to `most`."""
     clear = scratch[0]
     total = 0.0
     start = 0.0
-    while start < length:
+    while start < length and total <= most:
         end, any_here = panel_end(start, length, m, active)
         if any_here:
             half = 0.5 * (end - start)
@@ -394,12 +394,13 @@ def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray) 
 
 
 @kernel
-def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> float:
+def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field, most: float = math.inf) -> float:
     """
     Integrate the risk field over the straight segment from ``(x1, y1)`` to ``(x2, y2)`` (Eq. 6).
 
     Of threats, the closed form serves where few overlap, quadrature where many do (its error: `panel_widths`).
     The risk of rasters is added. The ends are put in one order first, so that both directions give the same float.
+    More risk than `most` need not be told: then the answer is some value between `most` and the integral.
     """
     if x2 < x1 or (x2 == x1 and y2 < y1):
         x1, x2 = x2, x1
@@ -419,9 +420,9 @@ def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> fl
         # A term of the closed form costs about as much as one threat in one panel of the quadrature.
         log_cutoff = LOG_CUTOFF - 2.0 * math.log(m)
         n_pairs = 0
-        most = (3 * m) // 2
+        most_pairs = (3 * m) // 2
         for i in range(m):
-            if n_pairs > most:
+            if n_pairs > most_pairs:
                 break
             for j in range(i):
                 q = active[i, PRECISION_AT] * active[j, PRECISION_AT]
@@ -429,19 +430,21 @@ def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> fl
                 room = active[i, LOG_AMPLITUDE] + active[j, LOG_AMPLITUDE] - log_cutoff
                 if 2.0 * room * (active[i, PRECISION_AT] + active[j, PRECISION_AT]) > q * d * d:
                     n_pairs += 1
-        if n_pairs <= most:
+        if n_pairs <= most_pairs:
             value = _closed_form(length, m, active, scratch[1 + table.shape[0] :], log_cutoff, 4 * m)
             if value >= 0.0:
                 return value + of_rasters
     panel_widths(m, length, 0.5 if improper else 1.0, active)
-    return _quadrature(length, m, active, scratch) + of_rasters
+    # (where peaks are above 1, there is negative risk to come)
+    most = math.inf if improper else most - of_rasters
+    return _quadrature(length, m, active, scratch, most) + of_rasters
 
 
 @kernel
-def segment_cost(x1: float, y1: float, x2: float, y2: float, k: float, field: Field) -> float:
-    """Evaluate Eq. 5 for one segment: its length plus `k` times its risk."""
+def segment_cost(x1: float, y1: float, x2: float, y2: float, k: float, field: Field, most: float = math.inf) -> float:
+    """Evaluate Eq. 5 for one segment: its length plus `k` times its risk; above `most`, some value between."""
     length = math.hypot(x2 - x1, y2 - y1)
-    return length + k * segment_risk(x1, y1, x2, y2, field) if k > 0.0 else length
+    return length + k * segment_risk(x1, y1, x2, y2, field, (most - length) / k) if k > 0.0 else length
 
 
 @kernel

@@ -28,6 +28,7 @@ from cgla_graph.model.risk_kernels import (
     PRECISION,
     PRECISION_AT,
     REACH2,
+    SPREAD,
     WIDTH_AT,
     Field,
     X,
@@ -39,6 +40,8 @@ from cgla_graph.model.risk_kernels import (
 )
 from cgla_graph.model.risk_raster_kernels import Rasters, density_at, raster_moments
 
+#: Threats from which on shortcuts are weighed by strong threats first, and what a strong threat is above.
+CROWD, STRONG = 12, 0.1
 # On a panel of at most a quarter of the full width, as on most segments of a fine path, fewer nodes do as well.
 N_FEW = 7
 _FEW_NODES, _FEW_WEIGHTS = np.polynomial.legendre.leggauss(N_FEW)
@@ -291,6 +294,16 @@ def minimise(
 
 
 @kernel
+def _strong(field: Field) -> Field:
+    """Return a field that counts threats only as far as they are above `STRONG`: it is nowhere riskier."""
+    table = field[0].copy()
+    for i in range(table.shape[0]):
+        log_ratio = max(table[i, LOG_PEAK] - math.log(STRONG), 0.0)
+        table[i, REACH2] = 2.0 * table[i, SPREAD] * table[i, SPREAD] * log_ratio
+    return table, field[1], field[2], field[3]
+
+
+@kernel
 def shortcut(points: FloatArray, model: Model, stride: int, kept: BoolArray) -> int:
     """
     Find the least-cost path over the complete graph of a path's own waypoints, in their order (dynamic programming).
@@ -298,8 +311,12 @@ def shortcut(points: FloatArray, model: Model, stride: int, kept: BoolArray) -> 
     `kept`, shape ``(m,)``, marks a feasible path, first and last point included; the other points are there to be
     used. On return it marks the best path. Of the points of the path, shortcuts lead from and to every `stride`-th. One
     that costs the same as several segments replaces them. Returns how many segments were weighed.
+
+    In a crowd, strong threats alone already make most shortcuts too expensive.
     """
     k, field, area = model
+    crowd = field[0].shape[0] >= CROWD
+    strong = _strong(field) if crowd else field
     n = points.shape[0]
     values = np.full(n, math.inf)
     before = np.full(n, -1)
@@ -319,6 +336,8 @@ def shortcut(points: FloatArray, model: Model, stride: int, kept: BoolArray) -> 
             last = j
             evaluations += 1
     slack = 1e-14 * values[n - 1]
+    # (integrals over fewer threats are rounded otherwise)
+    margin = 1e-9 * values[n - 1]
     for i in range(n - 1):
         if values[i] == math.inf:
             continue
@@ -336,9 +355,13 @@ def shortcut(points: FloatArray, model: Model, stride: int, kept: BoolArray) -> 
             if values[i] + length > values[j] + slack:
                 continue
             evaluations += 1
-            cost = values[i] + segment_cost(points[i, 0], points[i, 1], points[j, 0], points[j, 1], k, field)
+            x, y, next_x, next_y = points[i, 0], points[i, 1], points[j, 0], points[j, 1]
+            most = values[j] - values[i] + margin
+            if crowd and segment_cost(x, y, next_x, next_y, k, strong, most) > most:
+                continue
+            cost = values[i] + segment_cost(x, y, next_x, next_y, k, field, most)
             better = cost < values[j] - slack or (cost <= values[j] + slack and hops[i] + 1 < hops[j])
-            if better and not segment_crosses(points[i, 0], points[i, 1], points[j, 0], points[j, 1], area):
+            if better and not segment_crosses(x, y, next_x, next_y, area):
                 values[j] = cost
                 before[j] = i
                 hops[j] = hops[i] + 1

@@ -34,7 +34,7 @@ from strategies import (
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.errors import CglaError, ProblemError
 from cgla_graph.model.risk import ImproperFieldWarning, Reading, RiskField, Threat
-from cgla_graph.model.risk_kernels import exp_256, fma
+from cgla_graph.model.risk_kernels import exp_256, fma, segment_risk
 
 TOLERANCE = 1e-10
 
@@ -136,6 +136,16 @@ def test_threats_almost_on_one_spot_are_integrated_as_exactly_as_promised(
     rows = np.column_stack([at, spread, rng.uniform(least_peak, 1.0, n)]).tolist()
     field = RiskField([Threat(x, y, spread=s, peak=p) for x, y, s, p in rows])
     assert error_in_spreads(field, (0.5, 0.5), 15, seed) <= 4e-12
+
+
+@usual
+@given(fields_and_segments(st.one_of(crowds(), fields(1, 4))), st.floats(-0.1, 1.5))
+def test_risk_above_a_limit_is_told_only_as_far_as_the_limit(case: tuple[RiskField, Segment], share: float) -> None:
+    field, (start, end) = case
+    exact = integral(field, (start, end))
+    limit = share * exact
+    found = segment_risk(*start, *end, field.kernel_field(), limit)
+    assert found == exact if exact <= limit else limit < found <= exact * (1.0 + 1e-12)
 
 
 @usual

@@ -210,6 +210,22 @@ def test_a_refined_path_stays_in_the_box_and_is_settled(field: cg.RiskField, pat
     assert refine_path(problem, refined.path, tolerance=1e-5).cost >= refined.cost * (1.0 - 1e-2)
 
 
+@given(st.one_of(strategies.crowds(60), strategies.fields(0, 6)), strategies.seeds)
+@examples(40)
+def test_shortcuts_are_the_cheapest_there_are(field: cg.RiskField, seed: int) -> None:
+    """Against Bellman and Ford over all pairs of waypoints in their order, in crowds too."""
+    rng = np.random.default_rng(seed)
+    points = np.column_stack([np.sort(rng.random(14)), np.cumsum(rng.normal(0.0, 0.05, 14)) + 0.5])
+    problem = cg.Problem(tuple(points[0]), tuple(points[-1]), field, 10.0 ** rng.uniform(-1, 3), (-1.0, -1.0, 2.0, 2.0))
+    kept = np.ones(len(points), dtype=np.bool_)
+    refine_kernels.shortcut(points, problem.model.kernel_model(), 1, kept)
+    graph: nx.DiGraph[int] = nx.DiGraph()
+    for i, j in itertools.combinations(range(len(points)), 2):
+        graph.add_edge(i, j, weight=problem.evaluate(points[[i, j]]).cost)
+    best = nx.bellman_ford_path_length(graph, 0, len(points) - 1)
+    assert problem.evaluate(points[kept]).cost <= best * (1.0 + 1e-9)
+
+
 def test_a_path_that_is_not_feasible_comes_back_with_a_word() -> None:
     problem = cg.Problem((0.1, 0.5), (0.9, 0.5), no_fly=shapely.box(0.4, 0.2, 0.6, 0.8))
     refined = refine_path(problem, [problem.start, problem.goal])
