@@ -55,6 +55,8 @@ from cgla_graph.model.problem import Problem
 
 #: Cells from the middle of a block to its rim, at least; walls and corners of areas that one looks at, at most.
 LEAST_REACH, MOST_WALLS, MOST_VERTICES = 3, 32, 8
+#: Cells between the rims of two blocks, at least.
+APART = 2
 #: Blocks on a grid, at most; edges of an area that has any.
 MOST_BLOCKS, MOST_EDGES = 200, 20_000
 #: The greatest cost of a block over the least: where it is more, there is none. So many times as wide as the rim is the
@@ -257,13 +259,13 @@ def corners_of(
     for corner in inside[mesh.pieces_at(inside) != NO_CELL]:
         column, row = (round(float(value)) for value in (corner - mesh.origin) / mesh.spacing)
         beside = min((max(abs(column - i), abs(row - j)) - other for i, j, other in centres), default=math.inf)
-        most = min(reach, beside - 2, column - 1, row - 1, mesh.last[0] - column - 1, mesh.last[1] - row - 1)
-        if (laid := grid.lay(corner, (column, row), int(most))) is not None:
+        room = min(beside - APART, column - 1, row - 1, mesh.last[0] - column - 1, mesh.last[1] - row - 1)
+        if (laid := grid.lay(corner, (column, row), int(min(reach, room)))) is not None:
             found.append(laid[0])
             centres.append((column, row, laid[1]))
-        elif bent and most >= LEAST_REACH and (left := grid.steep(corner, (column, row), bent)) is not None:
+        elif bent and room >= LEAST_REACH and (left := grid.steep(corner, (column, row), bent, int(room))) is not None:
             steep.append(left)
-            centres.append((column, row, LEAST_REACH))
+            centres.append((column, row, left.reach))
         if len(found) + len(steep) == MOST_BLOCKS:
             break
     return found, steep
@@ -320,20 +322,25 @@ class _Grid:
         facts = vertices - corner, walls, numbers, turn, min(mesh.spacing)
         return Corner(pieces, cuts, sights, rim, places, lines, *facts), reach
 
-    def steep(self, corner: FloatArray, centre: tuple[int, int], bent: Bent) -> Steep | None:
-        """Lay the least block around a corner that a path bends around, if enough is lost there."""
-        if bent.path.distance(shapely.Point(corner)) > math.hypot(*self.mesh.spacing):
+    def steep(self, corner: FloatArray, centre: tuple[int, int], bent: Bent, room: int) -> Steep | None:
+        """
+        Lay the least block around a corner that a path bends around, if enough is lost there.
+
+        Where the path bends around others so near that they would have no block of their own, they share this one.
+        """
+        bends = shapely.distance(shapely.points(self.convex), bent.path) <= math.hypot(*self.mesh.spacing)
+        cells = np.abs((self.convex - self.mesh.origin) / self.mesh.spacing - centre).max(axis=1)
+        if not bends[(self.convex == corner).all(axis=1)].any():
             return None
-        inside = (
-            np.abs((self.convex - self.mesh.origin) / self.mesh.spacing - centre).max(axis=1) <= LEAST_REACH - INSIDE
-        )
+        close = cells[bends & (cells > LEAST_REACH - INSIDE) & (cells < 2 * LEAST_REACH + APART)]
+        reach = min(math.ceil(close.max(initial=0.0) + INSIDE), room) if len(close) else LEAST_REACH
+        inside = cells <= reach - INSIDE
         cost = 1.0 + self.problem.k * float(self.problem.field.density(corner[None])[0])
-        lost = SAVED * float(self.turns[inside].sum()) * min(self.mesh.spacing) * cost
+        lost = SAVED * float(self.turns[inside & bends].sum()) * min(self.mesh.spacing) * cost
         if not lost > bent.worth:
             return None
-        rim = self.rim(LEAST_REACH)
-        block = self.block(centre, LEAST_REACH, self.convex[inside], rim)
-        return Steep(block, centre, LEAST_REACH, lost)
+        block = self.block(centre, reach, self.convex[inside], self.rim(reach))
+        return Steep(block, centre, reach, lost)
 
     def block(
         self, centre: tuple[int, int], reach: int, vertices: FloatArray, radius: float

@@ -18,7 +18,7 @@ SUB_CELLS = 32_768
 MOST_SUB_CELLS, FEWEST_PARTS = 3_000_000, 4
 #: Walls that are thinner than so many sub-cells may leak. Then there are so many times as many, along the side and in
 #: all.
-LEAKS, FINER_SIDE, MORE = 2.5, 16, 16
+LEAKS, FINER_SIDE, MORE = 4.0, 16, 16
 #: Further cells around those that matter, unless told otherwise, so that the rim of the mesh does no harm.
 HALO = 8
 #: Where there is no piece.

@@ -17,6 +17,9 @@ from cgla_graph.model.no_fly_kernels import AreaArrays, in_line, pair_sectors, s
 
 # Beyond it, the products of the exact arithmetic overflow.
 MAX_COORDINATE: Final = 1e120
+# A wall is so many times as long as it is wide, at least, and it is looked for at these places along each edge.
+LENGTHS_OF_WALL: Final = 4.0
+PLACES_ALONG_EDGE: Final = (0.25, 0.5, 0.75)
 # Rows of the index for one edge, at most: tall edges would otherwise be listed in every slab.
 MAX_ROWS_PER_EDGE: Final = 8
 
@@ -56,13 +59,14 @@ class NoFlyArea:
     array([False,  True,  True])
     """
 
-    __slots__ = ("_edges", "_geometry", "_kernel_arrays")
+    __slots__ = ("_edges", "_geometry", "_kernel_arrays", "_thinnest")
 
     def __init__(self, geometry: BaseGeometry | None) -> None:
         self._geometry = _union(geometry)
         self._edges = _edges(self._geometry)
         self._edges.setflags(write=False)
         self._kernel_arrays = _index(self._edges)
+        self._thinnest: float | None = None
 
     def __repr__(self) -> str:
         """Return how many polygons and edges there are."""
@@ -115,16 +119,22 @@ class NoFlyArea:
     @property
     def thinnest(self) -> float:
         """
-        The least mean width of a polygon, map units: twice its area over its outline's length; infinite without any.
+        The least width of a wall, map units; infinite without any.
+
+        Of a polygon, the mean width: twice its area over its outline's length. Of a part of one, how far it is from an
+        edge straight through to the other side, where that is less than a quarter of the edge.
 
         Examples
         --------
         >>> round(NoFlyArea(shapely.box(0, 0, 10, 0.1)).thinnest, 3)
         0.099
+        >>> fence = shapely.union(shapely.box(0, 0, 1, 1), shapely.box(1, 0.4, 3, 0.402))
+        >>> round(NoFlyArea(fence).thinnest, 6)
+        0.002
         """
-        parts = shapely.get_parts(self._geometry)
-        lengths = shapely.length(parts)
-        return float((2.0 * shapely.area(parts)[lengths > 0.0] / lengths[lengths > 0.0]).min(initial=math.inf))
+        if self._thinnest is None:
+            self._thinnest = _thinnest(self._geometry, self._edges)
+        return self._thinnest
 
     @property
     def kernel_arrays(self) -> AreaArrays:
@@ -321,6 +331,34 @@ def _polygons(geometry: BaseGeometry, part: str) -> list[Polygon]:
         message = f"{where} is invalid: {reason}; draw it anew, or repair it with shapely.make_valid"
         raise ProblemError(message)
     return [geometry]
+
+
+def _thinnest(geometry: Polygon | MultiPolygon, edges: FloatArray) -> float:
+    """Measure the thinnest wall of an area (`NoFlyArea.thinnest`), by rays from its edges through its inside."""
+    polygons = shapely.get_parts(geometry)
+    outlines = shapely.length(polygons)
+    mean_width = (2.0 * shapely.area(polygons)[outlines > 0.0] / outlines[outlines > 0.0]).min(initial=math.inf)
+    begin, step = edges[:, :2], edges[:, 2:4] - edges[:, :2]
+    lengths = np.hypot(*step.T)
+    from_edge = np.tile(np.arange(len(edges)), len(PLACES_ALONG_EDGE))
+    foot = np.concatenate([begin + share * step for share in PLACES_ALONG_EDGE])
+    with np.errstate(all="ignore"):
+        # (an edge as short as the least numbers has no direction: no comparison holds then)
+        inward = (np.column_stack([-step[:, 1], step[:, 0]]) / lengths[:, None])[from_edge]
+        ahead = lengths[from_edge] / LENGTHS_OF_WALL
+        rays = shapely.linestrings(np.stack([foot, foot + ahead[:, None] * inward], axis=1))
+        ray, edge = shapely.STRtree(shapely.linestrings(edges[:, :4].reshape(-1, 2, 2))).query(rays)
+        ray, edge = ray[from_edge[ray] != edge], edge[from_edge[ray] != edge]
+        to_edge, across = begin[edge] - foot[ray], step[edge]
+        turn = _cross(inward[ray], across)
+        width, place = _cross(to_edge, across) / turn, _cross(to_edge, inward[ray]) / turn
+        is_through = (width > 0.0) & (width <= ahead[ray]) & (place >= 0.0) & (place <= 1.0)
+    return float(min(mean_width, width[is_through].min(initial=math.inf)))
+
+
+def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
+    product: FloatArray = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    return product
 
 
 def _edges(geometry: BaseGeometry) -> FloatArray:

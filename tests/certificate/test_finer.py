@@ -60,6 +60,14 @@ def chevron() -> cg.Problem:
     return cg.Problem((0.3, 0.5), (0.7, 0.5), cg.RiskField(threats), 40.0, no_fly=wall)
 
 
+def blunt(cells: float = 6.0) -> cg.Problem:
+    """End a wall flatly, so many cells wide: too near for a block around each of its corners, too far for a least."""
+    width = cells / CELLS
+    wall = shapely.box(0.5 - 0.5 * width, -1.0, 0.5 + 0.5 * width, 0.5)
+    threats = [cg.Threat(x, y, 0.06, 0.9) for x, y in ((0.42, 0.62), (0.5, 0.65), (0.58, 0.62))]
+    return cg.Problem((0.3, 0.2), (0.7, 0.2), cg.RiskField(threats), 40.0, no_fly=wall)
+
+
 def steep_level(problem: cg.Problem) -> tuple[Level, list[Finer]] | None:
     """Lay a grid with blocks at the steep corners of a good path; None where the path bends around none."""
     path = cg.solve(problem, "hybrid", tolerance=None).path
@@ -135,7 +143,7 @@ def test_no_way_from_rim_to_rim_costs_less_than_the_spline_falls_but_for_the_cha
 
 
 def check_some(times: float = 1.15) -> None:
-    assert sum(check_charges(problem, times) for problem in (chevron(), *map(steep_corner, BENT))) > len(BENT)
+    assert sum(check_charges(problem, times) for problem in (chevron(), blunt(), *map(steep_corner, BENT))) > len(BENT)
 
 
 def test_a_front_that_is_too_late_does_no_harm_if_it_is_checked(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -166,6 +174,28 @@ def test_where_the_cost_is_steep_at_a_corner_a_finer_grid_there_helps(monkeypatc
         assert proof.lower_bound <= proof.upper_bound
         gaps.append(proof.gap)
     assert gaps[0] < 0.5 * gaps[1]
+
+
+@pytest.mark.parametrize("cells", [1.0, 4.0, 5.5, 6.5, 7.5])
+def test_corners_too_near_for_blocks_of_their_own_share_one(cells: float) -> None:
+    problem = blunt(cells)
+    found = steep_level(problem)
+    assert found is not None
+    level, blocks = found
+    corners = shapely.get_coordinates(problem.model.area.geometry)
+    corners = corners[corners[:, 1] == 0.5]
+    holding = [block for block in blocks for corner in np.unique(corners, axis=0) if holds(level, block, corner)]
+    assert len(blocks) == 1
+    assert len(holding) == 2
+    assert check_charges(problem) > 0
+
+
+def holds(level: Level, block: Finer, corner: FloatArray) -> bool:
+    """Tell whether a corner is inside a block, far enough from its rim for splines not to follow its fan there."""
+    mesh = level.mesh
+    cells = np.column_stack([mesh.columns, mesh.rows])[block.pieces]
+    at = (corner - mesh.origin) / mesh.spacing
+    return bool((cells.min(axis=0) + 2.0 <= at).all() and (at <= cells.max(axis=0) - 2.0).all())
 
 
 def test_the_parts_of_a_rim_are_at_one_place_on_both_grids() -> None:

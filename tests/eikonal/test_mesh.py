@@ -320,9 +320,10 @@ def test_more_pieces_than_can_be_told_apart_count_as_one() -> None:
 
 
 @pytest.mark.parametrize("width", [1e-3, 1e-4, 3e-5, 2e-5])
-def test_fronts_do_not_leak_through_thin_walls(width: float) -> None:
-    """Sub-cells as wide as a wall would join its sides: thin walls get more of them."""
-    assert over_the_wall(width) > 1.05
+@pytest.mark.parametrize("more", [None, shapely.box(0.4, 0.0, 0.5, 0.1)])
+def test_fronts_do_not_leak_through_thin_walls(width: float, more: BaseGeometry | None) -> None:
+    """Sub-cells as wide as a wall would join its sides: thin walls get more of them, as parts of something wide too."""
+    assert over_the_wall(width, more) > 1.05
 
 
 def test_with_the_usual_sub_cells_thin_walls_leak(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -330,9 +331,10 @@ def test_with_the_usual_sub_cells_thin_walls_leak(monkeypatch: pytest.MonkeyPatc
     assert over_the_wall(3e-5) < 0.41
 
 
-def over_the_wall(width: float) -> float:
+def over_the_wall(width: float, more: BaseGeometry | None = None) -> float:
     """March from one side of a wall to the other, on a map of side 1; the way over it is 1.077 long."""
-    area = NoFlyArea(shapely.box(0.5, -1.0, 0.5 + width, 0.7))
+    wall = shapely.box(0.5, -1.0, 0.5 + width, 0.7)
+    area = NoFlyArea(wall if more is None else wall.union(more))
     problem = Problem((0.3, 0.2), (0.7, 0.2), no_fly=area.geometry)
     ends = problem.start, problem.goal
     mesh = SplineMesh.build(problem.bounds, (256, 256), cell_runs.rectangle((256, 256)), area, ends)

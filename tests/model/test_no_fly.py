@@ -486,6 +486,34 @@ def test_an_area_does_not_change_and_changes_nothing() -> None:
         area.geometry = CELL  # type: ignore[misc]
 
 
+@pytest.mark.parametrize("width", [1e-2, 1e-4, 1e-7])
+@pytest.mark.parametrize("scale", [1e-30, 1.0, 1e30])
+@pytest.mark.parametrize("degrees", [0.0, 28.0, 117.0])
+def test_the_thinnest_wall_is_found_where_it_is_part_of_more(width: float, scale: float, degrees: float) -> None:
+    wall, block = shapely.box(-0.4, -0.5 * width, 0.6, 0.5 * width), shapely.box(0.5, -0.3, 0.9, 0.3)
+    across = shapely.affinity.rotate(wall, 60.0, origin=(0.0, 0.0))
+    for geometry in (wall, wall.union(block), wall.union(across), shapely.box(-1, -1, 1, 1).difference(block)):
+        turned = shapely.affinity.rotate(geometry, degrees, origin=(0.0, 0.0))
+        # (as the area is stored: union of what is turned, then scaled)
+        found = NoFlyArea(shapely.affinity.scale(turned, scale, scale, origin=(0.0, 0.0))).thinnest
+        expected = 0.1 if geometry.area > 1.0 else width
+        assert found == pytest.approx(scale * expected, rel=0.02, abs=1e-9 * width * scale)
+
+
+@given(st.integers(3, 200), st.floats(0.5, 1.0), st.integers(0, 10**6))
+@fast
+def test_what_is_as_wide_as_it_is_long_has_no_thin_part(n: int, least: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    angles = (np.arange(n) + rng.uniform(0.0, 0.5)) * 2.0 * math.pi / n
+    radii = rng.uniform(least, 1.0, n) if n > 8 else np.ones(n)
+    polygon = shapely.Polygon(np.column_stack([radii * np.cos(angles), radii * np.sin(angles)]))
+    area = NoFlyArea(polygon)
+    assert area.thinnest <= 2.0 * polygon.area / polygon.length
+    if n < 20:
+        assert area.thinnest > 0.1
+    assert NoFlyArea(None).thinnest == math.inf
+
+
 def test_pickling() -> None:
     area = NoFlyArea(NOTCHED)
     copy = pickle.loads(pickle.dumps(area))  # noqa: S301 (our own bytes)
