@@ -328,7 +328,7 @@ class _Grid:
 
         Where the path bends around others so near that they would have no block of their own, they share this one.
         """
-        bends = shapely.distance(shapely.points(self.convex), bent.path) <= math.hypot(*self.mesh.spacing)
+        bends = np.asarray(shapely.distance(shapely.points(self.convex), bent.path) <= math.hypot(*self.mesh.spacing))
         cells = np.abs((self.convex - self.mesh.origin) / self.mesh.spacing - centre).max(axis=1)
         if not bends[(self.convex == corner).all(axis=1)].any():
             return None

@@ -347,7 +347,8 @@ def _thinnest(geometry: Polygon | MultiPolygon, edges: FloatArray) -> float:
         inward = (np.column_stack([-step[:, 1], step[:, 0]]) / lengths[:, None])[from_edge]
         ahead = lengths[from_edge] / LENGTHS_OF_WALL
         rays = shapely.linestrings(np.stack([foot, foot + ahead[:, None] * inward], axis=1))
-        ray, edge = shapely.STRtree(shapely.linestrings(edges[:, :4].reshape(-1, 2, 2))).query(rays)
+        tree = shapely.STRtree(np.asarray(shapely.linestrings(edges[:, :4].reshape(-1, 2, 2))))
+        ray, edge = tree.query(rays)
         ray, edge = ray[from_edge[ray] != edge], edge[from_edge[ray] != edge]
         to_edge, across = begin[edge] - foot[ray], step[edge]
         turn = _cross(inward[ray], across)

@@ -219,10 +219,12 @@ class _Refiner:
             crossing = np.isin(segment, segment[~self._is_free(laid)])
             if not crossing.any():
                 break
-            across = np.column_stack([-step[:, 1], step[:, 0]]) / np.hypot(*step.T)[:, None]
+            # (of a segment without length there are no parts)
             moved = np.nonzero(crossing & (part > 0))[0]
-            exact = start[moved] + (part[moved] / shares[segment[moved]])[:, None] * step[moved]
-            laid[moved] = self._inside(exact + aside * across[moved])
+            along = step[moved]
+            across = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
+            exact = start[moved] + (part[moved] / shares[segment[moved]])[:, None] * along
+            laid[moved] = self._inside(exact + aside * across)
         crossing = np.append(np.isin(segment, segment[~self._is_free(laid)]) & (part > 0), False)
         return self._thinned(laid[~crossing], 0.25 * spacing)
 

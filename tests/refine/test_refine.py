@@ -21,7 +21,7 @@ from cgla_graph._types import FloatArray
 from cgla_graph.errors import CglaError, ProblemError, SolverSettingError
 from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.refine import refine_kernels
-from cgla_graph.refine.refine import refine_path
+from cgla_graph.refine.refine import _Refiner, refine_path
 from cgla_graph.solvers import registry
 
 Gradient = Callable[[FloatArray, float, Any, FloatArray], float]
@@ -358,6 +358,18 @@ def test_every_solver_can_be_refined(name: str) -> None:
     if costs:
         assert costs[-1] == pytest.approx(refined.cost, rel=1e-6)
     assert refined.seconds > 0.0
+
+
+def test_waypoints_that_coincide_beside_a_wall_are_laid_along_it() -> None:
+    """Where rounding puts parts of a segment into the area, they are moved out; a segment without length has none."""
+    wall = shapely.Polygon([(0.1, 0.13), (0.83, 0.71), (0.9, 0.05)])
+    problem = cg.Problem((0.1, 0.13), (0.83, 0.71), no_fly=wall)
+    points = np.array([(0.1, 0.13), (0.1, 0.13), (0.83, 0.71), (0.83, 0.71)])
+    lengths = np.hypot(*np.diff(points, axis=0).T)
+    for spacing in (0.3, 0.05, 0.011):
+        laid = _Refiner(problem, points, math.inf, 512)._laid(points, lengths / spacing, spacing)
+        assert len(laid) > 2
+        assert problem.evaluate(laid).feasible
 
 
 def test_an_optimal_straight_line_stays_optimal() -> None:
