@@ -148,7 +148,9 @@ def _risk_on_cell(
         if most <= SATURATED:
             break
         above, below = LOG_CUTOFF - math.log(max(table.shape[0], 1) * most), LOG_STRONG
-    return clear, gx, gy, rest * (bends + slopes * slopes - squares), most
+    bend = rest * (bends + slopes * slopes - squares)
+    # (squares of the greatest numbers there are: nothing is known)
+    return clear, gx, gy, bend if bend < math.inf else math.inf, most
 
 
 @kernel

@@ -134,8 +134,8 @@ def bounds_on_disc(problem: Problem, end: Point, radius: float) -> tuple[float, 
     cell = (math.sqrt(2.0) * radius, math.sqrt(2.0) * radius)
     threats = problem.k, problem.field.table, raster_array([])
     certificate_kernels.cost_bounds(middle, middle, end, cell, problem.bounds, *threats, bounds)
-    cost, gx, gy, drop, _ = bounds[0, 0].tolist()
-    least = max(cost - math.hypot(gx, gy) * radius - drop, 1.0)
+    cost, gx, gy, drop, least = bounds[0, 0].tolist()
+    least = max(cost - math.hypot(gx, gy) * radius - drop, least)
     if not problem.field.rasters:
         return cost, gx, gy, drop, least
     x_min, y_min, x_max, y_max = problem.bounds
