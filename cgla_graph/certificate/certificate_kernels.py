@@ -150,7 +150,7 @@ def _risk_on_cell(
         above, below = LOG_CUTOFF - math.log(max(table.shape[0], 1) * most), LOG_STRONG
     bend = rest * (bends + slopes * slopes - squares)
     # (squares of the greatest numbers there are: nothing is known)
-    return clear, gx, gy, bend if bend < math.inf else math.inf, most
+    return clear, gx, gy, min(math.inf, bend), most
 
 
 @kernel

@@ -394,7 +394,7 @@ def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray, 
 
 
 @kernel
-def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field, most: float = math.inf) -> float:
+def segment_risk_up_to(most: float, x1: float, y1: float, x2: float, y2: float, field: Field) -> float:
     """
     Integrate the risk field over the straight segment from ``(x1, y1)`` to ``(x2, y2)`` (Eq. 6).
 
@@ -441,10 +441,17 @@ def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field, most:
 
 
 @kernel
-def segment_cost(x1: float, y1: float, x2: float, y2: float, k: float, field: Field, most: float = math.inf) -> float:
-    """Evaluate Eq. 5 for one segment: its length plus `k` times its risk; above `most`, some value between."""
+def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> float:
+    """Integrate the risk field over a segment (`segment_risk_up_to`), however much that is."""
+    risk: float = segment_risk_up_to(math.inf, x1, y1, x2, y2, field)
+    return risk
+
+
+@kernel
+def segment_cost(x1: float, y1: float, x2: float, y2: float, k: float, field: Field) -> float:
+    """Evaluate Eq. 5 for one segment: its length plus `k` times its risk."""
     length = math.hypot(x2 - x1, y2 - y1)
-    return length + k * segment_risk(x1, y1, x2, y2, field, (most - length) / k) if k > 0.0 else length
+    return length + k * segment_risk(x1, y1, x2, y2, field) if k > 0.0 else length
 
 
 @kernel

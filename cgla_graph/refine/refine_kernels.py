@@ -36,6 +36,7 @@ from cgla_graph.model.risk_kernels import (
     panel_end,
     panel_widths,
     segment_cost,
+    segment_risk_up_to,
     threats_in_reach,
 )
 from cgla_graph.model.risk_raster_kernels import Rasters, density_at, raster_moments
@@ -356,10 +357,13 @@ def shortcut(points: FloatArray, model: Model, stride: int, kept: BoolArray) -> 
                 continue
             evaluations += 1
             x, y, next_x, next_y = points[i, 0], points[i, 1], points[j, 0], points[j, 1]
-            most = values[j] - values[i] + margin
-            if crowd and segment_cost(x, y, next_x, next_y, k, strong, most) > most:
-                continue
-            cost = values[i] + segment_cost(x, y, next_x, next_y, k, field, most)
+            cost = length
+            if k > 0.0:
+                most = (values[j] - values[i] - length + margin) / k
+                if crowd and segment_risk_up_to(most, x, y, next_x, next_y, strong) > most:
+                    continue
+                cost += k * segment_risk_up_to(most, x, y, next_x, next_y, field)
+            cost += values[i]
             better = cost < values[j] - slack or (cost <= values[j] + slack and hops[i] + 1 < hops[j])
             if better and not segment_crosses(x, y, next_x, next_y, area):
                 values[j] = cost
