@@ -97,6 +97,7 @@ WORKLOADS = {
     "solve, 300 threats": "solved(crowd(300))",
     "solve, 1,000 threats": "solved(crowd(1000))",
     "solve, 1,000 threats, spread 0.03": "solved(crowd(1000, 0.03))",
+    "solve, 1,000 threats, spread 0.05": "solved(crowd(1000, 0.05))",
     "solve, 16 x 1": "solved(long_map())",
     "proof of 1e-4, random 1": "proved(random_scenario(1).problem, 1e-4)",
     "proof of 1e-3, paper": "proved(cg.load_scenario('paper').problem, 1e-3)",
