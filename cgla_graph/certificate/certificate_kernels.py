@@ -26,7 +26,7 @@ Box: TypeAlias = tuple[WholeArray, tuple[int, int], tuple[float, float], tuple[f
 #: Parts of a cell with rasters: lines of theirs may pass its middle.
 QUARTERS = 4
 #: Columns of the cost bounds: cost at the node, its slopes, how far it may fall below that linear function on the cell,
-#: and what the cost is at least there because of rasters and length alone.
+#: and what the cost is at least there.
 COST, SLOPE_X, SLOPE_Y, DROP, LEAST = range(5)
 #: Threats above the exponential of this are looked at first: strong ones.
 LOG_STRONG = -3.0
@@ -149,8 +149,8 @@ def _risk_on_cell(
             break
         above, below = LOG_CUTOFF - math.log(max(table.shape[0], 1) * most), LOG_STRONG
     bend = rest * (bends + slopes * slopes - squares)
-    # (squares of the greatest numbers there are: nothing is known)
-    return clear, gx, gy, min(math.inf, bend), most
+    # (where squares are beyond the greatest number there is, nothing is known)
+    return clear, gx, gy, math.inf if math.isnan(bend) else bend, most
 
 
 @kernel

@@ -249,21 +249,21 @@ def corners_of(
     convex, which = np.unique(here[angles >= 0.0], axis=0, return_inverse=True)
     turns = np.bincount(which, weights=math.pi - angles[angles >= 0.0])
     sharp = np.unique(here[(angles > 0.0) & (angles < math.pi - SHARP)], axis=0)
-    grid = _Grid(problem, mesh, convex, turns)
+    grid = _Grid(problem, mesh, convex, turns, bent)
     found: list[Corner] = []
     steep: list[Steep] = []
     centres = [(*centre, reach) for centre in taken]
     # (far corners are no whole numbers of cells)
     places = np.rint((sharp - mesh.origin) / mesh.spacing)
-    inside = sharp[np.minimum(places, mesh.last - places).min(axis=1) > LEAST_REACH]
-    for corner in inside[mesh.pieces_at(inside) != NO_CELL]:
-        column, row = (round(float(value)) for value in (corner - mesh.origin) / mesh.spacing)
+    inside = np.flatnonzero(np.minimum(places, mesh.last - places).min(axis=1) > LEAST_REACH)
+    inside = inside[mesh.pieces_at(sharp[inside]) != NO_CELL]
+    for corner, (column, row) in zip(sharp[inside], places[inside].astype(np.int64).tolist(), strict=True):
         beside = min((max(abs(column - i), abs(row - j)) - other for i, j, other in centres), default=math.inf)
         room = min(beside - APART, column - 1, row - 1, mesh.last[0] - column - 1, mesh.last[1] - row - 1)
         if (laid := grid.lay(corner, (column, row), int(min(reach, room)))) is not None:
             found.append(laid[0])
             centres.append((column, row, laid[1]))
-        elif bent and room >= LEAST_REACH and (left := grid.steep(corner, (column, row), bent, int(room))) is not None:
+        elif room >= LEAST_REACH and (left := grid.steep(corner, (column, row), int(room))) is not None:
             steep.append(left)
             centres.append((column, row, left.reach))
         if len(found) + len(steep) == MOST_BLOCKS:
@@ -279,11 +279,21 @@ class _Grid:
     mesh: SplineMesh
     convex: FloatArray
     turns: WholeArray | FloatArray
+    bent: Bent | None
 
     @cached_property
     def nodes(self) -> FloatArray:
         """Where the nodes are."""
         return self.mesh.node_points
+
+    @cached_property
+    def bends(self) -> BoolArray:
+        """Around which of the corners that stick out the path bends."""
+        if self.bent is None:
+            return np.zeros(len(self.convex), dtype=np.bool_)
+        return np.asarray(
+            shapely.distance(shapely.points(self.convex), self.bent.path) <= math.hypot(*self.mesh.spacing)
+        )
 
     def rim(self, reach: int) -> float:
         """Bound how far the rim of a block is from its corner, map units."""
@@ -322,22 +332,21 @@ class _Grid:
         facts = vertices - corner, walls, numbers, turn, min(mesh.spacing)
         return Corner(pieces, cuts, sights, rim, places, lines, *facts), reach
 
-    def steep(self, corner: FloatArray, centre: tuple[int, int], bent: Bent, room: int) -> Steep | None:
+    def steep(self, corner: FloatArray, centre: tuple[int, int], room: int) -> Steep | None:
         """
         Lay the least block around a corner that a path bends around, if enough is lost there.
 
         Where the path bends around others so near that they would have no block of their own, they share this one.
         """
-        bends = np.asarray(shapely.distance(shapely.points(self.convex), bent.path) <= math.hypot(*self.mesh.spacing))
-        cells = np.abs((self.convex - self.mesh.origin) / self.mesh.spacing - centre).max(axis=1)
-        if not bends[(self.convex == corner).all(axis=1)].any():
+        if self.bent is None or not self.bends[(self.convex == corner).all(axis=1)].any():
             return None
-        close = cells[bends & (cells > LEAST_REACH - INSIDE) & (cells < 2 * LEAST_REACH + APART)]
+        cells = np.abs((self.convex - self.mesh.origin) / self.mesh.spacing - centre).max(axis=1)
+        close = cells[self.bends & (cells > LEAST_REACH - INSIDE) & (cells < 2 * LEAST_REACH + APART)]
         reach = min(math.ceil(close.max(initial=0.0) + INSIDE), room) if len(close) else LEAST_REACH
         inside = cells <= reach - INSIDE
         cost = 1.0 + self.problem.k * float(self.problem.field.density(corner[None])[0])
-        lost = SAVED * float(self.turns[inside & bends].sum()) * min(self.mesh.spacing) * cost
-        if not lost > bent.worth:
+        lost = SAVED * float(self.turns[inside & self.bends].sum()) * min(self.mesh.spacing) * cost
+        if not lost > self.bent.worth:
             return None
         block = self.block(centre, reach, self.convex[inside], self.rim(reach))
         return Steep(block, centre, reach, lost)

@@ -1,5 +1,7 @@
 """What the cost of a unit of length is on the cells of a mesh: proven bounds, and what the equation is solved for."""
 
+from collections.abc import Callable
+
 import numpy as np
 import shapely
 
@@ -18,12 +20,11 @@ def cost_bounds(problem: Problem, mesh: SplineMesh) -> FloatArray:
     bounds = np.empty((len(mesh.columns), parts, 5))
     risk = problem.k, problem.field.table, problem.field.raster_array
 
-    def share(first: int, step: int) -> None:
-        part = slice(first * len(bounds) // step, (first + 1) * len(bounds) // step)
+    def fill(part: slice) -> None:
         cells = mesh.columns[part], mesh.rows[part], mesh.origin, mesh.spacing
         certificate_kernels.cost_bounds(*cells, problem.bounds, *risk, bounds[part])
 
-    share_out(share, len(bounds))
+    _in_parts(fill, len(bounds))
     return bounds
 
 
@@ -55,12 +56,16 @@ def costs_to_solve_for(problem: Problem, mesh: SplineMesh) -> FloatArray:
         certificate_kernels.least_around(points, reach, problem.bounds, raster_array(jumping), least)
     costs = np.empty(mesh.n_nodes)
 
-    def share(first: int, step: int) -> None:
-        part = slice(first * len(costs) // step, (first + 1) * len(costs) // step)
+    def fill(part: slice) -> None:
         costs[part] = 1.0 + problem.k * (smooth.density(points[part]) + least[part])
 
-    share_out(share, len(costs))
+    _in_parts(fill, len(costs))
     return costs
+
+
+def _in_parts(task: Callable[[slice], None], n_items: int) -> None:
+    """Run a task on all cores, each on items in a row."""
+    share_out(lambda first, step: task(slice(first * n_items // step, (first + 1) * n_items // step)), n_items)
 
 
 def _inside(problem: Problem, mesh: SplineMesh) -> WholeArray:

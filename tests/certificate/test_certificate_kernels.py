@@ -85,6 +85,12 @@ def test_bounds_of_cells_do_not_depend_on_how_they_are_shared_out() -> None:
         assert np.array_equal(np.vstack(parts), whole)
 
 
+def test_where_a_bend_is_beyond_the_greatest_number_the_cost_is_bounded_by_a_constant_alone() -> None:
+    cell, size = np.zeros(1, dtype=np.int32), 1e70
+    bounds = cost_bounds(cell, cell, (0.0, 0.0), (size, size), 10.0, cg.RiskField([cg.Threat(0.0, 0.0, 1.0 / size)]))
+    assert bounds[0, 0].tolist() == [11.0, 0.0, 0.0, math.inf, 1.0]
+
+
 @pytest.mark.parametrize(("n", "loss"), [(100, 0.2), (300, 0.05), (1000, 1e-5)])
 def test_where_threats_overlap_the_bound_of_the_cost_is_sharp(n: int, loss: float) -> None:
     """
@@ -97,9 +103,8 @@ def test_where_threats_overlap_the_bound_of_the_cost_is_sharp(n: int, loss: floa
     field = cg.RiskField([cg.Threat(x, y, 0.05) for x, y in rng.random((n, 2))])
     columns, rows = (a.ravel().astype(np.int32) for a in np.meshgrid(np.arange(16, 48), np.arange(16, 48)))
     spacing = 1.0 / 64.0
-    cost, slope_x, slope_y, drop, least = cost_bounds(columns, rows, (0.0, 0.0), (spacing, spacing), 10.0, field)[
-        :, 0
-    ].T
+    bounds = cost_bounds(columns, rows, (0.0, 0.0), (spacing, spacing), 10.0, field)[:, 0]
+    cost, slope_x, slope_y, drop, least = bounds.T
     found = np.maximum(cost - 0.5 * spacing * (np.abs(slope_x) + np.abs(slope_y)) - drop, least)
     offsets = np.linspace(-0.5, 0.5, 7)
     around = np.stack(np.meshgrid(offsets, offsets), axis=-1).reshape(-1, 2)

@@ -494,7 +494,6 @@ def test_the_thinnest_wall_is_found_where_it_is_part_of_more(width: float, scale
     across = shapely.affinity.rotate(wall, 60.0, origin=(0.0, 0.0))
     for geometry in (wall, wall.union(block), wall.union(across), shapely.box(-1, -1, 1, 1).difference(block)):
         turned = shapely.affinity.rotate(geometry, degrees, origin=(0.0, 0.0))
-        # (as the area is stored: union of what is turned, then scaled)
         found = NoFlyArea(shapely.affinity.scale(turned, scale, scale, origin=(0.0, 0.0))).thinnest
         expected = 0.1 if geometry.area > 1.0 else width
         assert found == pytest.approx(scale * expected, rel=0.02, abs=1e-9 * width * scale)
