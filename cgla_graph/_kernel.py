@@ -24,8 +24,8 @@ R = TypeVar("R")
 #: look, in seconds.
 PATIENCE, GLANCE = 60.0, 0.02
 
-#: Kernels that are being compiled, or loaded from disk.
-_under_way: list[Any] = []
+#: Kernels that are being compiled, or loaded from disk, and for which types.
+_under_way: list[tuple[Any, Any]] = []
 
 #: Modules of kernels whose names a module of kernels takes over.
 _IMPORTS = re.compile(r"^from ([\w.]+_kernels) import", flags=re.MULTILINE)
@@ -76,7 +76,7 @@ def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - nu
             collects = gc.isenabled()
             # compiling makes objects by the hundred thousand and little garbage
             gc.disable()
-            _under_way.append(compiled)
+            _under_way.append((compiled, signature))
             try:
                 return compile_(signature)
             finally:
@@ -111,19 +111,30 @@ def _locked(file: Path) -> Iterator[None]:
         yield
 
 
-def is_kept(compiled: Callable[..., object]) -> bool:
+def is_kept(compiled: Callable[..., object], *arguments: object) -> bool:
     """
     Tell whether machine code of a kernel is on disk, so that it need not be compiled.
+
+    Code serves the types of some arguments; if none are given, any code counts.
 
     Examples
     --------
     >>> from cgla_graph.model.risk_kernels import erf
-    >>> erf(0.5), is_kept(erf)
-    (0.5204998778, True)
+    >>> erf(0.5), is_kept(erf), is_kept(erf, 0.25), is_kept(erf, None)
+    (0.5204998778, True, True, False)
     """
-    code = cast("Any", compiled).py_func.__code__
-    names = f"{Path(code.co_filename).stem}.{code.co_name}-*.nbi"
-    return any(Path(cast("Any", compiled).stats.cache_path).glob(names))
+    kept = _kept_signatures(compiled)
+    return tuple(map(cast("Any", numba).typeof, arguments)) in kept if arguments else bool(kept)
+
+
+def _kept_signatures(compiled: Any) -> list[Any]:  # noqa: ANN401 - numba has no hints
+    """List the types of arguments that machine code is on disk for."""
+    try:
+        # (numba has no public way to ask)
+        index = compiled._cache._cache_file._load_index()  # noqa: SLF001 - see above
+    except Exception:  # noqa: BLE001 - an index that cannot be read is as good as none
+        return []
+    return [signature for signature, *_ in index]
 
 
 def is_compiling() -> bool:
@@ -135,7 +146,7 @@ def is_compiling() -> bool:
     >>> is_compiling()
     False
     """
-    return not all(map(is_kept, tuple(_under_way)))
+    return any(signature not in _kept_signatures(compiled) for compiled, signature in tuple(_under_way))
 
 
 @cache

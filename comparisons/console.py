@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
     from rich.console import RenderableType
 
+    from cgla_graph.model.cost_model import CostModel
+
 
 #: Width and height of what is written where there is no terminal.
 PAGE = (160, 50)
@@ -29,12 +31,13 @@ class InterruptedRunError(Exception):
 #: What a second process does to compile kernels.
 _COMPILE = (
     "import sys; sys.path[:] = sys.argv[1].split('\\n'); "
-    "from cgla_graph.solvers.warm_up import load_last_first; load_last_first()"
+    "from cgla_graph.model.small_problem import MapKind; from cgla_graph.solvers.warm_up import load_last_first; "
+    "load_last_first(MapKind(rasters=sys.argv[2] == 'rasters'))"
 )
 
 
-#: The second process, while there is one.
-_helpers: "list[subprocess.Popen[bytes]]" = []
+#: The second process, while there is one, and whether it compiles for maps with rasters.
+_helpers: "list[tuple[subprocess.Popen[bytes], bool]]" = []
 
 
 def out(text: str) -> None:
@@ -94,12 +97,12 @@ def progress(total: int | None) -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def running_solvers(*, walls: bool = False) -> Iterator[None]:
+def running_solvers(model: "CostModel | None" = None) -> Iterator[None]:
     """
     Send what solvers print to standard error, their compiled parts' output as well: standard output is ours.
 
     That kernels have to be compiled first is said there, too: nothing that is timed waits for it, but the user does.
-    `walls` says that there is a no-fly area, which has kernels of its own.
+    No-fly areas and rasters, as `model` has them, have kernels of their own.
     The garbage collector, which the command line leaves off until there is work, is turned on.
     """
     if not gc.isenabled():
@@ -107,7 +110,7 @@ def running_solvers(*, walls: bool = False) -> Iterator[None]:
         gc.freeze()
         gc.enable()
     with ExitStack() as stack:
-        compile_beside(walls=walls)
+        compile_beside(model)
         stack.callback(end_compiling)
         stack.enter_context(redirect_stdout(sys.stderr))
         with suppress(OSError):
@@ -118,38 +121,43 @@ def running_solvers(*, walls: bool = False) -> Iterator[None]:
         yield
 
 
-def compile_beside(*, walls: bool = False) -> None:
+def compile_beside(model: "CostModel | None" = None) -> None:
     """
     Have a second process compile if kernels are missing, beginning with those that this one comes to last.
 
-    A kernel is compiled by one of them, and the other one finds it on disk. There is never a third process, and it ends
-    with `running_solvers`, or with `end_compiling` before.
+    A kernel is compiled by one of them, and the other one finds it on disk. There is never a third process: one that
+    compiles for maps without rasters makes way where there are some. It ends with `running_solvers`, or with
+    `end_compiling` before.
     """
     from cgla_graph._kernel import is_kept  # noqa: PLC0415 - `cgla --help` answers at once
     from cgla_graph.certificate import certificate_kernels, corner_kernels  # noqa: PLC0415 - the same
     from cgla_graph.model import risk_kernels  # noqa: PLC0415 - the same
+    from cgla_graph.model.small_problem import MapKind, small_field  # noqa: PLC0415 - the same
 
-    are_kept = is_kept(risk_kernels.segment_cost) and is_kept(certificate_kernels.steepness)
-    if _helpers or (are_kept and (not walls or is_kept(corner_kernels.charge))):
+    walls, rasters = MapKind.of(model)
+    segment = 0.0, 0.0, 1.0, 1.0, 1.0, small_field(MapKind(rasters=rasters)).kernel_field()
+    are_kept = is_kept(risk_kernels.segment_cost, *segment) and is_kept(certificate_kernels.steepness)
+    if (are_kept and (not walls or is_kept(corner_kernels.charge))) or any(of >= rasters for _, of in _helpers):
         return
     import subprocess  # noqa: PLC0415 - rarely used
 
-    say("compiling kernels: once after an installation, for up to a minute")
+    if not _helpers:
+        say("compiling kernels: once after an installation, for up to a minute")
+    end_compiling()
     folders = "\n".join(sys.path)
-    _helpers.append(
-        subprocess.Popen(  # noqa: S603 - ours
-            [sys.executable, "-c", _COMPILE, folders],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
+    helper = subprocess.Popen(  # noqa: S603 - ours
+        [sys.executable, "-c", _COMPILE, folders, "rasters" if rasters else ""],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
+    _helpers.append((helper, rasters))
 
 
 def end_compiling() -> None:
     """End the second process, if there is one."""
     while _helpers:
-        helper = _helpers.pop()
+        helper, _ = _helpers.pop()
         helper.kill()
         helper.wait()
 

@@ -11,6 +11,7 @@ from cgla_graph._shown import shown
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem, Problem
+from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.model.solver import Solver, Traits, run, stay
 from cgla_graph.refine.refine import refine_path
@@ -96,11 +97,12 @@ def solve(
             msg = "a GraphProblem has only its edges, which no path can leave; give a Problem to refine its path"
             raise ProblemError(msg)
         with showing(f"planning with {chosen.traits.name}"):
-            warm_up(chosen, walls=False)
-            warm_up_restricted(chosen, problem.graph.n_nodes)
+            kind = MapKind.of(problem.graph.model)
+            warm_up(chosen, kind)
+            warm_up_restricted(chosen, problem.graph.n_nodes, kind)
             return run(chosen, problem)
     with showing(f"planning with {chosen.traits.name}"):
-        warm_up(chosen, refine=refine, walls=not problem.model.area.is_empty)
+        warm_up(chosen, MapKind.of(problem.model), refine=refine)
         answer = _solve_in_plane(problem, chosen, resolution, on)
         return refined(problem, answer) if refine else answer
 
@@ -162,7 +164,7 @@ def _solve_in_plane(
     began = time.perf_counter()
     graph_problem = weighed(on or problem.on_lattice(resolution))
     laid = time.perf_counter() - began
-    warm_up_restricted(chosen, graph_problem.graph.n_nodes)
+    warm_up_restricted(chosen, graph_problem.graph.n_nodes, MapKind.of(problem.model))
     answer = run(chosen, graph_problem)
     return problem.judge(dataclasses.replace(answer, build_seconds=laid + answer.build_seconds))
 

@@ -6,13 +6,11 @@ from contextlib import suppress
 from typing import Any, TypeVar, cast
 
 import numpy as np
-import shapely
 
 from cgla_graph.certificate.certificate import load_kernels
-from cgla_graph.cost_to_go.cost_matrix import cost_matrix
-from cgla_graph.model.problem import FULL_UP_TO, Problem
-from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.problem import FULL_UP_TO
 from cgla_graph.model.risk_kernels import segment_cost
+from cgla_graph.model.small_problem import MapKind, small_field, small_problem
 from cgla_graph.model.solver import Solver
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.refine.refine_kernels import minimise
@@ -21,8 +19,8 @@ SolverT = TypeVar("SolverT", bound=Solver)
 
 #: Limits of a short run, by the names of settings.
 _SMALL: Mapping[str, float] = {"iterations": 200, "milestones": 100, "samples": 100, "seconds": 0.5, "resolution": 8}
-#: What has been run in this process: kinds of solvers, whether with refinement, and whether beside walls.
-_ready: set[tuple[type, bool, bool]] = set()
+#: What has been run in this process: classes of solvers, whether with refinement, and on which kind of map.
+_ready: set[tuple[type, bool, MapKind]] = set()
 
 
 def shortened(solver: SolverT) -> SolverT:
@@ -40,7 +38,7 @@ def shortened(solver: SolverT) -> SolverT:
     return dataclasses.replace(cast("Any", solver), **small)  # type: ignore[no-any-return]
 
 
-def warm_up(solver: Solver, *, refine: bool = False, walls: bool = True) -> None:
+def warm_up(solver: Solver, kind: MapKind, *, refine: bool = False) -> None:
     """
     Run a solver of the toolkit on a small problem, once in a process; what its first run takes is then its own time.
 
@@ -51,21 +49,21 @@ def warm_up(solver: Solver, *, refine: bool = False, walls: bool = True) -> None
     ----------
     solver
         What is going to be run.
+    kind
+        On what kind of map; kernels that only other kinds need are left alone.
     refine
         Whether its path is going to be refined.
-    walls
-        Whether there may be a no-fly area; without one, the kernels that only an area needs are left alone.
 
     Examples
     --------
     >>> from cgla_graph.solvers.exact.cgla import Cgla
-    >>> warm_up(Cgla())
+    >>> warm_up(Cgla(), MapKind())
     """
-    kind = type(solver)
-    if (kind, refine, walls) in _ready or not kind.__module__.startswith("cgla_graph.") or solver.traits.isolated:
+    of = type(solver)
+    if (of, refine, kind) in _ready or not of.__module__.startswith("cgla_graph.") or solver.traits.isolated:
         return
-    _ready.update({(kind, refine, walls), (kind, refine, False)})
-    problem = small_problem(walls=walls)
+    _ready.update({(of, refine, kind), (of, refine, kind._replace(walls=False))})
+    problem = small_problem(kind)
     # what is wrong with a solver is told by its own run
     with suppress(Exception):
         short: Any = shortened(solver)
@@ -78,53 +76,37 @@ def warm_up(solver: Solver, *, refine: bool = False, walls: bool = True) -> None
             refine_path(problem, answer.path)
 
 
-def warm_up_restricted(solver: Solver, n_nodes: int) -> None:
+def warm_up_restricted(solver: Solver, n_nodes: int, kind: MapKind) -> None:
     """
     Load what `cgla_graph.restricted` needs, if a solver is going to use it on a graph of so many nodes.
 
     Examples
     --------
     >>> from cgla_graph.solvers.exact.cgla import Cgla
-    >>> warm_up_restricted(Cgla(), n_nodes=400)
+    >>> warm_up_restricted(Cgla(), n_nodes=400, kind=MapKind())
     """
     if solver.traits.lazy and n_nodes > FULL_UP_TO:
         from cgla_graph.restricted import restricted  # noqa: PLC0415 - slow to import, and rarely used
 
-        restricted.load_kernels()
+        restricted.load_kernels(kind)
 
 
-def load_last_first() -> None:
+def load_last_first(kind: MapKind) -> None:
     """
-    Load what a plan needs, in another order than it does: of costs, refinement, proofs and lattices, then beside walls.
+    Load what a plan needs, in another order than it does: of costs, refinement and proofs, then beside walls.
 
     So two processes compile about half of the kernels each. What takes longest is loaded first, by its own call: the
     other process does not wait for it, and neither does this one for anything before.
 
     Examples
     --------
-    >>> load_last_first()
+    >>> load_last_first(MapKind())
     """
-    risk = RiskField([Threat(0.5, 0.5, 0.1)]).kernel_field()
+    risk = small_field(kind).kernel_field()
     segment_cost(0.0, 0.0, 1.0, 1.0, 1.0, risk)
     ends = np.array([(0.0, 0.0), (1.0, 1.0)])
     minimise(ends, ends, np.zeros((2, 2)), 1.0, 1.0, risk, 1, np.zeros(2))
-    for walls in (False, True):
-        load_kernels(walls=walls)
-        problem = small_problem(walls=walls)
+    for here in (kind._replace(walls=False), kind._replace(walls=True)):
+        problem = small_problem(here)
         refine_path(problem, [problem.start, (0.2, 0.9), problem.goal])
-        on = problem.on_lattice(2).weighed()
-        cost_matrix(on.graph, on.target)
-
-
-def small_problem(*, walls: bool = True) -> Problem:
-    """
-    Return a problem with a threat and perhaps a wall, so that every kernel that is needed has something to do.
-
-    Examples
-    --------
-    >>> len(small_problem().field), small_problem(walls=False).model.area.is_empty
-    (1, True)
-    """
-    field = RiskField([Threat(0.5, 0.5, 0.1)])
-    wall = shapely.box(0.45, 0.2, 0.55, 0.8) if walls else None
-    return Problem((0.0, 0.0), (1.0, 1.0), field, k=1.0, no_fly=wall)
+        load_kernels(here)

@@ -130,8 +130,7 @@ def test_a_terminal_that_cannot_go_back_is_left_alone(terminal: Terminal, monkey
 
 
 def test_the_compiling_of_kernels_is_told(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_kernel, "_under_way", [object()])
-    monkeypatch.setattr(_kernel, "is_kept", lambda _: False)
+    monkeypatch.setattr(_kernel, "_under_way", [(object(), ())])
     with showing("planning"):
         until(terminal, "planning: compiling kernels, once after an installation")
 

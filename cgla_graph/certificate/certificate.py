@@ -20,7 +20,6 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-import shapely
 from numpy.typing import ArrayLike
 
 from cgla_graph._drawn import Drawn
@@ -36,7 +35,7 @@ from cgla_graph.eikonal.marching import descent
 from cgla_graph.eikonal.mesh import corners as corners_of_area
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.small_problem import MapKind, small_problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS
 from cgla_graph.refine.refine import refine_path
 
@@ -235,7 +234,7 @@ def _proven(
         none = f"no bound: {NEGATIVE_WEIGHTS}"
         return Certificate(math.nan, math.inf, tolerance, 0.0, 0, none, 0.0, problem=problem), 0.0
     with showing("proof") as tell:
-        load_kernels(walls=not problem.model.area.is_empty)
+        load_kernels(MapKind.of(problem.model), alone=path is None)
         began = time.perf_counter()
         held = _given(problem, path) if path is not None else _own(problem)
         search = _Search(problem, tolerance, max_cells, held, keeps_path)
@@ -245,25 +244,26 @@ def _proven(
 
 
 @cache
-def load_kernels(*, walls: bool = True) -> None:
+def load_kernels(kind: MapKind, *, alone: bool = False) -> None:
     """
     Have the kernels compiled, or loaded, once in a process: the time of a proof is that of proving.
 
-    Without `walls`, those that only a no-fly area needs are left alone.
+    What other kinds of maps need is left alone; so is, unless the proof is `alone`, what finds it a path.
 
     Examples
     --------
-    >>> load_kernels()
+    >>> load_kernels(MapKind())
     """
-    threat = Threat(0.5, 0.5, 0.1)
-    area = shapely.box(0.4, 0.6, 0.5, 0.7) if walls else None
-    problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([threat]), k=10.0, no_fly=area)
+    problem = small_problem(kind)
     last = 16, 16
     level = Level.lay(problem, last, cell_runs.rectangle(last))
-    if bounds := level.both(aim=1.0):
+    # (without a front: another process may be compiling what marches it)
+    level.load_checks()
+    if bounds := level.both(aim=0.0):
         level.kept(*bounds, math.inf)
-        _Search(problem, 0.1, 0, _own(problem), keeps_path=False).improve(level, bounds[0])
-    if walls:
+        held = _own(problem) if alone else _refined(problem, np.array([problem.start, (0.2, 0.9), problem.goal]))
+        _Search(problem, 0.1, 0, held, keeps_path=False).improve(level, bounds[0])
+    if kind.walls:
         corners.load_kernels()
 
 

@@ -42,19 +42,15 @@ def cost_bounds(
     rows: WholeArray,
     origin: tuple[float, float],
     spacing: tuple[float, float],
-    bounds: tuple[float, float, float, float],
     k: float,
     table: FloatArray,
-    rasters: Rasters,
     out: FloatArray,
 ) -> None:
     """
     Bound the cost ``c = 1 + k F`` from below on the cell of each node: ``c(p + d) >= cost + slope . d - drop``.
 
-    What is known of threats: `_risk_on_cell`. Those left out lower the cost by less than 1e-12 k, or 1e-10 of it.
-
-    Rasters are bounded on the part of the cell that is inside `bounds`, each quarter apart (see `raster_floor`). `out`
-    has shape ``(n, 1, 5)``, or ``(n, 4, 5)`` where there are rasters.
+    ``F`` is that of threats (`_risk_on_cell`). Those left out lower the cost by less than 1e-12 k, or 1e-10 of it.
+    `out` has shape ``(n, 1, 5)``, or ``(n, 4, 5)`` for four quarters with the same bound, to add rasters to.
     """
     hx, hy = spacing
     delta = 0.5 * math.hypot(hx, hy)
@@ -78,8 +74,6 @@ def cost_bounds(
             bound = out[p, part]
             bound[COST], bound[SLOPE_X], bound[SLOPE_Y] = 1.0 + k * (1.0 - clear), k * gx, k * gy
             bound[DROP], bound[LEAST] = drop, 1.0 + k * (1.0 - most)
-            if rasters.shape[0] > 0:
-                _add_rasters((x, y), spacing, part, bounds, k, rasters, bound)
 
 
 @kernel
@@ -154,29 +148,38 @@ def _risk_on_cell(
 
 
 @kernel
-def _add_rasters(
-    node: tuple[float, float],
+def add_rasters(
+    columns: WholeArray,
+    rows: WholeArray,
+    origin: tuple[float, float],
     spacing: tuple[float, float],
-    part: int,
     bounds: tuple[float, float, float, float],
     k: float,
-    rasters: Rasters,
-    bound: FloatArray,
+    rasters: FloatArray,
+    out: FloatArray,
 ) -> None:
-    """Add the bound of rasters on a quarter of a node's cell: 0 to 3, lower before upper, left before right."""
-    x, y = node
-    x_side, y_side = 0.5 * spacing[0] * (2 * (part % 2) - 1), 0.5 * spacing[1] * (2 * (part // 2) - 1)
-    low = max(min(x, x + x_side), bounds[0]), max(min(y, y + y_side), bounds[1])
-    high = min(max(x, x + x_side), bounds[2]), min(max(y, y + y_side), bounds[3])
-    if not (low[0] < high[0] and low[1] < high[1]):
-        # a quarter outside the map is not looked at
-        return
-    value, slope_x, slope_y, drop, least = raster_floor(low, high, x, y, rasters)
-    bound[COST] += k * value
-    bound[SLOPE_X] += k * slope_x
-    bound[SLOPE_Y] += k * slope_y
-    bound[DROP] += k * drop
-    bound[LEAST] += k * least
+    """
+    Add the bound of rasters to that of threats, on the part of each node's cell that is inside `bounds`.
+
+    Each quarter of the cell has one (see `raster_floor`): 0 to 3, lower before upper, left before right. `out` has
+    shape ``(n, 4, 5)``.
+    """
+    for p in range(columns.shape[0]):
+        x = origin[0] + spacing[0] * columns[p]
+        y = origin[1] + spacing[1] * rows[p]
+        for part in range(QUARTERS):
+            x_side, y_side = 0.5 * spacing[0] * (2 * (part % 2) - 1), 0.5 * spacing[1] * (2 * (part // 2) - 1)
+            low = max(min(x, x + x_side), bounds[0]), max(min(y, y + y_side), bounds[1])
+            high = min(max(x, x + x_side), bounds[2]), min(max(y, y + y_side), bounds[3])
+            # (a quarter outside the map is not looked at)
+            if low[0] < high[0] and low[1] < high[1]:
+                value, slope_x, slope_y, drop, least = raster_floor(low, high, x, y, rasters)
+                bound = out[p, part]
+                bound[COST] += k * value
+                bound[SLOPE_X] += k * slope_x
+                bound[SLOPE_Y] += k * slope_y
+                bound[DROP] += k * drop
+                bound[LEAST] += k * least
 
 
 @kernel

@@ -1,14 +1,12 @@
 """What the cost of a unit of length is on the cells of a mesh: proven bounds, and what the equation is solved for."""
 
-from collections.abc import Callable
-
 import numpy as np
 import shapely
 
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.eikonal.mesh import SplineMesh
-from cgla_graph.model.cost_model import share_out
+from cgla_graph.model.cost_model import in_parts
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import raster_array
@@ -18,13 +16,15 @@ def cost_bounds(problem: Problem, mesh: SplineMesh) -> FloatArray:
     """Bound the cost on each piece from below, or on each quarter of it, as `certificate_kernels` takes it."""
     parts = certificate_kernels.QUARTERS if problem.field.rasters else 1
     bounds = np.empty((len(mesh.columns), parts, 5))
-    risk = problem.k, problem.field.table, problem.field.raster_array
+    rasters = problem.field.raster_array
 
     def fill(part: slice) -> None:
         cells = mesh.columns[part], mesh.rows[part], mesh.origin, mesh.spacing
-        certificate_kernels.cost_bounds(*cells, problem.bounds, *risk, bounds[part])
+        certificate_kernels.cost_bounds(*cells, problem.k, problem.field.table, bounds[part])
+        if rasters is not None:
+            certificate_kernels.add_rasters(*cells, problem.bounds, problem.k, rasters, bounds[part])
 
-    _in_parts(fill, len(bounds))
+    in_parts(fill, len(bounds))
     return bounds
 
 
@@ -59,13 +59,8 @@ def costs_to_solve_for(problem: Problem, mesh: SplineMesh) -> FloatArray:
     def fill(part: slice) -> None:
         costs[part] = 1.0 + problem.k * (smooth.density(points[part]) + least[part])
 
-    _in_parts(fill, len(costs))
+    in_parts(fill, len(costs))
     return costs
-
-
-def _in_parts(task: Callable[[slice], None], n_items: int) -> None:
-    """Run a task on all cores, each on items in a row."""
-    share_out(lambda first, step: task(slice(first * n_items // step, (first + 1) * n_items // step)), n_items)
 
 
 def _inside(problem: Problem, mesh: SplineMesh) -> WholeArray:

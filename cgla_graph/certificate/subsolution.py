@@ -206,6 +206,16 @@ class Level:
         reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
         return cls(problem, mesh, cost_bounds(problem, mesh), costs_to_solve_for(problem, mesh), reach, worth, path)
 
+    def load_checks(self) -> None:
+        """Have the kernels that check a spline compiled, or loaded."""
+        times = np.zeros(self.mesh.n_nodes)
+        steep, checked = np.empty(len(self.mesh.columns)), self._checked(self.goal_block, ())
+        certificate_kernels.steepness(
+            times, self.mesh.kernel_mesh, self.mesh.boxes, self.mesh.parts, checked, self.bounds, steep
+        )
+        certificate_kernels.soften(steep, self.mesh.controls, np.zeros(len(steep)), self.costs.copy())
+        self._shifted(times, self.problem.start, self.mesh.ends[0], self.goal_block)
+
     def both(
         self, aim: float, *, charge: bool = False, known: float = math.inf, wanted: float = math.inf
     ) -> tuple[Subsolution, Subsolution] | None:

@@ -19,7 +19,6 @@ from cgla_graph._types import FloatArray, Point
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.risk_raster import raster_array
 from cgla_graph.model.risk_raster_kernels import raster_floor
 
 
@@ -132,11 +131,10 @@ def bounds_on_disc(problem: Problem, end: Point, radius: float) -> tuple[float, 
     bounds, middle = np.empty((1, 1, 5)), np.zeros(1, dtype=np.int32)
     # half the diagonal of this cell is the radius
     cell = (math.sqrt(2.0) * radius, math.sqrt(2.0) * radius)
-    threats = problem.k, problem.field.table, raster_array([])
-    certificate_kernels.cost_bounds(middle, middle, end, cell, problem.bounds, *threats, bounds)
+    certificate_kernels.cost_bounds(middle, middle, end, cell, problem.k, problem.field.table, bounds)
     cost, gx, gy, drop, least = bounds[0, 0].tolist()
     least = max(cost - math.hypot(gx, gy) * radius - drop, least)
-    if not problem.field.rasters:
+    if problem.field.raster_array is None:
         return cost, gx, gy, drop, least
     x_min, y_min, x_max, y_max = problem.bounds
     low = max(end[0] - radius, x_min), max(end[1] - radius, y_min)

@@ -104,13 +104,8 @@ def density_and_gradient(x: float, y: float, table: FloatArray, rasters: Rasters
             gx = gx * (1.0 - f) + slope * dx
             gy = gy * (1.0 - f) + slope * dy
             clear *= 1.0 - f
-    density = 1.0 - clear
-    if rasters.shape[0] > 0:
-        density += density_at(x, y, rasters)
-        more_x, more_y = gradient_at(x, y, rasters)
-        gx += more_x
-        gy += more_y
-    return density, gx, gy
+    more_x, more_y = gradient_at(x, y, rasters)
+    return 1.0 - clear + density_at(x, y, rasters), gx + more_x, gy + more_y
 
 
 @kernel
@@ -192,7 +187,9 @@ def _cuts(
 @kernel
 def _rasters_along(cx: float, cy: float, radius: float, begin: float, turn: float, rasters: Rasters) -> float:
     """Integrate all rasters over an arc, between the grid lines that it crosses."""
-    n_rasters = int(rasters[6]) // HEADER if rasters.shape[0] > 0 else 0
+    if rasters is None:
+        return 0.0
+    n_rasters = int(rasters[6]) // HEADER
     most = 2
     for r in range(n_rasters):
         head = rasters[HEADER * r : HEADER * (r + 1)]
@@ -261,14 +258,14 @@ def _rasters_along(cx: float, cy: float, radius: float, begin: float, turn: floa
 def piece_risk(piece: FloatArray, field: Field) -> float:
     """Integrate the risk field over a piece."""
     if piece[RADIUS] == 0.0:
-        return segment_risk(piece[X0], piece[Y0], piece[X1], piece[Y1], field)
+        return segment_risk(piece[X0], piece[Y0], piece[X1], piece[Y1], field, math.inf)
     table, _, _, rasters = field
     begin = math.atan2(piece[Y0] - piece[CY], piece[X0] - piece[CX])
     cx, cy, radius, turn = piece[CX], piece[CY], piece[RADIUS], piece[TURN]
     if turn == 0.0:
         return 0.0
     total = _threats_along(cx, cy, radius, begin, turn, table) if table.shape[0] > 0 else 0.0
-    return total + (_rasters_along(cx, cy, radius, begin, turn, rasters) if rasters.shape[0] > 0 else 0.0)
+    return total + _rasters_along(cx, cy, radius, begin, turn, rasters)
 
 
 @kernel

@@ -43,7 +43,7 @@ Fields: TypeAlias = tuple[FloatArray, IntArray, FloatArray, IntArray]
 Work: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray]
 
 #: Fused fields have no rasters.
-NO_RASTERS = np.empty(0)
+NO_RASTERS = None
 #: Fields that differ by less count as equal: over a whole segment a fifth of the error that is promised.
 NO_DIFFERENCE = 2e-10
 #: So do fields whose difference integrates to less on one panel, relative to the length of the segment.
@@ -279,7 +279,7 @@ def _winner(at: float, n_winners: int, m: int, counts: IntArray, work: Work) -> 
 @kernel
 def _piece(x1: float, y1: float, ux: float, uy: float, low: float, high: float, field: Field) -> float:
     """Integrate one field over the piece of a segment from `low` to `high`."""
-    return segment_risk(x1 + low * ux, y1 + low * uy, x1 + high * ux, y1 + high * uy, field)
+    return segment_risk(x1 + low * ux, y1 + low * uy, x1 + high * ux, y1 + high * uy, field, math.inf)
 
 
 @kernel
@@ -332,5 +332,5 @@ def envelope_risk(x1: float, y1: float, x2: float, y2: float, fields: Fields, wo
         start = end
     field = tables[rows[largest] : rows[largest + 1]], scratch, False, NO_RASTERS
     if begun == 0.0:
-        return segment_risk(x1, y1, x2, y2, field)
+        return segment_risk(x1, y1, x2, y2, field, math.inf)
     return total + _piece(x1, y1, ux, uy, begun, length, field)

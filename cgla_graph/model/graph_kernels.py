@@ -20,22 +20,6 @@ Model: TypeAlias = tuple[float, Field, AreaArrays]
 
 
 @kernel
-def segment_weight(x1: float, y1: float, x2: float, y2: float, model: Model) -> float:
-    """Weigh one segment by Eq. 5; infinity if it crosses the no-fly area."""
-    k, field, area = model
-    if segment_crosses(x1, y1, x2, y2, area):
-        return math.inf
-    return segment_cost(x1, y1, x2, y2, k, field)
-
-
-@kernel
-def segment_weights(starts: FloatArray, ends: FloatArray, model: Model, out: FloatArray) -> None:
-    """Write the weights of `n` segments, shapes ``(n, 2)``, to `out`, shape ``(n,)``."""
-    for n in range(starts.shape[0]):
-        out[n] = segment_weight(starts[n, 0], starts[n, 1], ends[n, 0], ends[n, 1], model)
-
-
-@kernel
 def stride(i: int, j: int, width: int, height: int) -> int:
     """Return the greatest common divisor of the steps between two lattice nodes; 1 where one is off the lattice."""
     if i >= width * height or j >= width * height:

@@ -17,16 +17,16 @@ import time
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from importlib import import_module
 from multiprocessing import spawn
 from typing import IO, Any, NoReturn
 
 from cgla_graph.errors import SolverSettingError, WorkerError
 from cgla_graph.model import risk_kernels
-from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.no_fly_kernels import point_inside, segment_crosses
 from cgla_graph.model.problem import GraphProblem, Problem
-from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.small_problem import MapKind, small_problem
 from cgla_graph.model.solution import Solution, Status
 
 #: How long a run may take that was not told, by a setting ``seconds``, how long it may take; in seconds.
@@ -302,7 +302,7 @@ def serve() -> NoReturn:
     run_here()
     waiting: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(requests, waiting.put), daemon=True).start()
-    _warm_up()
+    _warm_up(MapKind())
     _send(replies, b"")
     while True:
         _send(replies, _reply(waiting.get()))
@@ -325,13 +325,14 @@ def _listen(requests: IO[bytes], put: Callable[[bytes], None]) -> NoReturn:
     os._exit(0)
 
 
-def _warm_up() -> None:
+@cache
+def _warm_up(kind: MapKind) -> None:
     """Load the compiled kernels, so that no run is charged for that."""
-    field, area = RiskField([Threat(0.5, 0.5, 0.1)]).kernel_field(), NoFlyArea(None).kernel_arrays
-    risk_kernels.segment_cost(0.0, 0.0, 1.0, 1.0, 1.0, field)
-    segment_crosses(0.0, 0.0, 1.0, 1.0, area)
-    point_inside(0.0, 0.0, area)
-    Problem((0.0, 0.0), (1.0, 1.0), RiskField([Threat(0.5, 0.5, 0.1)]), k=1.0).evaluate([(0.0, 0.0), (1.0, 1.0)])
+    problem = small_problem(kind)
+    risk_kernels.segment_cost(0.0, 0.0, 1.0, 1.0, 1.0, problem.field.kernel_field())
+    segment_crosses(0.0, 0.0, 1.0, 1.0, problem.model.area.kernel_arrays)
+    point_inside(0.0, 0.0, problem.model.area.kernel_arrays)
+    problem.evaluate([(0.0, 0.0), (1.0, 1.0)])
 
 
 def _reply(request: bytes) -> bytes:
@@ -346,6 +347,7 @@ def _reply(request: bytes) -> bytes:
         # no run is charged for what it needs to be loaded, either
         for package in solver.traits.needs:
             import_module(package)
+        _warm_up(MapKind.of(problem.graph.model if isinstance(problem, GraphProblem) else problem.model))
         return pickle.dumps((_timed(solver, problem), None), pickle.HIGHEST_PROTOCOL)
     except BaseException as error:  # noqa: BLE001 - whatever a run does, the next one is made
         error.add_note(f"In the solver's own process:\n{''.join(traceback.format_exception(error))}")

@@ -17,7 +17,7 @@ from cgla_graph._validate import LARGEST, finite_number, non_negative_number, po
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_kernels
 from cgla_graph.model.risk_raster import RasterRisk, raster_array
-from cgla_graph.model.risk_raster_kernels import Rasters
+from cgla_graph.model.risk_raster_kernels import Rasters, add_densities, add_gradients
 
 Member = TypeVar("Member")
 
@@ -277,8 +277,8 @@ class RiskField(Brief):
 
     @cached_property
     def raster_array(self) -> Rasters:
-        """The kernels' view of the rasters, read-only."""
-        return raster_array(self.rasters)
+        """The kernels' view of the rasters, read-only; None if there are none."""
+        return raster_array(self.rasters) if self.rasters else None
 
     def kernel_field(self) -> risk_kernels.Field:
         """Hand the field to a kernel, with scratch memory of its own (one call for each thread)."""
@@ -351,7 +351,9 @@ class RiskField(Brief):
         """
         where = point_array("points", points)
         out = np.empty(where.shape[:-1])
-        risk_kernels.density(where.reshape(-1, 2), self.table, self.raster_array, out.reshape(-1))
+        risk_kernels.density(where.reshape(-1, 2), self.table, out.reshape(-1))
+        if self.raster_array is not None:
+            add_densities(where.reshape(-1, 2), self.raster_array, out.reshape(-1))
         return out
 
     def gradient(self, points: ArrayLike) -> FloatArray:
@@ -386,7 +388,9 @@ class RiskField(Brief):
         """
         where = point_array("points", points)
         out = np.empty(where.shape)
-        risk_kernels.gradient(where.reshape(-1, 2), self.table, self.raster_array, out.reshape(-1, 2))
+        risk_kernels.gradient(where.reshape(-1, 2), self.table, out.reshape(-1, 2))
+        if self.raster_array is not None:
+            add_gradients(where.reshape(-1, 2), self.raster_array, out.reshape(-1, 2))
         return out + 0.0
 
     def contour_radii(self, level: float) -> FloatArray:

@@ -20,7 +20,7 @@ from numba.extending import intrinsic
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.model.risk_raster_kernels import Rasters, density_at, gradient_at, raster_risk
+from cgla_graph.model.risk_raster_kernels import Rasters, raster_risk
 
 CUTOFF = 1e-12
 LOG_CUTOFF = math.log(CUTOFF)
@@ -130,8 +130,8 @@ def threats_near(low: tuple[float, float], high: tuple[float, float], table: Flo
 
 
 @kernel
-def density(points: FloatArray, table: FloatArray, rasters: Rasters, out: FloatArray) -> None:
-    """Write ``F = 1 - prod(1 - f_i)`` (Eq. 2) plus rasters at `points`, shape ``(n, 2)``, to `out`, shape ``(n,)``."""
+def density(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
+    """Write ``F = 1 - prod(1 - f_i)`` of threats (Eq. 2) at `points`, shape ``(n, 2)``, to `out`, shape ``(n,)``."""
     near = np.empty(table.shape[0], dtype=np.int64)
     for first in range(0, points.shape[0], BLOCK):
         stop = min(first + BLOCK, points.shape[0])
@@ -152,13 +152,11 @@ def density(points: FloatArray, table: FloatArray, rasters: Rasters, out: FloatA
                 if exponent > LOG_UNFELT:
                     clear *= 1.0 - math.exp(exponent)
             out[n] = 1.0 - clear
-            if rasters.shape[0] > 0:
-                out[n] += density_at(points[n, 0], points[n, 1], rasters)
 
 
 @kernel
-def gradient(points: FloatArray, table: FloatArray, rasters: Rasters, out: FloatArray) -> None:
-    """Write the gradient of ``F`` at `points`, shape ``(n, 2)``, to `out`, shape ``(n, 2)``."""
+def gradient(points: FloatArray, table: FloatArray, out: FloatArray) -> None:
+    """Write the gradient of the ``F`` of threats at `points`, shape ``(n, 2)``, to `out`, shape ``(n, 2)``."""
     for n in range(points.shape[0]):
         gx, gy, clear = 0.0, 0.0, 1.0
         for i in range(table.shape[0]):
@@ -170,10 +168,6 @@ def gradient(points: FloatArray, table: FloatArray, rasters: Rasters, out: Float
             gx = gx * (1.0 - f) + slope * dx
             gy = gy * (1.0 - f) + slope * dy
             clear *= 1.0 - f
-        if rasters.shape[0] > 0:
-            more_x, more_y = gradient_at(points[n, 0], points[n, 1], rasters)
-            gx += more_x
-            gy += more_y
         out[n, 0] = gx
         out[n, 1] = gy
 
@@ -394,7 +388,7 @@ def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray, 
 
 
 @kernel
-def segment_risk_up_to(most: float, x1: float, y1: float, x2: float, y2: float, field: Field) -> float:
+def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field, most: float) -> float:
     """
     Integrate the risk field over the straight segment from ``(x1, y1)`` to ``(x2, y2)`` (Eq. 6).
 
@@ -409,7 +403,7 @@ def segment_risk_up_to(most: float, x1: float, y1: float, x2: float, y2: float, 
     if length == 0.0:
         return 0.0
     table, scratch, improper, rasters = field
-    of_rasters = raster_risk(x1, y1, x2, y2, rasters) if rasters.shape[0] > 0 else 0.0
+    of_rasters = raster_risk(x1, y1, x2, y2, rasters)
     ux = (x2 - x1) / length
     uy = (y2 - y1) / length
     active = scratch[1 : 1 + table.shape[0]]
@@ -441,21 +435,14 @@ def segment_risk_up_to(most: float, x1: float, y1: float, x2: float, y2: float, 
 
 
 @kernel
-def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field) -> float:
-    """Integrate the risk field over a segment (`segment_risk_up_to`), however much that is."""
-    risk: float = segment_risk_up_to(math.inf, x1, y1, x2, y2, field)
-    return risk
-
-
-@kernel
 def segment_cost(x1: float, y1: float, x2: float, y2: float, k: float, field: Field) -> float:
     """Evaluate Eq. 5 for one segment: its length plus `k` times its risk."""
     length = math.hypot(x2 - x1, y2 - y1)
-    return length + k * segment_risk(x1, y1, x2, y2, field) if k > 0.0 else length
+    return length + k * segment_risk(x1, y1, x2, y2, field, math.inf) if k > 0.0 else length
 
 
 @kernel
 def segment_risks(starts: FloatArray, ends: FloatArray, field: Field, out: FloatArray) -> None:
     """Write `segment_risk` of `n` segments, shapes ``(n, 2)``, to `out`, shape ``(n,)``."""
     for n in range(starts.shape[0]):
-        out[n] = segment_risk(starts[n, 0], starts[n, 1], ends[n, 0], ends[n, 1], field)
+        out[n] = segment_risk(starts[n, 0], starts[n, 1], ends[n, 0], ends[n, 1], field, math.inf)

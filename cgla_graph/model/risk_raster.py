@@ -237,8 +237,8 @@ class RasterRisk:
             If `points` is not an array of finite pairs.
         """
         where = point_array("points", points)
-        out = np.empty(where.shape[:-1])
-        kernels.densities(where.reshape(-1, 2), raster_array([self]), out.reshape(-1))
+        out = np.zeros(where.shape[:-1])
+        kernels.add_densities(where.reshape(-1, 2), raster_array([self]), out.reshape(-1))
         return out
 
     def area_above(self, level: float, *, buffer: float = 0.0) -> BaseGeometry:
@@ -325,9 +325,9 @@ class RasterRisk:
         return np.pad(self.cells, 1, mode="edge") if self.interpolation == "bilinear" else self.cells
 
 
-def raster_array(rasters: Sequence[RasterRisk]) -> kernels.Rasters:
+def raster_array(rasters: Sequence[RasterRisk]) -> FloatArray:
     """
-    Hand rasters to kernels as one array, read-only.
+    Hand rasters, at least one, to kernels as one array, read-only.
 
     Examples
     --------

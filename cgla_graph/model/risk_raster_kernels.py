@@ -26,15 +26,16 @@ from cgla_graph._types import FloatArray
 X_FIRST, Y_FIRST, WIDTH, HEIGHT, COLUMNS, ROWS, OFFSET, IN_ROW, BILINEAR, MARGIN, NEAR_X, NEAR_Y = range(12)
 HEADER = 12
 
-#: The headers of all rasters, and all values, risk per unit length, shape ``(n,)``; empty if there is none. It is one
-#: array, as every array that is handed on costs time, with no rasters too.
-Rasters: TypeAlias = FloatArray
+#: The headers of all rasters, and all values, risk per unit length, shape ``(n,)``: one array, as every array that is
+#: handed on costs time. None if there is none: that is another type, for which kernels are compiled without what is
+#: below.
+Rasters: TypeAlias = FloatArray | None
 
 
 @kernel
-def _count(rasters: Rasters) -> int:
+def _count(rasters: FloatArray) -> int:
     """Return how many there are: the values of the first begin after the last header."""
-    return int(rasters[OFFSET]) // HEADER if rasters.shape[0] > 0 else 0
+    return int(rasters[OFFSET]) // HEADER
 
 
 @kernel
@@ -78,6 +79,8 @@ def _is_inside(u: float, v: float, head: FloatArray) -> bool:
 @kernel
 def density_at(x: float, y: float, rasters: Rasters) -> float:
     """Sum the densities of all rasters at one place; outside its bounds a raster has none."""
+    if rasters is None:
+        return 0.0
     total = 0.0
     for r in range(_count(rasters)):
         head = rasters[HEADER * r : HEADER * (r + 1)]
@@ -94,15 +97,17 @@ def density_at(x: float, y: float, rasters: Rasters) -> float:
 
 
 @kernel
-def densities(points: FloatArray, rasters: Rasters, out: FloatArray) -> None:
-    """Write the densities at `points`, shape ``(n, 2)``, to `out`, shape ``(n,)``."""
+def add_densities(points: FloatArray, rasters: FloatArray, out: FloatArray) -> None:
+    """Add the densities at `points`, shape ``(n, 2)``, to `out`, shape ``(n,)``."""
     for n in range(points.shape[0]):
-        out[n] = density_at(points[n, 0], points[n, 1], rasters)
+        out[n] += density_at(points[n, 0], points[n, 1], rasters)
 
 
 @kernel
 def gradient_at(x: float, y: float, rasters: Rasters) -> tuple[float, float]:
     """Sum the gradients of all rasters at one place: on a line, that of the patch right of and above it."""
+    if rasters is None:
+        return 0.0, 0.0
     gx, gy = 0.0, 0.0
     for r in range(_count(rasters)):
         head = rasters[HEADER * r : HEADER * (r + 1)]
@@ -117,6 +122,15 @@ def gradient_at(x: float, y: float, rasters: Rasters) -> tuple[float, float]:
             gx += right / head[WIDTH]
             gy += up / head[HEIGHT]
     return gx, gy
+
+
+@kernel
+def add_gradients(points: FloatArray, rasters: FloatArray, out: FloatArray) -> None:
+    """Add the gradients at `points` to `out`, both of shape ``(n, 2)``."""
+    for n in range(points.shape[0]):
+        gx, gy = gradient_at(points[n, 0], points[n, 1], rasters)
+        out[n, 0] += gx
+        out[n, 1] += gy
 
 
 @kernel
@@ -201,6 +215,8 @@ def _along(u: float, du: float, v: float, dv: float, head: FloatArray, values: F
 @kernel
 def raster_risk(x1: float, y1: float, x2: float, y2: float, rasters: Rasters) -> float:
     """Integrate all rasters over a segment: exact up to rounding."""
+    if rasters is None:
+        return 0.0
     mean = 0.0
     for r in range(_count(rasters)):
         head = rasters[HEADER * r : HEADER * (r + 1)]
@@ -222,6 +238,8 @@ def raster_moments(
     Where ``F`` jumps by ``J`` across a line with normal ``e``, ``dF/dn`` has a part ``J (n . e) / (u . e)`` at that
     place: turning the segment moves the crossing.
     """
+    if rasters is None:
+        return 0.0, 0.0, 0.0
     risk, slope, lever = 0.0, 0.0, 0.0
     for r in range(_count(rasters)):
         head = rasters[HEADER * r : HEADER * (r + 1)]
@@ -300,7 +318,7 @@ def raster_moments(
 
 @kernel
 def raster_floor(
-    low: tuple[float, float], high: tuple[float, float], x: float, y: float, rasters: Rasters
+    low: tuple[float, float], high: tuple[float, float], x: float, y: float, rasters: FloatArray
 ) -> tuple[float, float, float, float, float]:
     """
     Bound all rasters from below on the rectangle between two corners: by a number, and by a linear function.
@@ -373,6 +391,8 @@ def raster_floor(
 @kernel
 def raster_range(low: tuple[float, float], high: tuple[float, float], rasters: Rasters) -> tuple[float, float]:
     """Bound all rasters from below and from above on the rectangle between two corners."""
+    if rasters is None:
+        return 0.0, 0.0
     least, greatest = 0.0, 0.0
     for r in range(_count(rasters)):
         head = rasters[HEADER * r : HEADER * (r + 1)]

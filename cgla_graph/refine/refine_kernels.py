@@ -36,7 +36,7 @@ from cgla_graph.model.risk_kernels import (
     panel_end,
     panel_widths,
     segment_cost,
-    segment_risk_up_to,
+    segment_risk,
     threats_in_reach,
 )
 from cgla_graph.model.risk_raster_kernels import Rasters, density_at, raster_moments
@@ -58,7 +58,7 @@ def _density(x: float, y: float, table: FloatArray, rasters: Rasters) -> float:
         squared = dx * dx + dy * dy
         if squared < table[i, REACH2]:
             clear *= 1.0 - math.exp(table[i, LOG_PEAK] - 0.5 * table[i, PRECISION] * squared)
-    return 1.0 - clear + (density_at(x, y, rasters) if rasters.shape[0] > 0 else 0.0)
+    return 1.0 - clear + density_at(x, y, rasters)
 
 
 @kernel
@@ -129,9 +129,8 @@ def cost_and_gradient(points: FloatArray, k: float, field: Field, gradient: Floa
         first_along, second_along, first_across, second_across = -1.0, 1.0, 0.0, 0.0
         if k > 0.0:
             risk, slope, lever = _moments(points[i, 0], points[i, 1], ux, uy, length, table, active)
-            if rasters.shape[0] > 0:
-                more, steeper, heavier = raster_moments(points[i, 0], points[i, 1], ux, uy, length, rasters)
-                risk, slope, lever = risk + more, slope + steeper, lever + heavier
+            more, steeper, heavier = raster_moments(points[i, 0], points[i, 1], ux, uy, length, rasters)
+            risk, slope, lever = risk + more, slope + steeper, lever + heavier
             cost += k * risk
             first_along -= k * density
             density = _density(points[i + 1, 0], points[i + 1, 1], table, rasters)
@@ -360,9 +359,9 @@ def shortcut(points: FloatArray, model: Model, stride: int, kept: BoolArray) -> 
             cost = length
             if k > 0.0:
                 most = (values[j] - values[i] - length + margin) / k
-                if crowd and segment_risk_up_to(most, x, y, next_x, next_y, strong) > most:
+                if crowd and segment_risk(x, y, next_x, next_y, strong, most) > most:
                     continue
-                cost += k * segment_risk_up_to(most, x, y, next_x, next_y, field)
+                cost += k * segment_risk(x, y, next_x, next_y, field, most)
             cost += values[i]
             better = cost < values[j] - slack or (cost <= values[j] + slack and hops[i] + 1 < hops[j])
             if better and not segment_crosses(x, y, next_x, next_y, area):

@@ -58,7 +58,7 @@ from cgla_graph.errors import GraphError
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem, Problem
-from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.small_problem import MapKind, small_problem
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.restricted import restricted_kernels
 from cgla_graph.restricted.restricted_kernels import INTEGRATED, NEAR_ENOUGH, PAIRS, PAST_MIDDLE, PAST_RASTER, PRIMITIVE
@@ -205,9 +205,9 @@ def restricted_optimum(on: GraphProblem, *, seconds: float | None = None) -> Res
 
 
 @cache
-def load_kernels() -> None:
+def load_kernels(kind: MapKind) -> None:
     """Have the kernels compiled, or loaded, once in a process."""
-    problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0)
+    problem = small_problem(kind)
     for side in (8, FINE):
         restricted_optimum(problem.on_lattice(side))
 

@@ -124,14 +124,12 @@ def cost_rasters(
         hessian = bend + slopes * slopes - slopes2
         cost = 1.0 + k * (1.0 - clear)
         margin = k * (0.125 * hessian * squares + CUT)
-        here, least, greatest = 0.0, 0.0, 0.0
-        if rasters.shape[0] > 0:
-            here = density_at(x, y, rasters)
-            least, greatest = raster_range(
-                (max(x - reach, bounds[0]), max(y - reach, bounds[1])),
-                (min(x + reach, bounds[2]), min(y + reach, bounds[3])),
-                rasters,
-            )
+        here = density_at(x, y, rasters)
+        least, greatest = raster_range(
+            (max(x - reach, bounds[0]), max(y - reach, bounds[1])),
+            (min(x + reach, bounds[2]), min(y + reach, bounds[3])),
+            rasters,
+        )
         plain[columns[n], rows[n]] = cost + k * here
         low[columns[n], rows[n]] = (max(cost - margin, 1.0) + k * least) * (1.0 - ROUNDING)
         high[columns[n], rows[n]] = (cost + margin + k * greatest) * (1.0 + ROUNDING)

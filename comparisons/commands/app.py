@@ -445,7 +445,7 @@ def plan(
     folder = files.make_folder(out) if out else None
     kinds = output.read_formats(formats, ["png"])
     _check_profile(profile)
-    with console.running_solvers(walls=not opened.problem.model.area.is_empty):
+    with console.running_solvers(opened.problem.model):
         if limited:
             from cgla_graph.comparisons.commands import pareto as trade_off
 
@@ -649,7 +649,7 @@ def pareto(
     if corridor is not None:
         _density_front(opened, entrant, corridor, folder, zoned, as_json=as_json)
         return
-    with console.running_solvers(walls=not opened.problem.model.area.is_empty):
+    with console.running_solvers(opened.problem.model):
         front = trade_off.front_of(opened, entrant)
     written = trade_off.write_front(folder, opened, entrant, front, kinds) if folder and front.points else []
     if as_json:
@@ -747,7 +747,7 @@ def certify(
     kinds = output.read_formats(formats, ["png", "svg"])
     folder = files.make_folder(out) if out else None
     zoned = zone_list.told([opened], zones_list, altitude=altitude, as_json=as_json)
-    with console.running_solvers(walls=not opened.problem.model.area.is_empty):
+    with console.running_solvers(opened.problem.model):
         run = proofs.certify(opened, path, tolerance=tolerance, max_cells=max_cells)
     written = proofs.write_certificate(folder, run, kinds) if folder else []
     if as_json:

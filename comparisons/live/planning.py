@@ -14,6 +14,7 @@ from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.errors import CglaError
 from cgla_graph.model.problem import Problem
+from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import listing, registry
@@ -84,8 +85,9 @@ class Planner:
 
     def warm_up(self) -> None:
         """Load kernels and plan once, so that the first drag waits for nothing of that."""
-        load_kernels()
-        warm_up(Hybrid(tolerance=None))
+        kind = MapKind.of(self.live.drawn(self.live.first).problem.model)._replace(walls=True)
+        load_kernels(kind)
+        warm_up(Hybrid(tolerance=None), kind)
         self.path(self.live.first, full=False)
 
     def path(self, draft: Draft, *, full: bool) -> dict[str, Any]:

@@ -27,6 +27,7 @@ from cgla_graph.comparisons.workers.limits import Failure, Limits, Outcome, limi
 from cgla_graph.comparisons.workers.process import use_up
 from cgla_graph.comparisons.workers.tasks import Results, ResultStore, Task, run_tasks
 from cgla_graph.model.problem import FULL_UP_TO
+from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario
 
@@ -34,8 +35,9 @@ from cgla_graph.scenarios.scenario import Scenario
 PROOF_LIMITS = Limits()
 #: What workers load beforehand.
 PRELOAD = (__name__,)
-#: What is ready in this process: entrants by label, for small lattices and for large ones; the proof (None).
-_ready: set[tuple[str, bool] | None] = set()
+#: What is ready in this process: entrants by label, for small lattices and for large ones, on a kind of map; the proof
+#: of one (None).
+_ready: set[tuple[str, bool, MapKind] | tuple[None, MapKind]] = set()
 #: The scenario of the last run in this process, by its key.
 _last: dict[str, runner.Ground] = {}
 
@@ -184,9 +186,10 @@ def unpacked(packed: Packed) -> Scenario:
 def prove(packed: Packed, tolerance: float, least: Limits, limits: Limits) -> Certificate:
     """Bound the cost of a scenario's paths; what stops at a limit leaves no bound, but a reason."""
     scenario, limits = unpacked(packed), limits.at_least(least)
-    if None not in _ready:
-        runner.warm_up_proof()
-        _ready.add(None)
+    kind = MapKind.of(scenario.problem.model)
+    if (None, kind) not in _ready:
+        runner.warm_up_proof(kind)
+        _ready.add((None, kind))
     with limited(limits.seconds, limits.megabytes):
         proof = runner.certify(scenario, tolerance)
     # its grids are for pictures of one proof
@@ -207,9 +210,10 @@ def run(packed: Packed, entrant: Entrant, seed: int | None, limits: Limits) -> A
         unpacked.cache_clear()
     # its start and goal may be nodes besides
     n_nodes = ground.scenario.lattice.n_points + 2
-    if (entrant.label, n_nodes > FULL_UP_TO) not in _ready:
-        runner.warm_up([entrant], n_nodes)
-        _ready.add((entrant.label, n_nodes > FULL_UP_TO))
+    kind = MapKind.of(ground.scenario.problem.model)
+    if (entrant.label, n_nodes > FULL_UP_TO, kind) not in _ready:
+        runner.warm_up([entrant], kind, n_nodes)
+        _ready.add((entrant.label, n_nodes > FULL_UP_TO, kind))
     with limited(limits.seconds, limits.megabytes) as usage:
         solution = runner.run(ground, entrant, seed)
     if solution.status is Status.OUT_OF_MEMORY:

@@ -16,6 +16,7 @@ from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
 from cgla_graph.errors import CglaError
 from cgla_graph.model.problem import BOUND_TOLERANCE, GraphProblem, Problem
+from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario, as_scenario
 from cgla_graph.solvers import registry
@@ -116,10 +117,10 @@ def _runs(
     ground = None
     for number, given in enumerate(scenarios, start=1):
         scenario = as_scenario(given, f"problem-{number}")
-        walls = not scenario.problem.model.area.is_empty
-        warm_up(entrants, walls=walls)
+        kind = MapKind.of(scenario.problem.model)
+        warm_up(entrants, kind)
         if tolerance is not None:
-            warm_up_proof(walls=walls)
+            warm_up_proof(kind)
         ground = Ground.lay(scenario, ground)
         alone = len(entrants) == 1 and tolerance is not None and _is_own(entrants[0], scenario)
         known = run(ground, entrants[0], None) if alone else None
@@ -280,11 +281,11 @@ def _solve(problem: Problem, entrant: Entrant, settings: dict[str, Any], **how: 
     return solve(problem, registry.get(entrant.name, **settings), refine=entrant.refine, **how)
 
 
-def warm_up(entrants: Iterable[Entrant], n_nodes: int = 0, *, walls: bool = True) -> None:
+def warm_up(entrants: Iterable[Entrant], kind: MapKind, n_nodes: int = 0) -> None:
     """
     Load the compiled kernels and the solvers' packages, so that no solver's first run is charged for that.
 
-    `n_nodes`: of the largest lattice that they are going to plan on; `walls`: whether there may be a no-fly area.
+    `kind`: of the map; `n_nodes`: of the largest lattice that they are going to plan on.
     """
     for entrant in entrants:
         # what is wrong with a solver is told by its own run
@@ -292,13 +293,13 @@ def warm_up(entrants: Iterable[Entrant], n_nodes: int = 0, *, walls: bool = True
             for package in registry.traits(entrant.name).needs:
                 importlib.import_module(package)
             solver = registry.get(entrant.name, **entrant.settings_on(None))
-            warm_up_solver(solver, refine=entrant.refine, walls=walls)
-            warm_up_restricted(solver, n_nodes)
+            warm_up_solver(solver, kind, refine=entrant.refine)
+            warm_up_restricted(solver, n_nodes, kind)
 
 
-def warm_up_proof(*, walls: bool = True) -> None:
+def warm_up_proof(kind: MapKind) -> None:
     """Load what proves lower bounds, so that the first certificate says how long its own proof took."""
     # what is wrong with it is told by the certificate of the first scenario
     with suppress(Exception):
-        warm_up_solver(Hybrid(tolerance=None), walls=walls)
-        load_kernels(walls=walls)
+        warm_up_solver(Hybrid(tolerance=None), kind)
+        load_kernels(kind)

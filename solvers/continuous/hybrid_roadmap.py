@@ -1,7 +1,6 @@
 """The graph that `hybrid` searches: a lattice with many directions, and the corners of the no-fly area."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,8 +8,6 @@ import shapely
 from scipy import sparse
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.model import graph_kernels
-from cgla_graph.model.cost_model import THREADED_FROM, n_cores
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 
@@ -83,7 +80,7 @@ def lay(problem: Problem, points: int, radius: int) -> Roadmap:
     edges = np.sort(np.concatenate(pairs), axis=1)
     edges = edges[np.unique(edges[:, 0] * len(positions) + edges[:, 1], return_index=True)[1]]
     tails, heads = edges[edges[:, 0] != edges[:, 1]].T
-    costs = _weigh(problem, positions[tails], positions[heads])
+    costs = problem.model.weights(positions[tails], positions[heads])
     free = np.isfinite(costs)
     tails, heads, costs = tails[free], heads[free], costs[free]
     both = (np.concatenate([tails, heads]), np.concatenate([heads, tails]))
@@ -98,20 +95,6 @@ def _even_sides(problem: Problem, points: int) -> tuple[int, int]:
     # a long and thin map still gets some points across
     columns = min(max(columns, 5.0), points / 5.0)
     return max(2, round(columns)), max(2, round(points / columns))
-
-
-def _weigh(problem: Problem, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    """Weigh segments, shape ``(n, 2)`` each, on all cores."""
-    out = np.empty(len(starts))
-    shares = np.array_split(np.arange(len(starts)), n_cores() if len(starts) >= 10 * THREADED_FROM else 1)
-
-    def weigh(share: IntArray) -> None:
-        part = slice(share[0], share[-1] + 1) if len(share) else slice(0, 0)
-        graph_kernels.segment_weights(starts[part], ends[part], problem.model.kernel_model(), out[part])
-
-    with ThreadPoolExecutor(len(shares)) as pool:
-        list(pool.map(weigh, shares))
-    return out
 
 
 def _stencil(lattice: Lattice, radius: int) -> IntArray:

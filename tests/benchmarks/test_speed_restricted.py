@@ -8,6 +8,7 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.model.small_problem import MapKind
 from cgla_graph.restricted.restricted import load_kernels, restricted_optimum
 from cgla_graph.scenarios.scenario import load_scenario
 
@@ -16,7 +17,7 @@ from cgla_graph.scenarios.scenario import load_scenario
 def test_restricted_by_size(benchmark: BenchmarkFixture, name: str) -> None:
     """Seconds, kept nodes and weighed edges for N = 50 to 800, each the median of three runs; what doubling N costs."""
     problem = load_scenario(name).problem
-    load_kernels()
+    load_kernels(MapKind())
     before = None
     print(f"\n{name}: N, edges, seconds, times as long as for N / 2, nodes kept, edges weighed")
     for side in (50, 100, 200, 400, 800):
@@ -40,7 +41,7 @@ def test_restricted_by_size(benchmark: BenchmarkFixture, name: str) -> None:
 def test_restricted_against_all_weights(benchmark: BenchmarkFixture) -> None:
     """The full matrix and label setting against the restricted one, on 60 x 60 points of the paper's map."""
     problem = load_scenario("paper").problem
-    load_kernels()
+    load_kernels(MapKind())
     on = problem.on_lattice(60)
     began = time.perf_counter()
     full = on.weighed().graph

@@ -365,9 +365,12 @@ def never_steep(*arguments: Any) -> float:  # noqa: ANN401 - those of the kernel
     return 1.0
 
 
-def without_drop(*arguments: Any) -> None:  # noqa: ANN401 - those of the kernel
-    certificate_kernels.cost_bounds(*arguments)
-    arguments[-1][:, :, certificate_kernels.DROP] = 0.0
+def without_drop(name: str) -> Callable[..., None]:
+    def broken(*arguments: Any) -> None:  # noqa: ANN401 - those of the kernel
+        KERNELS[name](*arguments)
+        arguments[-1][:, :, certificate_kernels.DROP] = 0.0
+
+    return broken
 
 
 def no_tip(*_: object) -> float:
@@ -401,8 +404,8 @@ def check_levels(cases: list[tuple[cg.Problem, FloatArray]]) -> None:
     [
         ("steepness", never_steep, drawn_maps),
         ("rim_excess", no_tip, drawn_maps),
-        ("cost_bounds", without_drop, lambda: [hidden_risk()]),
-        ("cost_bounds", without_drop, lambda: [hidden_risk(raster=True)]),
+        ("cost_bounds", without_drop("cost_bounds"), lambda: [hidden_risk()]),
+        ("add_rasters", without_drop("add_rasters"), lambda: [hidden_risk(raster=True)]),
     ],
 )
 def test_a_proof_without_one_of_its_steps_is_caught(

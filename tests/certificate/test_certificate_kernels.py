@@ -38,8 +38,9 @@ def cost_bounds(
 ) -> FloatArray:
     parts = certificate_kernels.QUARTERS if field.rasters else 1
     found = np.empty((len(columns), parts, 5))
-    risk = k, field.table, field.raster_array
-    certificate_kernels.cost_bounds(columns, rows, origin, spacing, bounds, *risk, found)
+    certificate_kernels.cost_bounds(columns, rows, origin, spacing, k, field.table, found)
+    if field.raster_array is not None:
+        certificate_kernels.add_rasters(columns, rows, origin, spacing, bounds, k, field.raster_array, found)
     return found
 
 

@@ -34,7 +34,7 @@ from strategies import (
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.errors import CglaError, ProblemError
 from cgla_graph.model.risk import ImproperFieldWarning, Reading, RiskField, Threat
-from cgla_graph.model.risk_kernels import exp_256, fma, segment_risk_up_to
+from cgla_graph.model.risk_kernels import exp_256, fma, segment_risk
 
 TOLERANCE = 1e-10
 
@@ -144,7 +144,7 @@ def test_risk_above_a_limit_is_told_only_as_far_as_the_limit(case: tuple[RiskFie
     field, (start, end) = case
     exact = integral(field, (start, end))
     limit = share * exact
-    found = segment_risk_up_to(limit, *start, *end, field.kernel_field())
+    found = segment_risk(*start, *end, field.kernel_field(), limit)
     assert found == exact if exact <= limit else limit < found <= exact * (1.0 + 1e-12)
 
 

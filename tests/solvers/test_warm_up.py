@@ -5,11 +5,14 @@ import sys
 from pathlib import Path
 
 import pytest
+import shapely
 from kept_kernels import kept_but_for
 
 from cgla_graph import _kernel
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.commands import app
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.small_problem import MapKind
 from cgla_graph.solvers import registry, warm_up
 
 # Compiling is an event of numba's. Nothing is compiled while a run or a proof is timed, though kernels are missing on
@@ -67,6 +70,7 @@ import sys
 import cgla_graph as cg
 from cgla_graph.certificate.certificate import load_kernels
 from cgla_graph.solvers.continuous.hybrid import Hybrid
+from cgla_graph.model.small_problem import MapKind
 from cgla_graph.solvers.warm_up import warm_up
 
 def loaded():
@@ -75,21 +79,31 @@ def loaded():
     return {(it.__module__, it.__name__, str(sig)) for it in kernels.values() for sig in it.overloads}
 
 problem = cg.load_scenario(sys.argv[1]).problem
-walls = not problem.model.area.is_empty
-warm_up(Hybrid(tolerance=None), walls=walls)
-load_kernels(walls=walls)
+kind = MapKind.of(problem.model)
+warm_up(Hybrid(tolerance=None), kind)
+load_kernels(kind)
 before = loaded()
 path = cg.solve(problem, "hybrid", tolerance=None).path
 cg.lower_bound(problem, 0.01, path=path)
-print(walls, sorted(loaded() - before), sorted({name for _, name, _ in before} & {"pair_sectors", "charge"}))
+print(*kind, sorted(loaded() - before), sorted({name for _, name, _ in before} & {"pair_sectors", "charge"}))
 """
 
 
 @pytest.mark.parametrize(
-    ("scenario", "told"), [("paper", "False [] []"), ("thin-wall", "True [] ['charge', 'pair_sectors']")]
+    ("scenario", "told"),
+    [
+        ("paper", "False False [] []"),
+        ("thin-wall", "True False [] ['charge', 'pair_sectors']"),
+        ("rasters", "False True [] []"),
+    ],
 )
-def test_what_the_work_needs_is_loaded_before_it(scenario: str, told: str) -> None:
+def test_what_the_work_needs_is_loaded_before_it(scenario: str, told: str, tmp_path: Path) -> None:
     """And what only walls need is left alone where there are none."""
+    if scenario == "rasters":
+        threats, scenario = "threats = [{x = 5, y = 5, spread = 1}]", str(tmp_path / "a.toml")
+        rasters = "".join(f"\n[[rasters]]\nfile = 'a.asc'\ninterpolation = '{how}'" for how in ("bilinear", "nearest"))
+        Path(scenario).write_text(f"start = [1, 1]\ngoal = [9, 8]\nk = 3\n{threats}{rasters}\n")
+        (tmp_path / "a.asc").write_text("ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n0.1 0.2\n0.3 0.1\n")
     done = subprocess.run([sys.executable, "-c", LOADED, scenario], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == told
 
@@ -97,7 +111,7 @@ def test_what_the_work_needs_is_loaded_before_it(scenario: str, told: str) -> No
 def test_the_process_that_compiles_beside_ends_well() -> None:
     """Nobody reads what it says."""
     done = subprocess.run(
-        [sys.executable, "-c", console._COMPILE, "\n".join(sys.path)], capture_output=True, text=True, check=True
+        [sys.executable, "-c", console._COMPILE, "\n".join(sys.path), ""], capture_output=True, text=True, check=True
     )
     assert (done.stdout, done.stderr) == ("", "")
 
@@ -121,9 +135,9 @@ def test_the_process_that_compiles_beside_is_one_and_ends_with_the_command(
             self.done.append("waited for")
 
     monkeypatch.setattr(subprocess, "Popen", Helper)
-    monkeypatch.setattr(_kernel, "is_kept", lambda _: False)
+    monkeypatch.setattr(_kernel, "is_kept", lambda *_: False)
     console.compile_beside()
-    console.compile_beside(walls=True)
+    console.compile_beside(CostModel(no_fly=shapely.box(0, 0, 1, 1)))
     assert started == [[]]
     monkeypatch.setattr(sys, "argv", ["cgla", *arguments])
     with pytest.raises(SystemExit):
@@ -146,7 +160,7 @@ def test_every_solver_is_run_once_and_briefly(name: str, monkeypatch: pytest.Mon
 
     monkeypatch.setattr(type(solver), "solve", watched)
     for _ in range(2):
-        warm_up.warm_up(solver)
+        warm_up.warm_up(solver, MapKind(walls=True))
     assert len(runs) == (0 if solver.traits.isolated else 1)
 
 

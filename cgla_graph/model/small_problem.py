@@ -1,0 +1,65 @@
+"""A small map of each kind: what is run on it loads the kernels that maps of its kind need."""
+
+from typing import NamedTuple
+
+import shapely
+
+from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.problem import Problem
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.risk_raster import RasterRisk
+
+
+class MapKind(NamedTuple):
+    """
+    What a map has that needs kernels of its own.
+
+    Attributes
+    ----------
+    walls
+        A no-fly area.
+    rasters
+        Risk on rasters.
+
+    Examples
+    --------
+    >>> MapKind.of(CostModel(no_fly=shapely.box(0, 0, 1, 1)))
+    MapKind(walls=True, rasters=False)
+    """
+
+    walls: bool = False
+    rasters: bool = False
+
+    @classmethod
+    def of(cls, model: CostModel | None) -> "MapKind":
+        """Return the kind of a map with a cost model; of none, as graphs of one's own have, the plainest."""
+        return cls() if model is None else cls(not model.area.is_empty, bool(model.field.rasters))
+
+
+def small_field(kind: MapKind) -> RiskField:
+    """
+    Return a field with a threat, and perhaps rasters: one that is interpolated and one that is not.
+
+    Examples
+    --------
+    >>> field = small_field(MapKind(rasters=True))
+    >>> len(field.threats), [raster.interpolation for raster in field.rasters]
+    (1, ['bilinear', 'nearest'])
+    """
+    values, bounds = [[0.1, 0.2], [0.0, 0.1]], (0.0, 0.0, 1.0, 1.0)
+    rasters = [RasterRisk(values, bounds=bounds, interpolation=how) for how in ("bilinear", "nearest")]
+    return RiskField([Threat(0.5, 0.5, 0.1)], rasters=rasters if kind.rasters else ())
+
+
+def small_problem(kind: MapKind) -> Problem:
+    """
+    Return a problem on a map of a kind, so that every kernel that is needed has something to do.
+
+    Examples
+    --------
+    >>> problem = small_problem(MapKind(walls=True))
+    >>> problem.field.rasters, problem.model.area.is_empty
+    ((), False)
+    """
+    wall = shapely.box(0.45, 0.2, 0.55, 0.8) if kind.walls else None
+    return Problem((0.0, 0.0), (1.0, 1.0), small_field(kind), k=10.0, no_fly=wall)
