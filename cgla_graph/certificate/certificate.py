@@ -218,6 +218,7 @@ def improved(problem: Problem, path: ArrayLike, tolerance: float) -> tuple[Certi
 
     Examples
     --------
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0.1, 0.5), (0.9, 0.5), RiskField([Threat(0.5, 0.55, 0.1)]), k=10.0)
     >>> certificate, seconds = improved(problem, [(0.1, 0.5), (0.5, 0.9), (0.9, 0.5)], 0.01)
     >>> certificate.reached, bool(certificate.path[:, 1].max() < 0.6), 0.0 < seconds < certificate.seconds
@@ -257,14 +258,14 @@ def load_kernels(kind: MapKind, *, alone: bool = False) -> None:
     problem = small_problem(kind)
     last = 16, 16
     level = Level.lay(problem, last, cell_runs.rectangle(last))
-    # (without a front: another process may be compiling what marches it)
+    # (fronts last: another process may be compiling what marches them)
     level.load_checks()
+    if kind.walls:
+        corners.load_kernels()
     if bounds := level.both(aim=0.0):
         level.kept(*bounds, math.inf)
         held = _own(problem) if alone else _refined(problem, np.array([problem.start, (0.2, 0.9), problem.goal]))
         _Search(problem, 0.1, 0, held, keeps_path=False).improve(level, bounds[0])
-    if kind.walls:
-        corners.load_kernels()
 
 
 class _Way(NamedTuple):

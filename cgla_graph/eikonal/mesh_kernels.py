@@ -407,7 +407,10 @@ def joints(controls: WholeArray, neighbours: WholeArray) -> WholeArray:
                     continue
                 if n + 2 > found.shape[0]:
                     more = np.empty((2 * n + 2, 3), dtype=np.uint32)
-                    more[:n] = found[:n]
+                    # (an assignment of slices takes seconds to compile)
+                    for t in range(n):
+                        for k in range(3):
+                            more[t, k] = found[t, k]
                     found = more
                 for k in range(2):
                     found[n + k, 0] = one if k == 0 else other

@@ -137,6 +137,7 @@ class Restricted:
 
         Examples
         --------
+        >>> from cgla_graph.model.risk import RiskField, Threat
         >>> on = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0).on_lattice(30)
         >>> found = restricted_optimum(on)
         >>> matrix = found.matrix(on)
@@ -189,6 +190,7 @@ def restricted_optimum(on: GraphProblem, *, seconds: float | None = None) -> Res
 
     Examples
     --------
+    >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0)
     >>> on = problem.on_lattice(40)
     >>> found, full = restricted_optimum(on), on.weighed()

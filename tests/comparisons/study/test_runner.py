@@ -20,8 +20,9 @@ from cgla_graph.comparisons.study.rows import row, rows_of
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import GraphProblem, Problem
+from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.model.solver import Traits
+from cgla_graph.model.solver import Solver, Traits
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
 from cgla_graph.solvers import listing, registry
@@ -410,7 +411,7 @@ def bounds(monkeypatch: pytest.MonkeyPatch) -> Bounds:
             asked.append(problem)
             return Certificate(bound(problem), 2.0, tolerance, 0.1, 7, "a test's own", 0.1)
 
-        monkeypatch.setattr(runner, "warm_up_proof", lambda **_: None)
+        monkeypatch.setattr(runner, "warm_up_proof", lambda _: None)
         monkeypatch.setattr(runner, "lower_bound", lower_bound)
         return asked
 
@@ -540,11 +541,14 @@ def test_the_refined_optimum_of_the_lattice_is_no_longer_that() -> None:
 
 
 def test_nobody_pays_for_compiled_code(monkeypatch: pytest.MonkeyPatch) -> None:
-    warmed: list[tuple[str, dict[str, bool]]] = []
-    monkeypatch.setattr(runner, "warm_up_solver", lambda solver, **how: warmed.append((solver.traits.name, how)))
+    warmed: list[tuple[str, MapKind, bool]] = []
+
+    def warm_up(solver: Solver, kind: MapKind, *, refine: bool) -> None:
+        warmed.append((solver.traits.name, kind, refine))
+
+    monkeypatch.setattr(runner, "warm_up_solver", warm_up)
     next(compare([small()], [Entrant.parse("cgla"), Entrant.parse("eight-direction").refined()], tolerance=None))
-    refined = [("cgla", False), ("eight-direction", True)]
-    assert warmed == [(name, {"refine": refine, "walls": False}) for name, refine in refined]
+    assert warmed == [("cgla", MapKind(), False), ("eight-direction", MapKind(), True)]
 
 
 @pytest.mark.parametrize(
