@@ -40,6 +40,7 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.model.risk_raster import RasterRisk
 
 UNIT: Bounds = (0.0, 0.0, 1.0, 1.0)
 # Four steps a side of length 1: whole coordinates without rounding, for which shapely is exact.
@@ -210,6 +211,21 @@ def test_threads_weigh_like_one_thread() -> None:
     assert graph.n_nodes > THREADED_FROM
     by_rows = rows(graph)
     assert (graph.weight_matrix() == by_rows).all()
+
+
+@pytest.mark.parametrize("raster", [False, True])
+def test_listed_segments_weigh_what_pairs_do(*, raster: bool) -> None:
+    """To the last bit, on all cores and on one, and infinity where they cross."""
+    rng = np.random.default_rng(5)
+    at = rng.random((12 * THREADED_FROM, 2))
+    rasters = [RasterRisk([[0.1, 0.2], [0.4, 0.3]], bounds=(0.0, 0.0, 1.0, 1.0))] if raster else []
+    field = RiskField(THREATS.threats, rasters=rasters)
+    model = CostModel(field, 10.0, shapely.box(0.4, 0.4, 0.6, 0.5))
+    found = model.weights(at, at[::-1])
+    pairs = [model.pair(np.array(pair), 0, 1) for pair in zip(at, at[::-1], strict=True)]
+    assert 0 < np.isinf(found).sum() < len(found)
+    np.testing.assert_array_equal(found, pairs)
+    np.testing.assert_array_equal(found[:9], model.weights(at[:9], at[::-1][:9]))
 
 
 @usual

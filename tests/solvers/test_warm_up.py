@@ -12,7 +12,7 @@ from cgla_graph import _kernel
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.commands import app
 from cgla_graph.model.cost_model import CostModel
-from cgla_graph.model.small_problem import MapKind
+from cgla_graph.model.small_problem import MapKind, small_field
 from cgla_graph.solvers import registry, warm_up
 
 # Compiling is an event of numba's. Nothing is compiled while a run or a proof is timed, though kernels are missing on
@@ -85,7 +85,7 @@ load_kernels(kind)
 before = loaded()
 path = cg.solve(problem, "hybrid", tolerance=None).path
 cg.lower_bound(problem, 0.01, path=path)
-print(*kind, sorted(loaded() - before), sorted({name for _, name, _ in before} & {"pair_sectors", "charge"}))
+print(*kind, sorted(loaded() - before), sorted({name for _, name, _ in before} & {"pair_sectors", "add_rasters", "charge"}))
 """
 
 
@@ -94,11 +94,11 @@ print(*kind, sorted(loaded() - before), sorted({name for _, name, _ in before} &
     [
         ("paper", "False False [] []"),
         ("thin-wall", "True False [] ['charge', 'pair_sectors']"),
-        ("rasters", "False True [] []"),
+        ("rasters", "False True [] ['add_rasters']"),
     ],
 )
 def test_what_the_work_needs_is_loaded_before_it(scenario: str, told: str, tmp_path: Path) -> None:
-    """And what only walls need is left alone where there are none."""
+    """And what only walls, or only rasters, need is left alone where there are none."""
     if scenario == "rasters":
         threats, scenario = "threats = [{x = 5, y = 5, spread = 1}]", str(tmp_path / "a.toml")
         rasters = "".join(f"\n[[rasters]]\nfile = 'a.asc'\ninterpolation = '{how}'" for how in ("bilinear", "nearest"))
@@ -139,10 +139,14 @@ def test_the_process_that_compiles_beside_is_one_and_ends_with_the_command(
     console.compile_beside()
     console.compile_beside(CostModel(no_fly=shapely.box(0, 0, 1, 1)))
     assert started == [[]]
+    # one that compiles what the map does not need makes way
+    for _ in range(2):
+        console.compile_beside(CostModel(small_field(MapKind(rasters=True))))
+        assert started == [["killed", "waited for"], []]
     monkeypatch.setattr(sys, "argv", ["cgla", *arguments])
     with pytest.raises(SystemExit):
         app.main()
-    assert started == [["killed", "waited for"]]
+    assert started == [["killed", "waited for"]] * 2
     assert capsys.readouterr().err.count("compiling kernels") == 1
 
 
