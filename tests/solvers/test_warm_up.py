@@ -85,7 +85,8 @@ load_kernels(kind)
 before = loaded()
 path = cg.solve(problem, "hybrid", tolerance=None).path
 cg.lower_bound(problem, 0.01, path=path)
-print(*kind, sorted(loaded() - before), sorted({name for _, name, _ in before} & {"pair_sectors", "add_rasters", "charge"}))
+of_some = {"add_rasters", "charge", "pair_sectors"}
+print(*kind, sorted(loaded() - before), sorted({name for _, name, _ in before} & of_some))
 """
 
 
