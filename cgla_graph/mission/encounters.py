@@ -1,9 +1,10 @@
 """How near UAVs come to each other: the least separation of each pair, and collisions."""
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from itertools import combinations
+
+import numpy as np
 
 from cgla_graph.mission.records import Separation
 from cgla_graph.motion.trajectory import Approach, Trajectory, closest_approach
@@ -22,21 +23,25 @@ class Encounters:
         Their terminal discs: while both of a pair are in their own, their distance does not count.
     collision_distance
         Closer than this is a collision, map units.
-
-    Attributes
-    ----------
-    separations
-        The least so far, by the numbers of a pair.
     """
 
     def __init__(self, names: list[str], goals: list[Disc], collision_distance: float) -> None:
-        self.separations: dict[tuple[int, int], Separation] = {
-            (i, j): Separation(math.inf, math.nan, (math.nan, math.nan), first=names[i], second=names[j])
-            for i, j in combinations(range(len(names)), 2)
-        }
+        self._names = names
         self._goals = goals
         self._collision_distance = collision_distance
+        self._least = np.full((len(names), len(names)), math.inf)
+        self._approaches: dict[tuple[int, int], Approach] = {}
         self._touching: set[tuple[int, int]] = set()
+
+    @property
+    def separations(self) -> tuple[Separation, ...]:
+        """The least so far, pair by pair."""
+        never = Approach(math.inf, math.nan, (math.nan, math.nan))
+        pairs = combinations(range(len(self._names)), 2)
+        return tuple(
+            Separation(**vars(self._approaches.get((i, j), never)), first=self._names[i], second=self._names[j])
+            for i, j in pairs
+        )
 
     def measure(self, legs: Mapping[int, Trajectory]) -> dict[tuple[int, int], tuple[Approach, bool]]:
         """
@@ -52,18 +57,23 @@ class Encounters:
         collisions
             By the numbers of a pair: the approach, and whether it has just begun.
         """
+        numbers = list(legs)
+        starts = np.array([leg.start for leg in legs.values()]).reshape(-1, 2)
+        lengths = np.array([leg.length for leg in legs.values()])
+        # nothing of interest comes of motions that are too far from each other, which are most of many
+        matters = np.maximum(self._least[np.ix_(numbers, numbers)], self._collision_distance)
+        apart = np.hypot(*(starts[:, None] - starts).T) - lengths[:, None] - lengths
         collisions = {}
-        for pair in combinations(legs, 2):
-            one, other = legs[pair[0]], legs[pair[1]]
-            matters = max(self.separations[pair].distance, self._collision_distance)
-            approach = None
-            if math.dist(one.start, other.start) - one.length - other.length <= matters:
-                approach = closest_approach(one, other, outside=(self._goals[pair[0]], self._goals[pair[1]]))
-            if approach is not None and approach.distance < self.separations[pair].distance:
-                self.separations[pair] = dataclasses.replace(self.separations[pair], **vars(approach))
-            if approach is None or approach.distance >= self._collision_distance:
-                self._touching.discard(pair)
-            else:
+        for first, second in np.argwhere(np.triu(apart <= matters, 1)).tolist():
+            pair = i, j = numbers[first], numbers[second]
+            limit = float(matters[first, second])
+            approach = closest_approach(legs[i], legs[j], outside=(self._goals[i], self._goals[j]), below=limit)
+            if approach is None:
+                continue
+            if approach.distance < self._least[pair]:
+                self._least[i, j] = self._least[j, i] = approach.distance
+                self._approaches[pair] = approach
+            if approach.distance < self._collision_distance:
                 collisions[pair] = approach, pair not in self._touching
-                self._touching.add(pair)
+        self._touching = set(collisions)
         return collisions

@@ -137,7 +137,7 @@ class Simulation:
                 agent.name: recorder.flight(agent, self.mission.world, self.tick, self.mission.step_of(agent.uav))
                 for agent, recorder in zip(self._agents, self._recorders, strict=True)
             },
-            separations=tuple(self._encounters.separations.values()),
+            separations=self._encounters.separations,
             events=tuple(events),
             ticks=self.tick,
             fly=fly,

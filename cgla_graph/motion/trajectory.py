@@ -233,7 +233,9 @@ class Approach:
     where: Point
 
 
-def closest_approach(a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc] | None = None) -> Approach | None:
+def closest_approach(
+    a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc] | None = None, below: float = math.inf
+) -> Approach | None:
     """
     Return the least distance of two motions over all times, not only whole ticks, when both are there.
 
@@ -247,12 +249,14 @@ def closest_approach(a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc]
     outside
         The terminal discs of `a` and of `b`: times when **both** are in their own disc do not count, so that two that
         fly to one goal may gather there. One that arrives is still kept from one that only passes by.
+    below
+        Only less than this is of interest, map units.
 
     Returns
     -------
     approach
-        The first of the least distances; None if no time counts. Where the exempt time begins or ends, the distance at
-        that moment counts as well: it is the limit of those that do.
+        The first of the least distances; None if no time counts, or it is not below the limit. Where the exempt time
+        begins or ends, the distance at that moment counts as well: it is the limit of those that do.
 
     Examples
     --------
@@ -265,7 +269,7 @@ def closest_approach(a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc]
     """
     mine, theirs = outside or (NO_DISC, NO_DISC)
     distance, time = trajectory_kernels.closest(a.times, a.points, b.times, b.points, mine, theirs)
-    if not math.isfinite(distance):
+    if not distance < below:
         return None
     (ax, ay), (bx, by) = a.at(time), b.at(time)
     return Approach(distance, time, (0.5 * (ax + bx), 0.5 * (ay + by)))
