@@ -12,6 +12,7 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
+from cgla_graph.model.array_kernels import doubled_rows
 from cgla_graph.model.no_fly_kernels import AreaArrays, point_inside
 
 #: What a sub-cell may be: free, inside the area, or met by an edge, which counts as free.
@@ -395,7 +396,7 @@ def joints(controls: WholeArray, neighbours: WholeArray) -> WholeArray:
     At the end of a thin wall, a node has one neighbour on each side, and nodes on both sides of the wall are beside it.
     The third number is 0 for nodes beside each other along x, else 1; a pair may be listed several times.
     """
-    found = np.empty((16, 3), dtype=np.uint32)
+    found: WholeArray = np.empty((16, 3), dtype=np.uint32)
     n = int(np.int64(0))
     for c in range(controls.shape[0]):
         for axis in range(2):
@@ -406,12 +407,7 @@ def joints(controls: WholeArray, neighbours: WholeArray) -> WholeArray:
                 if neighbours[one, 2 * axis + 1] == other and neighbours[other, 2 * axis] == one:
                     continue
                 if n + 2 > found.shape[0]:
-                    more = np.empty((2 * n + 2, 3), dtype=np.uint32)
-                    # (an assignment of slices takes seconds to compile)
-                    for t in range(n):
-                        for k in range(3):
-                            more[t, k] = found[t, k]
-                    found = more
+                    found = doubled_rows(found)
                 for k in range(2):
                     found[n + k, 0] = one if k == 0 else other
                     found[n + k, 1] = other if k == 0 else one

@@ -17,6 +17,7 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import Bounds, FloatArray
+from cgla_graph.model.array_kernels import doubled
 from cgla_graph.model.no_fly_kernels import AreaArrays, first_row, point_inside, segment_crosses, slab_of
 from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, REACH2, SPREAD, Field, X, Y, segment_risk
 from cgla_graph.model.risk_raster_kernels import (
@@ -341,9 +342,7 @@ def arc_crosses(piece: FloatArray, area: AreaArrays) -> bool:
                     share = within_turn(math.atan2(ay + t * uy - cy, ax + t * ux - cx), begin, turn)
                     if share < 1.0:
                         if n == cuts.shape[0]:
-                            more = np.empty(2 * n)
-                            more[:n] = cuts
-                            cuts = more
+                            cuts = doubled(cuts)
                         cuts[n] = share
                         n += 1
     parts = np.sort(cuts[:n])

@@ -29,6 +29,7 @@ from cgla_graph.flyable.curve_kernels import (
     place,
 )
 from cgla_graph.flyable.dubins_kernels import N_WORDS, word_parts, word_pieces
+from cgla_graph.model.array_kernels import doubled_rows
 from cgla_graph.model.no_fly_kernels import AreaArrays, segment_crosses
 
 #: Headings that are told apart, and how steps bend, in parts of the tightest.
@@ -303,9 +304,7 @@ def search(
                 continue
             known[j, i, sector] = cost
             if n_poses == poses.shape[0]:
-                more = np.empty((2 * n_poses, 7))
-                more[:n_poses] = poses
-                poses = more
+                poses = doubled_rows(poses)
             poses[n_poses, AT_X], poses[n_poses, AT_Y], poses[n_poses, AT_HEADING] = x, y, heading
             poses[n_poses, FROM], poses[n_poses, BEND], poses[n_poses, COST] = number, bend, cost
             poses[n_poses, STEP] = long

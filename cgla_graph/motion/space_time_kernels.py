@@ -16,6 +16,7 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph.cost_to_go.bound_kernels import ULPS, least_risk, risk_error
+from cgla_graph.model.array_kernels import doubled, doubled_rows
 from cgla_graph.model.graph_kernels import Model, pair_weight
 from cgla_graph.motion.trajectory_kernels import NO_DISC, closest
 
@@ -262,8 +263,7 @@ def search(area: Map, limits: Limits, others: Motions) -> tuple[int, int, int, f
         node = states[state, NODE]
         cost = moments[state, COST]
         if size + 3 > heap_keys.shape[0]:
-            heap_keys = np.append(heap_keys, np.empty(heap_keys.shape[0]))
-            heap_items = np.append(heap_items, np.empty(heap_items.shape[0], dtype=np.int64))
+            heap_keys, heap_items = doubled(heap_keys), doubled(heap_items)
         if item & 1:
             slot = slots[node]
             cursor = states[state, CURSOR]
@@ -273,10 +273,8 @@ def search(area: Map, limits: Limits, others: Motions) -> tuple[int, int, int, f
                 n_expansions += 1
                 if slot < 0:
                     if n_slots == n_edges.shape[0]:
-                        edge_keys = np.concatenate((edge_keys, np.empty_like(edge_keys)))
-                        edge_items = np.concatenate((edge_items, np.empty_like(edge_items)))
-                        n_edges = np.concatenate((n_edges, np.empty_like(n_edges)))
-                        n_left = np.concatenate((n_left, np.empty_like(n_left)))
+                        edge_keys, edge_items = doubled_rows(edge_keys), doubled_rows(edge_items)
+                        n_edges, n_left = doubled(n_edges), doubled(n_left)
                     slot = n_slots
                     n_slots += 1
                     slots[node] = slot
@@ -323,8 +321,7 @@ def search(area: Map, limits: Limits, others: Motions) -> tuple[int, int, int, f
             bound = f
             continue
         if n_states == states.shape[0]:
-            moments = np.concatenate((moments, np.empty_like(moments)))
-            states = np.concatenate((states, np.empty_like(states)))
+            moments, states = doubled_rows(moments), doubled_rows(states)
         moments[n_states, TIME] = new_time
         moments[n_states, COST] = new_cost
         states[n_states, NODE] = target

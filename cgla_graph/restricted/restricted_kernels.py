@@ -13,6 +13,7 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, IntArray, WholeArray
 from cgla_graph.eikonal.marching_kernels import Mesh, spline_value
+from cgla_graph.model.array_kernels import doubled
 from cgla_graph.model.graph_kernels import Model
 from cgla_graph.model.no_fly_kernels import segment_crosses
 from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, REACH2, X, Y, segment_cost
@@ -287,9 +288,7 @@ def search(
                 free = after[q]
             else:
                 if used == room:
-                    tail = np.concatenate((tail, np.empty(room, dtype=np.int64)))
-                    bound = np.concatenate((bound, np.empty(room)))
-                    after = np.concatenate((after, np.empty(room, dtype=np.int64)))
+                    tail, bound, after = doubled(tail), doubled(bound), doubled(after)
                     room *= 2
                 q = used
                 used += 1
