@@ -71,7 +71,7 @@ def first_good(problem):
         return next(point.seconds for point in answer.trace if point.cost <= 1.001 * answer.cost)
     return run
 
-def mission(n_uavs, n_threats):
+def mission(n_uavs, n_threats, **more):
     from cgla_graph.mission.world import World
     rng = np.random.default_rng(1)
     threats = [cg.Threat(x, y, s, 0.8) for x, y, s in rng.uniform((0, 0, 0.005), (1, 1, 0.02), (n_threats, 3))]
@@ -82,7 +82,7 @@ def mission(n_uavs, n_threats):
         for i, start in enumerate(starts)
     ]
     world = World(cg.RiskField(threats), bounds=(0.0, 0.0, 1.0, 1.0))
-    rules = {"collisions": "record", "collision_distance": 0.001}
+    rules = {"collisions": "record", "collision_distance": 0.001, **more}
     return lambda: len(cg.Mission(world, uavs, get("cgla"), resolution=20, **rules).fly().uavs)
 """
 #: What is run, by the words that name it.
@@ -109,6 +109,7 @@ WORKLOADS = {
     "first path within 0.1 %, paper": "first_good(cg.load_scenario('paper').problem)",
     "first path within 0.1 %, random 19": "first_good(random_scenario(19).problem)",
     "mission, 50 UAVs, 100 threats": "mission(50, 100)",
+    "mission, 50 UAVs, prioritized": "mission(50, 100, avoidance='prioritized')",
 }
 SUFFIX = """
 run()
