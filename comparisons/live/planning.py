@@ -85,7 +85,8 @@ class Planner:
 
     def warm_up(self) -> None:
         """Load kernels and plan once, so that the first drag waits for nothing of that."""
-        kind = MapKind.of(self.live.drawn(self.live.first).problem.model)._replace(walls=True)
+        # (areas may be drawn)
+        kind = MapKind.of(self.live.scenario.problem.model)._replace(walls=True)
         load_kernels(kind)
         warm_up(Hybrid(tolerance=None), kind)
         self.path(self.live.first, full=False)
