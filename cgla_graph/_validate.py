@@ -24,6 +24,9 @@ NO_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating
 
 def finite_number(name: str, value: object) -> float:
     """Return `value` as a float, or raise `ProblemError` unless it is a finite real number."""
+    if isinstance(value, float) and math.isfinite(value):
+        # nearly all
+        return float(value)
     number, text = math.nan, ""
     # numpy scalars, 0-d arrays, fractions and decimals are numbers too; strings and truth values are mistakes
     if not isinstance(value, NO_NUMBERS):

@@ -61,6 +61,7 @@ class Agent:
     visited: list[int] = field(default_factory=list)
     leg: Trajectory | None = None
     near: set[int] = field(default_factory=set)
+    _committed: Trajectory | None = field(default=None, repr=False)
 
     @property
     def name(self) -> str:
@@ -77,10 +78,13 @@ class Agent:
         self.status, self.ended, self.message = status, tick, message
         self.in_air = False
 
+    def follow(self, plan: Trajectory, tick: int) -> None:
+        """Fly a plan, on a clock that is 0 now, from now on."""
+        self.plan, self.plan_since, self._committed = plan, tick, plan.shifted(tick)
+
     def motion(self, since: float) -> Trajectory | None:
-        """Return what the plan says from a tick on, on the mission's clock; None if nothing."""
-        rest = None if self.plan is None else self.plan.part(since - self.plan_since, math.inf)
-        return None if rest is None else rest.shifted(self.plan_since)
+        """Return what it is committed to, on the mission's clock; None if nothing of it is left from a tick on."""
+        return self._committed if self._committed is not None and self._committed.ends >= since else None
 
     def move(self, tick: int) -> None:
         """Fly one tick of the plan."""

@@ -6,7 +6,7 @@ from cgla_graph.cost_to_go.cost_matrix import CostMatrix
 from cgla_graph.mission.virtual_obstacle import UNITS_A_STEP
 from cgla_graph.model.problem import Problem
 from cgla_graph.motion.space_time import MARGIN, Others, SpaceTimePlan, plan_in_space_time
-from cgla_graph.motion.trajectory import Trajectory, closest_approach
+from cgla_graph.motion.trajectory import Trajectory, least_distance
 
 
 def stays_clear(motion: Trajectory, others: Others) -> bool:
@@ -19,11 +19,7 @@ def stays_clear(motion: Trajectory, others: Others) -> bool:
     >>> stays_clear(east, [(west, 0.4)]), stays_clear(east, [(west, 0.6)])
     (True, False)
     """
-    for other, safe in others:
-        approach = closest_approach(motion, other)
-        if approach is not None and approach.distance < safe * (1.0 + MARGIN):
-            return False
-    return True
+    return all(least_distance(motion, other)[0] >= safe * (1.0 + MARGIN) for other, safe in others)
 
 
 def plan_around(

@@ -3,11 +3,12 @@
 import math
 from collections.abc import Mapping
 from itertools import combinations
+from typing import cast
 
 import numpy as np
 
 from cgla_graph.mission.records import Separation
-from cgla_graph.motion.trajectory import Approach, Trajectory, closest_approach
+from cgla_graph.motion.trajectory import Approach, Trajectory, closest_approach, least_distance
 from cgla_graph.motion.trajectory_kernels import Disc
 
 
@@ -30,17 +31,17 @@ class Encounters:
         self._goals = goals
         self._collision_distance = collision_distance
         self._least = np.full((len(names), len(names)), math.inf)
-        self._approaches: dict[tuple[int, int], Approach] = {}
+        self._nearest: dict[tuple[int, int], tuple[Trajectory, Trajectory]] = {}
         self._touching: set[tuple[int, int]] = set()
 
     @property
     def separations(self) -> tuple[Separation, ...]:
         """The least so far, pair by pair."""
         never = Approach(math.inf, math.nan, (math.nan, math.nan))
-        pairs = combinations(range(len(self._names)), 2)
+        found = {pair: self._approach(pair, *legs) for pair, legs in self._nearest.items()}
         return tuple(
-            Separation(**vars(self._approaches.get((i, j), never)), first=self._names[i], second=self._names[j])
-            for i, j in pairs
+            Separation(**vars(found.get((i, j), never)), first=self._names[i], second=self._names[j])
+            for i, j in combinations(range(len(self._names)), 2)
         )
 
     def measure(self, legs: Mapping[int, Trajectory]) -> dict[tuple[int, int], tuple[Approach, bool]]:
@@ -66,14 +67,15 @@ class Encounters:
         collisions = {}
         for first, second in np.argwhere(np.triu(apart <= matters, 1)).tolist():
             pair = i, j = numbers[first], numbers[second]
-            limit = float(matters[first, second])
-            approach = closest_approach(legs[i], legs[j], outside=(self._goals[i], self._goals[j]), below=limit)
-            if approach is None:
-                continue
-            if approach.distance < self._least[pair]:
-                self._least[i, j] = self._least[j, i] = approach.distance
-                self._approaches[pair] = approach
-            if approach.distance < self._collision_distance:
-                collisions[pair] = approach, pair not in self._touching
+            distance, _ = least_distance(legs[i], legs[j], outside=(self._goals[i], self._goals[j]))
+            if distance < self._least[pair]:
+                self._least[i, j] = self._least[j, i] = distance
+                self._nearest[pair] = legs[i], legs[j]
+            if distance < self._collision_distance:
+                collisions[pair] = self._approach(pair, legs[i], legs[j]), pair not in self._touching
         self._touching = set(collisions)
         return collisions
+
+    def _approach(self, pair: tuple[int, int], first: Trajectory, second: Trajectory) -> Approach:
+        # (there is one: these two were near each other)
+        return cast("Approach", closest_approach(first, second, outside=(self._goals[pair[0]], self._goals[pair[1]])))

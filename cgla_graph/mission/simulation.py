@@ -82,7 +82,8 @@ class Simulation:
             [Disc(uav.goal, mission.terminal_radius) for uav in mission.uavs],
             mission.collision_distance,
         )
-        self._states: dict[tuple[Any, ...], int] = {}
+        # each state so far and its tick, by where everybody was: places are soon told apart, whole states are not
+        self._states: dict[tuple[Point, ...], list[tuple[tuple[Any, ...], int]]] = {}
         self._areas: dict[frozenset[int], BaseGeometry | None] = {}
         self._widened: dict[frozenset[int], BaseGeometry] = {}
 
@@ -252,8 +253,7 @@ class Simulation:
         self._recorders[agent.number].flew(agent)
 
     def _follow(self, agent: Agent, plan: Trajectory) -> None:
-        # plans begin at time 0 of a clock of their own
-        agent.plan, agent.plan_since = plan, self.tick
+        agent.follow(plan, self.tick)
         self._recorders[agent.number].plans.append((self.tick, plan.points))
         self._say("planned", agent, waypoints=len(plan.points), length=plan.length)
 
@@ -360,8 +360,11 @@ class Simulation:
             sum(len(agent.belief.journal) for agent in self._agents),
             tuple((due - self.tick, *ends) for due, *ends, _, _ in self._radio.under_way),
         )
-        before = self._states.setdefault((radio, *(agent.state(self.tick) for agent in agents)), self.tick)
-        if before == self.tick:
+        state = (radio, *(agent.state(self.tick) for agent in agents))
+        there = self._states.setdefault(tuple(agent.position for agent in agents), [])
+        before = next((tick for earlier, tick in there if earlier == state), None)
+        if before is None:
+            there.append((state, self.tick))
             return
         self.livelock = Livelock(since=before, period=self.tick - before)
         for agent in agents:

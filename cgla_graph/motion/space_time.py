@@ -27,7 +27,7 @@ from cgla_graph.motion.space_time_kernels import (
     Map,
     Motions,
 )
-from cgla_graph.motion.trajectory import Trajectory, closest_approach
+from cgla_graph.motion.trajectory import Trajectory, least_distance
 
 #: Motions, and how far to keep from each, map units.
 Others: TypeAlias = Sequence[tuple[Trajectory, float]]
@@ -147,7 +147,7 @@ def plan_in_space_time(
     >>> first = Trajectory.along([(0, 0.5), (1, 0.5)], start_time=0, step=0.05)
     >>> matrix = cost_matrix(graph.graph, graph.target)
     >>> plan = plan_in_space_time(problem, matrix, [(first, 0.1)], start_time=0, step=0.05, latest=100)
-    >>> round(plan.cost, 3), closest_approach(plan.trajectory, first).distance >= 0.1
+    >>> round(plan.cost, 3), least_distance(plan.trajectory, first)[0] >= 0.1
     (1.077, True)
     """
     _check(problem, matrix)
@@ -248,14 +248,11 @@ def _crowd(start: Point, others: Others, limits: Limits, farthest: float) -> tup
         reach += limits.step * max(abs(limits.start_time), abs(limits.latest))
         # a separation of 0 lets both be in one place
         keep[number] = separation * (1.0 + MARGIN) + ROUNDING * reach if separation > 0.0 else 0.0
-        now = closest_approach(here, other)
-        if now is not None and now.distance < separation:
-            message = (
-                f"at tick {limits.start_time:g} trajectory {number} is {now.distance:.9g} away, not {separation:g}"
-            )
+        now, _ = least_distance(here, other)
+        if now < separation:
+            message = f"at tick {limits.start_time:g} trajectory {number} is {now:.9g} away, not {separation:g}"
             return _joined([], keep[:0]), message
-        if now is not None:
-            keep[number] = min(keep[number], now.distance)
+        keep[number] = min(keep[number], now)
     return _joined([other for other, _ in others], keep), ""
 
 

@@ -233,9 +233,27 @@ class Approach:
     where: Point
 
 
-def closest_approach(
-    a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc] | None = None, below: float = math.inf
-) -> Approach | None:
+def least_distance(a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc] | None = None) -> tuple[float, float]:
+    """
+    Return how near two motions come to each other over all times when both are there, and the first time of it.
+
+    As `closest_approach`, without the place: missions ask a hundred times for each that they tell of.
+
+    Returns
+    -------
+    distance, time
+        Map units and ticks; infinity and NaN if no time counts.
+
+    Examples
+    --------
+    >>> least_distance(Trajectory([0, 2], [(0, 0), (2, 0)]), Trajectory([0, 2], [(1, 1), (1, 1)]))
+    (1.0, 1.0)
+    """
+    mine, theirs = outside or (NO_DISC, NO_DISC)
+    return trajectory_kernels.closest(a.times, a.points, b.times, b.points, mine, theirs)
+
+
+def closest_approach(a: Trajectory, b: Trajectory, *, outside: tuple[Disc, Disc] | None = None) -> Approach | None:
     """
     Return the least distance of two motions over all times, not only whole ticks, when both are there.
 
@@ -249,14 +267,12 @@ def closest_approach(
     outside
         The terminal discs of `a` and of `b`: times when **both** are in their own disc do not count, so that two that
         fly to one goal may gather there. One that arrives is still kept from one that only passes by.
-    below
-        Only less than this is of interest, map units.
 
     Returns
     -------
     approach
-        The first of the least distances; None if no time counts, or it is not below the limit. Where the exempt time
-        begins or ends, the distance at that moment counts as well: it is the limit of those that do.
+        The first of the least distances; None if no time counts. Where the exempt time begins or ends, the distance at
+        that moment counts as well: it is the limit of those that do.
 
     Examples
     --------
@@ -267,9 +283,8 @@ def closest_approach(
     >>> closest_approach(east, Trajectory([11, 20], [(5, 0), (5, 0)])) is None
     True
     """
-    mine, theirs = outside or (NO_DISC, NO_DISC)
-    distance, time = trajectory_kernels.closest(a.times, a.points, b.times, b.points, mine, theirs)
-    if not distance < below:
+    distance, time = least_distance(a, b, outside=outside)
+    if math.isinf(distance):
         return None
     (ax, ay), (bx, by) = a.at(time), b.at(time)
     return Approach(distance, time, (0.5 * (ax + bx), 0.5 * (ay + by)))
