@@ -45,6 +45,11 @@ MAX_CELLS = 2_500_000
 MOST_ALONG = 2**17
 #: A bound is good enough for its grid when this part of the tolerance is left to gain.
 FRACTION = 0.05
+#: How many times as fine as the last one a grid is, at most and at least; from where on all of it is better than less.
+MOST_TIMES, LEAST_TIMES, WORTH_LESS = 2.0, 1.25, 1.75
+#: Of what the tolerance allows to be missing, so much is aimed at. What is missing is not trusted to fall by more than
+#: this power of the spacing; a grid that is to be just small enough is made so much coarser.
+AIMED_AT, MOST_ORDER, ROOM = 0.85, 1.5, 0.95
 #: Where rounding would take away more than this leaves of a bound, there is none.
 LEAST_SHRINK = 0.99
 #: Cells along the longer side of the grid on which another path is looked for, and how many times as many next time.
@@ -357,7 +362,7 @@ class _Search:
             return self._end(f"k = {problem.k:g} is too great for the arithmetic: only the straight line is a bound")
         last = first_grid(problem)
         runs = cell_runs.rectangle(last)
-        before, look = -math.inf, SECOND_LOOK
+        before, coarser, look = -math.inf, max(last), SECOND_LOOK
         while True:
             worth = FRACTION * self.tolerance * self.best
             level = Level.lay(closed, last, runs, worth, self.known.path)
@@ -384,8 +389,8 @@ class _Search:
                 look *= LOOKS_APART
             self.grids[-1] = replace(self.grids[-1], upper_bound=self.held.cost)
             kept = level.kept(bounds[0], bounds[1], self.known.cost / shrink)
-            finer = next_grid(problem, last)
-            runs, last = cell_runs.refined(kept, last, finer), finer
+            times, coarser = self._times(before, here, max(last) / coarser), max(last)
+            last, runs = self._refined(last, kept, times)
             before = here
             if outcome := self._outcome() or self._limit(last, runs):
                 return self._end(outcome)
@@ -405,11 +410,37 @@ class _Search:
 
     def _limit(self, last: tuple[int, int], runs: WholeArray) -> str:
         """Say why there is no finer grid, if there is none; else nothing."""
-        widened = cell_runs.clipped(cell_runs.dilated(runs, halo(self.problem, last)), last)
-        needed = int((widened[:, 2] - widened[:, 1]).sum())
+        needed = self._needed(last, runs)
         if needed > self.max_cells:
             return f"the next grid would need {needed} cells, of {self.max_cells} allowed"
         return "a finer grid is too fine for the arithmetic" if max(last) > MOST_ALONG else ""
+
+    def _refined(self, last: tuple[int, int], kept: WholeArray, times: float) -> tuple[tuple[int, int], WholeArray]:
+        """Lay a grid so many times as fine over the cells that are kept; less fine if only then it is small enough."""
+        finer = next_grid(self.problem, last, times)
+        runs = cell_runs.refined(kept, last, finer)
+        fits = ROOM * times * math.sqrt(self.max_cells / max(self._needed(finer, runs), 1))
+        return self._refined(last, kept, fits) if LEAST_TIMES <= fits < ROOM * times else (finer, runs)
+
+    def _needed(self, last: tuple[int, int], runs: WholeArray) -> int:
+        """Count the cells of a grid, those of its rim included."""
+        widened = cell_runs.clipped(cell_runs.dilated(runs, halo(self.problem, last)), last)
+        return int((widened[:, 2] - widened[:, 1]).sum())
+
+    def _times(self, before: float, here: float, finer: float) -> float:
+        """
+        Choose how many times as fine the next grid is: twice, or as fine as the tolerance takes if that is less.
+
+        What is missing from a bound falls like a power of the spacing, which the bounds of two grids tell of which the
+        second is so many times as fine.
+        """
+        missed, missing = self.known.cost - before, self.known.cost - here
+        if finer <= 1.0 or not 0.0 < missing < missed < math.inf:
+            return MOST_TIMES
+        order = min(math.log(missed / missing) / math.log(finer), MOST_ORDER)
+        allowed = AIMED_AT * self.tolerance * self.known.cost / (1.0 + self.tolerance)
+        times = (missing / allowed) ** (1.0 / order)
+        return max(times, LEAST_TIMES) if times <= WORTH_LESS else MOST_TIMES
 
     def _looks_stuck(self, bound: float, gained: float) -> bool:
         """

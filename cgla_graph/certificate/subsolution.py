@@ -65,7 +65,7 @@ LEAST_SHARE, LEAST_GAIN = 0.1, 0.005
 STEEP, ROUNDS_FOR_STEEP = 2.0, 2
 #: Cells that may stay too steep, at most, and the rounding of what they are charged for.
 MOST_CHARGED, ROUNDING = 2000, 1e-12
-#: Cells along the longer side of the first grid; every further grid has twice as many.
+#: Cells along the longer side of the first grid; a further grid has up to twice as many.
 FIRST_CELLS = 128
 #: Cells from an end to the rim of its block on the first grid. It grows with the cube root of the refinement, as then
 #: the least is lost to the tip, whose bound is of third order, and to the spline beside it.
@@ -94,16 +94,18 @@ def first_grid(problem: Problem) -> tuple[int, int]:
     return in_line(problem, (columns, rows))
 
 
-def next_grid(problem: Problem, last: tuple[int, int]) -> tuple[int, int]:
+def next_grid(problem: Problem, last: tuple[int, int], times: float = 2.0) -> tuple[int, int]:
     """
-    Return the last node of the grid after one: with twice as many cells along each side, or about that.
+    Return the last node of the grid after one: with so many times as many cells along each side, or about that.
 
     Examples
     --------
     >>> next_grid(Problem((0, 0), (1, 1)), (128, 128))
     (256, 256)
     """
-    return in_line(problem, (2 * last[0], 2 * last[1]))
+    finer = in_line(problem, (round(times * last[0]), round(times * last[1])))
+    # (where lines of a raster leave no grid in between)
+    return finer if finer[0] > last[0] and finer[1] > last[1] else in_line(problem, (2 * last[0], 2 * last[1]))
 
 
 def in_line(problem: Problem, last: tuple[int, int]) -> tuple[int, int]:

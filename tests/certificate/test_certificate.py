@@ -703,6 +703,26 @@ def test_the_bracket_closes_grid_by_grid() -> None:
     assert all((a.lower_bound <= b.upper_bound) for a, b in itertools.product(found.grids, repeat=2))
 
 
+def test_a_grid_is_no_finer_than_the_tolerance_takes() -> None:
+    path = cg.solve(SMOOTH, "hybrid", tolerance=None).path
+    for grid in lower_bound(SMOOTH, 1e-4, path=path).grids[1:-1]:
+        # next to nothing is missing
+        tolerance = 0.9 * (grid.upper_bound / grid.lower_bound - 1.0)
+        found = lower_bound(SMOOTH, tolerance, path=path)
+        assert found.reached
+        assert grid.last[0] < found.grids[-1].last[0] < 1.5 * grid.last[0]
+
+
+def test_cells_that_are_allowed_are_used() -> None:
+    path = cg.solve(SMOOTH, "hybrid", tolerance=None).path
+    allowed = (25_000, 35_000, 50_000, 70_000, 100_000)
+    found = [lower_bound(SMOOTH, 1e-7, path=path, max_cells=cells) for cells in allowed]
+    assert all(one.cells <= cells for one, cells in zip(found, allowed, strict=True))
+    assert all(few.lower_bound <= more.lower_bound for few, more in itertools.pairwise(found))
+    # doubled only, grids would be 512, 1024 and 2048 cells wide
+    assert len({one.spacing for one in found}) > 3
+
+
 # Units, input
 
 
