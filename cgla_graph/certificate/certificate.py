@@ -362,7 +362,7 @@ class _Search:
             return self._end(f"k = {problem.k:g} is too great for the arithmetic: only the straight line is a bound")
         last = first_grid(problem)
         runs = cell_runs.rectangle(last)
-        before, coarser, look = -math.inf, max(last), SECOND_LOOK
+        before, look = -math.inf, SECOND_LOOK
         while True:
             worth = FRACTION * self.tolerance * self.best
             level = Level.lay(closed, last, runs, worth, self.known.path)
@@ -389,10 +389,9 @@ class _Search:
                 look *= LOOKS_APART
             self.grids[-1] = replace(self.grids[-1], upper_bound=self.held.cost)
             kept = level.kept(bounds[0], bounds[1], self.known.cost / shrink)
-            times, coarser = self._times(before, here, max(last) / coarser), max(last)
-            last, runs = self._refined(last, kept, times)
+            last, runs, needed = self._finer(last, kept, self._times(before, here))
             before = here
-            if outcome := self._outcome() or self._limit(last, runs):
+            if outcome := self._outcome() or self._limit(last, needed):
                 return self._end(outcome)
 
     def _outcome(self) -> str:
@@ -408,36 +407,37 @@ class _Search:
             return f"no bound comes within the tolerance: a path is known that costs {less:.2g} % less"
         return ""
 
-    def _limit(self, last: tuple[int, int], runs: WholeArray) -> str:
+    def _limit(self, last: tuple[int, int], needed: int) -> str:
         """Say why there is no finer grid, if there is none; else nothing."""
-        needed = self._needed(last, runs)
         if needed > self.max_cells:
             return f"the next grid would need {needed} cells, of {self.max_cells} allowed"
         return "a finer grid is too fine for the arithmetic" if max(last) > MOST_ALONG else ""
 
-    def _refined(self, last: tuple[int, int], kept: WholeArray, times: float) -> tuple[tuple[int, int], WholeArray]:
-        """Lay a grid so many times as fine over the cells that are kept; less fine if only then it is small enough."""
+    def _finer(self, last: tuple[int, int], kept: WholeArray, times: float) -> tuple[tuple[int, int], WholeArray, int]:
+        """
+        Lay a grid so many times as fine over the cells that are kept; less fine if only then it is small enough.
+
+        Returns its last node, its runs, and the number of its cells, those of its rim included.
+        """
         finer = next_grid(self.problem, last, times)
         runs = cell_runs.refined(kept, last, finer)
-        fits = ROOM * times * math.sqrt(self.max_cells / max(self._needed(finer, runs), 1))
-        return self._refined(last, kept, fits) if LEAST_TIMES <= fits < ROOM * times else (finer, runs)
+        widened = cell_runs.clipped(cell_runs.dilated(runs, halo(self.problem, finer)), finer)
+        needed = int((widened[:, 2] - widened[:, 1]).sum())
+        fits = ROOM * times * math.sqrt(self.max_cells / max(needed, 1))
+        return self._finer(last, kept, fits) if LEAST_TIMES <= fits < ROOM * times else (finer, runs, needed)
 
-    def _needed(self, last: tuple[int, int], runs: WholeArray) -> int:
-        """Count the cells of a grid, those of its rim included."""
-        widened = cell_runs.clipped(cell_runs.dilated(runs, halo(self.problem, last)), last)
-        return int((widened[:, 2] - widened[:, 1]).sum())
-
-    def _times(self, before: float, here: float, finer: float) -> float:
+    def _times(self, before: float, here: float) -> float:
         """
         Choose how many times as fine the next grid is: twice, or as fine as the tolerance takes if that is less.
 
-        What is missing from a bound falls like a power of the spacing, which the bounds of two grids tell of which the
-        second is so many times as fine.
+        What is missing from a bound falls like a power of the spacing, which the bounds of the last two grids tell.
         """
         missed, missing = self.known.cost - before, self.known.cost - here
-        if finer <= 1.0 or not 0.0 < missing < missed < math.inf:
+        if not 0.0 < missing < missed < math.inf:
             return MOST_TIMES
-        order = min(math.log(missed / missing) / math.log(finer), MOST_ORDER)
+        # (the bound before the first is infinite: there are two grids)
+        coarser, last = (max(grid.last) for grid in self.grids[-2:])
+        order = min(math.log(missed / missing) / math.log(last / coarser), MOST_ORDER)
         allowed = AIMED_AT * self.tolerance * self.known.cost / (1.0 + self.tolerance)
         times = (missing / allowed) ** (1.0 / order)
         return max(times, LEAST_TIMES) if times <= WORTH_LESS else MOST_TIMES
