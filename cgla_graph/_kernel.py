@@ -1,4 +1,4 @@
-"""The one decorator of compiled kernels."""
+"""The one decorator of compiled kernels, and the kind of array that they are compiled for."""
 
 import gc
 import hashlib
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+import numpy as np
 from numba.core.compiler_lock import global_compiler_lock
 
 if sys.platform != "win32":
@@ -19,6 +20,7 @@ if sys.platform != "win32":
 
 P = ParamSpec("P")
 R = TypeVar("R")
+ArrayT = TypeVar("ArrayT", bound=np.ndarray[Any, Any])
 
 #: How long to wait for another process that compiles the same kernel before it is compiled here too, and how often to
 #: look, in seconds.
@@ -109,6 +111,22 @@ def _locked(file: Path) -> Iterator[None]:
                     # a file system that knows no locks
                     break
         yield
+
+
+def fixed(array: ArrayT) -> ArrayT:
+    """
+    Return a view of an array, or a copy in C order if it is in another, that cannot be written to.
+
+    Kernels tell arrays that can be written to from others, and are compiled for each: all that they only read is fixed.
+
+    Examples
+    --------
+    >>> fixed(np.zeros((2, 2)).T).flags.writeable
+    False
+    """
+    view = np.ascontiguousarray(array).view()
+    view.flags.writeable = False
+    return cast("ArrayT", view)
 
 
 def is_kept(compiled: Callable[..., object], *arguments: object) -> bool:

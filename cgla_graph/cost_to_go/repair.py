@@ -5,6 +5,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
+from cgla_graph._kernel import fixed
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph._validate import point as pair
 from cgla_graph.cost_to_go import repair_kernels, reweigh_kernels
@@ -302,10 +303,8 @@ def with_node(graph: GeometricGraph, point: Point) -> tuple[GeometricGraph, Node
 
 def _nothing(n_nodes: int) -> repair_kernels.Before:
     """Say nothing of what was before."""
-    values = np.zeros(n_nodes)
-    # as the values of a cost matrix are: kernels are compiled once for such arrays, and once more for others
-    values.flags.writeable = False
-    return values, 1.0, 0.0, np.empty((0, 7)), 0.0, EVERYWHERE
+    # as the values of a cost matrix are
+    return fixed(np.zeros(n_nodes)), 1.0, 0.0, np.empty((0, 7)), 0.0, EVERYWHERE
 
 
 def _settle(

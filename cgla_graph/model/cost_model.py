@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._brief import Brief
+from cgla_graph._kernel import fixed
 from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, point_array
@@ -111,12 +112,12 @@ class CostModel(Brief):
 
     def pair(self, positions: FloatArray, tail: int, head: int, lattice_shape: tuple[int, int] = (0, 0)) -> float:
         """Weigh the segment between two nodes: an entry of `matrix`, to the last bit."""
-        return graph_kernels.pair_weight(_fixed(positions), *lattice_shape, tail, head, self.kernel_model())
+        return graph_kernels.pair_weight(fixed(positions), *lattice_shape, tail, head, self.kernel_model())
 
     def row(self, positions: FloatArray, node: int, lattice_shape: tuple[int, int] = (0, 0)) -> FloatArray:
         """Weigh the segments between one node and all, shape ``(n,)``: a row of `matrix`, to the last bit."""
         out = np.empty(len(positions))
-        graph_kernels.complete_row(_fixed(positions), *lattice_shape, node, self.kernel_model(), out)
+        graph_kernels.complete_row(fixed(positions), *lattice_shape, node, self.kernel_model(), out)
         return out
 
     def matrix(self, positions: FloatArray, lattice_shape: tuple[int, int] = (0, 0)) -> FloatArray:
@@ -135,7 +136,7 @@ class CostModel(Brief):
         matrix
             Shape ``(n, n)``, map units: symmetric, 0 on the diagonal. No other array of that size is made.
         """
-        n_nodes, positions = len(positions), _fixed(positions)
+        n_nodes, positions = len(positions), fixed(positions)
         out = np.empty((n_nodes, n_nodes))
         share_out(
             lambda first, step: graph_kernels.complete_share(
@@ -148,13 +149,6 @@ class CostModel(Brief):
             area = self.area.kernel_arrays
             share_out(lambda first, step: graph_kernels.complete_crossings(positions, area, first, step, out), n_nodes)
         return out
-
-
-def _fixed(positions: FloatArray) -> FloatArray:
-    """Return a read-only view: kernels are compiled for one kind of array, not for two."""
-    view = positions.view()
-    view.flags.writeable = False
-    return view
 
 
 def indexed_area(no_fly: BaseGeometry | None) -> NoFlyArea:

@@ -4,10 +4,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any, TypeAlias, cast
+from typing import TypeAlias, cast
 
 import numpy as np
 
+from cgla_graph._kernel import fixed
 from cgla_graph._types import FloatArray, IntArray, Point
 from cgla_graph._validate import finite_number, non_negative_number, positive_number
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix
@@ -221,16 +222,9 @@ def _map(problem: Problem, matrix: CostMatrix, step: float) -> tuple[Map, IntArr
     usable = np.asarray(((positions >= (x_min, y_min)) & (positions <= (x_max, y_max))).all(axis=1))
     weights = np.empty((0, 0)) if graph.is_implicit else graph.weight_matrix()
     waiting = step * (1.0 + problem.k * problem.field.density(positions))
-    where = (_fixed(positions), _fixed(usable), _fixed(weights), width, height)
-    costs = (model.kernel_model(), _fixed(to_goal), _fixed(waiting))
+    where = (fixed(positions), fixed(usable), fixed(weights), width, height)
+    costs = (model.kernel_model(), fixed(to_goal), fixed(waiting))
     return Map(*where, *costs, start, matrix.target), np.array(alone, dtype=np.int64)
-
-
-def _fixed(array: Any) -> Any:  # noqa: ANN401 - any array
-    """Return a view that cannot be written to: a kernel is compiled once for such arrays, and once for others."""
-    view = np.ascontiguousarray(array).view()
-    view.flags.writeable = False
-    return view
 
 
 def _crowd(start: Point, others: Others, limits: Limits, farthest: float) -> tuple[Motions, str]:
