@@ -142,7 +142,8 @@ class SplineMesh:
             met = whole[:, 0, 0] == mesh_kernels.MET
             counts[mesh_kernels.inside_cells(grid, met, arrays)] = 0
             place[met] = np.arange(met.sum())
-            thin = area.thinnest * SUB_CELLS < LEAKS * max(last) * max(spacing)
+            thinnest = min(area.thinnest, width_at_rim(edges, bounds))
+            thin = thinnest * SUB_CELLS < LEAKS * max(last) * max(spacing)
             along, in_all = (FINER_SIDE * SUB_CELLS, MORE * most_sub_cells) if thin else (SUB_CELLS, most_sub_cells)
             room = math.isqrt(in_all // max(int(met.sum()), 1))
             # an even number, so that the rim of the map runs between sub-cells
@@ -275,6 +276,25 @@ def _sharp_corners(area: NoFlyArea) -> FloatArray:
         turns = np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1))
         found.append(points[np.abs(turns) > SHARP])
     return np.concatenate(found)
+
+
+def width_at_rim(edges: FloatArray, bounds: Bounds) -> float:
+    """
+    Return the least width of an area where it meets the rim of the map, map units; infinite if it does not.
+
+    A wall that is wide elsewhere may taper off beyond the rim. `edges` are those of the area (`NoFlyArea.edges`).
+    """
+    least = math.inf
+    for side, at in enumerate(bounds):
+        across, along = edges[:, side % 2 : 4 : 2], edges[:, 1 - side % 2 : 4 : 2]
+        (meets,) = np.nonzero((across[:, 0] < at) != (across[:, 1] < at))
+        (begin, end), (low, high) = across[meets].T, along[meets].T
+        places = np.sort(low + (at - begin) / (end - begin) * (high - low))
+        # from one to the next is inside, then outside
+        inside = np.clip(places, bounds[1 - side % 2], bounds[3 - side % 2]).reshape(-1, 2)
+        widths = inside[:, 1] - inside[:, 0]
+        least = min(least, float(widths[widths > 0.0].min(initial=math.inf)))
+    return least
 
 
 def corners(area: NoFlyArea, bounds: Bounds) -> FloatArray:

@@ -23,7 +23,7 @@ from strategies import examples
 from cgla_graph._types import Bounds, FloatArray, IntArray, Point, WholeArray
 from cgla_graph.eikonal import cell_runs, mesh_kernels
 from cgla_graph.eikonal.marching import costs_to_go
-from cgla_graph.eikonal.mesh import HALO, NO_CELL, SplineMesh, corners
+from cgla_graph.eikonal.mesh import HALO, NO_CELL, SplineMesh, corners, width_at_rim
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
 
@@ -331,10 +331,36 @@ def test_with_the_usual_sub_cells_thin_walls_leak(monkeypatch: pytest.MonkeyPatc
     assert over_the_wall(3e-5) < 0.41
 
 
+#: A wall of 4 % of the side, that tapers to 3e-5 where it meets the rim of the map, and ends beyond it.
+TAPERED = shapely.Polygon([(0.48, 0.7), (0.52, 0.7), (0.5, -0.7 * 3e-5 / (0.04 - 3e-5))])
+
+
+def test_fronts_do_not_leak_through_walls_that_taper_off_at_the_rim(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert round_the(TAPERED) > 1.05
+    # what walls are like elsewhere is not enough to know
+    monkeypatch.setattr("cgla_graph.eikonal.mesh.width_at_rim", lambda *_: math.inf)
+    assert round_the(TAPERED) < 0.57
+
+
+@given(strategies.polygons(), st.tuples(*[st.floats(0.0, 2.0)] * 2, *[st.floats(2.1, 4.0)] * 2))
+@examples(100)
+@example(TAPERED, UNIT)
+def test_the_width_at_the_rim_is_that_of_what_the_rim_crosses(area: BaseGeometry, bounds: Bounds) -> None:
+    sides = [shapely.LineString(side) for side in itertools.pairwise(shapely.box(*bounds).exterior.coords)]
+    assume(not shapely.touches(area, sides).any())
+    crossed = shapely.length(shapely.get_parts(shapely.intersection(area, sides)))
+    assert width_at_rim(NoFlyArea(area).edges, bounds) == pytest.approx(crossed[crossed > 1e-9].min(initial=math.inf))
+
+
 def over_the_wall(width: float, more: BaseGeometry | None = None) -> float:
-    """March from one side of a wall to the other, on a map of side 1; the way over it is 1.077 long."""
+    """March over a thin wall."""
     wall = shapely.box(0.5, -1.0, 0.5 + width, 0.7)
-    area = NoFlyArea(wall if more is None else wall.union(more))
+    return round_the(wall if more is None else wall.union(more))
+
+
+def round_the(wall: BaseGeometry) -> float:
+    """March from one side of a wall to the other, on a map of side 1; the way over it is 1.077 long."""
+    area = NoFlyArea(wall)
     problem = Problem((0.3, 0.2), (0.7, 0.2), no_fly=area.geometry)
     ends = problem.start, problem.goal
     mesh = SplineMesh.build(problem.bounds, (256, 256), cell_runs.rectangle((256, 256)), area, ends)
