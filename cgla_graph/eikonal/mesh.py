@@ -16,8 +16,8 @@ from cgla_graph.model.no_fly import NoFlyArea
 SUB_CELLS = 32_768
 #: Sub-cells in all, unless that would leave fewer than so many along the side of a cell.
 MOST_SUB_CELLS, FEWEST_PARTS = 3_000_000, 4
-#: Walls that are thinner than so many sub-cells may leak. Then there are so many times as many, along the side and in
-#: all.
+#: Walls that are thinner than so many sub-cells may leak: for them there are up to so many times as many, along the
+#: side and in all.
 LEAKS, FINER_SIDE, MORE = 4.0, 16, 16
 #: Further cells around those that matter, unless told otherwise, so that the rim of the mesh does no harm.
 HALO = 8
@@ -143,11 +143,11 @@ class SplineMesh:
             counts[mesh_kernels.inside_cells(grid, met, arrays)] = 0
             place[met] = np.arange(met.sum())
             thinnest = min(area.thinnest, width_at_rim(edges, bounds))
-            thin = thinnest * SUB_CELLS < LEAKS * max(last) * max(spacing)
-            along, in_all = (FINER_SIDE * SUB_CELLS, MORE * most_sub_cells) if thin else (SUB_CELLS, most_sub_cells)
+            along = min(max(SUB_CELLS, LEAKS * max(last) * max(spacing) / thinnest), FINER_SIDE * SUB_CELLS)
+            in_all = most_sub_cells if along == SUB_CELLS else MORE * most_sub_cells
             room = math.isqrt(in_all // max(int(met.sum()), 1))
             # an even number, so that the rim of the map runs between sub-cells
-            parts = 2 * (max(min(along // max(last), room), FEWEST_PARTS) // 2)
+            parts = 2 * (max(min(math.ceil(along / max(last)), room), FEWEST_PARTS) // 2)
             kinds = np.zeros((int(met.sum()), parts, parts), dtype=np.int8)
             mesh_kernels.mark_edges(grid, place, parts, edges, margin, kinds)
             mesh_kernels.sub_cells(grid, place, parts, last, arrays, kinds)
@@ -282,17 +282,20 @@ def width_at_rim(edges: FloatArray, bounds: Bounds) -> float:
     """
     Return the least width of an area where it meets the rim of the map, map units; infinite if it does not.
 
-    A wall that is wide elsewhere may taper off beyond the rim. `edges` are those of the area (`NoFlyArea.edges`).
+    A wall that is wide elsewhere may taper off beyond the rim. The width is taken across the wall. `edges` are those of
+    the area (`NoFlyArea.edges`).
     """
     least = math.inf
     for side, at in enumerate(bounds):
         across, along = edges[:, side % 2 : 4 : 2], edges[:, 1 - side % 2 : 4 : 2]
         (meets,) = np.nonzero((across[:, 0] < at) != (across[:, 1] < at))
         (begin, end), (low, high) = across[meets].T, along[meets].T
-        places = np.sort(low + (at - begin) / (end - begin) * (high - low))
+        places = low + (at - begin) / (end - begin) * (high - low)
+        slants = np.abs(end - begin) / np.hypot(end - begin, high - low)
+        order = np.argsort(places)
         # from one to the next is inside, then outside
-        inside = np.clip(places, bounds[1 - side % 2], bounds[3 - side % 2]).reshape(-1, 2)
-        widths = inside[:, 1] - inside[:, 0]
+        inside = np.clip(places[order], bounds[1 - side % 2], bounds[3 - side % 2]).reshape(-1, 2)
+        widths = (inside[:, 1] - inside[:, 0]) * slants[order].reshape(-1, 2).min(axis=1)
         least = min(least, float(widths[widths > 0.0].min(initial=math.inf)))
     return least
 
