@@ -17,6 +17,7 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, IntArray, WholeArray
 from cgla_graph.eikonal.marching_kernels import Mesh, spline_value
+from cgla_graph.eikonal.mesh_kernels import STRIPS, Outlines
 from cgla_graph.model.risk_kernels import BLOCK, LOG_CUTOFF, LOG_PEAK, PRECISION, X, Y, threats_near
 from cgla_graph.model.risk_raster_kernels import Rasters, raster_floor, raster_range
 
@@ -260,11 +261,35 @@ def _worst(
 
 
 @kernel
+def _worst_in_box(
+    vx: FloatArray,
+    vy: FloatArray,
+    x_part: tuple[float, float],
+    y_part: tuple[float, float],
+    spacing: tuple[float, float],
+    bounds: FloatArray,
+    room: FloatArray,
+) -> float:
+    """Bound as `_worst` does, by `cost_bounds` of the cell or of its quarters; `room` has shape ``(2, 3, 3)``."""
+    worst = 0.0
+    for part in range(bounds.shape[0]):
+        x_here, y_here = x_part, y_part
+        if bounds.shape[0] == QUARTERS:
+            x_here = max(x_part[0], 0.5 * (part % 2)), min(x_part[1], 0.5 + 0.5 * (part % 2))
+            y_here = max(y_part[0], 0.5 * (part // 2)), min(y_part[1], 0.5 + 0.5 * (part // 2))
+        if x_here[0] < x_here[1] and y_here[0] < y_here[1]:
+            for o in range(9):
+                room[0, o // 3, o % 3] = vx[o // 3, o % 3]
+                room[1, o // 3, o % 3] = vy[o // 3, o % 3]
+            worst = max(worst, _worst(room[0], room[1], x_here, y_here, spacing, bounds[part]))
+    return worst
+
+
+@kernel
 def steepness(
     values: FloatArray,
     mesh: Mesh,
-    boxes: WholeArray,
-    parts: int,
+    outlines: Outlines,
     checked: BoolArray,
     bounds: FloatArray,
     out: FloatArray,
@@ -273,16 +298,16 @@ def steepness(
     Bound ``|grad phi| / c`` on each checked piece, and return the greatest; 0 where it does not matter.
 
     A piece that no way leads to, all of whose values are infinite, counts as 0. `bounds` are the `cost_bounds` of the
-    pieces, or of their quarters. Only the box around each piece counts (`SplineMesh.boxes`, in sub-cells of so many
-    `parts` of a spacing): where paths follow a wall or the rim of the map, it costs less beyond.
+    pieces, or of their quarters. Only the box around each piece counts, and if that is too steep, the strips of it
+    (`SplineMesh.outlines`): where paths follow a wall or the rim of the map, it costs less beyond.
     """
     controls, _, _, _, (hx, hy) = mesh
+    parts, boxes, first_strip, strips = outlines
     part = 1.0 / parts
     u = np.empty((3, 3))
     vx = np.empty((3, 3))
     vy = np.empty((3, 3))
-    part_x = np.empty((3, 3))
-    part_y = np.empty((3, 3))
+    room = np.empty((2, 3, 3))
     greatest = 0.0
     for p in range(controls.shape[0]):
         out[p] = 0.0
@@ -314,19 +339,16 @@ def steepness(
         for i in range(3):
             vx[i, 1] = 0.5 * (vx[i, 0] + vx[i, 2])
             vy[1, i] = 0.5 * (vy[0, i] + vy[2, i])
-        left, bottom, right, top = boxes[p, 0] * part, boxes[p, 1] * part, boxes[p, 2] * part, boxes[p, 3] * part
-        if bounds.shape[1] == 1:
-            worst = _worst(vx, vy, (left, right), (bottom, top), (hx, hy), bounds[p, 0])
-        else:
-            worst = 0.0
-            for quarter in range(4):
-                x_part = max(left, 0.5 * (quarter % 2)), min(right, 0.5 + 0.5 * (quarter % 2))
-                y_part = max(bottom, 0.5 * (quarter // 2)), min(top, 0.5 + 0.5 * (quarter // 2))
-                if x_part[0] < x_part[1] and y_part[0] < y_part[1]:
-                    for o in range(9):
-                        part_x[o // 3, o % 3] = vx[o // 3, o % 3]
-                        part_y[o // 3, o % 3] = vy[o // 3, o % 3]
-                    worst = max(worst, _worst(part_x, part_y, x_part, y_part, (hx, hy), bounds[p, quarter]))
+        x_part = boxes[p, 0] * part, boxes[p, 2] * part
+        y_part = boxes[p, 1] * part, boxes[p, 3] * part
+        worst = _worst_in_box(vx, vy, x_part, y_part, (hx, hy), bounds[p], room)
+        if worst > 1.0 and first_strip[p] >= 0:
+            in_strips = 0.0
+            for strip in range(first_strip[p], first_strip[p] + STRIPS):
+                x_part = strips[strip, 0] * part, strips[strip, 2] * part
+                y_part = strips[strip, 1] * part, strips[strip, 3] * part
+                in_strips = max(in_strips, _worst_in_box(vx, vy, x_part, y_part, (hx, hy), bounds[p], room))
+            worst = min(worst, in_strips)
         out[p] = math.sqrt(worst)
         greatest = max(greatest, out[p])
     return greatest

@@ -282,11 +282,6 @@ class _Grid:
     bent: Bent | None
 
     @cached_property
-    def nodes(self) -> FloatArray:
-        """Where the nodes are."""
-        return self.mesh.node_points
-
-    @cached_property
     def bends(self) -> BoolArray:
         """Around which of the corners that stick out the path bends."""
         if self.bent is None:
@@ -358,7 +353,7 @@ class _Grid:
         mesh = self.mesh
         around, away = self.pieces_around(centre, reach + 1)
         nodes = np.unique(mesh.controls[around])
-        points = self.nodes[nodes]
+        points = self.mesh.node_points[nodes]
         proper = np.isin(nodes, proper_nodes(mesh, around)) & ~self.problem.model.area.crosses(points, points)
         sights = [
             self.in_sight(vertex, around, nodes, proper, radius)
@@ -398,7 +393,7 @@ class _Grid:
         they know nothing of what is there, ways do not come from them.
         """
         mesh, area = self.mesh, self.problem.model.area
-        points = self.nodes[nodes]
+        points = self.mesh.node_points[nodes]
         close = np.hypot(*(points - vertex).T) <= radius
         seen = close & proper & ~area.crosses(points, np.broadcast_to(vertex, points.shape))
         behind = seen
@@ -423,7 +418,7 @@ class _Grid:
         for side, opposite in enumerate((1, 0, 3, 2)):
             first = nodes[neighbours[nodes, side] < n].astype(np.int64)
             second = neighbours[first, side].astype(np.int64)
-            behind = self.problem.model.area.crosses(self.nodes[first], self.nodes[second])
+            behind = self.problem.model.area.crosses(self.mesh.node_points[first], self.mesh.node_points[second])
             mutual = behind & (neighbours[second, opposite] == first)
             found.append(np.column_stack([first[behind], np.full(int(behind.sum()), side)]))
             found.append(np.column_stack([second[mutual], np.full(int(mutual.sum()), opposite)]))

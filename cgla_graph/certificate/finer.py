@@ -191,7 +191,7 @@ class Finer(CornerBlock):
                 checked, links = self._checked(corners), links_of(mesh, corners)
                 continue
             steepest = certificate_kernels.steepness(
-                times, mesh.kernel_mesh, mesh.boxes, mesh.parts, checked, self.bounds, steep
+                times, mesh.kernel_mesh, mesh.outlines, checked, self.bounds, steep
             )
             found.append((base + (times - base) / max(steepest, 1.0), sum(charges)))
             if not 1.0 + STEEP < steepest < math.inf:

@@ -212,9 +212,7 @@ class Level:
         """Have the kernels that check a spline compiled, or loaded."""
         times = np.zeros(self.mesh.n_nodes)
         steep, checked = np.empty(len(self.mesh.columns)), self._checked(self.goal_block, ())
-        certificate_kernels.steepness(
-            times, self.mesh.kernel_mesh, self.mesh.boxes, self.mesh.parts, checked, self.bounds, steep
-        )
+        certificate_kernels.steepness(times, self.mesh.kernel_mesh, self.mesh.outlines, checked, self.bounds, steep)
         certificate_kernels.soften(steep, self.mesh.controls, np.zeros(len(steep)), self.costs.copy())
         self._shifted(times, self.problem.start, self.mesh.ends[0], self.goal_block)
 
@@ -298,7 +296,7 @@ class Level:
                 checked, links = self._checked(block, corners), links_of(mesh, corners)
                 continue
             steepest = certificate_kernels.steepness(
-                times, mesh.kernel_mesh, mesh.boxes, mesh.parts, checked, self.bounds, steep
+                times, mesh.kernel_mesh, mesh.outlines, checked, self.bounds, steep
             )
             found = self._shifted(times / max(steepest, 1.0), other, piece, block).lowered(sum(charges))
             gained, reached = found.bound - reached, max(reached, found.bound)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -10,6 +11,8 @@ import shapely
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point, WholeArray
 from cgla_graph.eikonal import cell_runs, mesh_kernels
 from cgla_graph.eikonal.marching_kernels import Joints, Mesh, Nodes
+from cgla_graph.eikonal.mesh_kernels import Outlines
+from cgla_graph.model.cost_model import in_parts
 from cgla_graph.model.no_fly import NoFlyArea
 
 #: Sub-cells along the longer side of the bounds by which pieces of cells are told apart, where there is room for them.
@@ -70,9 +73,8 @@ class SplineMesh:
     sub_cells
         Of each piece the number of its cell, of each cell that of its table or -1, the tables of labels, and of each
         cell its first piece (see `free_parts`).
-    boxes
-        The box around each piece, inside the bounds: columns and rows of sub-cells of its cell, from and to, shape
-        ``(m, 4)``.
+    outlines
+        The box around each piece, inside the bounds, and strips of those that an edge meets (`mesh_kernels.outlines`).
     """
 
     origin: Point
@@ -90,7 +92,7 @@ class SplineMesh:
     ends: tuple[int, ...]
     parts: int
     sub_cells: tuple[WholeArray, WholeArray, WholeArray, WholeArray]
-    boxes: WholeArray
+    outlines: Outlines
 
     @classmethod
     def build(
@@ -127,50 +129,22 @@ class SplineMesh:
         spacing = ((bounds[2] - bounds[0]) / last[0], (bounds[3] - bounds[1]) / last[1])
         columns, rows = cell_runs.cells_of(cell_runs.clipped(cell_runs.dilated(runs, halo), last))
         n_cells = len(columns)
-        place, counts = np.full(n_cells, -1, dtype=np.int32), np.ones(n_cells, dtype=np.int32)
-        parts, labels = 2, np.empty((0, 2, 2), dtype=np.int16)
-        if not area.is_empty:
-            edges, arrays = area.edges, area.kernel_arrays
-            row_starts = np.searchsorted(rows, np.arange(rows[0], rows[-1] + 2))
-            # a millionth of a cell, and some ulps of the coordinates
-            farthest = max(float(np.abs(bounds).max()), float(np.abs(edges).max()))
-            margin = 1e-6 + 2.0**-47 * farthest / min(spacing)
-            whole = np.zeros((n_cells, 1, 1), dtype=np.int8)
-            each = np.arange(n_cells, dtype=np.int32)
-            grid = columns, rows, row_starts, origin, spacing
-            mesh_kernels.mark_edges(grid, each, 1, edges, margin, whole)
-            met = whole[:, 0, 0] == mesh_kernels.MET
-            counts[mesh_kernels.inside_cells(grid, met, arrays)] = 0
-            place[met] = np.arange(met.sum())
-            thinnest = min(area.thinnest, width_at_rim(edges, bounds))
-            along = min(max(SUB_CELLS, LEAKS * max(last) * max(spacing) / thinnest), FINER_SIDE * SUB_CELLS)
-            in_all = most_sub_cells if along == SUB_CELLS else MORE * most_sub_cells
-            room = math.isqrt(in_all // max(int(met.sum()), 1))
-            # an even number, so that the rim of the map runs between sub-cells
-            parts = 2 * (max(min(math.ceil(along / max(last)), room), FEWEST_PARTS) // 2)
-            kinds = np.zeros((int(met.sum()), parts, parts), dtype=np.int8)
-            mesh_kernels.mark_edges(grid, place, parts, edges, margin, kinds)
-            mesh_kernels.sub_cells(grid, place, parts, last, arrays, kinds)
-            labels = np.empty(kinds.shape, dtype=np.int16)
-            counts[met] = mesh_kernels.label_pieces(kinds, labels)
+        place, counts, labels = _cut_open((columns, rows), bounds, last, area, most_sub_cells)
+        parts = labels.shape[1]
         first_piece = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
         near = mesh_kernels.around(columns, rows)
         slots = mesh_kernels.join_pieces(near, place, labels, first_piece, parts)
         pieces = np.repeat(np.arange(n_cells, dtype=np.int32), counts)
         columns, rows = columns[pieces], rows[pieces]
-        is_owner = slots == np.arange(len(slots))
-        owners = np.nonzero(is_owner)[0]
-        controls = (np.cumsum(is_owner, dtype=np.int32) - 1)[slots].reshape(-1, 9)
-        node_columns = columns[owners // 9] + (owners % 9) % 3 - 1
-        node_rows = rows[owners // 9] + (owners % 9) // 3 - 1
-        neighbours = mesh_kernels.connect(controls, len(owners))
+        controls, node_columns, node_rows = mesh_kernels.number_nodes(slots, columns, rows)
+        n_nodes = len(node_columns)
+        neighbours = mesh_kernels.connect(controls, n_nodes)
         matters = cell_runs.are_in(columns, rows, runs)
-        places = np.column_stack([node_columns, node_rows])
-        boxes = mesh_kernels.boxes(columns, rows, last, parts, sub_cells := (pieces, place, labels, first_piece))
-        beside_wall = _beside_wall(neighbours, places, (_sharp_corners(area) - origin) / spacing)
+        outlines = mesh_kernels.outlines(columns, rows, last, parts, sub_cells := (pieces, place, labels, first_piece))
+        beside_wall = _beside_wall(neighbours, node_columns, node_rows, (_sharp_corners(area) - origin) / spacing)
         pairs = np.unique(mesh_kernels.joints(controls, neighbours), axis=0) if len(labels) else NO_PAIRS
-        nodes = node_columns, node_rows, neighbours, joints_of(pairs, spacing, len(owners)), beside_wall
-        mesh = cls(origin, spacing, last, columns, rows, matters, controls, *nodes, (), parts, sub_cells, boxes)
+        nodes = node_columns, node_rows, neighbours, joints_of(pairs, spacing, n_nodes), beside_wall
+        mesh = cls(origin, spacing, last, columns, rows, matters, controls, *nodes, (), parts, sub_cells, outlines)
         found = mesh.pieces_at(np.reshape(ends, (-1, 2)).astype(np.float64))
         return replace(mesh, ends=tuple(np.maximum(found, NO_CELL).tolist()))
 
@@ -189,11 +163,15 @@ class SplineMesh:
         """Number of nodes."""
         return len(self.node_columns)
 
-    @property
+    @cached_property
     def node_points(self) -> FloatArray:
-        """Where the nodes are, shape ``(n, 2)``, map units."""
-        columns, rows = (np.asarray(a, dtype=np.float64) for a in (self.node_columns, self.node_rows))
-        return np.column_stack([self.origin[0] + self.spacing[0] * columns, self.origin[1] + self.spacing[1] * rows])
+        """Where the nodes are, read-only, shape ``(n, 2)``, map units."""
+        points = np.empty((self.n_nodes, 2))
+        for axis, index in enumerate((self.node_columns, self.node_rows)):
+            np.multiply(index, self.spacing[axis], out=points[:, axis])
+        points += self.origin
+        points.flags.writeable = False
+        return points
 
     def pieces_at(self, points: FloatArray) -> WholeArray:
         """
@@ -245,6 +223,52 @@ class SplineMesh:
         return below | (self.node_columns > self.last[0]) | (self.node_rows > self.last[1])
 
 
+def _cut_open(
+    cells: tuple[WholeArray, WholeArray], bounds: Bounds, last: tuple[int, int], area: NoFlyArea, most_sub_cells: int
+) -> tuple[WholeArray, WholeArray, WholeArray]:
+    """
+    Tell apart the pieces of the cells that edges of an area meet.
+
+    `cells` are columns and rows, shapes ``(n,)``. Returns the table of each cell, or -1; how many pieces it has,
+    0 inside the area; and the tables, shape ``(t, parts, parts)``: the label of each sub-cell, or -1 inside the area.
+    """
+    columns, rows = cells
+    n_cells = len(columns)
+    place, counts = np.full(n_cells, -1, dtype=np.int32), np.ones(n_cells, dtype=np.int32)
+    if area.is_empty:
+        return place, counts, np.empty((0, 2, 2), dtype=np.int16)
+    origin, spacing = bounds[:2], ((bounds[2] - bounds[0]) / last[0], (bounds[3] - bounds[1]) / last[1])
+    edges, arrays = area.edges, area.kernel_arrays
+    row_starts = np.searchsorted(rows, np.arange(rows[0], rows[-1] + 2))
+    # a millionth of a cell, and some ulps of the coordinates
+    farthest = max(float(np.abs(bounds).max()), float(np.abs(edges).max()))
+    margin = 1e-6 + 2.0**-47 * farthest / min(spacing)
+    whole = np.zeros((n_cells, 1, 1), dtype=np.int8)
+    grid = columns, rows, row_starts, origin, spacing
+    mesh_kernels.mark_edges(grid, np.arange(n_cells, dtype=np.int32), 1, edges, margin, whole)
+    met = whole[:, 0, 0] == mesh_kernels.MET
+    counts[mesh_kernels.inside_cells(grid, met, arrays)] = 0
+    (cut,) = np.nonzero(met)
+    place[cut] = np.arange(len(cut))
+    thinnest = min(area.thinnest, width_at_rim(edges, bounds))
+    along = min(max(SUB_CELLS, LEAKS * max(last) * max(spacing) / thinnest), FINER_SIDE * SUB_CELLS)
+    in_all = most_sub_cells if along == SUB_CELLS else MORE * most_sub_cells
+    room = math.isqrt(in_all // max(len(cut), 1))
+    # an even number, so that the rim of the map runs between sub-cells
+    parts = 2 * (max(min(math.ceil(along / max(last)), room), FEWEST_PARTS) // 2)
+    kinds = np.zeros((len(cut), parts, parts), dtype=np.int8)
+    mesh_kernels.mark_edges(grid, place, parts, edges, margin, kinds)
+    labels = np.empty(kinds.shape, dtype=np.int16)
+
+    def fill(part: slice) -> None:
+        some = columns[cut[part]], rows[cut[part]]
+        mesh_kernels.sub_cells(some, origin, spacing, last, arrays, kinds[part])
+        counts[cut[part]] = mesh_kernels.label_pieces(kinds[part], labels[part])
+
+    in_parts(fill, len(cut), size=parts * parts)
+    return place, counts, labels
+
+
 def joints_of(pairs: WholeArray, spacing: tuple[float, float], n_nodes: int) -> Joints:
     """Lay out sorted pairs of nodes and the axis along which they are apart as `marching_kernels.march` takes them."""
     one, other, axis = np.ascontiguousarray(pairs.T)
@@ -254,15 +278,16 @@ def joints_of(pairs: WholeArray, spacing: tuple[float, float], n_nodes: int) -> 
     return first, one, other, np.array(spacing)[axis]
 
 
-def _beside_wall(neighbours: WholeArray, places: WholeArray, sharp: FloatArray) -> BoolArray:
-    """Say which nodes lack a neighbour and are not near a sharp corner; places and corners in spacings."""
-    lacks = (neighbours == len(places)).any(axis=1)
+def _beside_wall(neighbours: WholeArray, columns: WholeArray, rows: WholeArray, sharp: FloatArray) -> BoolArray:
+    """Say which nodes, at columns and rows, lack a neighbour and are not near a sharp corner, in spacings."""
+    lacks = (neighbours == len(columns)).any(axis=1)
     lacks[-1] = False
     (lacking,) = np.nonzero(lacks)
     if len(sharp) and len(lacking):
         from scipy.spatial import cKDTree  # noqa: PLC0415 - slow to import, and needed beside walls alone
 
-        away, _ = cKDTree(sharp).query(places[lacking], distance_upper_bound=NEAR_CORNER)
+        places = np.column_stack([columns[lacking], rows[lacking]])
+        away, _ = cKDTree(sharp).query(places, distance_upper_bound=NEAR_CORNER)
         lacks[lacking[np.isfinite(away)]] = False
     return np.asarray(lacks)
 

@@ -20,6 +20,11 @@ FREE, INSIDE, MET = range(3)
 #: Columns and rows of the cells; where the cells of each row begin, from the first row on, and end; origin and spacing.
 Grid: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, tuple[float, float], tuple[float, float]]
 MOST_PIECES: Final = 250
+#: What pieces of cells are like: sub-cells along the side of a cell; the box around each piece; the number of its first
+#: strip, or -1; and strips (`outlines`).
+Outlines: TypeAlias = tuple[int, WholeArray, WholeArray, WholeArray]
+#: Strips of a piece.
+STRIPS: Final = 8
 
 
 @kernel
@@ -132,29 +137,44 @@ def inside_cells(grid: Grid, met: BoolArray, area: AreaArrays) -> BoolArray:
 
 @kernel
 def sub_cells(
-    grid: Grid, place: WholeArray, parts: int, rim: tuple[int, int], area: AreaArrays, kinds: WholeArray
+    cells: tuple[WholeArray, WholeArray],
+    origin: tuple[float, float],
+    spacing: tuple[float, float],
+    rim: tuple[int, int],
+    area: AreaArrays,
+    kinds: WholeArray,
 ) -> None:
     """
-    Say what the sub-cells are that no edge meets (`mark_edges`); `kinds` holds `FREE` for them, and `parts` is even.
+    Say what the sub-cells of some cells are that no edge meets (`mark_edges`).
 
-    `rim` holds the last column and row inside the bounds.
+    Parameters
+    ----------
+    cells
+        Their columns and rows, shapes ``(t,)``.
+    origin, spacing
+        Of the grid.
+    rim
+        The last column and row inside the bounds.
+    area
+        The area.
+    kinds
+        Shape ``(t, parts, parts)``, `parts` even: `FREE` for sub-cells that no edge meets. Overwritten.
     """
-    columns, rows, _, origin, spacing = grid
+    columns, rows = cells
+    parts = kinds.shape[1]
     for p in range(columns.shape[0]):
-        if place[p] < 0:
-            continue
         for part in range(parts):
             y = origin[1] + spacing[1] * (rows[p] - 0.5 + (part + 0.5) / parts)
             before = MET
             for s in range(parts):
-                if kinds[place[p], part, s] != MET:
+                if kinds[p, part, s] != MET:
                     if before == MET and part > 0:
                         # no edge between this one and the one below
-                        before = kinds[place[p], part - 1, s]
+                        before = kinds[p, part - 1, s]
                     if before == MET:
                         x = origin[0] + spacing[0] * (columns[p] - 0.5 + (s + 0.5) / parts)
                         before = INSIDE if point_inside(x, y, area) else FREE
-                    kinds[place[p], part, s] = before
+                    kinds[p, part, s] = before
                 else:
                     before = MET
         if 0 < columns[p] < rim[0] and 0 < rows[p] < rim[1]:
@@ -167,7 +187,7 @@ def sub_cells(
                 south = rows[p] == 0 and part < parts // 2
                 north = rows[p] == rim[1] and part >= parts // 2
                 if west or east or south or north:
-                    kinds[place[p], part, s] = INSIDE
+                    kinds[p, part, s] = INSIDE
 
 
 @kernel
@@ -236,43 +256,65 @@ def label_pieces(kinds: WholeArray, labels: WholeArray) -> WholeArray:
 
 
 @kernel
-def boxes(
+def outlines(
     columns: WholeArray,
     rows: WholeArray,
     last: tuple[int, int],
     parts: int,
     sub_cells: tuple[WholeArray, WholeArray, WholeArray, WholeArray],
-) -> WholeArray:
+) -> Outlines:
     """
-    Find the box around each piece: columns and rows of sub-cells of its cell, from and to, shape ``(m, 4)``.
+    Find the box around each piece, and cut it into strips where an edge meets its cell.
 
-    Of cells on the rim of the map, only the half inside the bounds counts; `parts` is even, and `sub_cells` as a
-    `SplineMesh` has them.
+    A box is columns and rows of sub-cells of its cell, from and to: left, bottom, right, top. Of cells on the rim of
+    the map, only the half inside the bounds counts; `parts` is even, and `sub_cells` as a `SplineMesh` has them.
+
+    Returns
+    -------
+    parts
+        As given.
+    boxes
+        Shape ``(m, 4)``.
+    first_strip
+        The row of each piece in `strips`, shape ``(m,)``; -1 for those that no edge meets.
+    strips
+        Boxes around the parts of a piece in some rows of sub-cells each, from bottom to top, `STRIPS` a piece; empty
+        where the piece has no part. Shape ``(s, 4)``.
     """
     cells, place, labels, first_piece = sub_cells
-    found = np.empty((columns.shape[0], 4), dtype=np.int16)
+    boxes = np.empty((columns.shape[0], 4), dtype=np.int16)
+    first_strip = np.full(columns.shape[0], -1, dtype=np.int32)
+    n_strips = 0
     for p in range(columns.shape[0]):
-        found[p, 0] = parts // 2 if columns[p] == 0 else 0
-        found[p, 1] = parts // 2 if rows[p] == 0 else 0
-        found[p, 2] = parts // 2 if columns[p] == last[0] else parts
-        found[p, 3] = parts // 2 if rows[p] == last[1] else parts
-        table = place[cells[p]]
-        if table < 0:
+        boxes[p, 0] = parts // 2 if columns[p] == 0 else 0
+        boxes[p, 1] = parts // 2 if rows[p] == 0 else 0
+        boxes[p, 2] = parts // 2 if columns[p] == last[0] else parts
+        boxes[p, 3] = parts // 2 if rows[p] == last[1] else parts
+        if place[cells[p]] >= 0:
+            first_strip[p] = n_strips
+            n_strips += STRIPS
+    strips = np.empty((n_strips, 4), dtype=np.int16)
+    for p in range(columns.shape[0]):
+        if first_strip[p] < 0:
             continue
-        label = p - first_piece[cells[p]]
-        left, bottom, right, top = parts, parts, 0, 0
-        for i in range(parts):
-            for j in range(parts):
-                if labels[table, i, j] == label:
-                    left = min(left, j)
-                    right = max(right, j + 1)
-                    bottom = min(bottom, i)
-                    top = i + 1
-        found[p, 0] = max(found[p, 0], left)
-        found[p, 1] = max(found[p, 1], bottom)
-        found[p, 2] = min(found[p, 2], right)
-        found[p, 3] = min(found[p, 3], top)
-    return found
+        table, label = place[cells[p]], p - first_piece[cells[p]]
+        west, south, east, north = parts, parts, 0, 0
+        for number in range(STRIPS):
+            left, bottom, right, top = parts, parts, 0, 0
+            for i in range(number * parts // STRIPS, (number + 1) * parts // STRIPS):
+                for j in range(parts):
+                    if labels[table, i, j] == label:
+                        left = min(left, j)
+                        right = max(right, j + 1)
+                        bottom = min(bottom, i)
+                        top = i + 1
+            strip = strips[first_strip[p] + number]
+            strip[0], strip[1] = max(boxes[p, 0], left), max(boxes[p, 1], bottom)
+            strip[2], strip[3] = min(boxes[p, 2], right), min(boxes[p, 3], top)
+            west, south, east, north = min(west, left), min(south, bottom), max(east, right), max(north, top)
+        boxes[p, 0], boxes[p, 1] = max(boxes[p, 0], west), max(boxes[p, 1], south)
+        boxes[p, 2], boxes[p, 3] = min(boxes[p, 2], east), min(boxes[p, 3], north)
+    return parts, boxes, first_strip, strips
 
 
 @kernel
@@ -358,6 +400,33 @@ def join_pieces(
     for slot in range(parents.shape[0]):
         parents[slot] = root(parents, slot)
     return parents
+
+
+@kernel
+def number_nodes(slots: WholeArray, columns: WholeArray, rows: WholeArray) -> tuple[WholeArray, WholeArray, WholeArray]:
+    """
+    Give numbers to the nodes that pieces share, the representatives of `join_pieces`.
+
+    `columns` and `rows` are those of the pieces, shapes ``(m,)``. Returns the nodes around each piece, shape
+    ``(m, 9)``, and columns and rows of the nodes, shapes ``(n,)``.
+    """
+    controls = np.empty((columns.shape[0], 9), dtype=np.int32)
+    n = 0
+    for p in range(columns.shape[0]):
+        for o in range(9):
+            if slots[9 * p + o] == 9 * p + o:
+                controls[p, o] = n
+                n += 1
+    node_columns, node_rows = np.empty(n, dtype=np.int32), np.empty(n, dtype=np.int32)
+    for p in range(columns.shape[0]):
+        for o in range(9):
+            first = slots[9 * p + o]
+            if first == 9 * p + o:
+                node_columns[controls[p, o]] = columns[p] + o % 3 - 1
+                node_rows[controls[p, o]] = rows[p] + o // 3 - 1
+            else:
+                controls[p, o] = controls[first // 9, first % 9]
+    return controls, node_columns, node_rows
 
 
 @kernel

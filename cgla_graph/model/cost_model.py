@@ -194,11 +194,11 @@ def share_out(task: Callable[[int, int], None], n_items: int) -> None:
         list(pool.map(lambda first: task(first, step), range(step)))
 
 
-def in_parts(task: Callable[[slice], None], n_items: int) -> None:
+def in_parts(task: Callable[[slice], None], n_items: int, *, size: int = 1) -> None:
     """
     Run a task on all cores: ``task(part)`` for items in a row, one thread each.
 
-    Few items (below ten times `THREADED_FROM`) stay in this thread.
+    Little work (below ten times `THREADED_FROM` items of size 1) stays in this thread.
 
     Examples
     --------
@@ -206,5 +206,6 @@ def in_parts(task: Callable[[slice], None], n_items: int) -> None:
     slice(0, 10, None)
     """
     share_out(
-        lambda first, step: task(slice(first * n_items // step, (first + 1) * n_items // step)), n_items=n_items // 10
+        lambda first, step: task(slice(first * n_items // step, (first + 1) * n_items // step)),
+        n_items=n_items * size // 10,
     )

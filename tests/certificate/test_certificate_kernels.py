@@ -131,9 +131,7 @@ def plain_level(field: cg.RiskField, k: float, last: tuple[int, int], bounds: Bo
 def steepnesses(level: Level, values: FloatArray) -> FloatArray:
     mesh, found = level.mesh, np.empty(len(level.mesh.columns))
     every = np.ones(len(found), dtype=bool)
-    greatest = certificate_kernels.steepness(
-        values, mesh.kernel_mesh, mesh.boxes, mesh.parts, every, level.bounds, found
-    )
+    greatest = certificate_kernels.steepness(values, mesh.kernel_mesh, mesh.outlines, every, level.bounds, found)
     assert greatest == found.max()
     return found
 
@@ -191,7 +189,8 @@ def check_beside_walls(area: BaseGeometry, field: cg.RiskField, seed: int) -> in
     pieces = np.array(SplineMesh.build(bounds, last, cell_runs.rectangle(last), problem.model.area, ends).ends)
     mesh, hair = level.mesh, 1e-5
     away = mesh.node_points - rng.uniform(-1.0, 5.0, 2)
-    values = np.append(np.hypot(*away.T) + rng.choice([0.0, 0.3]) * rng.normal(size=len(away)), math.inf)
+    # (where it is less steep than the cost, no bound of less than a piece's box is looked for)
+    values = np.append(9.0 * np.hypot(*away.T) + rng.choice([0.0, 3.0]) * rng.normal(size=len(away)), math.inf)
     known = mesh.controls[pieces], mesh.columns[pieces], mesh.rows[pieces]
     slopes = []
     for axis in (0, 1):
@@ -212,22 +211,57 @@ def test_beside_walls_a_spline_is_nowhere_steeper_than_its_bound(
         assert check_beside_walls(area, field, seed) > 2
 
 
-def test_a_bound_for_less_than_a_piece_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+#: A triangle, none of whose sides is along the grid.
+SLANTED = shapely.Polygon([(0.3, 0.2), (3.1, 1.1), (1.7, 3.3)])
+
+
+@pytest.mark.parametrize("of_strips", [False, True])
+def test_a_bound_for_less_than_a_piece_is_caught(monkeypatch: pytest.MonkeyPatch, *, of_strips: bool) -> None:
     def check_some() -> None:
         for seed in range(6):
-            check_beside_walls(shapely.Polygon([(0.3, 0.2), (3.1, 1.1), (1.7, 3.3)]), SEVERAL, seed)
+            check_beside_walls(SLANTED, SEVERAL, seed)
 
     check_some()
-    boxes = mesh_kernels.boxes
+    outlines = mesh_kernels.outlines
 
-    def left_halves(*given: Any) -> WholeArray:  # noqa: ANN401 - as they come
-        found = boxes(*given)
-        found[:, 2] = (found[:, 0] + found[:, 2] + 1) // 2
-        return found
+    def left_halves(*given: Any) -> mesh_kernels.Outlines:  # noqa: ANN401 - as they come
+        parts, boxes, first_strip, strips = outlines(*given)
+        halved = strips if of_strips else boxes
+        halved[:, 2] = (halved[:, 0] + halved[:, 2] + 1) // 2
+        return parts, boxes, first_strip, strips
 
-    monkeypatch.setattr(mesh_kernels, "boxes", left_halves)
+    monkeypatch.setattr(mesh_kernels, "outlines", left_halves)
     with pytest.raises(AssertionError):
         check_some()
+
+
+def test_where_it_costs_less_inside_a_wall_the_bound_beside_it_is_what_ways_cost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Along the side of a triangle that lies in risk, the excess of the bound is a small part of what the cost changes."""
+    field = cg.RiskField([cg.Threat(0.4, 2.5, 0.5)])
+    problem = cg.Problem((0.1, 0.1), (3.9, 3.9), field, 10.0, (0.0, 0.0, 4.0, 4.0), no_fly=SLANTED)
+
+    def excess() -> float:
+        level = Level.lay(problem, (64, 64), cell_runs.rectangle((64, 64)))
+        mesh = level.mesh
+        beside = mesh.is_cut & (mesh.columns > 10) & (mesh.columns < 20) & (mesh.rows > 20)
+        # level across the wall, and along it as steep as the cost on it
+        side = shapely.LineString(SLANTED.exterior.coords[2:4])
+        along = shapely.line_locate_point(side, shapely.points(mesh.node_points))
+        places = np.linspace(0.0, side.length, 4001)
+        costs = 1.0 + 10.0 * field.density(shapely.get_coordinates(shapely.line_interpolate_point(side, places)))
+        heights = np.append(0.0, np.cumsum(0.5 * (costs[1:] + costs[:-1]) * np.diff(places)))
+        values = np.append(np.interp(along, places, heights), math.inf)
+        return float(np.median(steepnesses(level, values)[beside])) - 1.0
+
+    with_strips, outlines = excess(), mesh_kernels.outlines
+    monkeypatch.setattr(mesh_kernels, "outlines", lambda *given: without_strips(*outlines(*given)))
+    assert 0.0 < with_strips < excess() / 3.0
+
+
+def without_strips(parts: int, boxes: WholeArray, first_strip: WholeArray, strips: WholeArray) -> mesh_kernels.Outlines:
+    return parts, boxes, np.full_like(first_strip, -1), strips
 
 
 def test_the_bound_of_the_steepness_is_of_second_order() -> None:

@@ -20,7 +20,7 @@ from shapely import affinity
 from shapely.geometry.base import BaseGeometry
 from strategies import examples
 
-from cgla_graph._types import Bounds, FloatArray, IntArray, Point, WholeArray
+from cgla_graph._types import BoolArray, Bounds, FloatArray, IntArray, Point, WholeArray
 from cgla_graph.eikonal import cell_runs, mesh_kernels
 from cgla_graph.eikonal.marching import costs_to_go
 from cgla_graph.eikonal.mesh import HALO, NO_CELL, SplineMesh, corners, width_at_rim
@@ -148,19 +148,32 @@ def test_corners_are_those_inside_the_bounds() -> None:
 
 @given(strategies.polygons(), st.tuples(st.integers(2, 9), st.integers(2, 9)))
 @examples(30)
-def test_the_box_around_a_piece_is_that_of_its_free_parts(area: BaseGeometry, last: Last) -> None:
+def test_boxes_and_strips_are_those_of_free_parts(area: BaseGeometry, last: Last) -> None:
     mesh = SplineMesh.build((0.0, 0.0, 4.0, 4.0), last, cell_runs.rectangle(last), NoFlyArea(area), [])
-    for p, (left, bottom, right, top) in enumerate(mesh.boxes.tolist()):
-        assert 0 <= left < right <= mesh.parts
-        assert 0 <= bottom < top <= mesh.parts
-        half = mesh.parts // 2
-        inside = np.ones((mesh.parts, mesh.parts), dtype=bool) & mesh.free_parts(p)
+    parts, boxes, first_strip, strips = mesh.outlines
+    assert parts == mesh.parts
+    assert ((first_strip >= 0) == mesh.is_cut).all()
+    for p, first in enumerate(first_strip.tolist()):
+        half = parts // 2
+        inside = np.ones((parts, parts), dtype=bool) & mesh.free_parts(p)
         inside[:, : half * (mesh.columns[p] == 0)] = False
         inside[: half * (mesh.rows[p] == 0)] = False
-        inside[:, mesh.parts - half * (mesh.columns[p] == last[0]) :] = False
-        inside[mesh.parts - half * (mesh.rows[p] == last[1]) :] = False
-        rows, columns = np.nonzero(inside)
-        assert (left, bottom, right - 1, top - 1) == (columns.min(), rows.min(), columns.max(), rows.max())
+        inside[:, parts - half * (mesh.columns[p] == last[0]) :] = False
+        inside[parts - half * (mesh.rows[p] == last[1]) :] = False
+        assert boxes[p].tolist() == box_of(inside)
+        if first < 0:
+            continue
+        rows = np.arange(parts)[:, None]
+        for strip in range(mesh_kernels.STRIPS):
+            low, high = (turn * parts // mesh_kernels.STRIPS for turn in (strip, strip + 1))
+            here = inside & (rows >= low) & (rows < high)
+            left, bottom, right, top = strips[first + strip].tolist()
+            assert (left >= right or bottom >= top) if not here.any() else [left, bottom, right, top] == box_of(here)
+
+
+def box_of(cells: BoolArray) -> list[int]:
+    rows, columns = np.nonzero(cells)
+    return [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
 
 
 @given(strategies.polygons(), st.tuples(st.integers(2, 9), st.integers(2, 9)), strategies.seeds)
