@@ -238,7 +238,7 @@ def test_a_bound_for_less_than_a_piece_is_caught(monkeypatch: pytest.MonkeyPatch
 def test_where_it_costs_less_inside_a_wall_the_bound_beside_it_is_what_ways_cost(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Along the side of a triangle that lies in risk, the excess of the bound is a small part of what the cost changes."""
+    """Along the side of a triangle in risk, the excess of the bound is a small part of how much the cost changes."""
     field = cg.RiskField([cg.Threat(0.4, 2.5, 0.5)])
     problem = cg.Problem((0.1, 0.1), (3.9, 3.9), field, 10.0, (0.0, 0.0, 4.0, 4.0), no_fly=SLANTED)
 
