@@ -45,6 +45,8 @@ MAX_CELLS = 2_500_000
 MOST_ALONG = 2**17
 #: A bound is good enough for its grid when this part of the tolerance is left to gain.
 FRACTION = 0.05
+#: What loses less than this part of what is missing from the bound is not worth a closer look.
+WORTH = 0.05
 #: How many times as fine as the last one a grid is, at most and at least; from where on all of it is better than less.
 MOST_TIMES, LEAST_TIMES, WORTH_LESS = 2.0, 1.25, 1.75
 #: Of what the tolerance allows to be missing, so much is aimed at. What is missing is not trusted to fall by more than
@@ -364,7 +366,8 @@ class _Search:
         runs = cell_runs.rectangle(last)
         before, look = -math.inf, SECOND_LOOK
         while True:
-            worth = FRACTION * self.tolerance * self.best
+            missing = min(self.known.cost - self.best, self.best)
+            worth = max(FRACTION * self.tolerance * self.best, WORTH * missing)
             level = Level.lay(closed, last, runs, worth, self.known.path)
             self.cells = len(level.mesh.columns)
             self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.held.cost))

@@ -15,7 +15,7 @@ corners are laid again.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,8 +35,9 @@ FINER = 7
 MARGIN, LEAST_MARGIN, BEYOND = 8, 3, 2
 #: Sub-cells of the finer grid, and cells from a corner to the rim of a block on it.
 SUB_CELLS, FINER_REACH = 200_000, 6
-#: Times that the equation is solved, at most; what is steeper by less than this is not worth another time.
-MOST_ROUNDS, STEEP = 5, 2e-3
+#: Times that the equation is solved, at most; what is steeper by less than this is not worth another time, nor is a
+#: charge of more than this part of the last.
+MOST_ROUNDS, STEEP, STALLED = 5, 2e-3, 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +152,11 @@ class Finer(CornerBlock):
         best = math.inf
         for psi, lost in self._solved(self.seeds, begin, self.corners):
             fall = _curves(self.finer_places, self.finer_rim, self.mesh, psi)
-            best = min(best, self._excess(phi[reached], fall[reached], lost, self.way_out[reached]))
+            found = self._excess(phi[reached], fall[reached], lost, self.way_out[reached])
+            stalled = found > STALLED * best
+            best = min(best, found)
+            if stalled:
+                break
         # places are off by some ulps of their coordinates
         mesh = self.mesh
         low, sides = np.array(mesh.origin), np.array(mesh.last) * mesh.spacing
@@ -162,24 +167,24 @@ class Finer(CornerBlock):
 
     def _solved(
         self, seeds: WholeArray, begin: FloatArray, corners: Sequence[CornerBlock]
-    ) -> "list[tuple[FloatArray, float]]":
+    ) -> Iterator[tuple[FloatArray, float]]:
         """
         Solve the equation from values at some nodes, again and again with lower costs where it is too steep.
 
-        Returns
-        -------
-        found
-            Splines that are nowhere too steep in the box, but for blocks, and what these are charged for.
+        Yields
+        ------
+        spline, charge
+            A spline that is nowhere too steep in the box, but for blocks, and what these are charged for.
         """
         mesh, n = self.mesh, self.mesh.n_nodes
         costs, floors, steep = self.costs.copy(), np.zeros(len(mesh.columns)), np.empty(len(mesh.columns))
         known = np.isfinite(begin)
-        found: list[tuple[FloatArray, float]] = []
         if not known.any():
-            return found
+            return
         base = float(begin[known].min())
         checked, links = self._checked(corners), links_of(mesh, corners)
-        while len(found) < MOST_ROUNDS:
+        rounds = 0
+        while rounds < MOST_ROUNDS:
             times, state = np.full(n + 1, np.inf), np.zeros(n + 1, dtype=np.int8)
             state[:n][mesh.outside] = marching_kernels.DONE
             times[seeds[known]] = begin[known]
@@ -193,11 +198,11 @@ class Finer(CornerBlock):
             steepest = certificate_kernels.steepness(
                 times, mesh.kernel_mesh, mesh.outlines, checked, self.bounds, steep
             )
-            found.append((base + (times - base) / max(steepest, 1.0), sum(charges)))
+            yield base + (times - base) / max(steepest, 1.0), sum(charges)
             if not 1.0 + STEEP < steepest < math.inf:
                 break
             certificate_kernels.soften(steep, mesh.controls, floors, costs)
-        return found
+            rounds += 1
 
     def _checked(self, corners: Sequence[CornerBlock]) -> BoolArray:
         """Say on which finer pieces a spline has to be a bound."""
