@@ -341,7 +341,11 @@ def steepness(
             vy[1, i] = 0.5 * (vy[0, i] + vy[2, i])
         x_part = boxes[p, 0] * part, boxes[p, 2] * part
         y_part = boxes[p, 1] * part, boxes[p, 3] * part
-        worst = _worst_in_box(vx, vy, x_part, y_part, (hx, hy), bounds[p], room)
+        if first_strip[p] < 0 and bounds.shape[1] == 1:
+            # (most pieces: nothing is to be kept)
+            worst = _worst(vx, vy, x_part, y_part, (hx, hy), bounds[p, 0])
+        else:
+            worst = _worst_in_box(vx, vy, x_part, y_part, (hx, hy), bounds[p], room)
         if worst > 1.0 and first_strip[p] >= 0:
             in_strips = 0.0
             for strip in range(first_strip[p], first_strip[p] + STRIPS):
