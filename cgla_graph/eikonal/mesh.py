@@ -20,8 +20,8 @@ SUB_CELLS = 32_768
 #: Sub-cells in all, unless that would leave fewer than so many along the side of a cell.
 MOST_SUB_CELLS, FEWEST_PARTS = 3_000_000, 4
 #: Walls that are thinner than so many sub-cells may leak: for them there are up to so many times as many, along the
-#: side and in all.
-LEAKS, FINER_SIDE, MORE = 4.0, 16, 16
+#: side and in all. For tips, which are to be that thin for half a cell at most, there are up to so many times as many.
+LEAKS, FINER_SIDE, MORE, MORE_AT_TIPS = 4.0, 16, 16, 4
 #: Further cells around those that matter, unless told otherwise, so that the rim of the mesh does no harm.
 HALO = 8
 #: Where there is no piece.
@@ -252,10 +252,12 @@ def _cut_open(
     place[cut] = np.arange(len(cut))
     thinnest = min(area.thinnest, width_at_rim(edges, bounds))
     along = min(max(SUB_CELLS, LEAKS * max(last) * max(spacing) / thinnest), FINER_SIDE * SUB_CELLS)
-    in_all = most_sub_cells if along == SUB_CELLS else MORE * most_sub_cells
-    room = math.isqrt(in_all // max(len(cut), 1))
+    for_walls = math.ceil(along / max(last)), 1 if along == SUB_CELLS else MORE
+    for_tips = math.ceil(2.0 * LEAKS / least_angle(edges, bounds)), MORE_AT_TIPS
+    room = most_sub_cells / max(len(cut), 1)
+    wanted = max(min(parts, int(math.sqrt(times * room))) for parts, times in (for_walls, for_tips))
     # an even number, so that the rim of the map runs between sub-cells
-    parts = 2 * (max(min(math.ceil(along / max(last)), room), FEWEST_PARTS) // 2)
+    parts = 2 * (max(wanted, FEWEST_PARTS) // 2)
     kinds = np.zeros((len(cut), parts, parts), dtype=np.int8)
     mesh_kernels.mark_edges(grid, place, parts, edges, margin, kinds)
     labels = np.empty(kinds.shape, dtype=np.int16)
@@ -323,6 +325,18 @@ def width_at_rim(edges: FloatArray, bounds: Bounds) -> float:
         widths = (inside[:, 1] - inside[:, 0]) * slants[order].reshape(-1, 2).min(axis=1)
         least = min(least, float(widths[widths > 0.0].min(initial=math.inf)))
     return least
+
+
+def least_angle(edges: FloatArray, bounds: Bounds) -> float:
+    """
+    Return the least angle of the corners that stick out from an area inside some bounds, rad; infinite without any.
+
+    `edges` are those of the area (`NoFlyArea.edges`).
+    """
+    here, out, back = edges[:, :2], edges[:, 2:4] - edges[:, :2], edges[:, 4:] - edges[:, :2]
+    angles = np.arctan2(out[:, 0] * back[:, 1] - out[:, 1] * back[:, 0], (out * back).sum(axis=1))
+    inside = ((here >= bounds[:2]) & (here <= bounds[2:])).all(axis=1)
+    return float(angles[inside & (angles > 0.0)].min(initial=math.inf))
 
 
 def corners(area: NoFlyArea, bounds: Bounds) -> FloatArray:

@@ -374,6 +374,27 @@ def test_the_width_at_the_rim_is_across_the_wall(degrees: float) -> None:
     assert width_at_rim(NoFlyArea(wall).edges, UNIT) == pytest.approx(0.05)
 
 
+def test_the_sides_of_a_tip_are_told_apart_from_the_second_cell_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert together_behind(math.radians(2.0)) <= 1.5
+    monkeypatch.setattr("cgla_graph.eikonal.mesh.MORE_AT_TIPS", 0)
+    assert together_behind(math.radians(2.0)) > 3.0
+
+
+def together_behind(angle: float) -> float:
+    """Return up to how many cells behind the tip of a wedge both sides are in one piece, on a grid of 2,048 cells."""
+    last, tip, turn = 2048, np.array([0.3, 0.3]), math.radians(17.0)
+    ahead, aside = np.array([math.cos(turn), math.sin(turn)]), np.array([-math.sin(turn), math.cos(turn)])
+    back, wide = tip + 0.5 * ahead, 0.5 * math.tan(0.5 * angle) * aside
+    area = NoFlyArea(shapely.Polygon([tip, back - wide, back + wide]))
+    runs = cell_runs.runs_of(*(a.ravel() for a in np.meshgrid(range(610, 640), range(610, 640))))
+    mesh = SplineMesh.build(UNIT, (last, last), runs, area, [])
+    behind = np.linspace(0.0, 10.0, 201)[:, None]
+    sides = [tip + (behind * ahead + sign * (math.tan(0.5 * angle) * behind + 1e-3) * aside) / last for sign in (-1, 1)]
+    one, other = (mesh.pieces_at(points) for points in sides)
+    assert (one >= 0).all()
+    return float(behind[one == other].max())
+
+
 def over_the_wall(width: float, more: BaseGeometry | None = None) -> float:
     """March over a thin wall."""
     wall = shapely.box(0.5, -1.0, 0.5 + width, 0.7)
