@@ -351,7 +351,9 @@ def join_pieces(
     n = near.shape[0]
     # (casts keep calls of one kernel alike, which is compiled anew for other types and for constants)
     start, end = int(np.int64(0)), parts - 1
-    parents: WholeArray = np.arange(9 * int(first_piece[n])).astype(np.int32)
+    parents: WholeArray = np.empty(9 * int(first_piece[n]), dtype=np.int32)
+    for slot in range(parents.shape[0]):
+        parents[slot] = slot
     plain = np.empty(n, dtype=np.bool_)
     for p in range(n):
         plain[p] = place[p] < 0 and first_piece[p + 1] > first_piece[p]
