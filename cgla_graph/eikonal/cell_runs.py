@@ -6,7 +6,7 @@ A run is a row of an integer array: ``row, first column, last column + 1``. Merg
 
 import numpy as np
 
-from cgla_graph._types import BoolArray, WholeArray
+from cgla_graph._types import WholeArray
 
 
 def rectangle(last: tuple[int, int]) -> WholeArray:
@@ -132,22 +132,3 @@ def runs_of(columns: WholeArray, rows: WholeArray) -> WholeArray:
     [[0, 1, 3], [2, 0, 1]]
     """
     return merged(np.column_stack([rows, columns, columns + 1]).astype(np.int64))
-
-
-def are_in(columns: WholeArray, rows: WholeArray, runs: WholeArray) -> BoolArray:
-    """
-    Say of each cell whether it is in some merged runs, shape ``(n,)``.
-
-    Examples
-    --------
-    >>> are_in(np.array([0, 1, 5]), np.array([0, 0, 0]), np.array([[0, 1, 3]])).tolist()
-    [False, True, False]
-    """
-    if len(runs) == 0:
-        return np.zeros(len(columns), dtype=np.bool_)
-    low = int(min(columns.min(initial=0), runs[:, 1].min()))
-    width = int(max(columns.max(initial=0), runs[:, 2].max())) - low + 2
-    keys = rows.astype(np.int64) * width + (columns - low)
-    starts, ends = (runs[:, 0] * width + (runs[:, side] - low) for side in (1, 2))
-    at = np.searchsorted(starts, keys, side="right") - 1
-    return np.asarray((at >= 0) & (keys < ends[np.maximum(at, 0)]))

@@ -127,19 +127,18 @@ class SplineMesh:
         """
         origin = bounds[:2]
         spacing = ((bounds[2] - bounds[0]) / last[0], (bounds[3] - bounds[1]) / last[1])
-        columns, rows = cell_runs.cells_of(cell_runs.clipped(cell_runs.dilated(runs, halo), last))
-        n_cells = len(columns)
+        wide = cell_runs.clipped(cell_runs.dilated(runs, halo), last)
+        columns, rows, matters = mesh_kernels.cells_of(wide, runs)
         place, counts, labels = _cut_open((columns, rows), bounds, last, area, most_sub_cells)
         parts = labels.shape[1]
         first_piece = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-        near = mesh_kernels.around(columns, rows)
-        slots = mesh_kernels.join_pieces(near, place, labels, first_piece, parts)
-        pieces = np.repeat(np.arange(n_cells, dtype=np.int32), counts)
-        columns, rows = columns[pieces], rows[pieces]
+        # (no name for what is around: it is large, and let go of)
+        slots = mesh_kernels.join_pieces(mesh_kernels.around(columns, rows), place, labels, first_piece, parts)
+        pieces = np.repeat(np.arange(len(columns), dtype=np.int32), counts)
+        columns, rows, matters = columns[pieces], rows[pieces], matters[pieces]
         controls, node_columns, node_rows = mesh_kernels.number_nodes(slots, columns, rows)
         n_nodes = len(node_columns)
         neighbours = mesh_kernels.connect(controls, n_nodes)
-        matters = cell_runs.are_in(columns, rows, runs)
         outlines = mesh_kernels.outlines(columns, rows, last, parts, sub_cells := (pieces, place, labels, first_piece))
         beside_wall = _beside_wall(neighbours, node_columns, node_rows, (_sharp_corners(area) - origin) / spacing)
         pairs = np.unique(mesh_kernels.joints(controls, neighbours), axis=0) if len(labels) else NO_PAIRS

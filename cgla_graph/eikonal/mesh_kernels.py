@@ -28,6 +28,30 @@ STRIPS: Final = 8
 
 
 @kernel
+def cells_of(wide: WholeArray, runs: WholeArray) -> tuple[WholeArray, WholeArray, BoolArray]:
+    """
+    List the cells of merged runs `wide` (`cell_runs`), and say which are in the merged runs `runs` as well.
+
+    Returns columns, rows and which, shapes ``(n,)``.
+    """
+    n = 0
+    for w in range(wide.shape[0]):
+        n += wide[w, 2] - wide[w, 1]
+    columns, rows = np.empty(n, dtype=np.int32), np.empty(n, dtype=np.int32)
+    both = np.zeros(n, dtype=np.bool_)
+    n, r = 0, 0
+    for w in range(wide.shape[0]):
+        row = wide[w, 0]
+        for column in range(wide[w, 1], wide[w, 2]):
+            while r < runs.shape[0] and (runs[r, 0] < row or (runs[r, 0] == row and runs[r, 2] <= column)):
+                r += 1
+            columns[n], rows[n] = column, row
+            both[n] = r < runs.shape[0] and runs[r, 0] == row and runs[r, 1] <= column
+            n += 1
+    return columns, rows, both
+
+
+@kernel
 def around(columns: WholeArray, rows: WholeArray) -> WholeArray:
     """Find the cells around each cell, shape ``(n, 9)``; -1 where there is none."""
     n = columns.shape[0]
@@ -407,28 +431,31 @@ def join_pieces(
 @kernel
 def number_nodes(slots: WholeArray, columns: WholeArray, rows: WholeArray) -> tuple[WholeArray, WholeArray, WholeArray]:
     """
-    Give numbers to the nodes that pieces share, the representatives of `join_pieces`.
+    Give numbers to the nodes that pieces share.
 
-    `columns` and `rows` are those of the pieces, shapes ``(m,)``. Returns the nodes around each piece, shape
-    ``(m, 9)``, and columns and rows of the nodes, shapes ``(n,)``.
+    `slots` are their representatives (`join_pieces`) and are overwritten; `columns` and `rows` those of the pieces,
+    shapes ``(m,)``. Returns the nodes around each piece, shape ``(m, 9)``, and columns and rows of the nodes, shapes
+    ``(n,)``.
     """
-    controls = np.empty((columns.shape[0], 9), dtype=np.int32)
+    n = 0
+    for slot in range(slots.shape[0]):
+        if slots[slot] == slot:
+            n += 1
+    node_columns, node_rows = np.empty(n, dtype=np.int32), np.empty(n, dtype=np.int32)
     n = 0
     for p in range(columns.shape[0]):
         for o in range(9):
             if slots[9 * p + o] == 9 * p + o:
-                controls[p, o] = n
+                node_columns[n], node_rows[n] = columns[p] + o % 3 - 1, rows[p] + o // 3 - 1
+                # below 0: a number, and no slot
+                slots[9 * p + o] = -1 - n
                 n += 1
-    node_columns, node_rows = np.empty(n, dtype=np.int32), np.empty(n, dtype=np.int32)
-    for p in range(columns.shape[0]):
-        for o in range(9):
-            first = slots[9 * p + o]
-            if first == 9 * p + o:
-                node_columns[controls[p, o]] = columns[p] + o % 3 - 1
-                node_rows[controls[p, o]] = rows[p] + o // 3 - 1
-            else:
-                controls[p, o] = controls[first // 9, first % 9]
-    return controls, node_columns, node_rows
+    for slot in range(slots.shape[0]):
+        if slots[slot] >= 0:
+            slots[slot] = slots[slots[slot]]
+    for slot in range(slots.shape[0]):
+        slots[slot] = -1 - slots[slot]
+    return slots.reshape((-1, 9)), node_columns, node_rows
 
 
 @kernel

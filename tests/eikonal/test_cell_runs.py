@@ -115,19 +115,8 @@ def test_cells_in_any_order_and_twice_make_runs(listed: list[tuple[int, int]]) -
     assert are_merged(found)
 
 
-@given(any_runs(), st.lists(st.tuples(whole, whole), max_size=20))
-@strategies.fast
-def test_membership_is_that_of_sets(runs: WholeArray, asked: list[tuple[int, int]]) -> None:
-    columns, rows = np.array(asked, dtype=np.int32).reshape(-1, 2).T
-    inside = cells(runs)
-    found = cell_runs.are_in(columns, rows, cell_runs.merged(runs))
-    assert found.tolist() == [cell in inside for cell in asked]
-
-
 def test_keys_of_far_cells_do_not_overflow() -> None:
     far = 2**30
     runs = np.array([[far, far, far + 2], [far + 1, 0, 1]], dtype=np.int64)
     columns, rows = cell_runs.cells_of(cell_runs.merged(runs))
-    assert cell_runs.are_in(columns, rows, runs).all()
     assert cell_runs.runs_of(columns, rows).tolist() == runs.tolist()
-    assert not cell_runs.are_in(columns + 2, rows, runs).any()

@@ -63,7 +63,7 @@ def test_cells_that_touch_share_the_nodes_between_them(cells: tuple[Last, WholeA
     wanted = cell_runs.cells_of(cell_runs.clipped(cell_runs.dilated(runs, HALO), last))
     assert mesh.columns.tolist() == wanted[0].tolist()
     assert mesh.rows.tolist() == wanted[1].tolist()
-    assert mesh.matters.tolist() == cell_runs.are_in(*wanted, runs).tolist()
+    assert mesh.matters.tolist() == oracles.are_in(*wanted, runs)
     at = places(mesh)
     cell_list = list(zip(mesh.columns.tolist(), mesh.rows.tolist(), strict=True))
     controls = {

@@ -408,6 +408,12 @@ def _arrival(
 # Splines
 
 
+def are_in(columns: WholeArray, rows: WholeArray, runs: WholeArray) -> list[bool]:
+    """Say of each cell of a grid whether it is in some runs (`cell_runs`)."""
+    cells = {(column, row) for row, first, end in runs.tolist() for column in range(first, end)}
+    return [cell in cells for cell in zip(columns.tolist(), rows.tolist(), strict=True)]
+
+
 def spline(
     pieces: tuple[WholeArray, WholeArray, WholeArray],
     origin: tuple[float, float],
