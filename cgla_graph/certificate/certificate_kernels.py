@@ -7,6 +7,10 @@ differences of neighbours. As the length of a vector is convex, ``|grad phi| <= 
 polynomials ``B_ab``; and ``c >= sum B_ab c_ab``, where the ``c_ab`` are values of a linear lower bound of the cost on
 the cell. So the greatest ``|v_ab| / c_ab`` bounds ``|grad phi| / c`` on the whole cell, and is too large by second
 order in the spacing only.
+
+Beside a slanted wall, along which a path may run because it costs less the closer it is, some ``c_ab`` are those of
+places inside the wall: too low, by first order in the spacing. There the bound is that of strips of the cell's free
+part, an eighth of the cell high.
 """
 
 import math
