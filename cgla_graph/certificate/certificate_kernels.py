@@ -219,6 +219,28 @@ def narrow(rows: FloatArray, low: float, high: float) -> None:
 
 
 @kernel
+def _gradients(u: FloatArray, spacing: tuple[float, float], vx: FloatArray, vy: FloatArray) -> None:
+    """Write the control vectors of a spline's gradient to `vx` and `vy`; its control values are `u`, all ``(3, 3)``."""
+    hx, hy = spacing
+    for side in range(2):
+        low = (u[0, side + 1] - u[0, side]) / hx
+        middle = (u[1, side + 1] - u[1, side]) / hx
+        high = (u[2, side + 1] - u[2, side]) / hx
+        vx[0, 2 * side] = 0.5 * (low + middle)
+        vx[1, 2 * side] = middle
+        vx[2, 2 * side] = 0.5 * (middle + high)
+        low = (u[side + 1, 0] - u[side, 0]) / hy
+        middle = (u[side + 1, 1] - u[side, 1]) / hy
+        high = (u[side + 1, 2] - u[side, 2]) / hy
+        vy[2 * side, 0] = 0.5 * (low + middle)
+        vy[2 * side, 1] = middle
+        vy[2 * side, 2] = 0.5 * (middle + high)
+    for i in range(3):
+        vx[i, 1] = 0.5 * (vx[i, 0] + vx[i, 2])
+        vy[1, i] = 0.5 * (vy[0, i] + vy[2, i])
+
+
+@kernel
 def _worst(
     vx: FloatArray,
     vy: FloatArray,
@@ -265,31 +287,6 @@ def _worst(
 
 
 @kernel
-def _worst_in_box(
-    vx: FloatArray,
-    vy: FloatArray,
-    x_part: tuple[float, float],
-    y_part: tuple[float, float],
-    spacing: tuple[float, float],
-    bounds: FloatArray,
-    room: FloatArray,
-) -> float:
-    """Bound as `_worst` does, by `cost_bounds` of the cell or of its quarters; `room` has shape ``(2, 3, 3)``."""
-    worst = 0.0
-    for part in range(bounds.shape[0]):
-        x_here, y_here = x_part, y_part
-        if bounds.shape[0] == QUARTERS:
-            x_here = max(x_part[0], 0.5 * (part % 2)), min(x_part[1], 0.5 + 0.5 * (part % 2))
-            y_here = max(y_part[0], 0.5 * (part // 2)), min(y_part[1], 0.5 + 0.5 * (part // 2))
-        if x_here[0] < x_here[1] and y_here[0] < y_here[1]:
-            for o in range(9):
-                room[0, o // 3, o % 3] = vx[o // 3, o % 3]
-                room[1, o // 3, o % 3] = vy[o // 3, o % 3]
-            worst = max(worst, _worst(room[0], room[1], x_here, y_here, spacing, bounds[part]))
-    return worst
-
-
-@kernel
 def steepness(
     values: FloatArray,
     mesh: Mesh,
@@ -305,13 +302,12 @@ def steepness(
     pieces, or of their quarters. Only the box around each piece counts, and if that is too steep, the strips of it
     (`SplineMesh.outlines`): where paths follow a wall or the rim of the map, it costs less beyond.
     """
-    controls, _, _, _, (hx, hy) = mesh
+    controls, _, _, _, spacing = mesh
     parts, boxes, first_strip, strips = outlines
     part = 1.0 / parts
     u = np.empty((3, 3))
     vx = np.empty((3, 3))
     vy = np.empty((3, 3))
-    room = np.empty((2, 3, 3))
     greatest = 0.0
     for p in range(controls.shape[0]):
         out[p] = 0.0
@@ -327,37 +323,27 @@ def steepness(
                 out[p] = math.inf
                 greatest = math.inf
             continue
-        for side in range(2):
-            low = (u[0, side + 1] - u[0, side]) / hx
-            middle = (u[1, side + 1] - u[1, side]) / hx
-            high = (u[2, side + 1] - u[2, side]) / hx
-            vx[0, 2 * side] = 0.5 * (low + middle)
-            vx[1, 2 * side] = middle
-            vx[2, 2 * side] = 0.5 * (middle + high)
-            low = (u[side + 1, 0] - u[side, 0]) / hy
-            middle = (u[side + 1, 1] - u[side, 1]) / hy
-            high = (u[side + 1, 2] - u[side, 2]) / hy
-            vy[2 * side, 0] = 0.5 * (low + middle)
-            vy[2 * side, 1] = middle
-            vy[2 * side, 2] = 0.5 * (middle + high)
-        for i in range(3):
-            vx[i, 1] = 0.5 * (vx[i, 0] + vx[i, 2])
-            vy[1, i] = 0.5 * (vy[0, i] + vy[2, i])
-        x_part = boxes[p, 0] * part, boxes[p, 2] * part
-        y_part = boxes[p, 1] * part, boxes[p, 3] * part
-        if first_strip[p] < 0 and bounds.shape[1] == 1:
-            # (most pieces: nothing is to be kept)
-            worst = _worst(vx, vy, x_part, y_part, (hx, hy), bounds[p, 0])
-        else:
-            worst = _worst_in_box(vx, vy, x_part, y_part, (hx, hy), bounds[p], room)
-        if worst > 1.0 and first_strip[p] >= 0:
-            in_strips = 0.0
-            for strip in range(first_strip[p], first_strip[p] + STRIPS):
-                x_part = strips[strip, 0] * part, strips[strip, 2] * part
-                y_part = strips[strip, 1] * part, strips[strip, 3] * part
-                in_strips = max(in_strips, _worst_in_box(vx, vy, x_part, y_part, (hx, hy), bounds[p], room))
-            worst = min(worst, in_strips)
-        out[p] = math.sqrt(worst)
+        left, bottom = boxes[p, 0] * part, boxes[p, 1] * part
+        right, top = boxes[p, 2] * part, boxes[p, 3] * part
+        in_box, worst = math.inf, 0.0
+        for turn in range(1 + STRIPS):
+            for quarter in range(bounds.shape[1]):
+                x_part, y_part = (left, right), (bottom, top)
+                if bounds.shape[1] == QUARTERS:
+                    x_part = max(left, 0.5 * (quarter % 2)), min(right, 0.5 + 0.5 * (quarter % 2))
+                    y_part = max(bottom, 0.5 * (quarter // 2)), min(top, 0.5 + 0.5 * (quarter // 2))
+                if x_part[0] < x_part[1] and y_part[0] < y_part[1]:
+                    _gradients(u, spacing, vx, vy)
+                    worst = max(worst, _worst(vx, vy, x_part, y_part, spacing, bounds[p, quarter]))
+            if first_strip[p] < 0 or (turn == 0 and worst <= 1.0):
+                break
+            if turn == 0:
+                in_box, worst = worst, 0.0
+            if turn < STRIPS:
+                row = first_strip[p] + turn
+                left, bottom = strips[row, 0] * part, strips[row, 1] * part
+                right, top = strips[row, 2] * part, strips[row, 3] * part
+        out[p] = math.sqrt(min(in_box, worst))
         greatest = max(greatest, out[p])
     return greatest
 

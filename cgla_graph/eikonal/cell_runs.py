@@ -6,7 +6,7 @@ A run is a row of an integer array: ``row, first column, last column + 1``. Merg
 
 import numpy as np
 
-from cgla_graph._types import WholeArray
+from cgla_graph._types import BoolArray, WholeArray
 
 
 def rectangle(last: tuple[int, int]) -> WholeArray:
@@ -117,9 +117,10 @@ def cells_of(runs: WholeArray) -> tuple[WholeArray, WholeArray]:
     [[1, 2, 0], [0, 0, 2]]
     """
     lengths = runs[:, 2] - runs[:, 1]
-    within = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
-    columns = np.repeat(runs[:, 1], lengths) + within
-    return columns.astype(np.int32), np.repeat(runs[:, 0], lengths).astype(np.int32)
+    begins = np.cumsum(lengths) - lengths
+    columns = np.repeat((runs[:, 1] - begins).astype(np.int32), lengths)
+    columns += np.arange(len(columns), dtype=np.int32)
+    return columns, np.repeat(runs[:, 0].astype(np.int32), lengths)
 
 
 def runs_of(columns: WholeArray, rows: WholeArray) -> WholeArray:
@@ -132,3 +133,25 @@ def runs_of(columns: WholeArray, rows: WholeArray) -> WholeArray:
     [[0, 1, 3], [2, 0, 1]]
     """
     return merged(np.column_stack([rows, columns, columns + 1]).astype(np.int64))
+
+
+def are_in(runs: WholeArray, some: WholeArray) -> BoolArray:
+    """
+    Say which cells of merged runs are in other ones, all of whose cells are in the first; in the order of `cells_of`.
+
+    Examples
+    --------
+    >>> are_in(np.array([[0, 1, 5], [2, 0, 1]]), np.array([[0, 2, 4]])).tolist()
+    [False, True, True, False, False]
+    """
+    lengths = runs[:, 2] - runs[:, 1]
+    begins = np.cumsum(lengths) - lengths
+    low = runs[:, 1].min(initial=0)
+    width = runs[:, 2].max(initial=0) - low + 1
+    keys, wanted = (some_runs[:, 0] * width + some_runs[:, 1] - low for some_runs in (runs, some))
+    within = np.searchsorted(keys, wanted, side="right") - 1
+    first = begins[within] + some[:, 1] - runs[within, 1]
+    changes = np.zeros(int(lengths.sum()) + 1, dtype=np.int8)
+    changes[first] += 1
+    changes[first + some[:, 2] - some[:, 1]] -= 1
+    return np.cumsum(changes[:-1], dtype=np.int8).astype(np.bool_)

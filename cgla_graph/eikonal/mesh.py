@@ -128,7 +128,7 @@ class SplineMesh:
         origin = bounds[:2]
         spacing = ((bounds[2] - bounds[0]) / last[0], (bounds[3] - bounds[1]) / last[1])
         wide = cell_runs.clipped(cell_runs.dilated(runs, halo), last)
-        columns, rows, matters = mesh_kernels.cells_of(wide, runs)
+        (columns, rows), matters = cell_runs.cells_of(wide), cell_runs.are_in(wide, runs)
         place, counts, labels = _cut_open((columns, rows), bounds, last, area, most_sub_cells)
         parts = labels.shape[1]
         first_piece = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
@@ -136,8 +136,9 @@ class SplineMesh:
         slots = mesh_kernels.join_pieces(mesh_kernels.around(columns, rows), place, labels, first_piece, parts)
         pieces = np.repeat(np.arange(len(columns), dtype=np.int32), counts)
         columns, rows, matters = columns[pieces], rows[pieces], matters[pieces]
-        controls, node_columns, node_rows = mesh_kernels.number_nodes(slots, columns, rows)
-        n_nodes = len(node_columns)
+        owners = mesh_kernels.number_nodes(slots)
+        controls, n_nodes = slots.reshape(-1, 9), len(owners)
+        node_columns, node_rows = columns[owners // 9] + owners % 3 - 1, rows[owners // 9] + owners % 9 // 3 - 1
         neighbours = mesh_kernels.connect(controls, n_nodes)
         outlines = mesh_kernels.outlines(columns, rows, last, parts, sub_cells := (pieces, place, labels, first_piece))
         beside_wall = _beside_wall(neighbours, node_columns, node_rows, (_sharp_corners(area) - origin) / spacing)

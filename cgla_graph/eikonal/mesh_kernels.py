@@ -28,30 +28,6 @@ STRIPS: Final = 8
 
 
 @kernel
-def cells_of(wide: WholeArray, runs: WholeArray) -> tuple[WholeArray, WholeArray, BoolArray]:
-    """
-    List the cells of merged runs `wide` (`cell_runs`), and say which are in the merged runs `runs` as well.
-
-    Returns columns, rows and which, shapes ``(n,)``.
-    """
-    n = 0
-    for w in range(wide.shape[0]):
-        n += wide[w, 2] - wide[w, 1]
-    columns, rows = np.empty(n, dtype=np.int32), np.empty(n, dtype=np.int32)
-    both = np.zeros(n, dtype=np.bool_)
-    n, r = 0, 0
-    for w in range(wide.shape[0]):
-        row = wide[w, 0]
-        for column in range(wide[w, 1], wide[w, 2]):
-            while r < runs.shape[0] and (runs[r, 0] < row or (runs[r, 0] == row and runs[r, 2] <= column)):
-                r += 1
-            columns[n], rows[n] = column, row
-            both[n] = r < runs.shape[0] and runs[r, 0] == row and runs[r, 1] <= column
-            n += 1
-    return columns, rows, both
-
-
-@kernel
 def around(columns: WholeArray, rows: WholeArray) -> WholeArray:
     """Find the cells around each cell, shape ``(n, 9)``; -1 where there is none."""
     n = columns.shape[0]
@@ -328,16 +304,14 @@ def outlines(
             for i in range(number * parts // STRIPS, (number + 1) * parts // STRIPS):
                 for j in range(parts):
                     if labels[table, i, j] == label:
-                        left = min(left, j)
-                        right = max(right, j + 1)
-                        bottom = min(bottom, i)
-                        top = i + 1
-            strip = strips[first_strip[p] + number]
-            strip[0], strip[1] = max(boxes[p, 0], left), max(boxes[p, 1], bottom)
-            strip[2], strip[3] = min(boxes[p, 2], right), min(boxes[p, 3], top)
+                        left, right = min(left, j), max(right, j + 1)
+                        bottom, top = min(bottom, i), i + 1
+            strip = first_strip[p] + number
+            strips[strip, 0], strips[strip, 2] = max(boxes[p, 0], left), min(boxes[p, 2], right)
+            strips[strip, 1], strips[strip, 3] = max(boxes[p, 1], bottom), min(boxes[p, 3], top)
             west, south, east, north = min(west, left), min(south, bottom), max(east, right), max(north, top)
-        boxes[p, 0], boxes[p, 1] = max(boxes[p, 0], west), max(boxes[p, 1], south)
-        boxes[p, 2], boxes[p, 3] = min(boxes[p, 2], east), min(boxes[p, 3], north)
+        boxes[p, 0], boxes[p, 2] = max(boxes[p, 0], west), min(boxes[p, 2], east)
+        boxes[p, 1], boxes[p, 3] = max(boxes[p, 1], south), min(boxes[p, 3], north)
     return parts, boxes, first_strip, strips
 
 
@@ -429,33 +403,30 @@ def join_pieces(
 
 
 @kernel
-def number_nodes(slots: WholeArray, columns: WholeArray, rows: WholeArray) -> tuple[WholeArray, WholeArray, WholeArray]:
+def number_nodes(slots: WholeArray) -> WholeArray:
     """
     Give numbers to the nodes that pieces share.
 
-    `slots` are their representatives (`join_pieces`) and are overwritten; `columns` and `rows` those of the pieces,
-    shapes ``(m,)``. Returns the nodes around each piece, shape ``(m, 9)``, and columns and rows of the nodes, shapes
-    ``(n,)``.
+    `slots` are their representatives (`join_pieces`); they are overwritten with the numbers. Returns the representative
+    of each node.
     """
-    n = 0
+    n = int(np.int64(0))
+    for slot in range(slots.shape[0]):
+        n += slots[slot] == slot
+    owners = np.empty(n, dtype=np.int32)
+    n = int(np.int64(0))
     for slot in range(slots.shape[0]):
         if slots[slot] == slot:
+            owners[n] = slot
+            # below 0: a number, and no slot
+            slots[slot] = -1 - n
             n += 1
-    node_columns, node_rows = np.empty(n, dtype=np.int32), np.empty(n, dtype=np.int32)
-    n = 0
-    for p in range(columns.shape[0]):
-        for o in range(9):
-            if slots[9 * p + o] == 9 * p + o:
-                node_columns[n], node_rows[n] = columns[p] + o % 3 - 1, rows[p] + o // 3 - 1
-                # below 0: a number, and no slot
-                slots[9 * p + o] = -1 - n
-                n += 1
     for slot in range(slots.shape[0]):
         if slots[slot] >= 0:
             slots[slot] = slots[slots[slot]]
     for slot in range(slots.shape[0]):
         slots[slot] = -1 - slots[slot]
-    return slots.reshape((-1, 9)), node_columns, node_rows
+    return owners
 
 
 @kernel

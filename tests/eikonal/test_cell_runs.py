@@ -5,6 +5,7 @@ from itertools import pairwise, product
 from typing import TypeAlias
 
 import numpy as np
+import oracles
 import strategies
 from hypothesis import given
 from hypothesis import strategies as st
@@ -115,8 +116,16 @@ def test_cells_in_any_order_and_twice_make_runs(listed: list[tuple[int, int]]) -
     assert are_merged(found)
 
 
+@given(any_runs(), any_runs())
+@strategies.fast
+def test_membership_is_that_of_sets(runs: WholeArray, others: WholeArray) -> None:
+    some, every = cell_runs.merged(runs), cell_runs.merged(np.vstack([runs, others]))
+    assert cell_runs.are_in(every, some).tolist() == oracles.are_in(*cell_runs.cells_of(every), some)
+
+
 def test_keys_of_far_cells_do_not_overflow() -> None:
     far = 2**30
     runs = np.array([[far, far, far + 2], [far + 1, 0, 1]], dtype=np.int64)
     columns, rows = cell_runs.cells_of(cell_runs.merged(runs))
+    assert cell_runs.are_in(runs, runs[1:]).tolist() == [False, False, True]
     assert cell_runs.runs_of(columns, rows).tolist() == runs.tolist()
