@@ -48,6 +48,14 @@ def fence(width):
     area = shapely.MultiPolygon([shapely.box(0.5, -1.0, 0.5 + width, 0.7), shapely.box(0.3, 0.3, 0.4, 0.4)])
     return cg.Problem((0.3, 0.2), (0.7, 0.2), cg.RiskField([cg.Threat(0.4, 0.8, 0.1)]), k=5.0, no_fly=area)
 
+def slanted():
+    # a wall that no grid is in line with, along which threats press the path
+    import shapely
+    wall = shapely.Polygon([(0.2, 0.62), (0.8, 0.38), (0.9, 0.9), (0.3, 0.95)])
+    threats = [cg.Threat(0.15 + 0.1 * i, 0.55 - 0.04 * i, 0.05) for i in range(8)]
+    beside = [cg.Threat(0.05, 0.8, 0.1), cg.Threat(0.5, 0.1, 0.12), cg.Threat(0.2, 0.2, 0.1), cg.Threat(0.8, 0.1, 0.1)]
+    return cg.Problem((0.05, 0.65), (0.95, 0.35), cg.RiskField([*threats, *beside]), k=300.0, no_fly=wall)
+
 def integrals(n):
     problem, rng = crowd(n), np.random.default_rng(2)
     starts, ends = rng.random((2, 20000 if n < 200 else 4000, 2))
@@ -102,6 +110,8 @@ WORKLOADS = {
     "proof of 1e-4, random 1": "proved(random_scenario(1).problem, 1e-4)",
     "proof of 1e-3, paper": "proved(cg.load_scenario('paper').problem, 1e-3)",
     "proof of 1e-3, finland": "proved(cg.load_scenario('finland').problem, 1e-3)",
+    "proof of 5e-4, corridor": "proved(cg.load_scenario('corridor').problem, 5e-4)",
+    "proof of 1e-3, slanted wall": "proved(slanted(), 1e-3)",
     "proof of 5e-3, slit at the rim": "proved(slit(), 5e-3)",
     "proof of 5e-3, fence of 1/20,000": "proved(fence(5e-5), 5e-3)",
     "proof of 5e-3, fence of 1/40,000": "proved(fence(2.5e-5), 5e-3)",
