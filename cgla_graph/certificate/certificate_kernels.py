@@ -326,6 +326,7 @@ def steepness(
         left, bottom = boxes[p, 0] * part, boxes[p, 1] * part
         right, top = boxes[p, 2] * part, boxes[p, 3] * part
         in_box, worst = math.inf, 0.0
+        # the box, then the strips, in one loop: what a kernel calls is compiled once more for each call
         for turn in range(1 + STRIPS):
             for quarter in range(bounds.shape[1]):
                 x_part, y_part = (left, right), (bottom, top)

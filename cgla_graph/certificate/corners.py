@@ -50,7 +50,7 @@ from cgla_graph.certificate import corner_kernels
 from cgla_graph.certificate.tips import bounds_on_disc
 from cgla_graph.eikonal.bends import Sight, bends_of
 from cgla_graph.eikonal.marching import Links
-from cgla_graph.eikonal.mesh import NO_CELL, SHARP, SplineMesh
+from cgla_graph.eikonal.mesh import NO_CELL, SHARP, SplineMesh, angles_of
 from cgla_graph.model.problem import Problem
 
 #: Cells from the middle of a block to its rim, at least; walls and corners of areas that one looks at, at most.
@@ -242,9 +242,7 @@ def corners_of(
     edges = problem.model.area.edges
     if not 0 < len(edges) <= MOST_EDGES:
         return [], []
-    here, out, back = edges[:, 0:2], edges[:, 2:4] - edges[:, 0:2], edges[:, 4:6] - edges[:, 0:2]
-    cross = out[:, 0] * back[:, 1] - out[:, 1] * back[:, 0]
-    angles = np.arctan2(cross, (out * back).sum(axis=1))
+    here, angles = edges[:, :2], angles_of(edges)
     # ways bend only around corners that stick out
     convex, which = np.unique(here[angles >= 0.0], axis=0, return_inverse=True)
     turns = np.bincount(which, weights=math.pi - angles[angles >= 0.0])

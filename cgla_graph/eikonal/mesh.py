@@ -129,7 +129,7 @@ class SplineMesh:
         spacing = ((bounds[2] - bounds[0]) / last[0], (bounds[3] - bounds[1]) / last[1])
         wide = cell_runs.clipped(cell_runs.dilated(runs, halo), last)
         (columns, rows), matters = cell_runs.cells_of(wide), cell_runs.are_in(wide, runs)
-        place, counts, labels = _cut_open((columns, rows), bounds, last, area, most_sub_cells)
+        place, counts, labels = _cut_open((columns, rows, origin, spacing), bounds, last, area, most_sub_cells)
         parts = labels.shape[1]
         first_piece = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
         # (no name for what is around: it is large, and let go of)
@@ -224,20 +224,24 @@ class SplineMesh:
 
 
 def _cut_open(
-    cells: tuple[WholeArray, WholeArray], bounds: Bounds, last: tuple[int, int], area: NoFlyArea, most_sub_cells: int
+    cells: tuple[WholeArray, WholeArray, Point, Point],
+    bounds: Bounds,
+    last: tuple[int, int],
+    area: NoFlyArea,
+    most_sub_cells: int,
 ) -> tuple[WholeArray, WholeArray, WholeArray]:
     """
     Tell apart the pieces of the cells that edges of an area meet.
 
-    `cells` are columns and rows, shapes ``(n,)``. Returns the table of each cell, or -1; how many pieces it has,
-    0 inside the area; and the tables, shape ``(t, parts, parts)``: the label of each sub-cell, or -1 inside the area.
+    `cells` are columns and rows, shapes ``(n,)``, origin and spacing. Returns the table of each cell, or -1; how many
+    pieces it has, 0 inside the area; and the tables, shape ``(t, parts, parts)``: the label of each sub-cell, or -1
+    inside the area.
     """
-    columns, rows = cells
+    columns, rows, origin, spacing = cells
     n_cells = len(columns)
     place, counts = np.full(n_cells, -1, dtype=np.int32), np.ones(n_cells, dtype=np.int32)
     if area.is_empty:
         return place, counts, np.empty((0, 2, 2), dtype=np.int16)
-    origin, spacing = bounds[:2], ((bounds[2] - bounds[0]) / last[0], (bounds[3] - bounds[1]) / last[1])
     edges, arrays = area.edges, area.kernel_arrays
     row_starts = np.searchsorted(rows, np.arange(rows[0], rows[-1] + 2))
     # a millionth of a cell, and some ulps of the coordinates
@@ -327,15 +331,21 @@ def width_at_rim(edges: FloatArray, bounds: Bounds) -> float:
     return least
 
 
-def least_angle(edges: FloatArray, bounds: Bounds) -> float:
+def angles_of(edges: FloatArray) -> FloatArray:
     """
-    Return the least angle of the corners that stick out from an area inside some bounds, rad; infinite without any.
+    Return the angle of an area where each of its edges begins, rad, shape ``(n,)``: above 0 where it sticks out.
 
     `edges` are those of the area (`NoFlyArea.edges`).
     """
-    here, out, back = edges[:, :2], edges[:, 2:4] - edges[:, :2], edges[:, 4:] - edges[:, :2]
-    angles = np.arctan2(out[:, 0] * back[:, 1] - out[:, 1] * back[:, 0], (out * back).sum(axis=1))
-    inside = ((here >= bounds[:2]) & (here <= bounds[2:])).all(axis=1)
+    out, back = edges[:, 2:4] - edges[:, :2], edges[:, 4:6] - edges[:, :2]
+    cross = out[:, 0] * back[:, 1] - out[:, 1] * back[:, 0]
+    return np.asarray(np.arctan2(cross, (out * back).sum(axis=1)))
+
+
+def least_angle(edges: FloatArray, bounds: Bounds) -> float:
+    """Return the least angle of the corners that stick out from an area inside some bounds; infinite without any."""
+    angles = angles_of(edges)
+    inside = ((edges[:, :2] >= bounds[:2]) & (edges[:, :2] <= bounds[2:])).all(axis=1)
     return float(angles[inside & (angles > 0.0)].min(initial=math.inf))
 
 

@@ -8,6 +8,7 @@ import oracles
 import pytest
 import shapely
 import strategies
+from broken_meshes import without_strips
 from hypothesis import given
 from hypothesis import strategies as st
 from shapely.geometry.base import BaseGeometry
@@ -258,10 +259,6 @@ def test_where_it_costs_less_inside_a_wall_the_bound_beside_it_is_what_ways_cost
     with_strips, outlines = excess(), mesh_kernels.outlines
     monkeypatch.setattr(mesh_kernels, "outlines", lambda *given: without_strips(*outlines(*given)))
     assert 0.0 < with_strips < excess() / 3.0
-
-
-def without_strips(parts: int, boxes: WholeArray, first_strip: WholeArray, strips: WholeArray) -> mesh_kernels.Outlines:
-    return parts, boxes, np.full_like(first_strip, -1), strips
 
 
 def test_the_bound_of_the_steepness_is_of_second_order() -> None:

@@ -5,10 +5,10 @@ from itertools import pairwise, product
 from typing import TypeAlias
 
 import numpy as np
-import oracles
 import strategies
 from hypothesis import given
 from hypothesis import strategies as st
+from oracles import are_in, cells
 
 from cgla_graph._types import WholeArray
 from cgla_graph.eikonal import cell_runs
@@ -24,10 +24,6 @@ def any_runs(draw: st.DrawFn) -> WholeArray:
     """Draw runs in any order; they may overlap, touch, repeat, or be none at all."""
     runs = draw(st.lists(st.tuples(whole, whole, st.integers(1, 6)), max_size=8))
     return np.array([(row, first, first + width) for row, first, width in runs], dtype=np.int64).reshape(-1, 3)
-
-
-def cells(runs: WholeArray) -> Cells:
-    return {(column, row) for row, first, end in runs.tolist() for column in range(first, end)}
 
 
 def are_merged(runs: WholeArray) -> bool:
@@ -120,7 +116,7 @@ def test_cells_in_any_order_and_twice_make_runs(listed: list[tuple[int, int]]) -
 @strategies.fast
 def test_membership_is_that_of_sets(runs: WholeArray, others: WholeArray) -> None:
     some, every = cell_runs.merged(runs), cell_runs.merged(np.vstack([runs, others]))
-    assert cell_runs.are_in(every, some).tolist() == oracles.are_in(*cell_runs.cells_of(every), some)
+    assert cell_runs.are_in(every, some).tolist() == are_in(*cell_runs.cells_of(every), some)
 
 
 def test_keys_of_far_cells_do_not_overflow() -> None:

@@ -405,13 +405,21 @@ def _arrival(
     return min(max(row[1] + (here + extra) / row[0], row[2]) for row, extra in zip(rows, shift, strict=True))
 
 
-# Splines
+# Cells of grids
+
+
+def cells(runs: WholeArray) -> set[tuple[int, int]]:
+    """List the cells of runs (`cell_runs`), (column, row) each."""
+    return {(column, row) for row, first, end in runs.tolist() for column in range(first, end)}
 
 
 def are_in(columns: WholeArray, rows: WholeArray, runs: WholeArray) -> list[bool]:
-    """Say of each cell of a grid whether it is in some runs (`cell_runs`)."""
-    cells = {(column, row) for row, first, end in runs.tolist() for column in range(first, end)}
-    return [cell in cells for cell in zip(columns.tolist(), rows.tolist(), strict=True)]
+    """Say of each cell whether it is in some runs."""
+    inside = cells(runs)
+    return [cell in inside for cell in zip(columns.tolist(), rows.tolist(), strict=True)]
+
+
+# Splines
 
 
 def spline(
