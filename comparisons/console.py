@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Width and height of what is written where there is no terminal.
 PAGE = (160, 50)
+#: What is said where kernels are missing.
+COMPILING = "compiling kernels: once after an installation, for up to a minute"
 
 
 class ReaderGoneError(Exception):
@@ -142,7 +144,7 @@ def compile_beside(model: "CostModel | None" = None) -> None:
     import subprocess  # noqa: PLC0415 - rarely used
 
     if not _helpers:
-        say("compiling kernels: once after an installation, for up to a minute")
+        say(COMPILING)
     end_compiling()
     folders = "\n".join(sys.path)
     helper = subprocess.Popen(  # noqa: S603 - ours

@@ -442,8 +442,11 @@ class _Search:
         coarser, last = (max(grid.last) for grid in self.grids[-2:])
         order = min(math.log(missed / missing) / math.log(last / coarser), MOST_ORDER)
         allowed = AIMED_AT * self.tolerance * self.known.cost / (1.0 + self.tolerance)
-        times = (missing / allowed) ** (1.0 / order)
-        return max(times, LEAST_TIMES) if times <= WORTH_LESS else MOST_TIMES
+        # (as logarithms: where a bound stands still, its power is too great for a float)
+        less = math.log(missing / allowed)
+        if less > order * math.log(WORTH_LESS):
+            return MOST_TIMES
+        return max(math.exp(less / order), LEAST_TIMES) if less > 0.0 else LEAST_TIMES
 
     def _looks_stuck(self, bound: float, gained: float) -> bool:
         """

@@ -39,6 +39,8 @@ LOG_STRONG = -3.0
 SATURATED = 1e-10
 #: Rounding of the control values on part of a cell, relative to the greatest of the whole.
 NARROWED = 2.0**-49
+#: No node's cost is lowered below this: however steep a piece is, it stays above 0.
+LEAST_COST = 1e-100
 
 
 @kernel
@@ -362,7 +364,7 @@ def soften(steep: FloatArray, controls: WholeArray, floors: FloatArray, costs: F
         if 1.0 < steep[p] < math.inf:
             for o in range(9):
                 q = controls[p, o]
-                costs[q] = min(costs[q], max(before[q] / steep[p], min(before[q], floors[p])))
+                costs[q] = min(costs[q], max(before[q] / steep[p], min(before[q], floors[p]), LEAST_COST))
 
 
 @kernel

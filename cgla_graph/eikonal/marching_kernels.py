@@ -247,7 +247,7 @@ def march(
                     bucket = bucket_of(time, per_time)
                     if bucket <= current:
                         size = push(keys, items, size, time, q)
-                    elif bucket_of(times[q], per_time) != bucket:
+                    elif bucket_of(times[q], per_time) != bucket or times[q] == math.inf:
                         free = put_off(q, bucket, current, free, heads, entries)
                         waiting += 1
                     times[q] = time

@@ -10,7 +10,7 @@ import math
 import pickle
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import oracles
@@ -712,6 +712,21 @@ def test_a_grid_is_no_finer_than_the_tolerance_takes() -> None:
         found = lower_bound(SMOOTH, tolerance, path=path)
         assert found.reached
         assert grid.last[0] < found.grids[-1].last[0] < 1.5 * grid.last[0]
+
+
+@pytest.mark.parametrize(
+    ("seed", "orders", "interpolation"),
+    [(16, 10, "nearest"), (10, 40, "nearest"), (11, 80, "nearest"), (47, 80, "bilinear")],
+)
+def test_risk_of_many_orders_of_magnitude_breaks_no_proof(
+    seed: int, orders: int, interpolation: Literal["nearest", "bilinear"]
+) -> None:
+    """Neither a front, which has to reach every node, nor the choice of grids where a bound stands still."""
+    values = 10.0 ** (orders * np.random.default_rng(seed).random((8, 8)))
+    field = cg.RiskField(rasters=[cg.RasterRisk(values, (0, 0, 8, 8), interpolation=interpolation)])
+    found = lower_bound(cg.Problem((1, 1), (7, 6), field, k=1.0, bounds=(0, 0, 8, 8)), 0.05, max_cells=70_000)
+    assert math.dist((1, 1), (7, 6)) < found.lower_bound <= found.upper_bound < math.inf
+    assert np.isfinite([grid.lower_bound for grid in found.grids]).all()
 
 
 def test_cells_that_are_allowed_are_used() -> None:

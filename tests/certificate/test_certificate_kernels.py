@@ -281,3 +281,22 @@ def test_what_no_way_leads_to_is_not_steep_but_what_is_half_known_is() -> None:
     found = steepnesses(level, values)
     assert found[40] == 0.0
     assert found[41] == math.inf
+
+
+@given(strategies.seeds)
+@strategies.usual
+def test_costs_are_lowered_where_a_spline_is_steep_and_stay_above_zero(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n, n_nodes = int(rng.integers(1, 20)), 30
+    steep, floors = 10.0 ** rng.uniform(-2.0, 300.0, n), np.where(rng.random(n) < 0.3, rng.random(n), 0.0)
+    controls = rng.integers(n_nodes, size=(n, 9)).astype(np.int32)
+    before = 10.0 ** rng.uniform(-50.0, 50.0, n_nodes)
+    costs = before.copy()
+    certificate_kernels.soften(steep, controls, floors, costs)
+    assert (costs > 0.0).all()
+    assert (costs <= before).all()
+    above = steep > 1.0
+    others = np.setdiff1d(np.arange(n_nodes), controls[above])
+    assert (costs[others] == before[others]).all()
+    allowed = np.maximum(before[controls] / steep[:, None], np.maximum(floors, 1e-100)[:, None])
+    assert (costs[controls] <= allowed)[above].all()

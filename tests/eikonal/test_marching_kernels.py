@@ -98,6 +98,16 @@ def test_times_have_no_local_minimum_but_the_seeds(
     assert (found <= times).all()
 
 
+@pytest.mark.parametrize("steep", [1e3, 1e14, 1e17, 1e30])
+def test_times_beyond_all_numbers_of_buckets_are_told(steep: float) -> None:
+    cost, times = np.ones((5, 5)), np.full((5, 5), math.inf)
+    cost[2:, 2:], times[0, 0] = steep, 0.0
+    found = marched(times, cost, (0.1, 0.1), second=True)
+    assert found[:2].max() < 1.0
+    # from either side, half a step upwind
+    assert 0.03 * steep < found[2, 2] < found[2, 3] < found[3, 3] < found[4, 4] < 0.4 * steep
+
+
 # Exact solutions
 
 
