@@ -274,23 +274,26 @@ def threats_in_reach(
     Where each begins and ends is left to `panel_width`; until then, `HIGH` is the square of half the length that it
     reaches along the line. `active` has a row for each threat, of 9 columns or more.
     """
-    m = 0
+    m = int(np.int64(0))
+    # (no branches: which threats are in reach is a coin toss. A row that is not kept is written over)
     for i in range(table.shape[0]):
         rx = table[i, X] - x1
         ry = table[i, Y] - y1
         t = rx * ux + ry * uy
         left = ry * ux - rx * uy
         beyond = max(-t, t - length, 0.0)
-        if left * left + beyond * beyond < table[i, REACH2]:
-            active[m, AT] = t
-            active[m, PRECISION_AT] = table[i, PRECISION]
-            active[m, LOG_AMPLITUDE] = table[i, LOG_PEAK] - 0.5 * left * left * table[i, PRECISION]
-            active[m, ROOT_AT] = table[i, ROOT]
-            active[m, HIGH] = table[i, REACH2] - left * left
-            active[m, WIDTH_AT] = table[i, SPREAD]
-            active[m, LEFT] = left
-            active[m, ROW] = i
-            m += 1
+        active[m, AT] = t
+        active[m, LEFT] = left
+        active[m, ROW] = i
+        m += int(left * left + beyond * beyond < table[i, REACH2])
+    for j in range(m):
+        i = int(active[j, ROW])
+        left = active[j, LEFT]
+        active[j, PRECISION_AT] = table[i, PRECISION]
+        active[j, LOG_AMPLITUDE] = table[i, LOG_PEAK] - 0.5 * left * left * table[i, PRECISION]
+        active[j, ROOT_AT] = table[i, ROOT]
+        active[j, HIGH] = table[i, REACH2] - left * left
+        active[j, WIDTH_AT] = table[i, SPREAD]
     return m
 
 
@@ -362,6 +365,7 @@ def panel_end(start: float, length: float, m: int, active: FloatArray) -> tuple[
 def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray, most: float) -> float:
     """Integrate by 16-point Gauss-Legendre on panels (`panel_end`) that adapt to the threats at hand, up to `most`."""
     clear = scratch[0]
+    first = scratch.shape[0] // 2
     total = 0.0
     start = 0.0
     while start < length and total <= most:
@@ -371,14 +375,20 @@ def _quadrature(length: float, m: int, active: FloatArray, scratch: FloatArray, 
             middle = 0.5 * (end + start)
             for k in range(N_NODES):
                 clear[k] = 1.0
+            # (which threats are here is a coin toss: they are listed without branches)
+            count = int(np.int64(0))
             for i in range(m):
-                if active[i, LOW] < end and active[i, HIGH] > start:
-                    off = middle - active[i, AT]
-                    scale = -0.5 * active[i, PRECISION_AT] * 0.00390625
-                    offset = active[i, LOG_AMPLITUDE] * 0.00390625
-                    for k in range(N_NODES):
-                        d = fma(half, _NODES[k], off)
-                        clear[k] *= 1.0 - exp_256(fma(scale * d, d, offset))
+                scratch[first + count, 0] = middle - active[i, AT]
+                scratch[first + count, 1] = -0.5 * active[i, PRECISION_AT] * 0.00390625
+                scratch[first + count, 2] = active[i, LOG_AMPLITUDE] * 0.00390625
+                count += int((active[i, LOW] < end) & (active[i, HIGH] > start))
+            for j in range(count):
+                off = scratch[first + j, 0]
+                scale = scratch[first + j, 1]
+                offset = scratch[first + j, 2]
+                for k in range(N_NODES):
+                    d = fma(half, _NODES[k], off)
+                    clear[k] *= 1.0 - exp_256(fma(scale * d, d, offset))
             panel = 0.0
             for k in range(N_NODES):
                 panel += _WEIGHTS[k] * (1.0 - clear[k])
