@@ -371,7 +371,8 @@ class _Search:
             level = Level.lay(closed, last, runs, worth, self.known.path)
             self.cells = len(level.mesh.columns)
             self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.held.cost))
-            wanted = self.held.cost / (1.0 + self.tolerance) / shrink
+            # (a few ulps more: that it is good enough has to come out in the end)
+            wanted = self.held.cost / (1.0 + self.tolerance) / shrink * (1.0 + 2.0**-50)
             bounds = level.both(FRACTION * self.tolerance, charge=True, known=self.known.cost, wanted=wanted)
             if bounds is None:
                 # what finer grids leave out is more expensive than a known path

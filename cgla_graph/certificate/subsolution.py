@@ -32,7 +32,7 @@ such a bound falls by along a segment is no bound of the segment's cost.)
 import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -223,15 +223,27 @@ class Level:
         if charge:
             # before threads start: a cached property has one lock for all grids, and a block has a grid of its own
             _ = self.corners
-        bound = partial(self.bound, aim=aim, charge=charge, known=known, wanted=wanted)
+        race = _Race(wanted)
+        bound = partial(self.bound, aim=aim, charge=charge, known=known, race=race)
         # kernels let other threads run
         with ThreadPoolExecutor(1) as thread:
             other = thread.submit(bound, to_goal=False)
             to_goal, to_start = bound(to_goal=True), other.result()
-        return None if to_goal is None or to_start is None else (to_goal, to_start)
+        if to_goal is None or to_start is None:
+            return None
+        if race.rounds:
+            most = (to_goal if race.is_won_by_goal() else to_start).bound
+            to_goal, to_start = (replace(one, bound=min(one.bound, most)) for one in (to_goal, to_start))
+        return to_goal, to_start
 
     def bound(
-        self, *, to_goal: bool, aim: float, charge: bool = False, known: float = math.inf, wanted: float = math.inf
+        self,
+        *,
+        to_goal: bool,
+        aim: float,
+        charge: bool = False,
+        known: float = math.inf,
+        race: "_Race | None" = None,
     ) -> Subsolution | None:
         """
         Bound the cost from everywhere to one end: solve, check, lower the cost where it is too steep, and again.
@@ -248,8 +260,8 @@ class Level:
         known
             Cost of a known path. As no round raises the costs-to-go, the part of the gap that is above them is left to
             finer grids: gains far below it are not worth another round.
-        wanted
-            A bound that is good enough.
+        race
+            With the bound to the other end: once one is good enough, this one need not go on.
 
         Returns
         -------
@@ -309,7 +321,8 @@ class Level:
             stalled = 0.0 <= gained < aim * reached
             possible = self._shifted(times, other, piece, block).bound - sum(charges)
             left = min(LEAST_SHARE * (known - possible), LEAST_GAIN * possible) if known < math.inf else 0.0
-            done = possible - best.bound <= left or best.bound >= wanted
+            over = race is not None and race.is_over(best.bound, number, to_goal)
+            done = over or possible - best.bound <= left
             hopeless = number >= ROUNDS_FOR_STEEP and steepest > STEEP and known < math.inf and not rasters
             if steepest < 1.0 + aim or done or hopeless or (stalled and not gentle):
                 break
@@ -384,6 +397,29 @@ class Level:
         for block in (self.start_block, self.goal_block):
             keep |= mesh.matters & block.holds
         return cell_runs.runs_of(mesh.columns[keep], mesh.rows[keep])
+
+
+@dataclass
+class _Race:
+    """
+    Which of two bounds, to the goal and to the start, is good enough after fewer rounds.
+
+    Then the other one need not go on. How far it has come by then depends on the machine; so nothing else may.
+    """
+
+    wanted: float
+    #: After how many rounds the bound to the goal (True) was good enough, and that to the start (False).
+    rounds: dict[bool, int] = field(default_factory=dict)
+
+    def is_over(self, bound: float, number: int, to_goal: bool) -> bool:
+        """Tell, after so many rounds of one of them, whether either was good enough by then."""
+        if bound >= self.wanted:
+            self.rounds.setdefault(to_goal, number)
+        return any(self.rounds.get(one, math.inf) <= number for one in (True, False))
+
+    def is_won_by_goal(self) -> bool:
+        """Tell whether the bound to the goal was good enough first."""
+        return self.rounds.get(True, math.inf) <= self.rounds.get(False, math.inf)
 
 
 @dataclass(frozen=True, eq=False)

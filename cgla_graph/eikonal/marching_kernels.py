@@ -118,6 +118,7 @@ def march(
     n_joints = joint_node.shape[0]
     n = times.shape[0] - 1
     first_entry, entry_node, entry_bend, entry_cost, first_node, bend_node, bend_cost = bends
+    n_entries = entry_node.shape[0]
     bend_times = np.full(first_node.shape[0], math.inf)
     # by order of the differences along x and y: weights of the two axes, and one over their sum
     weights = np.empty((4, 3))
@@ -169,8 +170,8 @@ def march(
                 continue
             state[p] = DONE
             final[p] = times[p]
-            entry = np.int64(first_entry[p])
-            while 0 <= entry < entry_node.shape[0] and entry_node[entry] == p:
+            entry = np.int64(first_entry[p]) if n_entries > 0 else int(np.int64(-1))
+            while 0 <= entry < n_entries and entry_node[entry] == p:
                 there = times[p] + entry_cost[entry]
                 bend = entry_bend[entry]
                 if there < bend_times[bend]:

@@ -8,6 +8,8 @@ it is held against, that path is made dearer than the best one known.
 import itertools
 import math
 import pickle
+import threading
+import time
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, Literal
@@ -760,6 +762,41 @@ def test_units_and_places_do_not_matter(scale: float, offset: float) -> None:
     two = lower_bound(other, 0.01)
     assert two.lower_bound / scale == pytest.approx(one.lower_bound, rel=1e-3)
     assert two.reached
+
+
+def delayed(problem: cg.Problem, *, to_goal: bool, monkeypatch: pytest.MonkeyPatch) -> Certificate:
+    """Prove while the bound to one end is slow."""
+    solve: Callable[..., FloatArray] = subsolution.costs_to_go
+
+    def slow(of: cg.Problem, mesh: SplineMesh, source: Point, *rest: object, **settings: object) -> FloatArray:
+        # (ends have finer grids of their own, in this thread)
+        if threading.active_count() > before and (source == problem.goal) is to_goal:
+            time.sleep(0.03)
+        return solve(of, mesh, source, *rest, **settings)
+
+    before = threading.active_count()
+    with monkeypatch.context() as patched:
+        patched.setattr(subsolution, "costs_to_go", slow)
+        return lower_bound(problem, 0.005)
+
+
+#: One bound is good enough well before the other, on the last grid.
+UNEQUAL = cg.Problem(
+    (0.1, 0.5), (0.9, 0.5), SEVERAL, 100.0, no_fly=shapely.Polygon([(0.2, 0.2), (0.55, 0.55), (0.3, 0.2)])
+)
+
+
+def same_whichever_is_slow(monkeypatch: pytest.MonkeyPatch) -> bool:
+    one, two = (delayed(UNEQUAL, to_goal=to_goal, monkeypatch=monkeypatch) for to_goal in (True, False))
+    return [grid.lower_bound for grid in one.grids] == [grid.lower_bound for grid in two.grids]
+
+
+def test_which_bound_is_sooner_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The other one stops, wherever it is by then, and what it has found by then does not count."""
+    assert same_whichever_is_slow(monkeypatch)
+    is_won_by_goal = subsolution._Race.is_won_by_goal
+    monkeypatch.setattr(subsolution._Race, "is_won_by_goal", lambda race: not is_won_by_goal(race))
+    assert not same_whichever_is_slow(monkeypatch)
 
 
 def test_the_same_again() -> None:
