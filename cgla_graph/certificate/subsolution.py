@@ -75,6 +75,8 @@ DIRECTIONS = 32
 #: A box around an end is so many times as wide as its block, and has so many cells along its longer side; gains below
 #: this part of its bound are not worth another round; none is smaller than this part of the coordinates.
 BOX, BOX_CELLS, BOX_AIM, LEAST_BOX = 2.5, 64, 1e-3, 2.0**-30
+#: On a grid of more cells, both bounds end as soon as one is good enough; on others, the better one costs no time.
+LARGE = 250_000
 #: A raster is in line with the bounds of a problem within this part of a cell.
 IN_LINE = 1e-6
 
@@ -223,16 +225,16 @@ class Level:
         if charge:
             # before threads start: a cached property has one lock for all grids, and a block has a grid of its own
             _ = self.corners
-        race = _Race(wanted)
-        bound = partial(self.bound, aim=aim, charge=charge, known=known, race=race)
+        race = _Race() if len(self.mesh.columns) > LARGE else None
+        bound = partial(self.bound, aim=aim, charge=charge, known=known, wanted=wanted, race=race)
         # kernels let other threads run
         with ThreadPoolExecutor(1) as thread:
             other = thread.submit(bound, to_goal=False)
             to_goal, to_start = bound(to_goal=True), other.result()
         if to_goal is None or to_start is None:
             return None
-        if race.rounds:
-            most = (to_goal if race.is_won_by_goal() else to_start).bound
+        if race is not None and race.rounds:
+            most = race.best(to_goal.bound, to_start.bound)
             to_goal, to_start = (replace(one, bound=min(one.bound, most)) for one in (to_goal, to_start))
         return to_goal, to_start
 
@@ -243,6 +245,7 @@ class Level:
         aim: float,
         charge: bool = False,
         known: float = math.inf,
+        wanted: float = math.inf,
         race: "_Race | None" = None,
     ) -> Subsolution | None:
         """
@@ -260,8 +263,10 @@ class Level:
         known
             Cost of a known path. As no round raises the costs-to-go, the part of the gap that is above them is left to
             finer grids: gains far below it are not worth another round.
+        wanted
+            A bound that is good enough.
         race
-            With the bound to the other end: once one is good enough, this one need not go on.
+            With the bound to the other end: once one is good enough, both may end.
 
         Returns
         -------
@@ -321,8 +326,9 @@ class Level:
             stalled = 0.0 <= gained < aim * reached
             possible = self._shifted(times, other, piece, block).bound - sum(charges)
             left = min(LEAST_SHARE * (known - possible), LEAST_GAIN * possible) if known < math.inf else 0.0
-            over = race is not None and race.is_over(best.bound, number, to_goal)
-            done = over or possible - best.bound <= left
+            good = best.bound >= wanted
+            over = race is not None and race.is_over(number, to_goal, good)
+            done = good or over or possible - best.bound <= left
             hopeless = number >= ROUNDS_FOR_STEEP and steepest > STEEP and known < math.inf and not rasters
             if steepest < 1.0 + aim or done or hopeless or (stalled and not gentle):
                 break
@@ -407,19 +413,19 @@ class _Race:
     Then the other one need not go on. How far it has come by then depends on the machine; so nothing else may.
     """
 
-    wanted: float
     #: After how many rounds the bound to the goal (True) was good enough, and that to the start (False).
     rounds: dict[bool, int] = field(default_factory=dict)
 
-    def is_over(self, bound: float, number: int, to_goal: bool) -> bool:
+    def is_over(self, number: int, to_goal: bool, good: bool) -> bool:
         """Tell, after so many rounds of one of them, whether either was good enough by then."""
-        if bound >= self.wanted:
+        if good:
             self.rounds.setdefault(to_goal, number)
         return any(self.rounds.get(one, math.inf) <= number for one in (True, False))
 
-    def is_won_by_goal(self) -> bool:
-        """Tell whether the bound to the goal was good enough first."""
-        return self.rounds.get(True, math.inf) <= self.rounds.get(False, math.inf)
+    def best(self, to_goal: float, to_start: float) -> float:
+        """Return the bound that was good enough first, or the better one if both were."""
+        first = min(self.rounds.values())
+        return max(bound for one, bound in ((True, to_goal), (False, to_start)) if self.rounds.get(one) == first)
 
 
 @dataclass(frozen=True, eq=False)
