@@ -444,10 +444,10 @@ class _Search:
         order = min(math.log(missed / missing) / math.log(last / coarser), MOST_ORDER)
         allowed = AIMED_AT * self.tolerance * self.known.cost / (1.0 + self.tolerance)
         # (as logarithms: where a bound stands still, its power is too great for a float)
-        less = math.log(missing / allowed)
-        if less > order * math.log(WORTH_LESS):
+        excess = math.log(missing / allowed)
+        if excess > order * math.log(WORTH_LESS):
             return MOST_TIMES
-        return max(math.exp(less / order), LEAST_TIMES) if less > 0.0 else LEAST_TIMES
+        return max(math.exp(excess / order), LEAST_TIMES) if excess > 0.0 else LEAST_TIMES
 
     def _looks_stuck(self, bound: float, gained: float) -> bool:
         """

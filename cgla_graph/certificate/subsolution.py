@@ -327,8 +327,8 @@ class Level:
             possible = self._shifted(times, other, piece, block).bound - sum(charges)
             left = min(LEAST_SHARE * (known - possible), LEAST_GAIN * possible) if known < math.inf else 0.0
             good = best.bound >= wanted
-            over = race is not None and race.is_over(number, to_goal, good)
-            done = good or over or possible - best.bound <= left
+            lost = race is not None and race.is_lost(number, to_goal, good)
+            done = good or lost or possible - best.bound <= left
             hopeless = number >= ROUNDS_FOR_STEEP and steepest > STEEP and known < math.inf and not rasters
             if steepest < 1.0 + aim or done or hopeless or (stalled and not gentle):
                 break
@@ -416,11 +416,11 @@ class _Race:
     #: After how many rounds the bound to the goal (True) was good enough, and that to the start (False).
     rounds: dict[bool, int] = field(default_factory=dict)
 
-    def is_over(self, number: int, to_goal: bool, good: bool) -> bool:
-        """Tell, after so many rounds of one of them, whether either was good enough by then."""
+    def is_lost(self, number: int, to_goal: bool, good: bool) -> bool:
+        """Enter whether one of them is good enough after so many rounds; tell whether the other one was by then."""
         if good:
-            self.rounds.setdefault(to_goal, number)
-        return any(self.rounds.get(one, math.inf) <= number for one in (True, False))
+            self.rounds[to_goal] = number
+        return self.rounds.get(not to_goal, math.inf) <= number
 
     def best(self, to_goal: float, to_start: float) -> float:
         """Return the bound that was good enough first, or the better one if both were."""
