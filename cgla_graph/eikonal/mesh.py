@@ -136,7 +136,7 @@ class SplineMesh:
         slots = mesh_kernels.join_pieces(mesh_kernels.around(columns, rows), place, labels, first_piece, parts)
         pieces = np.repeat(np.arange(len(columns), dtype=np.int32), counts)
         columns, rows, matters = columns[pieces], rows[pieces], matters[pieces]
-        owners = mesh_kernels.number_nodes(slots)
+        owners = mesh_kernels.number_nodes(slots, columns, rows)
         controls, n_nodes = slots.reshape(-1, 9), len(owners)
         node_columns, node_rows = columns[owners // 9] + owners % 3 - 1, rows[owners // 9] + owners % 9 // 3 - 1
         neighbours = mesh_kernels.connect(controls, n_nodes)

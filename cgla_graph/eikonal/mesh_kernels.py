@@ -25,6 +25,8 @@ MOST_PIECES: Final = 250
 Outlines: TypeAlias = tuple[int, WholeArray, WholeArray, WholeArray]
 #: Strips of a piece.
 STRIPS: Final = 8
+#: Cells along the side of the squares in whose order nodes are numbered.
+TILE: Final = 8
 
 
 @kernel
@@ -403,30 +405,60 @@ def join_pieces(
 
 
 @kernel
-def number_nodes(slots: WholeArray) -> WholeArray:
+def number_nodes(slots: WholeArray, columns: WholeArray, rows: WholeArray) -> WholeArray:
     """
-    Give numbers to the nodes that pieces share.
+    Give numbers to the nodes that pieces share, square by square of `TILE` cells.
 
-    `slots` are their representatives (`join_pieces`); they are overwritten with the numbers. Returns the representative
-    of each node.
+    What is near on the map is so near in memory: a front that crosses many rows of a large grid waits less for it.
+
+    Parameters
+    ----------
+    slots
+        The representative of each slot of a piece (`join_pieces`), shape ``(9 pieces,)``. Overwritten with the numbers.
+    columns, rows
+        Of the cell of each piece, row by row, shape ``(pieces,)``.
+
+    Returns
+    -------
+    representatives
+        Of each node its slot, shape ``(nodes,)``.
     """
-    n = int(np.int64(0))
-    for slot in range(slots.shape[0]):
-        n += slots[slot] == slot
-    owners = np.empty(n, dtype=np.int32)
-    n = int(np.int64(0))
-    for slot in range(slots.shape[0]):
-        if slots[slot] == slot:
-            owners[n] = slot
-            # below 0: a number, and no slot
-            slots[slot] = -1 - n
-            n += 1
+    n_pieces = columns.shape[0]
+    n, last = int(np.int64(0)), int(np.int64(0))
+    for piece in range(n_pieces):
+        last = max(last, columns[piece] // TILE)
+        for slot in range(9 * piece, 9 * piece + 9):
+            n += slots[slot] == slot
+    representatives = np.empty(n, dtype=np.int32)
+    following = np.empty(last + 1, dtype=np.int32)
+    n, begin = int(np.int64(0)), int(np.int64(0))
+    while begin < n_pieces:
+        # the squares of a band of rows: how many nodes each has, then the number of its first, and of its next
+        following[:] = 0
+        end = begin
+        while end < n_pieces and rows[end] // TILE == rows[begin] // TILE:
+            for slot in range(9 * end, 9 * end + 9):
+                following[columns[end] // TILE] += slots[slot] == slot
+            end += 1
+        for tile in range(last + 1):
+            count = following[tile]
+            following[tile] = n
+            n += count
+        for piece in range(begin, end):
+            for slot in range(9 * piece, 9 * piece + 9):
+                if slots[slot] == slot:
+                    node = following[columns[piece] // TILE]
+                    following[columns[piece] // TILE] = node + 1
+                    representatives[node] = slot
+                    # below 0: a number, and no slot
+                    slots[slot] = -1 - node
+        begin = end
     for slot in range(slots.shape[0]):
         if slots[slot] >= 0:
             slots[slot] = slots[slots[slot]]
     for slot in range(slots.shape[0]):
         slots[slot] = -1 - slots[slot]
-    return owners
+    return representatives
 
 
 @kernel
