@@ -21,13 +21,14 @@ from cgla_graph.model.risk_kernels import (
     _WEIGHTS,
     AT,
     HIGH,
+    LOG2_E,
     LOG_AMPLITUDE,
     LOW,
     N_NODES,
     PRECISION_AT,
     ROW,
     Field,
-    exp_256,
+    exp2,
     panel_end,
     panel_widths,
     segment_risk,
@@ -130,11 +131,11 @@ def _sample(start: float, end: float, m: int, active: FloatArray, counts: IntArr
     for i in range(m):
         if active[i, LOW] < end and active[i, HIGH] > start:
             centre = active[i, AT]
-            scale = -0.5 * active[i, PRECISION_AT] * 0.00390625
-            offset = active[i, LOG_AMPLITUDE] * 0.00390625
+            scale = -0.5 * active[i, PRECISION_AT] * LOG2_E
+            offset = active[i, LOG_AMPLITUDE] * LOG2_E
             for node in range(N_NODES):
                 d = middle + half * _NODES[node] - centre
-                left[node] = 1.0 - exp_256(offset + scale * d * d)
+                left[node] = 1.0 - exp2(offset + scale * d * d)
             for r in range(n):
                 for _ in range(counts[rivals[r], int(active[i, ROW])]):
                     for node in range(N_NODES):

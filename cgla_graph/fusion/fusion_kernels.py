@@ -11,7 +11,7 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray
 from cgla_graph.fusion.envelope_kernels import Fields, Work, envelope_risk, workspace
-from cgla_graph.model.risk_kernels import AT, LOG_AMPLITUDE, PRECISION_AT, ROW, exp_256, threats_in_reach
+from cgla_graph.model.risk_kernels import AT, LOG2_E, LOG_AMPLITUDE, PRECISION_AT, ROW, exp2, threats_in_reach
 
 
 @kernel
@@ -36,11 +36,11 @@ def raster_risk(
     clear = np.ones((counts.shape[0], samples + 1))
     for i in range(m):
         centre = active[i, AT]
-        scale = -0.5 * active[i, PRECISION_AT] * 0.00390625
-        offset = active[i, LOG_AMPLITUDE] * 0.00390625
+        scale = -0.5 * active[i, PRECISION_AT] * LOG2_E
+        offset = active[i, LOG_AMPLITUDE] * LOG2_E
         for sample in range(samples + 1):
             d = sample * part - centre
-            left[sample] = 1.0 - exp_256(offset + scale * d * d)
+            left[sample] = 1.0 - exp2(offset + scale * d * d)
         for j in range(counts.shape[0]):
             for _ in range(counts[j, int(active[i, ROW])]):
                 for sample in range(samples + 1):

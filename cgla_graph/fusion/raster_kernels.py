@@ -17,12 +17,12 @@ from cgla_graph.cost_to_go.bound_kernels import ULPS, least_risk, risk_error
 from cgla_graph.fusion.envelope_kernels import Fields, workspace
 from cgla_graph.fusion.fusion_kernels import both_ways
 from cgla_graph.model.graph_kernels import Model, pair_weight
-from cgla_graph.model.risk_kernels import LOG_PEAK, PRECISION, X, Y, exp_256
+from cgla_graph.model.risk_kernels import LOG2_E, LOG_PEAK, PRECISION, X, Y, exp2
 
 #: `rough_risk` leaves out threats whose logarithm stays below this on the whole segment.
 FAINT = -13.0
-#: Rounding of one factor of `rough_risk`, with room to spare: eight squarings double 2e-16 eight times.
-ROUGH_ERROR = 3e-13
+#: Rounding of one factor of `rough_risk`, with room to spare: `exp2` is within 2e-14.
+ROUGH_ERROR = 1e-13
 #: A path that is cheaper by less than this, relative to its cost, is not looked for: it may be rounding.
 ALIKE = 1e-14
 
@@ -61,10 +61,10 @@ def rough_risk(
         if taken == 0:
             clear[:] = 1.0
         taken += 1
-        offset, scale = log_amplitude * 0.00390625, -0.5 * precision * 0.00390625
+        offset, scale = log_amplitude * LOG2_E, -0.5 * precision * LOG2_E
         for sample in range(samples):
             d = steps[sample] * part - at
-            clear[sample] *= 1.0 - exp_256(offset + scale * d * d)
+            clear[sample] *= 1.0 - exp2(offset + scale * d * d)
     if taken == 0:
         return 0.0
     total = 0.0
