@@ -144,7 +144,7 @@ class CostModel(Brief):
             ),
             n_nodes,
         )
-        graph_kernels.complete_sums(*lattice_shape, out)
+        share_out(lambda first, step: graph_kernels.complete_sums(*lattice_shape, first, step, out), n_nodes)
         if not self.area.is_empty:
             area = self.area.kernel_arrays
             share_out(lambda first, step: graph_kernels.complete_crossings(positions, area, first, step, out), n_nodes)

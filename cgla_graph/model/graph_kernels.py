@@ -17,6 +17,8 @@ from cgla_graph.model.risk_kernels import Field, segment_cost
 
 #: What a segment costs: k, the risk field, the no-fly area.
 Model: TypeAlias = tuple[float, Field, AreaArrays]
+#: Columns that are summed together: so many of all rows fit the cache.
+BAND = 32
 
 
 @kernel
@@ -92,20 +94,27 @@ def complete_share(
 
 
 @kernel
-def complete_sums(width: int, height: int, out: FloatArray) -> None:
-    """Complete what `complete_share` began: pairs through further lattice nodes, the other triangle, the diagonal."""
+def complete_sums(width: int, height: int, first: int, step: int, out: FloatArray) -> None:
+    """
+    Complete what `complete_share` began: pairs through further lattice nodes, the other triangle, the diagonal.
+
+    For a share of the columns, those numbered `first`, ``first + step``, … in `BAND` each: no sum needs any other.
+    """
     n = out.shape[0]
-    for i in range(n - 1, -1, -1):
-        out[i, i] = 0.0
-        for j in range(i + 1, n):
-            parts = stride(i, j, width, height)
-            if parts > 1:
-                # the nodes between have higher numbers than i, so their rows are complete
-                between = i + (j - i) // parts
-                out[i, j] = out[i, between] + out[between, j]
-    for i in range(n):
-        for j in range(i):
-            out[i, j] = out[j, i]
+    for start in range(first * BAND, n, step * BAND):
+        stop = min(start + BAND, n)
+        for i in range(stop - 1, -1, -1):
+            for j in range(max(i + 1, start), stop):
+                parts = stride(i, j, width, height)
+                if parts > 1:
+                    # the nodes between have higher numbers than i; the first part goes through none
+                    between = i + (j - i) // parts
+                    out[i, j] = out[i, between] + out[between, j]
+        for i in range(stop):
+            for j in range(max(i + 1, start), stop):
+                out[j, i] = out[i, j]
+        for j in range(start, stop):
+            out[j, j] = 0.0
 
 
 @kernel
