@@ -434,7 +434,8 @@ def number_nodes(slots: WholeArray, columns: WholeArray, rows: WholeArray) -> Wh
     n, begin = int(np.int64(0)), int(np.int64(0))
     while begin < n_pieces:
         # the squares of a band of rows: how many nodes each has, then the number of its first, and of its next
-        following[:] = 0
+        for tile in range(last + 1):
+            following[tile] = 0
         end = begin
         while end < n_pieces and rows[end] // TILE == rows[begin] // TILE:
             for slot in range(9 * end, 9 * end + 9):

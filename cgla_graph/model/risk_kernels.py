@@ -453,15 +453,10 @@ def segment_risk(x1: float, y1: float, x2: float, y2: float, field: Field, most:
     The risk of rasters is added. The ends are put in one order first, so that both directions give the same float.
     More risk than `most` need not be told: then the answer is some value between `most` and the integral.
     """
-    return risk_along(x1, y1, x2, y2, math.hypot(x2 - x1, y2 - y1), field, most)
-
-
-@kernel
-def risk_along(x1: float, y1: float, x2: float, y2: float, length: float, field: Field, most: float) -> float:
-    """Integrate the risk field over a segment of known length (`segment_risk`)."""
     if x2 < x1 or (x2 == x1 and y2 < y1):
         x1, x2 = x2, x1
         y1, y2 = y2, y1
+    length = math.hypot(x2 - x1, y2 - y1)
     if length == 0.0:
         return 0.0
     table, scratch, improper, rasters = field
@@ -500,7 +495,7 @@ def risk_along(x1: float, y1: float, x2: float, y2: float, length: float, field:
 def segment_cost(x1: float, y1: float, x2: float, y2: float, k: float, field: Field) -> float:
     """Evaluate Eq. 5 for one segment: its length plus `k` times its risk."""
     length = math.hypot(x2 - x1, y2 - y1)
-    return length + k * risk_along(x1, y1, x2, y2, length, field, math.inf) if k > 0.0 else length
+    return length + k * segment_risk(x1, y1, x2, y2, field, math.inf) if k > 0.0 else length
 
 
 @kernel
