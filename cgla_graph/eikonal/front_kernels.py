@@ -1,7 +1,7 @@
 """
 Compiled kernels for all that happens to a front but marching.
 
-It starts from the exact costs of straight lines, is led around corners of areas that the mesh does not resolve, and is
+It starts from the nodes in sight of a source, is led around corners of areas that the mesh does not resolve, and is
 mirrored at the bounds.
 """
 
@@ -12,29 +12,25 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph.eikonal.marching_kernels import FAR, SEED, TRIAL, Nodes
-from cgla_graph.model.graph_kernels import Model
-from cgla_graph.model.no_fly_kernels import segment_crosses
-from cgla_graph.model.risk_kernels import segment_cost
+from cgla_graph.model.no_fly_kernels import AreaArrays, segment_crosses
 
 
 @kernel
-def start_disc(
+def begin_disc(
     middle: WholeArray,
     nodes: Nodes,
     source: tuple[float, float],
     radius: float,
-    model: Model,
-    times: FloatArray,
+    area: AreaArrays,
     state: WholeArray,
 ) -> None:
     """
-    Give the nodes near the source the cost of the straight line, and make them `SEED`.
+    Make the nodes near the source `SEED`.
 
     These are the nodes of the source's piece, `middle`, and all that are joined to them within the radius and in sight
     of the source. Nodes at the same places on the other side of a wall are not.
     """
     node_columns, node_rows, neighbours, origin, spacing = nodes
-    k, field, area = model
     n = node_columns.shape[0]
     stack = np.empty(n + 9, dtype=np.int32)
     size = 0
@@ -46,9 +42,6 @@ def start_disc(
     while size > 0:
         size -= 1
         p = stack[size]
-        x = origin[0] + spacing[0] * node_columns[p]
-        y = origin[1] + spacing[1] * node_rows[p]
-        times[p] = segment_cost(x, y, source[0], source[1], k, field)
         for side in range(4):
             q = neighbours[p, side]
             if q == n or state[q] != FAR:

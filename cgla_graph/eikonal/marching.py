@@ -87,17 +87,21 @@ def costs_to_go(
     # what counts as done, at infinite cost, is left alone
     state[:n][mesh.outside] = marching_kernels.DONE
     padded = np.append(cost, 1.0)
-    front_kernels.start_disc(
-        mesh.controls[piece], mesh.kernel_nodes, source, radius, problem.model.kernel_model(), times, state
-    )
-    if first is not None:
-        begun = np.flatnonzero(state == marching_kernels.SEED)
-        times[begun] = first(mesh.node_points[begun])
-        state[begun[np.isinf(times[begun])]] = marching_kernels.FAR
-    times *= start_factor
+    area = problem.model.area.kernel_arrays
+    front_kernels.begin_disc(mesh.controls[piece], mesh.kernel_nodes, source, radius, area, state)
+    begun = np.flatnonzero(state == marching_kernels.SEED)
+    near = mesh.node_points[begun]
+    times[begun] = start_factor * (_straight(problem, near, source) if first is None else first(near))
+    state[begun[np.isinf(times[begun])]] = marching_kernels.FAR
     march(mesh, times, state, padded, links or Links(mesh.neighbours, mesh.joints, bends_of([], n)), second=second)
     front_kernels.mirror(mesh.kernel_nodes, mesh.last, times)
     return times
+
+
+def _straight(problem: Problem, points: FloatArray, source: Point) -> FloatArray:
+    """Return the costs of straight lines from points, shape ``(n, 2)``, to a source, wherever areas are."""
+    risk = problem.field.line_integral(points, source) if problem.k > 0.0 else 0.0
+    return np.asarray(np.hypot(*(points - source).T) + problem.k * risk)
 
 
 def march(

@@ -151,7 +151,7 @@ def march(
             if waiting + burst > room:
                 keys, items, entries, free = grown(keys, items, entries, free)
                 room *= 2
-            free = put_off(p, bucket_of(times[p], per_time), current, free, heads, entries)
+            free = put_off(int(np.uint32(p)), bucket_of(times[p], per_time), current, free, heads, entries)
             waiting += 1
     while size + waiting > 0:
         # (in the loop inside, the arrays stay the same: their references need not be counted)

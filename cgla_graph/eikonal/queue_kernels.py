@@ -151,7 +151,7 @@ def open_next(
             following = entries[entry, 1]
             node = entries[entry, 0]
             if final[node] == math.inf:
-                link(entry, bucket_of(times[node], per_time), current, heads, entries)
+                link(int(np.int64(entry)), bucket_of(times[node], per_time), current, heads, entries)
             else:
                 entries[entry, 1] = free
                 free = entry
