@@ -101,6 +101,14 @@ def test_without_an_area_the_mesh_is_a_grid(last: Last) -> None:
     assert mesh.outside.tolist() == [not (0 <= i <= last[0] and 0 <= j <= last[1]) for i, j in at]
 
 
+def test_what_is_near_on_the_map_has_near_numbers() -> None:
+    """Row by row, half of all neighbours would be 203 numbers away, and fronts would wait for memory."""
+    mesh = full(UNIT, (200, 200), None, [])
+    beside = mesh.neighbours[:-1].astype(np.int64)
+    apart = np.abs(beside - np.arange(mesh.n_nodes)[:, None])[beside < mesh.n_nodes]
+    assert (apart < 64).mean() > 0.8
+
+
 # Walls
 
 
