@@ -51,13 +51,16 @@ WORTH = 0.05
 MOST_TIMES, LEAST_TIMES, WORTH_LESS = 2.0, 1.25, 1.75
 #: Of what the tolerance allows to be missing, so much is aimed at. What is missing is not trusted to fall by more than
 #: this power of the spacing; a grid that is to be just small enough is made so much coarser.
-AIMED_AT, MOST_ORDER, ROOM = 0.85, 1.5, 0.95
+AIMED_AT, MOST_ORDER, ROOM = 0.85, 1.5, 0.99
 #: Where rounding would take away more than this leaves of a bound, there is none.
 LEAST_SHRINK = 0.99
 #: Cells along the longer side of the grid on which another path is looked for, and how many times as many next time.
 SECOND_LOOK, LOOKS_APART = 4 * FIRST_CELLS, 4
 #: The lattice of the path that a bound is held against if none is given, and corners of areas that join it.
 OWN_LATTICE, MOST_CORNERS = 20, 400
+#: What a refined path may lose, relatively, with so many waypoints at most; where a proof is to be closer than a
+#: hundred times that, it may lose less, down to the second number.
+LOSS, POINTS, LEAST_LOSS = 1e-6, 512, 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,7 +247,7 @@ def _proven(
     with showing("proof") as tell:
         load_kernels(MapKind.of(problem.model), alone=path is None)
         began = time.perf_counter()
-        held = _given(problem, path) if path is not None else _own(problem)
+        held = _given(problem, path) if path is not None else _own(problem, tolerance)
         search = _Search(problem, tolerance, max_cells, held, keeps_path)
         found = search.run(tell)
     known_after = search.improved_at - began if search.improved_at else 0.0
@@ -271,7 +274,8 @@ def load_kernels(kind: MapKind, *, alone: bool = False) -> None:
         corners.load_kernels()
     if bounds := level.both(aim=0.0):
         level.kept(*bounds, math.inf)
-        held = _own(problem) if alone else _refined(problem, np.array([problem.start, (0.2, 0.9), problem.goal]))
+        line = np.array([problem.start, (0.2, 0.9), problem.goal])
+        held = _own(problem, 0.1) if alone else _refined(problem, line, 0.1)
         _Search(problem, 0.1, 0, held, keeps_path=False).improve(level, bounds[0])
 
 
@@ -301,7 +305,7 @@ def _given(problem: Problem, path: ArrayLike) -> _Way:
     return _Way.of(found.cost, waypoints)
 
 
-def _own(problem: Problem) -> _Way:
+def _own(problem: Problem, tolerance: float) -> _Way:
     """Return the lattice optimum, refined, if the lattice has a path."""
     if problem.start == problem.goal:
         return _Way.of(0.0, np.array([problem.start]))
@@ -309,14 +313,20 @@ def _own(problem: Problem) -> _Way:
     # all weights at once, on all cores
     on = problem.on_lattice(OWN_LATTICE, extra=map(tuple, points.tolist())).weighed()
     nodes = cost_matrix(on.graph, on.target).path_from(on.source)
-    return _refined(problem, np.asarray(on.graph.positions)[np.array(nodes, dtype=np.int64)])
+    return _refined(problem, np.asarray(on.graph.positions)[np.array(nodes, dtype=np.int64)], tolerance)
 
 
-def _refined(problem: Problem, path: FloatArray) -> _Way:
-    """Refine a path; one that is empty or not feasible, and so is not refined, is none."""
+def _refined(problem: Problem, path: FloatArray, tolerance: float) -> _Way:
+    """
+    Refine a path; one that is empty or not feasible, and so is not refined, is none.
+
+    What bends between its waypoints lose falls with the square of their number: they are as many as the tolerance of
+    the proof takes.
+    """
     if not len(path):
         return _Way()
-    refined = refine_path(problem, path).path
+    loss = min(max(0.01 * tolerance, LEAST_LOSS), LOSS)
+    refined = refine_path(problem, path, tolerance=loss, max_points=round(POINTS * math.sqrt(LOSS / loss))).path
     found = problem.evaluate(refined)
     return _Way.of(found.cost, refined) if found.feasible else _Way()
 
@@ -461,7 +471,7 @@ class _Search:
     def improve(self, level: Level, to_goal: Subsolution) -> None:
         """Look for a better path down the costs-to-go."""
         path = descent(self.problem, level.mesh, to_goal.values, radius=level.reach + 1.0)
-        found = _refined(self.problem, path)
+        found = _refined(self.problem, path, self.tolerance)
         if found.cost < self.known.cost:
             self.known, self.improved_at = found, time.perf_counter()
         if not self.keeps_path:

@@ -22,17 +22,20 @@ from cgla_graph.model.risk_kernels import (
     AT,
     HIGH,
     LEFT,
+    LOG2_E,
     LOG_AMPLITUDE,
     LOG_PEAK,
     LOW,
+    N_NODES,
     PRECISION,
     PRECISION_AT,
     REACH2,
     SPREAD,
-    WIDTH_AT,
     Field,
     X,
     Y,
+    exp2,
+    fma,
     panel_end,
     panel_widths,
     segment_cost,
@@ -43,9 +46,6 @@ from cgla_graph.model.risk_raster_kernels import Rasters, density_at, raster_mom
 
 #: Threats from which on shortcuts are weighed by strong threats first, and what a strong threat is above.
 CROWD, STRONG = 12, 0.1
-# On a panel of at most a quarter of the full width, as on most segments of a fine path, fewer nodes do as well.
-N_FEW = 7
-_FEW_NODES, _FEW_WEIGHTS = np.polynomial.legendre.leggauss(N_FEW)
 
 
 @kernel
@@ -63,7 +63,7 @@ def _density(x: float, y: float, table: FloatArray, rasters: Rasters) -> float:
 
 @kernel
 def _moments(
-    x1: float, y1: float, ux: float, uy: float, length: float, table: FloatArray, active: FloatArray
+    x1: float, y1: float, ux: float, uy: float, length: float, table: FloatArray, scratch: FloatArray
 ) -> tuple[float, float, float]:
     """
     Integrate ``F``, ``dF/dn`` and ``(s / L) dF/dn`` over a segment, ``n`` on its left.
@@ -71,6 +71,7 @@ def _moments(
     By 16-point Gauss-Legendre on the panels of `risk_kernels`, a little narrower, because the slope of a threat varies
     faster than the threat.
     """
+    clear, change, active = scratch[0], scratch[1], scratch[2:]
     m = threats_in_reach(x1, y1, ux, uy, length, table, active)
     risk, slope, lever = 0.0, 0.0, 0.0
     panel_widths(m, length, 0.76, active)
@@ -82,25 +83,27 @@ def _moments(
             continue
         half = 0.5 * (end - start)
         middle = 0.5 * (end + start)
-        few = True
+        for k in range(N_NODES):
+            clear[k] = 1.0
+            change[k] = 0.0
         for i in range(m):
-            if active[i, LOW] < end and active[i, HIGH] > start and end - start > 0.25 * active[i, WIDTH_AT]:
-                few = False
-        nodes, weights = (_FEW_NODES, _FEW_WEIGHTS) if few else (_NODES, _WEIGHTS)
-        for k in range(nodes.shape[0]):
-            s = middle + half * nodes[k]
-            clear, change = 1.0, 0.0
-            for i in range(m):
-                if active[i, LOW] < end and active[i, HIGH] > start:
-                    d = s - active[i, AT]
-                    f = math.exp(active[i, LOG_AMPLITUDE] - 0.5 * active[i, PRECISION_AT] * d * d)
-                    # the slope across the segment of exp(-precision d^2 / 2) is this times itself, all along it; the
-                    # product rule as in `risk_kernels.gradient`
-                    change = change * (1.0 - f) - clear * active[i, PRECISION_AT] * active[i, LEFT] * f
-                    clear *= 1.0 - f
-            risk += half * weights[k] * (1.0 - clear)
-            slope -= half * weights[k] * change
-            lever -= half * weights[k] * change * (s / length)
+            if active[i, LOW] < end and active[i, HIGH] > start:
+                off = middle - active[i, AT]
+                bits = -0.5 * LOG2_E * active[i, PRECISION_AT]
+                offset = LOG2_E * active[i, LOG_AMPLITUDE]
+                # the slope across the segment of exp(-precision d^2 / 2) is this times itself, all along it
+                steep = active[i, PRECISION_AT] * active[i, LEFT]
+                for k in range(N_NODES):
+                    d = fma(half, _NODES[k], off)
+                    f = exp2(fma(bits * d, d, offset))
+                    # the product rule as in `risk_kernels.gradient`
+                    change[k] = change[k] * (1.0 - f) - clear[k] * steep * f
+                    clear[k] *= 1.0 - f
+        for k in range(N_NODES):
+            weight = half * _WEIGHTS[k]
+            risk += weight * (1.0 - clear[k])
+            slope -= weight * change[k]
+            lever -= weight * change[k] * ((middle + half * _NODES[k]) / length)
         start = end
     return risk, slope, lever
 
@@ -114,7 +117,7 @@ def cost_and_gradient(points: FloatArray, k: float, field: Field, gradient: Floa
     """
     table, rasters = field[0], field[3]
     n = points.shape[0]
-    active = np.empty((table.shape[0], 9))
+    scratch = np.empty((table.shape[0] + 2, N_NODES))
     cost = 0.0
     gradient[:] = 0.0
     density = _density(points[0, 0], points[0, 1], table, rasters) if k > 0.0 else 0.0
@@ -128,7 +131,7 @@ def cost_and_gradient(points: FloatArray, k: float, field: Field, gradient: Floa
         cost += length
         first_along, second_along, first_across, second_across = -1.0, 1.0, 0.0, 0.0
         if k > 0.0:
-            risk, slope, lever = _moments(points[i, 0], points[i, 1], ux, uy, length, table, active)
+            risk, slope, lever = _moments(points[i, 0], points[i, 1], ux, uy, length, table, scratch)
             more, steeper, heavier = raster_moments(points[i, 0], points[i, 1], ux, uy, length, rasters)
             risk, slope, lever = risk + more, slope + steeper, lever + heavier
             cost += k * risk
