@@ -4,9 +4,9 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/installed
-# a file's tests in one process: kernels are compiled once, and what tests share is made once. Some wait for processes and
-# browsers: three share two cores
-PYTEST := $(BIN)/python -m pytest --numprocesses 3 --dist loadfile --quiet
+# a file's tests in one process: kernels are compiled once, and what tests share is made once, the longest files first
+# (tests/conftest.py). Some wait for processes and browsers: three share two cores
+PYTEST := $(BIN)/python -m pytest --numprocesses 3 --dist loadfile --no-loadscope-reorder --quiet
 export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels
 # tests start hundreds of processes: what Python has compiled is kept, whatever the environment says
 export PYTHONDONTWRITEBYTECODE :=
@@ -35,7 +35,7 @@ check: lint suite bounds
 suite: $(INSTALLED)
 	$(PYTEST) $(addprefix --ignore=,$(OF_KERNELS))
 
-# tests of kernels, which also have to read and write inside their arrays: once, with that checked
+# tests of kernels, which also have to read and write inside their arrays: once, with that checked, compiled in a hurry
 OF_KERNELS := tests/model/test_risk.py tests/model/test_risk_raster.py tests/model/test_no_fly.py tests/model/test_graph.py \
 	tests/cost_to_go/test_cost_matrix.py tests/eikonal/test_mesh.py tests/eikonal/test_marching_kernels.py \
 	tests/eikonal/test_queue_kernels.py \
@@ -44,7 +44,7 @@ OF_KERNELS := tests/model/test_risk.py tests/model/test_risk_raster.py tests/mod
 	tests/fusion/test_fusion.py tests/motion/test_trajectory.py tests/motion/test_space_time.py \
 	tests/flyable/test_curve.py
 bounds: $(INSTALLED)
-	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(PYTEST) $(OF_KERNELS)
+	NUMBA_BOUNDSCHECK=1 NUMBA_OPT=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(PYTEST) $(OF_KERNELS)
 
 # the site, in build/docs; warnings are errors. The second time, what has not changed is not made again
 docs: $(VENV)/installed-docs
