@@ -58,8 +58,8 @@ LEAST_SHRINK = 0.99
 SECOND_LOOK, LOOKS_APART = 4 * FIRST_CELLS, 4
 #: The lattice of the path that a bound is held against if none is given, and corners of areas that join it.
 OWN_LATTICE, MOST_CORNERS = 20, 400
-#: What a refined path may lose, relatively, with so many waypoints at most; where a proof is to be closer than a
-#: hundred times that, it may lose less, down to the second number.
+#: What a path may lose to waypoints that are too far apart, relatively, and how many it has then at most. A closer
+#: proof wants a hundredth of its tolerance, but never less than the last of these.
 LOSS, POINTS, LEAST_LOSS = 1e-6, 512, 1e-9
 
 

@@ -101,7 +101,9 @@ def costs_to_go(
 def _straight(problem: Problem, points: FloatArray, source: Point) -> FloatArray:
     """Return the costs of straight lines from points, shape ``(n, 2)``, to a source, wherever areas are."""
     risk = problem.field.line_integral(points, source) if problem.k > 0.0 else 0.0
-    return np.asarray(np.hypot(*(points - source).T) + problem.k * risk)
+    # (what costs more than the greatest number costs infinity)
+    with np.errstate(over="ignore"):
+        return np.asarray(np.hypot(*(points - source).T) + problem.k * risk)
 
 
 def march(
