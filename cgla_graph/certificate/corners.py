@@ -49,7 +49,7 @@ from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.certificate import corner_kernels
 from cgla_graph.certificate.tips import bounds_on_disc
 from cgla_graph.eikonal.bends import Sight, bends_of
-from cgla_graph.eikonal.marching import Links
+from cgla_graph.eikonal.marching import Links, straight_costs
 from cgla_graph.eikonal.mesh import NO_CELL, SHARP, SplineMesh, angles_of
 from cgla_graph.model.problem import Problem
 
@@ -399,9 +399,7 @@ class _Grid:
             beside = pieces[np.isin(mesh.controls[pieces, 4], nodes[behind])]
             behind = behind | (close & ~proper & np.isin(nodes, mesh.controls[beside]))
         at = points[behind]
-        to = np.broadcast_to(vertex, at.shape)
-        costs = np.hypot(*(at - to).T) + self.problem.k * self.problem.field.line_integral(at, to)
-        return Sight(nodes[behind], costs, seen[behind])
+        return Sight(nodes[behind], straight_costs(self.problem, at, vertex), seen[behind])
 
     def cut_joints(self, nodes: WholeArray) -> WholeArray:
         """List the joints of some nodes as cuts."""

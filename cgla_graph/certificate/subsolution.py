@@ -45,7 +45,7 @@ from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
 from cgla_graph.certificate.finer import Finer
 from cgla_graph.certificate.tips import Near, Tip
 from cgla_graph.eikonal import cell_runs
-from cgla_graph.eikonal.marching import costs_to_go
+from cgla_graph.eikonal.marching import costs_to_go, straight_costs
 from cgla_graph.eikonal.marching_kernels import spline_value
 from cgla_graph.eikonal.mesh import HALO, SplineMesh
 from cgla_graph.model.problem import Problem
@@ -503,7 +503,7 @@ def _lost(problem: Problem, end: Point, tip: Tip, rim: float) -> float:
     turn = np.linspace(0.0, 2.0 * math.pi, DIRECTIONS, endpoint=False)
     points = np.clip(end + rim * np.column_stack([np.cos(turn), np.sin(turn)]), *np.reshape(problem.bounds, (2, 2)))
     away = points - end
-    costs = np.hypot(*away.T) + problem.k * problem.field.line_integral(points, np.broadcast_to(end, points.shape))
+    costs = straight_costs(problem, points, end)
     # (an end on the rim of the map is its own neighbour)
     costs[np.hypot(*away.T) < 0.5 * rim] = math.inf
     cheapest = int(np.argmin(costs))

@@ -91,15 +91,15 @@ def costs_to_go(
     front_kernels.begin_disc(mesh.controls[piece], mesh.kernel_nodes, source, radius, area, state)
     begun = np.flatnonzero(state == marching_kernels.SEED)
     near = mesh.node_points[begun]
-    times[begun] = start_factor * (_straight(problem, near, source) if first is None else first(near))
+    times[begun] = start_factor * (straight_costs(problem, near, source) if first is None else first(near))
     state[begun[np.isinf(times[begun])]] = marching_kernels.FAR
     march(mesh, times, state, padded, links or Links(mesh.neighbours, mesh.joints, bends_of([], n)), second=second)
     front_kernels.mirror(mesh.kernel_nodes, mesh.last, times)
     return times
 
 
-def _straight(problem: Problem, points: FloatArray, source: Point) -> FloatArray:
-    """Return the costs of straight lines from points, shape ``(n, 2)``, to a source, wherever areas are."""
+def straight_costs(problem: Problem, points: FloatArray, source: Point | FloatArray) -> FloatArray:
+    """Return the costs of straight lines from points, shape ``(n, 2)``, to one, wherever areas are, shape ``(n,)``."""
     risk = problem.field.line_integral(points, source) if problem.k > 0.0 else 0.0
     # (what costs more than the greatest number costs infinity)
     with np.errstate(over="ignore"):
