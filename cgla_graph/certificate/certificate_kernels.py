@@ -93,6 +93,9 @@ def _risk_on_cell(
     Where strong threats make ``prod(1 - f_i)`` small, faint ones hardly change it and are left out. That can only lower
     ``F``, on all of the cell.
 
+    On the cell ``f_i(p + d) = f_i exp(-q_i (r_i . d + d^2 / 2))``, with ``q_i = 1 / s_i^2``. As ``exp(x) >= 1 + x``,
+    ``1 - f_i <= u_i = 1 - f_i + f_i q_i (r_i . d + d^2 / 2)`` there.
+
     Returns
     -------
     clear
@@ -100,17 +103,16 @@ def _risk_on_cell(
     gx, gy
         The gradient of ``F`` there.
     bend
-        No eigenvalue of the Hessian of ``F`` is below minus that, anywhere on the cell. With ``F`` taken apart by the
-        product rule it is at most ``rest * (sum f_i / s_i^2 + (sum |grad f_i|)^2 - sum |grad f_i|^2)``, where each
-        ``f_i`` exceeds its value at the middle at most by the factor ``exp(g)``, ``g = delta (r + delta) / s_i^2`` at a
-        distance of `r`, and ``rest`` bounds the product of any of the factors ``1 - f_i`` but two.
+        ``F`` falls below its tangent at the middle by at most half of this times ``d^2``. By the product rule, no
+        eigenvalue of the Hessian of ``prod u_i`` is above ``sum f_i q_i prod_j u_j`` without `i`, and ``sum |grad u_i|
+        |grad u_j| prod_k u_k`` without `i` and `j`.
     most
         What ``prod(1 - f_i)`` is at most, anywhere on the cell.
     """
     slopes, squares, bends = 0.0, 0.0, 0.0
-    gx, gy, clear = 0.0, 0.0, 1.0
-    # the greatest that factors are on the cell: the two least ones, and the product of the others
-    first, second, rest = 1.0, 1.0, 1.0
+    gx, gy, clear, most = 0.0, 0.0, 1.0, 1.0
+    # the greatest that u_i are on the cell: the two least ones, and the product of the others
+    first, second, rest = math.inf, math.inf, 1.0
     above, below = LOG_STRONG, math.inf
     for _ in range(2):
         for i in near:
@@ -122,34 +124,31 @@ def _risk_on_cell(
             if not above < exponent <= below:
                 continue
             value = math.exp(exponent)
-            r = math.sqrt(r2) + delta
-            growth = delta * r * q
-            # 1 + g + g^2 >= exp(g) up to g = 1
-            growth = 1.0 + growth + growth * growth if growth < 1.0 else math.exp(min(growth, 700.0))
-            high = value * growth if growth < 2.0 else min(value * growth, math.exp(table[i, LOG_PEAK]))
-            slope = high * r * q
-            bends += high * q
+            r = math.sqrt(r2)
+            bend = value * q
+            slope = bend * (r + delta)
+            bends += bend
             slopes += slope
             squares += slope * slope
+            factor = 1.0 - value + bend * delta * (r + 0.5 * delta)
+            if factor < first:
+                first, factor = factor, first
+            if factor < second:
+                second, factor = factor, second
+            if factor < math.inf:
+                rest *= factor
             # the product rule as in `risk_kernels.gradient`
             gx = gx * (1.0 - value) - clear * q * dx * value
             gy = gy * (1.0 - value) - clear * q * dy * value
             clear *= 1.0 - value
-            factor = 1.0 - value / growth
-            if factor < first:
-                rest *= second
-                second = first
-                first = factor
-            elif factor < second:
-                rest *= second
-                second = factor
-            else:
-                rest *= factor
-        most = first * second * rest
+            # 1 + g + g^2 >= exp(g) up to g = 1
+            growth = delta * (r + delta) * q
+            growth = 1.0 + growth + growth * growth if growth < 1.0 else math.exp(min(growth, 700.0))
+            most *= 1.0 - value / growth
         if most <= SATURATED:
             break
         above, below = LOG_CUTOFF - math.log(max(table.shape[0], 1) * most), LOG_STRONG
-    bend = rest * (bends + slopes * slopes - squares)
+    bend = rest * ((second if second < math.inf else 1.0) * bends + slopes * slopes - squares)
     # (where squares are beyond the greatest number there is, nothing is known)
     return clear, gx, gy, math.inf if math.isnan(bend) else bend, most
 

@@ -28,9 +28,11 @@ def cost_bounds(problem: Problem, mesh: SplineMesh) -> FloatArray:
     return bounds
 
 
-def costs_to_solve_for(problem: Problem, mesh: SplineMesh) -> FloatArray:
+def costs_to_solve_for(problem: Problem, mesh: SplineMesh, bounds: FloatArray) -> FloatArray:
     """
     Return the cost of a unit of length at each node, shape ``(n,)``; where it jumps, the least nearby.
+
+    Without rasters, `bounds` know it in the middle of each piece (`cost_bounds`).
 
     A spline through a solution takes a cell or two to get steeper where the cost jumps up. They have to be cells of
     the higher cost: a node takes the least value of nearest rasters on all cells whose spline it is part of. So what is
@@ -39,27 +41,33 @@ def costs_to_solve_for(problem: Problem, mesh: SplineMesh) -> FloatArray:
     Fronts pass through nodes inside areas, beside the outline. What is there costs as much as on the outline: where
     ways are pressed against a wall, it may cost less inside, and fronts along the wall would come too early.
     """
-    field, points = problem.field, mesh.node_points.copy()
+    field, costs, asked = problem.field, np.empty(mesh.n_nodes), np.ones(mesh.n_nodes, dtype=np.bool_)
+    if not field.rasters:
+        costs[mesh.controls[:, 4]] = bounds[:, 0, certificate_kernels.COST]
+        asked[mesh.controls[:, 4]] = False
     inside = _inside(problem, mesh)
+    asked[inside] = True
+    (nodes,) = np.nonzero(asked)
+    points = mesh.node_points[nodes]
     if len(inside):
         outline = problem.model.area.geometry.boundary
         shapely.prepare(outline)
-        nearest = shapely.shortest_line(outline, shapely.points(points[inside]))
-        points[inside] = np.clip(shapely.get_coordinates(nearest)[::2], *np.reshape(problem.bounds, (2, 2)))
+        within = np.searchsorted(nodes, inside)
+        nearest = shapely.shortest_line(outline, shapely.points(points[within]))
+        points[within] = np.clip(shapely.get_coordinates(nearest)[::2], *np.reshape(problem.bounds, (2, 2)))
     jumping = [raster for raster in field.rasters if raster.interpolation == "nearest"]
     smooth = RiskField(
         field.threats, rasters=[raster for raster in field.rasters if raster.interpolation == "bilinear"]
     )
-    least = np.zeros(mesh.n_nodes)
+    least = np.zeros(len(nodes))
     if jumping:
         reach = 1.5 * mesh.spacing[0], 1.5 * mesh.spacing[1]
         certificate_kernels.least_around(points, reach, problem.bounds, raster_array(jumping), least)
-    costs = np.empty(mesh.n_nodes)
 
     def fill(part: slice) -> None:
-        costs[part] = 1.0 + problem.k * (smooth.density(points[part]) + least[part])
+        costs[nodes[part]] = 1.0 + problem.k * (smooth.density(points[part]) + least[part])
 
-    in_parts(fill, len(costs))
+    in_parts(fill, len(nodes))
     return costs
 
 

@@ -115,6 +115,7 @@ class Finer(CornerBlock):
         if not seen.any() or not len(nodes):
             return None
         laid, _ = corners_of(problem, mesh, FINER_REACH, [])
+        bounds = cost_bounds(problem, mesh)
         pieces, cuts, sights = steep.block
         found = cls(
             pieces,
@@ -129,8 +130,8 @@ class Finer(CornerBlock):
             seed_pieces=seed_pieces,
             seed_weights=weights,
             is_in_box=away <= border,
-            bounds=cost_bounds(problem, mesh),
-            costs=costs_to_solve_for(problem, mesh),
+            bounds=bounds,
+            costs=costs_to_solve_for(problem, mesh, bounds),
             corners=[one for one in laid if (away[one.pieces] < inner).all()],
             way_out=np.zeros(int(seen.sum())),
             worth=steep.worth,

@@ -14,9 +14,9 @@ The front begins with ``psi`` around the block, so that next to nothing is lost 
 too low, all routes but those that come in there lose nothing.
 
 **Where the spline is too steep**, mostly where fronts meet, the cost is lowered by as much and the equation solved
-again, a few times: what is lost is of second order in the spacing where paths are smooth. Along the foot of a slope of
-a raster, the solution bends upwards without bound, and a spline is steep beside it. There the slope is lowered first,
-and not the foot, along which paths run.
+again, a few times: what is lost is of second order in the spacing where paths are smooth. Where the risk of a narrow
+threat or of a raster rises from almost nothing within a few cells, the solution bends upwards, and a spline is steep at
+the foot of the slope. There the slope is lowered first, and not the foot, along which paths run.
 
 **Around corners of areas**, blocks of cells are left out of the inequality, and charged for (`corners`; where
 the cost is steep, `finer`).
@@ -50,13 +50,12 @@ from cgla_graph.eikonal.marching_kernels import spline_value
 from cgla_graph.eikonal.mesh import HALO, SplineMesh
 from cgla_graph.model.problem import Problem
 
-#: Times that the equation is solved on one grid, at most; more where cells of rasters are steep against each other.
-MOST_ROUNDS, MOST_ROUNDS_ON_RASTERS = 8, 16
+#: Times that the equation is solved on one grid, at most, and after how many costs are lowered below that of the
+#: cell that is too steep; more where cells of rasters are steep against each other. (Where risk jumps, nodes have the
+#: lesser cost as it is.)
+ROUNDS, ROUNDS_ON_RASTERS = (8, 2), (16, 8)
 #: Cells around those that matter, at most: around ends that are next to each other, a grid may be very fine.
 MOST_HALO = 96
-#: Rounds on bilinear rasters that lower no cost below that of the cell that is too steep. (Where risk jumps, nodes have
-#: the lesser cost as it is.)
-GENTLE_ROUNDS = 8
 #: What another round may gain at most is not worth it below this part of what is left to finer grids and, as the
 #: known path may be a bad one, below that part of the bound.
 LEAST_SHARE, LEAST_GAIN = 0.1, 0.005
@@ -208,7 +207,8 @@ class Level:
         ends = problem.start, problem.goal
         mesh = SplineMesh.build(problem.bounds, last, runs, problem.model.area, ends, halo(problem, last))
         reach = round(FIRST_REACH * (max(last) / FIRST_CELLS) ** (1 / 3))
-        return cls(problem, mesh, cost_bounds(problem, mesh), costs_to_solve_for(problem, mesh), reach, worth, path)
+        bounds = cost_bounds(problem, mesh)
+        return cls(problem, mesh, bounds, costs_to_solve_for(problem, mesh, bounds), reach, worth, path)
 
     def load_checks(self) -> None:
         """Have the kernels that check a spline compiled, or loaded."""
@@ -281,8 +281,8 @@ class Level:
         checked, links = self._checked(block, corners), links_of(mesh, corners)
         costs = self.costs.copy()
         rasters = problem.field.rasters
-        rounds = MOST_ROUNDS_ON_RASTERS if rasters else MOST_ROUNDS
-        gentle = bool(rasters) and all(one.interpolation == "bilinear" for one in rasters)
+        rounds, gentle_rounds = ROUNDS_ON_RASTERS if rasters else ROUNDS
+        gentle = all(one.interpolation == "bilinear" for one in rasters)
         floors = self.bounds[:, :, certificate_kernels.LEAST].min(axis=1) * gentle
         steep = np.empty(len(mesh.columns))
         # as far as the nodes around the block, at its corners too
@@ -332,7 +332,7 @@ class Level:
             hopeless = number >= ROUNDS_FOR_STEEP and steepest > STEEP and known < math.inf and not rasters
             if steepest < 1.0 + aim or done or hopeless or (stalled and not gentle):
                 break
-            if stalled or number == GENTLE_ROUNDS:
+            if stalled or number == gentle_rounds:
                 gentle = False
                 floors[:] = 0.0
             certificate_kernels.soften(steep, mesh.controls, floors, costs)

@@ -115,6 +115,20 @@ def test_where_threats_overlap_the_bound_of_the_cost_is_sharp(n: int, loss: floa
     assert np.quantile(1.0 - found / sampled, 0.9) <= loss
 
 
+@pytest.mark.parametrize("away", [0.0, 1.0, 4.0, 6.0])
+@pytest.mark.parametrize("size", [0.01, 1.0, 3.0])
+def test_beside_one_threat_the_cost_falls_below_its_tangent_by_no_more_than_where_it_bends_down(
+    away: float, size: float
+) -> None:
+    """However steep it is there: along the slope it bends up, across it down by ``f / s^2``."""
+    threat, k = cg.Threat(0.0, 0.0, 0.01, 0.9), 100.0
+    cell, spacing = np.zeros(1, dtype=np.int32), (size * threat.spread, size * threat.spread)
+    middle = 0.6 * away * threat.spread, 0.8 * away * threat.spread
+    bounds = cost_bounds(cell, cell, middle, spacing, k, cg.RiskField([threat]))
+    bend = k * 0.9 * math.exp(-0.5 * away**2) / threat.spread**2
+    assert bounds[0, 0, certificate_kernels.DROP] == pytest.approx(0.25 * spacing[0] ** 2 * bend, rel=1e-9)
+
+
 def test_the_bound_of_the_cost_is_of_second_order() -> None:
     slack = []
     for n in (32, 64, 128, 256):
