@@ -50,10 +50,10 @@ from cgla_graph.eikonal.marching_kernels import spline_value
 from cgla_graph.eikonal.mesh import HALO, SplineMesh
 from cgla_graph.model.problem import Problem
 
-#: Times that the equation is solved on one grid, at most, and after how many costs are lowered below that of the
-#: cell that is too steep; more where cells of rasters are steep against each other. (Where risk jumps, nodes have the
-#: lesser cost as it is.)
-ROUNDS, ROUNDS_ON_RASTERS = (8, 2), (16, 8)
+#: Times that the equation is solved on one grid, at most, and after how many of them costs may come down below that of
+#: the cell that is too steep; more where cells of rasters are steep against each other. (Where risk jumps, nodes have
+#: the lesser cost as it is.) Among threats, they may from the beginning where nothing is steeper than this.
+ROUNDS, ROUNDS_ON_RASTERS, GENTLE_ABOVE = (8, 2), (16, 8), 1.5
 #: Cells around those that matter, at most: around ends that are next to each other, a grid may be very fine.
 MOST_HALO = 96
 #: What another round may gain at most is not worth it below this part of what is left to finer grids and, as the
@@ -332,7 +332,7 @@ class Level:
             hopeless = number >= ROUNDS_FOR_STEEP and steepest > STEEP and known < math.inf and not rasters
             if steepest < 1.0 + aim or done or hopeless or (stalled and not gentle):
                 break
-            if stalled or number == gentle_rounds:
+            if stalled or number == gentle_rounds or (number == 0 and steepest <= GENTLE_ABOVE and not rasters):
                 gentle = False
                 floors[:] = 0.0
             certificate_kernels.soften(steep, mesh.controls, floors, costs)
