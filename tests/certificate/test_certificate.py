@@ -655,7 +655,7 @@ def test_on_crowded_maps_every_tolerance_is_reached(seed: int, tolerance: float)
 
 def test_past_narrow_threats_few_cells_are_enough() -> None:
     """
-    The foot of a threat is narrower than those of coarse grids: there, paths cost no less than they do outside.
+    The foot of a threat is narrower than a cell of a coarse grid; there, paths cost no less than in clear air.
 
     (Without that, it takes 1.4 million.)
     """
