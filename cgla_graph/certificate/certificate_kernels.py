@@ -109,7 +109,7 @@ def _risk_on_cell(
     most
         What ``prod(1 - f_i)`` is at most, anywhere on the cell.
     """
-    slopes, squares, bends = 0.0, 0.0, 0.0
+    slopes, squares, shares = 0.0, 0.0, 0.0
     gx, gy, clear, most = 0.0, 0.0, 1.0, 1.0
     # the greatest that u_i are on the cell: the two least ones, and the product of the others
     first, second, rest = math.inf, math.inf, 1.0
@@ -125,12 +125,12 @@ def _risk_on_cell(
                 continue
             value = math.exp(exponent)
             r = math.sqrt(r2)
-            bend = value * q
-            slope = bend * (r + delta)
-            bends += bend
+            share = value * q
+            slope = share * (r + delta)
+            shares += share
             slopes += slope
             squares += slope * slope
-            factor = 1.0 - value + bend * delta * (r + 0.5 * delta)
+            factor = 1.0 - value + share * delta * (r + 0.5 * delta)
             if factor < first:
                 first, factor = factor, first
             if factor < second:
@@ -148,7 +148,7 @@ def _risk_on_cell(
         if most <= SATURATED:
             break
         above, below = LOG_CUTOFF - math.log(max(table.shape[0], 1) * most), LOG_STRONG
-    bend = rest * ((second if second < math.inf else 1.0) * bends + slopes * slopes - squares)
+    bend = rest * ((second if second < math.inf else 1.0) * shares + slopes * slopes - squares)
     # (where squares are beyond the greatest number there is, nothing is known)
     return clear, gx, gy, math.inf if math.isnan(bend) else bend, most
 

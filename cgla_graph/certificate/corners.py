@@ -337,8 +337,9 @@ class _Grid:
         close = cells[self.bends & (cells > LEAST_REACH - INSIDE) & (cells < 2 * LEAST_REACH + APART)]
         reach = min(math.ceil(close.max(initial=0.0) + INSIDE), room) if len(close) else LEAST_REACH
         inside = cells <= reach - INSIDE
+        turn = min(float(self.turns[inside & self.bends].sum()), turn_of(self.bent.path, corner, self.rim(reach)))
         cost = 1.0 + self.problem.k * float(self.problem.field.density(corner[None])[0])
-        lost = SAVED * float(self.turns[inside & self.bends].sum()) * min(self.mesh.spacing) * cost
+        lost = SAVED * turn * min(self.mesh.spacing) * cost
         if not lost > self.bent.worth:
             return None
         block = self.block(centre, reach, self.convex[inside], self.rim(reach))
@@ -359,7 +360,8 @@ class _Grid:
             if (np.abs((vertex - mesh.origin) / mesh.spacing - centre) <= reach - INSIDE).all()
         ]
         far = np.abs(np.column_stack([mesh.node_columns[nodes], mesh.node_rows[nodes]]) - centre).max(axis=1)
-        cuts = np.concatenate([self.behind_walls(nodes[far <= reach - 2]), self.cut_joints(nodes)])
+        # (all nodes that no piece outside has: meshes do not see the tip of a needle, and fronts would pass through it)
+        cuts = np.concatenate([self.behind_walls(nodes[far < reach]), self.cut_joints(nodes)])
         return around[away <= reach], cuts, sights
 
     def choose(self, corner: FloatArray, centre: tuple[int, int], most: int) -> tuple[int, FloatArray, float] | None:
@@ -419,6 +421,21 @@ class _Grid:
             found.append(np.column_stack([first[behind], np.full(int(behind.sum()), side)]))
             found.append(np.column_stack([second[mutual], np.full(int(mutual.sum()), opposite)]))
         return np.concatenate(found)
+
+
+def turn_of(path: shapely.LineString, point: FloatArray, radius: float) -> float:
+    """
+    Return by how much a path turns on a disc, left and right, rad.
+
+    Examples
+    --------
+    >>> path = shapely.LineString([(0, 0), (2, 0), (2, 3), (9, 3)])
+    >>> turn_of(path, np.array([2.0, 0.0]), radius=1.0) / math.pi
+    0.5
+    """
+    inside = shapely.get_parts(path.intersection(shapely.Point(point).buffer(radius)))
+    steps = [np.diff(shapely.get_coordinates(one), axis=0) for one in inside]
+    return float(sum(np.abs(np.diff(np.unwrap(np.arctan2(*step.T)))).sum() for step in steps))
 
 
 def proper_nodes(mesh: SplineMesh, pieces: WholeArray) -> WholeArray:
