@@ -2,7 +2,8 @@
 Old against new, in one run: ``make bench`` (or ``python tests/benchmarks/old_and_new.py COMMIT [WORDS …]``).
 
 An older commit of this repository is unpacked beside the tree, and each workload runs in both in turn, in processes of
-their own, warm, three times; what is printed is the least time of each, and what came of it (a cost, a gap).
+their own, warm, three times, or fewer if they are slow; what is printed is the least time of each, and what came of it
+(a cost, a gap).
 """
 
 import json
@@ -11,11 +12,13 @@ import subprocess
 import sys
 import tarfile
 import tempfile
+import time
 from io import BytesIO
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-ROUNDS = 3
+#: Processes of each tree, and runs in each that are timed; no more of them begin after so many seconds.
+ROUNDS, ENOUGH = 3, 60.0
 PREFIX = """
 import json, time
 import numpy as np
@@ -121,10 +124,10 @@ WORKLOADS = {
     "mission, 50 UAVs, 100 threats": "mission(50, 100)",
     "mission, 50 UAVs, prioritized": "mission(50, 100, avoidance='prioritized')",
 }
-SUFFIX = """
+SUFFIX = f"""
 run()
 times, value = [], None
-for _ in range(3):
+while len(times) < {ROUNDS} and sum(times) < {ENOUGH}:
     began = time.perf_counter()
     value = run()
     times.append(time.perf_counter() - began)
@@ -165,7 +168,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         trees = unpacked(sys.argv[1], Path(folder)), ROOT
         for name in chosen:
-            runs = [[measured(tree, WORKLOADS[name]) for tree in trees] for _ in range(ROUNDS)]
+            began, runs = time.perf_counter(), []
+            while len(runs) < ROUNDS and (not runs or time.perf_counter() - began < ENOUGH):
+                runs.append([measured(tree, WORKLOADS[name]) for tree in trees])
             old, new = (min(column) for column in zip(*runs, strict=True))
             print(
                 f"{name:36} {old[0] * 1e3:8.1f}ms {new[0] * 1e3:8.1f}ms {old[0] / new[0]:6.2f}  "
