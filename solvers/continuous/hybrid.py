@@ -22,6 +22,7 @@ from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers.base import whole_setting
 from cgla_graph.solvers.continuous import hybrid_roadmap
 from cgla_graph.solvers.continuous.fast_marching import NEAR, Marched, marched
+from cgla_graph.solvers.continuous.hybrid_valley import BANDS, holds_one_way
 
 #: Candidates cost at most so much more than the best one before refinement, relative to it.
 SLACK = 0.25
@@ -32,9 +33,9 @@ CLOSE = 0.01
 #: Threats and polygons that tell candidates apart, at most.
 MOST_POLES = 64
 #: The first look is taken on so many times fewer lattice points, unless they are fewer than so many; on a map that is
-#: open everywhere, by marching over so many cells for each dozen of threats, up to so many dozens, as valleys between
-#: many are narrow.
-FEWER, FEWEST_POINTS, OPEN_CELLS, DOZENS = 7, 100, 5000, 16.0
+#: open everywhere, by marching over so many cells a lattice point for each dozen of threats, up to so many dozens, as
+#: valleys between many are narrow.
+FEWER, FEWEST_POINTS, OPEN_CELLS, DOZENS = 7, 100, 3.125, 16.0
 #: Angles that are computed, at most: poles times nodes.
 MOST_ANGLES = 1_000_000
 #: Nodes of the grid that is marched over where there are rasters, at most, cells along its longer side, at least, and
@@ -58,7 +59,8 @@ class Hybrid:
     (`fast-marching`).
 
     To have a path soon, the way down the costs-to-go on a coarse grid comes before all that, or a quick search over a
-    seventh of the lattice points where the map has a few corners.
+    seventh of the lattice points where the map has a few corners. On a map without areas and rasters, that is all if
+    the grid sees no other way that costs about as little (`hybrid_valley`).
 
     Last, and not counted in `Solution.seconds`, a lower bound proves how good it is. Should the way down the
     costs-to-go of a grid of the proof be better, it is the answer, and the proof counts up to there.
@@ -144,7 +146,11 @@ class _Search:
         self.trace: list[TracePoint] = []
 
     def run(self) -> Solution:
-        first = self._first_look()
+        first, is_only_way = self._first_look()
+        if is_only_way:
+            self._refined(self.best, tolerance=1e-5, max_points=1000)
+            within = f"{100.0 * max(BANDS):g} %"
+            return self._answer(f"1 candidate, refined to the end: a coarse grid sees no other way within {within}")
         roadmap = hybrid_roadmap.lay(self.problem, self.settings.points, self.settings.radius)
         self.evaluations += roadmap.evaluations
         guesses = self._candidates(roadmap)
@@ -162,7 +168,9 @@ class _Search:
             if cost <= least * (1.0 + CLOSE) and all(line.hausdorff_distance(other) > apart for other in chosen):
                 chosen.append(line)
                 self._refined(path, tolerance=1e-5, max_points=RASTER_POINTS if self.problem.field.rasters else 1000)
-        message = f"{len(guesses)} candidates, {len(chosen)} refined to the end"
+        return self._answer(f"{len(guesses)} candidates, {len(chosen)} refined to the end")
+
+    def _answer(self, message: str) -> Solution:
         return Solution(
             Status.FOUND,
             path=self.best,
@@ -172,32 +180,37 @@ class _Search:
             message=message,
         )
 
-    def _first_look(self) -> list[tuple[FloatArray, float]]:
-        """Find a path on a coarse grid, to have one soon; where there are many corners, it would not be soon."""
+    def _first_look(self) -> tuple[list[tuple[FloatArray, float]], bool]:
+        """
+        Find a path on a coarse grid, to have one soon; where there are many corners, it would not be soon.
+
+        Returns also whether that grid sees no other way.
+        """
         points = self.settings.points // FEWER
         corners = shapely.get_num_coordinates(self.problem.model.area.geometry)
         if points < FEWEST_POINTS or corners > MOST_POLES:
-            return []
+            return [], False
         if corners == 0 and not self.problem.field.rasters:
             dozens = min(max(len(self.problem.field.threats) / 12.0, 1.0), DOZENS)
             most, paths = round(64 * math.sqrt(dozens)), []
             # (a coarse grid takes a quarter of the time, and among many threats may be on the better side of one)
             for times in (1.0, dozens) if dozens > 1.0 else (1.0,):
-                found = marched(self.problem, _open_grid(self.problem, OPEN_CELLS * times))
+                found = marched(self.problem, _open_grid(self.problem, OPEN_CELLS * self.settings.points * times))
                 self.evaluations += found.mesh.n_nodes
                 if len(found.path):
                     self._offer(found.path)
                     paths.append(self._refined(found.path, tolerance=1e-3, max_points=most))
             if paths:
-                return paths
+                self.evaluations += found.mesh.n_nodes
+                return paths, holds_one_way(self.problem, found, self.cost)
         roadmap = hybrid_roadmap.lay(self.problem, points, self.settings.radius)
         self.evaluations += roadmap.evaluations
         values, trees = csgraph.dijkstra(roadmap.weights, indices=[0], return_predecessors=True)
         if not np.isfinite(values[0, 1]):
-            return []
+            return [], False
         path = roadmap.positions[_to_root(1, trees[0])[::-1]]
         self._offer(path)
-        return [self._refined(path, tolerance=1e-3, max_points=40)]
+        return [self._refined(path, tolerance=1e-3, max_points=40)], False
 
     def _down_the_raster(self) -> list[tuple[FloatArray, float]]:
         """Find ways down the costs-to-go at the resolution of rasters, whose corridors the roadmap may miss."""

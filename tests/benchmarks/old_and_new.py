@@ -74,6 +74,10 @@ def solved(problem):
 def proved(problem, tolerance):
     return lambda: cg.lower_bound(problem, tolerance).gap
 
+def hybrids():
+    solver, problems = get("hybrid", tolerance=None), [random_scenario(seed).problem for seed in range(1, 21)]
+    return lambda: sum(solver.solve(problem).cost for problem in problems)
+
 def first_good(problem):
     # hybrid's time to 0.1 %, by its own trace
     solver = get("hybrid", tolerance=None)
@@ -118,6 +122,7 @@ WORKLOADS = {
     "proof of 5e-3, slit at the rim": "proved(slit(), 5e-3)",
     "proof of 5e-3, fence of 1/20,000": "proved(fence(5e-5), 5e-3)",
     "proof of 5e-3, fence of 1/40,000": "proved(fence(2.5e-5), 5e-3)",
+    "hybrid without proof, 20 random maps": "hybrids()",
     "first path within 0.1 %, fifty": "first_good(cg.load_scenario('fifty-threats').problem)",
     "first path within 0.1 %, paper": "first_good(cg.load_scenario('paper').problem)",
     "first path within 0.1 %, random 19": "first_good(random_scenario(19).problem)",
