@@ -1,5 +1,6 @@
 """Fast marching: the eikonal solution on a grid, and the path of steepest descent."""
 
+import math
 import time
 from dataclasses import dataclass
 from typing import ClassVar
@@ -20,6 +21,9 @@ from cgla_graph.solvers.base import whole_setting
 NEAR = 4.0
 #: Cells along the longer side of the bounds, where nobody asks for others: usually, and at most.
 CELLS, MOST_CELLS = 256, 2048
+#: Cells over which the cost may change e-fold, at least, without a word about it: with fewer, paths were up to 0.5 %
+#: above the best at ``k = 1000``.
+RESOLVED = 2.5
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,9 @@ class FastMarching:
     grid is cut open along no-fly areas, so that no cost leaks through walls, unless they are thinner than about
     1/20,000 of the map; where the descent cuts a corner of an area, the path is led around it: over the best of all
     polylines through its own points and the corners beside it.
+
+    Where threats may change the cost e-fold within 2.5 cells, the message says so: among narrow threats, or at great
+    ``k``, the path with the usual number of cells was up to 0.5 % above the best one.
 
     As `Solution.evaluations` count the nodes of the grid, at each of which the cost is asked for once.
 
@@ -82,8 +89,18 @@ class FastMarching:
         if not len(path):
             message = f"no way down to the goal on {columns} x {rows} cells"
             return Solution(Status.NOT_FOUND, build_seconds=build_seconds, evaluations=n_nodes, message=message)
-        cost = problem.evaluate(path).cost
-        return Solution(Status.FOUND, path=path, cost=cost, build_seconds=build_seconds, evaluations=n_nodes)
+        cost, message = problem.evaluate(path).cost, ""
+        within = least_change(problem) / max(found.mesh.spacing)
+        if within < RESOLVED:
+            message = f"the cost may change e-fold within {within:.2g} cells: with more `cells`, the path may cost less"
+        return Solution(
+            Status.FOUND,
+            path=path,
+            cost=cost,
+            build_seconds=build_seconds,
+            evaluations=n_nodes,
+            message=message,
+        )
 
     def _grid(self, problem: Problem) -> tuple[int, int]:
         """Return how many cells there are along each side."""
@@ -97,6 +114,24 @@ class FastMarching:
             cells = min(max(CELLS, max(sides) / finest), MOST_CELLS)
         columns, rows = (max(8, round(cells * side / max(sides))) for side in sides)
         return in_line(problem, (columns, rows)) if self.cells is None else (columns, rows)
+
+
+def least_change(problem: Problem) -> float:
+    """
+    Bound the distance over which a threat, by itself, changes the cost of a unit of length by a factor of e, map units.
+
+    Beside it, ``c = 1 + k f`` changes by ``|grad c| / c = r / s^2 * k f / (1 + k f)`` a unit of length, where ``f = p
+    exp(-r^2 / (2 s^2))``. That is below ``sqrt(2 log(1 + k p)) / s``: where ``k f > 1``, ``r`` is below ``s sqrt(2 log
+    k p)``, and elsewhere the last factor is small.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField, Threat
+    >>> round(least_change(Problem((0, 0), (1, 1), RiskField([Threat(0.5, 0.5, 0.1)]), k=1000.0)), 3)
+    0.027
+    """
+    steepest = (math.sqrt(2.0 * math.log1p(problem.k * one.peak)) / one.spread for one in problem.field.threats)
+    return 1.0 / max(steepest, default=0.0) if problem.k > 0.0 and problem.field.threats else math.inf
 
 
 @dataclass(frozen=True, eq=False)

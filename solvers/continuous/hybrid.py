@@ -38,9 +38,9 @@ MOST_POLES = 64
 FEWER, FEWEST_POINTS, OPEN_CELLS, DOZENS = 7, 100, 3.125, 16.0
 #: Angles that are computed, at most: poles times nodes.
 MOST_ANGLES = 1_000_000
-#: Nodes of the grid that is marched over where there are rasters, at most, cells along its longer side, at least, and
+#: Nodes of a grid that is marched over, at most; where there are rasters, cells along its longer side, at least, and
 #: waypoints of a path that is refined there.
-RASTER_NODES, RASTER_LEAST, RASTER_POINTS = 1_000_000, 256, 2000
+MOST_NODES, RASTER_LEAST, RASTER_POINTS = 1_000_000, 256, 2000
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,8 @@ class _Search:
             most, paths = round(64 * math.sqrt(dozens)), []
             # (a coarse grid takes a quarter of the time, and among many threats may be on the better side of one)
             for times in (1.0, dozens) if dozens > 1.0 else (1.0,):
-                found = marched(self.problem, _open_grid(self.problem, OPEN_CELLS * self.settings.points * times))
+                cells = min(OPEN_CELLS * self.settings.points * times, MOST_NODES)
+                found = marched(self.problem, _open_grid(self.problem, cells))
                 self.evaluations += found.mesh.n_nodes
                 if len(found.path):
                     self._offer(found.path)
@@ -271,7 +272,7 @@ def _raster_grid(problem: Problem) -> tuple[int, int]:
     x_min, y_min, x_max, y_max = problem.bounds
     sides = x_max - x_min, y_max - y_min
     finest = min(min(raster.cell_size) for raster in problem.field.rasters)
-    spacing = max(0.5 * finest, math.sqrt(sides[0] * sides[1] / RASTER_NODES))
+    spacing = max(0.5 * finest, math.sqrt(sides[0] * sides[1] / MOST_NODES))
     # a coarse raster is no smoother than a threat
     spacing = min(spacing, max(sides) / RASTER_LEAST)
     # an even number for each of the raster's, so that nodes are in the middle of its cells: in the floor of a valley

@@ -7,11 +7,11 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import few, fields, points
+from strategies import examples, few, fields, points
 
 import cgla_graph as cg
 from cgla_graph.scenarios.scenario import load_scenario, shipped
-from cgla_graph.solvers.continuous.fast_marching import FastMarching
+from cgla_graph.solvers.continuous.fast_marching import FastMarching, least_change
 
 
 def excess(problem: cg.Problem, cells: int, order: int, best: float) -> float:
@@ -101,3 +101,21 @@ def test_over_a_raster_cells_are_as_fine_as_its_own(shape: tuple[int, int] | Non
     answer = cg.solve(problem, "fast-marching")
     assert answer.evaluations == pytest.approx(grid, rel=0.3)
     assert answer.cost == pytest.approx((2.0 if rasters else 1.0) * answer.length, rel=1e-9)
+
+
+@given(st.floats(0.01, 1.0), st.floats(0.01, 1.0), st.floats(1e-3, 1e5))
+@examples(50)
+def test_no_threat_changes_the_cost_sooner(spread: float, peak: float, k: float) -> None:
+    problem = cg.Problem((0, 0), (1, 1), cg.RiskField([cg.Threat(0.0, 0.0, spread, peak)]), k=k)
+    away = np.linspace(0.0, 8.0 * spread, 4001)
+    cost = 1.0 + k * problem.field.density(np.column_stack([away, np.zeros_like(away)]))
+    assert np.abs(np.diff(np.log(cost))).max() <= (away[1] - away[0]) / least_change(problem)
+
+
+def test_that_cells_are_few_for_the_cost_is_said() -> None:
+    field = cg.RiskField([cg.Threat(0.5, 0.5, 0.03, 0.9)])
+    steep, gentle = (cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=k) for k in (1000.0, 1.0))
+    said = "the cost may change e-fold within 2.1 cells: with more `cells`, the path may cost less"
+    assert cg.solve(steep, "fast-marching").message == said
+    assert cg.solve(gentle, "fast-marching").message == ""
+    assert cg.solve(steep, "fast-marching", cells=400).message == ""

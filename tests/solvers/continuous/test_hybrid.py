@@ -176,6 +176,20 @@ def test_candidates_pass_the_threat_on_both_sides() -> None:
 # What it promises
 
 
+def test_no_grid_is_larger_than_it_may_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    grids: list[tuple[int, int]] = []
+
+    def none(_: cg.Problem, last: tuple[int, int]) -> Any:  # noqa: ANN401 - never returns
+        grids.append(last)
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(hybrid, "marched", none)
+    for problem in (random_map(1), cg.load_scenario("fifty-threats").problem):
+        with pytest.raises(ZeroDivisionError):
+            Hybrid(points=10**6).solve(problem)
+    assert max(columns * rows for columns, rows in grids) <= 1.01 * hybrid.MOST_NODES
+
+
 def test_it_is_the_default() -> None:
     problem = random_map(2)
     assert cg.solve(problem, tolerance=None).solver == "hybrid"
