@@ -316,6 +316,8 @@ def _part_with_pipes() -> None:
         os.dup2(2, 1)
     except OSError:
         os.dup2(nothing, 1)
+    # line by line: what waits in a buffer is lost with this process
+    sys.stdout = sys.stderr
 
 
 def _listen(requests: IO[bytes], put: Callable[[bytes], None]) -> NoReturn:

@@ -227,7 +227,8 @@ def script(tmp_path: Path) -> Iterator[Any]:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            env={**os.environ, "PYTHONPATH": paths},
+            # (unset if empty: what is printed has to arrive without)
+            env={**os.environ, "PYTHONPATH": paths, "PYTHONUNBUFFERED": ""},
         )
         started.append(process)
         return process
