@@ -130,8 +130,9 @@ def least_change(problem: Problem) -> float:
     >>> round(least_change(Problem((0, 0), (1, 1), RiskField([Threat(0.5, 0.5, 0.1)]), k=1000.0)), 3)
     0.027
     """
-    steepest = (math.sqrt(2.0 * math.log1p(problem.k * one.peak)) / one.spread for one in problem.field.threats)
-    return 1.0 / max(steepest, default=0.0) if problem.k > 0.0 and problem.field.threats else math.inf
+    threats = problem.field.threats
+    steepest = max((math.sqrt(2.0 * math.log1p(problem.k * one.peak)) / one.spread for one in threats), default=0.0)
+    return 1.0 / steepest if steepest > 0.0 else math.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,14 +144,16 @@ class Marched:
     ----------
     path
         The way down from the start, shape ``(m, 2)``, map units; empty if there is none.
-    mesh, times
-        The grid, and the cost to the goal at each of its nodes, shape ``(n + 1,)``, the last one no node.
+    mesh, costs, times
+        The grid, the cost of a unit of length at each node, shape ``(n,)``, and the cost to the goal, shape ``(n +
+        1,)``, the last one no node.
     laid
         When the grid was laid, by `time.perf_counter`.
     """
 
     path: FloatArray
     mesh: SplineMesh
+    costs: FloatArray
     times: FloatArray
     laid: float
 
@@ -180,4 +183,4 @@ def marched(problem: Problem, last: tuple[int, int], *, second: bool = True) -> 
     laid = time.perf_counter()
     near = NEAR * max(mesh.spacing)
     times = costs_to_go(problem, mesh, problem.goal, mesh.ends[1], costs, radius=near, second=second)
-    return Marched(descent(problem, mesh, times, radius=NEAR), mesh, times, laid)
+    return Marched(descent(problem, mesh, times, radius=NEAR), mesh, costs, times, laid)

@@ -12,7 +12,7 @@ Whether the grid is fine enough for that is told by the best way itself: by how 
 import numpy as np
 
 from cgla_graph._types import BoolArray
-from cgla_graph.eikonal.marching import costs_to_go, node_costs
+from cgla_graph.eikonal.marching import costs_to_go
 from cgla_graph.model.problem import Problem
 from cgla_graph.solvers.continuous.fast_marching import NEAR, Marched
 
@@ -45,8 +45,8 @@ def holds_one_way(problem: Problem, found: Marched, cost: float) -> bool:
     >>> one_way(0.5), one_way(0.4)
     (False, True)
     """
-    mesh, costs = found.mesh, node_costs(problem, found.mesh)
-    to_start = costs_to_go(problem, mesh, problem.start, mesh.ends[0], costs, radius=NEAR * max(mesh.spacing))
+    mesh = found.mesh
+    to_start = costs_to_go(problem, mesh, problem.start, mesh.ends[0], found.costs, radius=NEAR * max(mesh.spacing))
     through = np.full((mesh.last[1] + 1, mesh.last[0] + 1), np.inf)
     inside = ~mesh.outside
     through[mesh.node_rows[inside], mesh.node_columns[inside]] = (found.times + to_start)[:-1][inside]

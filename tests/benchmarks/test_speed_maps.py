@@ -99,7 +99,7 @@ def wall(rng: np.random.Generator, width: float, height: float) -> shapely.Polyg
 def polygon(rng: np.random.Generator, width: float, height: float = 1.0) -> shapely.Polygon:
     """Draw a convex area of three to seven corners, as slim as a needle or as round as a coin."""
     turns = np.sort(rng.uniform(0.0, 2.0 * math.pi, rng.integers(3, 8)))
-    long, slim, turn = rng.uniform(0.05, 0.35), math.exp(rng.uniform(math.log(0.05), 0.0)), rng.uniform(0.0, math.pi)
+    long, slim, turn = rng.uniform(0.05, 0.35), between(rng, 0.05, 1.0), rng.uniform(0.0, math.pi)
     points = long * np.column_stack([np.cos(turns), slim * np.sin(turns)])
     axes = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
     return shapely.Polygon(points @ axes + rng.random(2) * (width, height))
