@@ -2,8 +2,10 @@
 
 import gc
 import hashlib
+import importlib
 import re
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -52,18 +54,33 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     >>> erf(0.5)
     0.5204998778
     """
+    compiled = _dispatcher(function, Path())
+
+    @cache
+    def called() -> Any:  # noqa: ANN401 - numba has no hints
+        return _dispatcher(function, Path("called"), no_cpython_wrapper=True)
+
+    # Most kernels are called by kernels alone. What a call from Python needs besides, as to unpack arrays, is compiled
+    # only where there is one.
+    compiled.get_call_template = lambda types, names: called().get_call_template(types, names)
+    compiled.get_overload = lambda signature: called().get_overload(signature)
+    return cast("Callable[P, R]", compiled)
+
+
+def _dispatcher(function: Callable[..., object], below: Path, **options: bool) -> Any:  # noqa: ANN401 - the same
+    """Return what numba compiles a function with, and keeps the code of in a folder of the kernel's own."""
     file = Path(function.__code__.co_filename)
     # (it takes its settings from the environment when it is imported, which no type checker sees)
     settings = cast("Any", numba.config)
     kept = settings.CACHE_DIR
-    settings.CACHE_DIR = str(Path(kept or file.parent / "__pycache__", f"kernels-{_digest(file)[:16]}"))
+    settings.CACHE_DIR = str(Path(kept or file.parent / "__pycache__", f"kernels-{_digest(file)[:16]}", below))
     try:
         # (kernels are not passed as values: they need no second entry, as C functions; an option that has no hint)
-        compiled = cast("Any", numba.njit)(cache=True, nogil=True, no_cfunc_wrapper=True)(function)
+        compiled = cast("Any", numba.njit)(cache=True, nogil=True, no_cfunc_wrapper=True, **options)(function)
     finally:
         settings.CACHE_DIR = kept
     compiled.compile = _in_one_process(compiled)
-    return cast("Callable[P, R]", compiled)
+    return compiled
 
 
 def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - numba has no hints
@@ -80,6 +97,7 @@ def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - nu
             gc.disable()
             _under_way.append((compiled, signature))
             try:
+                _import_numpy_functions()
                 return compile_(signature)
             finally:
                 _under_way.pop()
@@ -87,6 +105,24 @@ def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - nu
                     gc.enable()
 
     return compile_once
+
+
+def _import_numpy_functions() -> None:
+    """
+    Import numba's NumPy functions, which it does before its first kernel, but not `scipy.linalg` along with them.
+
+    Numba only looks whether that is there, and that takes a tenth of a second; who multiplies matrices gets it then.
+    Another thread might miss it meanwhile, so where there are some, numba is left to itself.
+    """
+    if sys.modules.keys() & {"numba.np.arraymath", "scipy.linalg"} or threading.active_count() > 1:
+        return
+    modules = cast("dict[str, object]", sys.modules)
+    modules["scipy.linalg"] = None
+    try:
+        functions = importlib.import_module("numba.np.arraymath")
+    finally:
+        del modules["scipy.linalg"]
+    functions._HAVE_BLAS = True  # type: ignore[attr-defined] # noqa: SLF001 - scipy is always installed with us
 
 
 @contextmanager

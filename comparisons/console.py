@@ -131,14 +131,17 @@ def compile_beside(model: "CostModel | None" = None) -> None:
     compiles for maps without rasters makes way where there are some. It ends with `running_solvers`, or with
     `end_compiling` before.
     """
-    from cgla_graph._kernel import is_kept  # noqa: PLC0415 - `cgla --help` answers at once
+    import numpy as np  # noqa: PLC0415 - `cgla --help` answers at once
+
+    from cgla_graph._kernel import is_kept  # noqa: PLC0415 - the same
     from cgla_graph.certificate import certificate_kernels, corner_kernels  # noqa: PLC0415 - the same
     from cgla_graph.model import risk_kernels  # noqa: PLC0415 - the same
     from cgla_graph.model.small_problem import MapKind, small_field  # noqa: PLC0415 - the same
 
     walls, rasters = MapKind.of(model)
-    segment = 0.0, 0.0, 1.0, 1.0, 1.0, small_field(MapKind(rasters=rasters)).kernel_field()
-    are_kept = is_kept(risk_kernels.segment_cost, *segment) and is_kept(certificate_kernels.steepness)
+    ends = np.empty((1, 2))
+    segments = ends, ends, small_field(MapKind(rasters=rasters)).kernel_field(), np.empty(1)
+    are_kept = is_kept(risk_kernels.segment_risks, *segments) and is_kept(certificate_kernels.steepness)
     if (are_kept and (not walls or is_kept(corner_kernels.charge))) or any(of >= rasters for _, of in _helpers):
         return
     import subprocess  # noqa: PLC0415 - rarely used

@@ -9,11 +9,10 @@ import numpy as np
 
 from cgla_graph.certificate.certificate import load_kernels
 from cgla_graph.model.problem import FULL_UP_TO
-from cgla_graph.model.risk_kernels import segment_cost
-from cgla_graph.model.small_problem import MapKind, small_field, small_problem
+from cgla_graph.model.small_problem import MapKind, small_problem
 from cgla_graph.model.solver import Solver
 from cgla_graph.refine.refine import refine_path
-from cgla_graph.refine.refine_kernels import minimise
+from cgla_graph.refine.refine_kernels import minimise, shortcut
 
 SolverT = TypeVar("SolverT", bound=Solver)
 
@@ -95,18 +94,18 @@ def load_last_first(kind: MapKind) -> None:
     """
     Load what a plan needs, in another order than it does: of costs, refinement and proofs, then beside walls.
 
-    So two processes compile about half of the kernels each. What takes longest is loaded first, by its own call: the
-    other process does not wait for it, and neither does this one for anything before.
+    So two processes compile about half of the kernels each. What takes longest is loaded first, by calls of its own:
+    the other process does not wait for it, and neither does this one for anything before.
 
     Examples
     --------
     >>> load_last_first(MapKind())
     """
-    risk = small_field(kind).kernel_field()
-    segment_cost(0.0, 0.0, 1.0, 1.0, 1.0, risk)
-    ends = np.array([(0.0, 0.0), (1.0, 1.0)])
-    minimise(ends, ends, np.zeros((2, 2)), 1.0, 1.0, risk, 1, np.zeros(2))
-    for here in (kind._replace(walls=False), kind._replace(walls=True)):
-        problem = small_problem(here)
-        refine_path(problem, [problem.start, (0.2, 0.9), problem.goal])
-        load_kernels(here)
+    problem = small_problem(kind)
+    path = np.array([problem.start, (0.2, 0.9), problem.goal])
+    problem.field.line_integral(path[:1], path[1:2])
+    model = problem.model.kernel_model()
+    minimise(path, path, np.zeros((3, 2)), 1.0, 1.0, model[1], 1, np.zeros(3))
+    shortcut(path, model, 1, np.ones(3, dtype=np.bool_))
+    for walls in (False, True):
+        load_kernels(kind._replace(walls=walls))

@@ -78,6 +78,51 @@ def test_where_other_functions_are_kept_is_left_alone() -> None:
     assert before == numba.config.CACHE_DIR
 
 
+def test_what_python_needs_for_a_call_is_compiled_only_where_there_is_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+
+    @kernel
+    def inner(x: float) -> float:
+        return 3.0 * x
+
+    @kernel
+    def outer(x: float) -> float:
+        return 2.0 * inner(x)
+
+    compiled: Any = inner
+    assert outer(1.0) == 6.0
+    assert not compiled.signatures
+    assert not _kernel.is_kept(inner)
+    assert inner(1.0) == 3.0
+    assert _kernel.is_kept(inner, 1.0)
+
+
+LINEAR_ALGEBRA = """
+import sys, threading
+import numba, numpy as np
+from cgla_graph.model.risk_kernels import erf
+
+@numba.njit
+def product(a, b):
+    return np.dot(a, b)
+
+if sys.argv[1] == "threads":
+    threading.Thread(target=threading.Event().wait, daemon=True).start()
+erf(0.5)
+print("scipy.linalg" in sys.modules, product(np.eye(2), np.eye(2)).tolist(), "scipy.linalg" in sys.modules)
+"""
+
+
+@pytest.mark.parametrize("threads", [False, True])
+def test_kernels_need_no_linear_algebra_and_leave_it_to_those_who_do(*, threads: bool) -> None:
+    """Where other threads might need it meanwhile, numba looks for it before the first kernel, as it always does."""
+    words = [sys.executable, "-c", LINEAR_ALGEBRA, "threads" if threads else ""]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == f"{threads} [[1.0, 0.0], [0.0, 1.0]] True"
+
+
 def new_kernel(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Any:  # noqa: ANN401 - numba has no hints
     """Make a kernel that nobody has compiled; return it."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(folder))

@@ -206,15 +206,18 @@ def least_around(
 
 
 @kernel
-def narrow(rows: FloatArray, low: float, high: float) -> None:
-    """Turn three rows of Bézier control values on [0, 1] into those on ``[low, high]``, which is part of it."""
+def narrow(values: FloatArray, axis: int, low: float, high: float) -> None:
+    """Turn ``(3, 3)`` Bézier control values on [0, 1] along an axis into those on ``[low, high]``, part of it."""
+    # (for a transposed array, this would be compiled once more)
+    i, j = 1 - axis, axis
     for a in range(3):
-        first, middle, last = rows[0, a], rows[1, a], rows[2, a]
+        x, y = a * j, a * i
+        first, middle, last = values[x, y], values[x + i, y + j], values[x + 2 * i, y + 2 * j]
         begin = (1.0 - low) * first + low * middle
         then = (1.0 - low) * middle + low * last
-        rows[0, a] = (1.0 - low) * begin + low * then
-        rows[1, a] = (1.0 - high) * begin + high * then
-        rows[2, a] = (1.0 - high) * ((1.0 - high) * first + high * middle) + high * (
+        values[x, y] = (1.0 - low) * begin + low * then
+        values[x + i, y + j] = (1.0 - high) * begin + high * then
+        values[x + 2 * i, y + 2 * j] = (1.0 - high) * ((1.0 - high) * first + high * middle) + high * (
             (1.0 - high) * middle + high * last
         )
 
@@ -263,10 +266,10 @@ def _worst(
         for o in range(9):
             blur = max(blur, abs(vx[o // 3, o % 3]), abs(vy[o // 3, o % 3]))
         blur *= NARROWED
-        narrow(vx.T, x_part[0], x_part[1])
-        narrow(vy.T, x_part[0], x_part[1])
-        narrow(vx, y_part[0], y_part[1])
-        narrow(vy, y_part[0], y_part[1])
+        for axis in range(1, -1, -1):
+            low, high = x_part if axis == 1 else y_part
+            narrow(vx, axis, low, high)
+            narrow(vy, axis, low, high)
     worst = 0.0
     steepest = 0.0
     lowest = math.inf

@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import Any, Literal, NoReturn, TypeAlias, cast
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray, IntArray
@@ -63,7 +63,7 @@ def cell_corners(lattice: Lattice, positions: FloatArray) -> tuple[IntArray, Int
 
 def compressed(
     tails: IntArray, heads: IntArray, weights: FloatArray, n_nodes: int, *, mirrored: bool
-) -> sparse.csr_array:
+) -> "scipy.sparse.csr_array":
     """Store the finite edges row by row, the lightest of parallel ones; `mirrored` adds each the other way round."""
     finite = np.isfinite(weights)
     tails, heads, weights = tails[finite], heads[finite], weights[finite]
@@ -75,7 +75,7 @@ def compressed(
     first = np.ones(len(tails), dtype=bool)
     first[1:] = (tails[1:] != tails[:-1]) | (heads[1:] != heads[:-1])
     starts = np.concatenate([[0], np.cumsum(np.bincount(tails[first], minlength=n_nodes))])
-    return sparse.csr_array((weights[first], heads[first], starts), shape=(n_nodes, n_nodes))
+    return scipy.sparse.csr_array((weights[first], heads[first], starts), shape=(n_nodes, n_nodes))
 
 
 def node_positions(labels: Sequence[Node], spots: list[object], pos: str, *, needed: bool) -> FloatArray | None:

@@ -11,8 +11,8 @@ from itertools import compress
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import sparse
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._brief import Brief
@@ -461,13 +461,13 @@ class GeometricGraph(Brief):
 
         Examples
         --------
-        >>> chain = sparse.csr_array(([0.0, 2.0], ([0, 1], [1, 2])), shape=(3, 3))
+        >>> chain = scipy.sparse.csr_array(([0.0, 2.0], ([0, 1], [1, 2])), shape=(3, 3))
         >>> GeometricGraph.from_sparse(chain).weights_from(0).tolist()
         [0.0, 0.0, inf]
         """
         try:
-            given = sparse.csr_array(matrix)
-            rows = sparse.csr_array(
+            given = scipy.sparse.csr_array(matrix)
+            rows = scipy.sparse.csr_array(
                 (number_array("stored weights", given.data), given.indices, given.indptr), shape=given.shape, copy=True
             )
         except (TypeError, ValueError) as error:
@@ -475,7 +475,7 @@ class GeometricGraph(Brief):
             raise GraphError(msg) from error
         # adds duplicates up, and keeps stored zeros
         rows.sum_duplicates()
-        entries = sparse.coo_array(rows)
+        entries = scipy.sparse.coo_array(rows)
         if entries.ndim != 2 or entries.shape[0] != entries.shape[-1]:  # noqa: PLR2004 - a matrix
             msg = f"the sparse weight matrix has shape {entries.shape}; give a square one"
             raise GraphError(msg)
@@ -678,7 +678,7 @@ class GeometricGraph(Brief):
         """Return the dense matrix whose row ``r`` holds the weights **to** ``r``, shape ``(n, n)``."""
         return self.weights.matrix_to() if self.directed else self.weights.matrix()
 
-    def to_csgraph(self) -> sparse.csr_array:
+    def to_csgraph(self) -> "scipy.sparse.csr_array":
         """
         Return the weights for `scipy.sparse.csgraph`: a sparse matrix whose stored zeros are edges.
 

@@ -177,8 +177,7 @@ class NoFlyArea:
         array([False,  True])
         """
         first, second = together(_points(starts, "starts"), _points(ends, "ends"))
-        crossing = segments_cross(first.reshape(-1, 2), second.reshape(-1, 2), self._kernel_arrays)
-        return crossing.reshape(first.shape[:-1])
+        return self._crossed(first.reshape(-1, 2), second.reshape(-1, 2)).reshape(first.shape[:-1])
 
     def contains(self, points: ArrayLike) -> BoolArray:
         """
@@ -206,7 +205,13 @@ class NoFlyArea:
         """
         given = _points(points, "points")
         flat = np.array(given, order="C").reshape(-1, 2)
-        return segments_cross(flat, flat, self._kernel_arrays).reshape(given.shape[:-1])
+        return self._crossed(flat, flat).reshape(given.shape[:-1])
+
+    def _crossed(self, starts: FloatArray, ends: FloatArray) -> BoolArray:
+        """Tell of segments ``(n, 2)`` whether each meets the interior; an empty area needs no kernel for that."""
+        if self.is_empty:
+            return np.zeros(len(starts), dtype=bool)
+        return segments_cross(starts, ends, self._kernel_arrays)
 
     def convex_corners(self, *, straight: float = 0.0) -> FloatArray:
         """

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cgla_graph._brief import Brief
+from cgla_graph._kernel import fixed
 from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import LARGEST, finite_number, non_negative_number, point_array, positive_number, together
@@ -351,7 +352,7 @@ class RiskField(Brief):
         """
         where = point_array("points", points)
         out = np.empty(where.shape[:-1])
-        risk_kernels.density(where.reshape(-1, 2), self.table, out.reshape(-1))
+        risk_kernels.density(fixed(where.reshape(-1, 2)), self.table, out.reshape(-1))
         if self.raster_array is not None:
             add_densities(where.reshape(-1, 2), self.raster_array, out.reshape(-1))
         return out

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import GraphError
@@ -47,7 +47,7 @@ class Weights(Protocol):
         """Return the transposed matrix, shape ``(n, n)``, row by row in memory, read-only."""
         ...
 
-    def csgraph(self) -> sparse.csr_array:
+    def csgraph(self) -> "scipy.sparse.csr_array":
         """Return a new sparse matrix whose stored entries are the edges, stored zeros too."""
         ...
 
@@ -103,14 +103,14 @@ class DenseWeights:
         """Return the transposed matrix."""
         return self._transposed
 
-    def csgraph(self) -> sparse.csr_array:
+    def csgraph(self) -> "scipy.sparse.csr_array":
         """Pick the finite entries off the diagonal."""
         kept = np.isfinite(self.values)
         np.fill_diagonal(kept, val=False)
         # 32-bit indices, and no array of index pairs: the matrix is large enough
         columns = np.broadcast_to(np.arange(len(kept), dtype=np.int32), kept.shape)[kept]
         counts = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
-        return sparse.csr_array((self.values[kept], columns, counts), shape=kept.shape)
+        return scipy.sparse.csr_array((self.values[kept], columns, counts), shape=kept.shape)
 
     @property
     def n_edges(self) -> int:
@@ -135,7 +135,7 @@ class SparseWeights:
         Shape ``(n, n)``: stored entries are edges, stored zeros too; none on the diagonal.
     """
 
-    rows: sparse.csr_array
+    rows: "scipy.sparse.csr_array"
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out what can be worked out again."""
@@ -170,7 +170,7 @@ class SparseWeights:
         """Spread all columns out."""
         return SparseWeights(self._columns).matrix()
 
-    def csgraph(self) -> sparse.csr_array:
+    def csgraph(self) -> "scipy.sparse.csr_array":
         """Return a copy."""
         return self.rows.copy()
 
@@ -180,8 +180,8 @@ class SparseWeights:
         return int(self.rows.nnz)
 
     @cached_property
-    def _columns(self) -> sparse.csr_array:
-        return sparse.csr_array(self.rows.T)
+    def _columns(self) -> "scipy.sparse.csr_array":
+        return scipy.sparse.csr_array(self.rows.T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,7 +223,7 @@ class ImplicitWeights:
         """Weigh all pairs."""
         return self.matrix()
 
-    def csgraph(self) -> sparse.csr_array:
+    def csgraph(self) -> "scipy.sparse.csr_array":
         """Weigh all pairs."""
         return self.held().csgraph()
 
@@ -275,7 +275,7 @@ def free_memory() -> float:
     return free
 
 
-def _spread(rows: sparse.csr_array, index: int) -> FloatArray:
+def _spread(rows: "scipy.sparse.csr_array", index: int) -> FloatArray:
     """Spread one stored row out over all nodes, shape ``(n,)``: infinity where nothing is stored, 0 at the node."""
     row = np.full(rows.shape[0], np.inf)
     begin, end = rows.indptr[index], rows.indptr[index + 1]

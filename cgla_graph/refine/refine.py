@@ -205,6 +205,8 @@ class _Refiner:
 
     def _is_free(self, points: FloatArray) -> BoolArray:
         """Tell which segments of a polyline do not cross the area."""
+        if self.area.is_empty:
+            return np.ones(len(points) - 1, dtype=np.bool_)
         return np.asarray(~segments_cross(points[:-1], points[1:], self.area.kernel_arrays))
 
     def _laid(self, points: FloatArray, pieces: FloatArray, spacing: float) -> FloatArray:

@@ -3,12 +3,12 @@
 import dataclasses
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 import shapely
-from scipy.sparse import csgraph
 
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import positive_number
@@ -206,10 +206,10 @@ class _Search:
                 return paths, holds_one_way(self.problem, found, self.cost)
         roadmap = hybrid_roadmap.lay(self.problem, points, self.settings.radius)
         self.evaluations += roadmap.evaluations
-        values, trees = csgraph.dijkstra(roadmap.weights, indices=[0], return_predecessors=True)
-        if not np.isfinite(values[0, 1]):
+        values, before = roadmap.tree(0)
+        if not np.isfinite(values[1]):
             return [], False
-        path = roadmap.positions[_to_root(1, trees[0])[::-1]]
+        path = roadmap.positions[_to_root(1, before)[::-1]]
         self._offer(path)
         return [self._refined(path, tolerance=1e-3, max_points=40)], False
 
@@ -241,9 +241,8 @@ class _Search:
 
     def _candidates(self, roadmap: hybrid_roadmap.Roadmap) -> list[FloatArray]:
         """Find the cheapest path of each kind, cheapest first."""
-        values, trees = csgraph.dijkstra(roadmap.weights, indices=[0, 1], return_predecessors=True)
-        before = trees.astype(np.int64)
-        through = values[0] + values[1]
+        trees = [roadmap.tree(root) for root in (0, 1)]
+        through = trees[0][0] + trees[1][0]
         if not np.isfinite(through[0]):
             return []
         order = np.argsort(through, kind="stable")
@@ -251,12 +250,12 @@ class _Search:
         order = order[through[order] <= (1.0 + slack) * through[0]]
         poles = _poles(self.problem, through[0])[: MOST_ANGLES // len(through)]
         # the second half is walked from the node to the goal, against the goal's tree
-        there, back = (_swept(roadmap.positions, poles, values[i], before[i])[order] for i in range(2))
+        there, back = (_swept(roadmap.positions, poles, *tree)[order] for tree in trees)
         swept = there - back
         turns = np.round((swept - swept[0]) / (2.0 * np.pi)).astype(np.int64)
         first = np.unique(turns, axis=0, return_index=True)[1] if len(poles) else np.zeros(1, dtype=np.int64)
         vias = order[np.sort(first)][: self.settings.candidates]
-        return [_through(int(via), before, roadmap.positions) for via in vias]
+        return [_through(int(via), [before for _, before in trees], roadmap.positions) for via in vias]
 
 
 def _open_grid(problem: Problem, cells: float) -> tuple[int, int]:
@@ -343,7 +342,7 @@ def _swept(positions: FloatArray, poles: FloatArray, values: FloatArray, before:
     return swept
 
 
-def _through(via: int, before: IntArray, positions: FloatArray) -> FloatArray:
+def _through(via: int, before: Sequence[IntArray], positions: FloatArray) -> FloatArray:
     """Read the best path through a node off the two trees."""
     there, back = (_to_root(via, tree) for tree in before)
     return positions[there[::-1] + back[1:]]

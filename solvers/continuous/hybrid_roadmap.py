@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy import sparse
 
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
+from cgla_graph.solvers.continuous.roadmap_kernels import grow_tree
 
 #: Up to so many corners, start and goal included, every pair is joined; beyond, each with its nearest.
 ALL_PAIRS_UP_TO = 150
@@ -28,8 +28,9 @@ class Roadmap:
     ----------
     positions
         The nodes, shape ``(n, 2)``, map units: start, goal, corners of the no-fly area, lattice points.
-    weights
-        Costs of the free edges by Eq. 5, a symmetric sparse matrix ``(n, n)``, map units.
+    starts, heads, costs
+        The free edges, each both ways: those that leave node ``i`` are from ``starts[i]`` up to ``starts[i + 1]``, lead
+        to `heads` and cost `costs` by Eq. 5, map units.
     spacing
         Distance between lattice points, the greater one of both sides, map units.
     evaluations
@@ -37,9 +38,17 @@ class Roadmap:
     """
 
     positions: FloatArray
-    weights: sparse.csr_array
+    starts: IntArray
+    heads: IntArray
+    costs: FloatArray
     spacing: float
     evaluations: int
+
+    def tree(self, root: int) -> tuple[FloatArray, IntArray]:
+        """Return the least cost from a root to each node, map units, and the node before it, or -1; both ``(n,)``."""
+        values, before = np.full(len(self.positions), np.inf), np.full(len(self.positions), -1)
+        grow_tree(self.starts, self.heads, self.costs, root, values, before)
+        return values, before
 
 
 def lay(problem: Problem, points: int, radius: int) -> Roadmap:
@@ -83,9 +92,10 @@ def lay(problem: Problem, points: int, radius: int) -> Roadmap:
     costs = problem.model.weights(positions[tails], positions[heads])
     free = np.isfinite(costs)
     tails, heads, costs = tails[free], heads[free], costs[free]
-    both = (np.concatenate([tails, heads]), np.concatenate([heads, tails]))
-    weights = sparse.csr_array((np.concatenate([costs, costs]), both), shape=(len(positions), len(positions)))
-    return Roadmap(positions, weights, max(lattice.spacing), len(free))
+    tails, heads, costs = np.concatenate([tails, heads]), np.concatenate([heads, tails]), np.concatenate([costs, costs])
+    order = np.argsort(tails, kind="stable")
+    starts = np.concatenate([[0], np.cumsum(np.bincount(tails, minlength=len(positions)))])
+    return Roadmap(positions, starts, heads[order], costs[order], max(lattice.spacing), len(free))
 
 
 def _even_sides(problem: Problem, points: int) -> tuple[int, int]:

@@ -12,6 +12,8 @@ import shapely
 import strategies
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import sparse
+from scipy.sparse import csgraph
 from strategies import examples
 
 import cgla_graph as cg
@@ -147,15 +149,32 @@ def test_a_map_of_a_thousand_corners(tmp_path: Any) -> None:  # noqa: ANN401 - p
 # The parts
 
 
+@given(st.one_of(strategies.weight_matrices(), strategies.whole_weights(0)))
+@examples(60)
+def test_trees_cost_as_little_as_those_of_scipy(matrix: FloatArray) -> None:
+    n = len(matrix)
+    tails, heads = np.nonzero(np.isfinite(matrix))
+    costs = matrix[tails, heads]
+    starts = np.concatenate([[0], np.cumsum(np.bincount(tails, minlength=n))])
+    values, before = hybrid_roadmap.Roadmap(np.empty((n, 2)), starts, heads, costs, 1.0, 0).tree(0)
+    edges = sparse.csr_array((costs, heads, starts), shape=(n, n))
+    assert values == pytest.approx(np.asarray(csgraph.dijkstra(edges, indices=0)), rel=1e-14)
+    assert before[0] == -1
+    for node in range(1, n):
+        assert (before[node] < 0) == np.isinf(values[node])
+        if before[node] >= 0:
+            assert values[node] == values[before[node]] + matrix[before[node], node]
+
+
 def test_the_roadmap_weighs_every_direction_once() -> None:
     problem = random_map(1)
     roadmap = hybrid_roadmap.lay(problem, 100, 3)
     assert roadmap.positions[:2].tolist() == [list(problem.start), list(problem.goal)]
-    matrix = roadmap.weights.tocoo()
-    tails, heads = matrix.coords
+    heads = roadmap.heads
+    tails = np.repeat(np.arange(len(roadmap.positions)), np.diff(roadmap.starts))
     exact = problem.model.weights(roadmap.positions[tails], roadmap.positions[heads])
-    assert matrix.data == pytest.approx(exact, rel=1e-12)
-    assert len(set(zip(tails.tolist(), heads.tolist(), strict=True))) == matrix.nnz == 2 * roadmap.evaluations
+    assert roadmap.costs == pytest.approx(exact, rel=1e-12)
+    assert len(set(zip(tails.tolist(), heads.tolist(), strict=True))) == len(heads) == 2 * roadmap.evaluations
     middle = 2 + 5 * 10 + 5
     steps = np.rint((roadmap.positions[heads[tails == middle]] - roadmap.positions[middle]) * 9).astype(int)
     directions = {(int(x), int(y)) for x, y in steps if max(abs(x), abs(y)) <= 3}
