@@ -7,6 +7,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from cgla_graph.certificate import corners
 from cgla_graph.certificate.certificate import load_kernels
 from cgla_graph.model.problem import FULL_UP_TO
 from cgla_graph.model.small_problem import MapKind, small_problem
@@ -107,5 +108,6 @@ def load_last_first(kind: MapKind) -> None:
     model = problem.model.kernel_model()
     minimise(path, path, np.zeros((3, 2)), 1.0, 1.0, model[1], 1, np.zeros(3))
     shortcut(path, model, 1, np.ones(3, dtype=np.bool_))
-    for walls in (False, True):
-        load_kernels(kind._replace(walls=walls))
+    load_kernels(kind._replace(walls=False))
+    corners.load_kernels()
+    load_kernels(kind._replace(walls=True))

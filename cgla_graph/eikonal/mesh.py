@@ -74,7 +74,7 @@ class SplineMesh:
         Of each piece the number of its cell, of each cell that of its table or -1, the tables of labels, and of each
         cell its first piece (see `free_parts`).
     outlines
-        The box around each piece, inside the bounds, and strips of those that an edge meets (`mesh_kernels.outlines`).
+        The box around each piece, inside the bounds, and strips of those that an edge meets (`mesh_kernels.Outlines`).
     """
 
     origin: Point
@@ -132,15 +132,19 @@ class SplineMesh:
         place, counts, labels = _cut_open((columns, rows, origin, spacing), bounds, last, area, most_sub_cells)
         parts = labels.shape[1]
         first_piece = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-        # (no name for what is around: it is large, and let go of)
-        slots = mesh_kernels.join_pieces(mesh_kernels.around(columns, rows), place, labels, first_piece, parts)
+        near = mesh_kernels.around(columns, rows)
+        slots = mesh_kernels.join_pieces(near, place, first_piece)
+        if len(labels):
+            mesh_kernels.join_cut_pieces(near, place, labels, first_piece, slots)
+        # what is around takes a lot of memory
+        del near
         pieces = np.repeat(np.arange(len(columns), dtype=np.int32), counts)
         columns, rows, matters = columns[pieces], rows[pieces], matters[pieces]
         owners = mesh_kernels.number_nodes(slots, columns, rows)
         controls, n_nodes = slots.reshape(-1, 9), len(owners)
         node_columns, node_rows = columns[owners // 9] + owners % 3 - 1, rows[owners // 9] + owners % 9 // 3 - 1
         neighbours = mesh_kernels.connect(controls, n_nodes)
-        outlines = mesh_kernels.outlines(columns, rows, last, parts, sub_cells := (pieces, place, labels, first_piece))
+        outlines = outlines_of(columns, rows, last, sub_cells := (pieces, place, labels, first_piece))
         beside_wall = _beside_wall(neighbours, node_columns, node_rows, (_sharp_corners(area) - origin) / spacing)
         pairs = np.unique(mesh_kernels.joints(controls, neighbours), axis=0) if len(labels) else NO_PAIRS
         nodes = node_columns, node_rows, neighbours, joints_of(pairs, spacing, n_nodes), beside_wall
@@ -273,6 +277,32 @@ def _cut_open(
 
     in_parts(fill, len(cut), size=parts * parts)
     return place, counts, labels
+
+
+def outlines_of(
+    columns: WholeArray,
+    rows: WholeArray,
+    last: tuple[int, int],
+    sub_cells: tuple[WholeArray, WholeArray, WholeArray, WholeArray],
+) -> Outlines:
+    """
+    Find the box around each piece, and cut it into strips where an edge meets its cell.
+
+    `columns` and `rows` are those of the pieces; `sub_cells` are as a `SplineMesh` has them.
+    """
+    cells, place, labels, _ = sub_cells
+    parts = labels.shape[1]
+    boxes, first_strip = np.empty((len(columns), 4), dtype=np.int16), np.full(len(columns), -1, dtype=np.int32)
+    boxes[:] = 0, 0, parts, parts
+    for axis, index in enumerate((columns, rows)):
+        boxes[index == 0, axis] = parts // 2
+        boxes[index == last[axis], axis + 2] = parts // 2
+    cut = np.flatnonzero(place[cells] >= 0) if len(labels) else np.empty(0, dtype=np.int64)
+    first_strip[cut] = mesh_kernels.STRIPS * np.arange(len(cut))
+    strips = np.empty((mesh_kernels.STRIPS * len(cut), 4), dtype=np.int16)
+    if len(cut):
+        mesh_kernels.cut_outlines(parts, sub_cells, boxes, first_strip, strips)
+    return parts, boxes, first_strip, strips
 
 
 def joints_of(pairs: WholeArray, spacing: tuple[float, float], n_nodes: int) -> Joints:

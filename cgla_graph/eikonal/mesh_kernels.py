@@ -20,8 +20,11 @@ FREE, INSIDE, MET = range(3)
 #: Columns and rows of the cells; where the cells of each row begin, from the first row on, and end; origin and spacing.
 Grid: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, tuple[float, float], tuple[float, float]]
 MOST_PIECES: Final = 250
-#: What pieces of cells are like: sub-cells along the side of a cell; the box around each piece; the number of its first
-#: strip, or -1; and strips (`outlines`).
+#: What pieces of cells are like. Sub-cells along the side of a cell, an even number. The box around each piece, shape
+#: ``(m, 4)``: columns and rows of sub-cells, from and to (left, bottom, right, top); of cells on the rim of the map,
+#: only the half inside the bounds counts. The row of the first strip of each piece, or -1 if no edge meets its cell.
+#: Strips, shape ``(s, 4)``: boxes around the parts of a piece in some rows of sub-cells each, from bottom to top, empty
+#: where the piece has no part.
 Outlines: TypeAlias = tuple[int, WholeArray, WholeArray, WholeArray]
 #: Strips of a piece.
 STRIPS: Final = 8
@@ -258,45 +261,20 @@ def label_pieces(kinds: WholeArray, labels: WholeArray) -> WholeArray:
 
 
 @kernel
-def outlines(
-    columns: WholeArray,
-    rows: WholeArray,
-    last: tuple[int, int],
+def cut_outlines(
     parts: int,
     sub_cells: tuple[WholeArray, WholeArray, WholeArray, WholeArray],
-) -> Outlines:
+    boxes: WholeArray,
+    first_strip: WholeArray,
+    strips: WholeArray,
+) -> None:
     """
-    Find the box around each piece, and cut it into strips where an edge meets its cell.
+    Shrink the boxes of the pieces that an edge meets to what is free, and write their strips (`Outlines`).
 
-    A box is columns and rows of sub-cells of its cell, from and to: left, bottom, right, top. Of cells on the rim of
-    the map, only the half inside the bounds counts; `parts` is even, and `sub_cells` as a `SplineMesh` has them.
-
-    Returns
-    -------
-    parts
-        As given.
-    boxes
-        Shape ``(m, 4)``.
-    first_strip
-        The row of each piece in `strips`, shape ``(m,)``; -1 for those that no edge meets.
-    strips
-        Boxes around the parts of a piece in some rows of sub-cells each, from bottom to top, `STRIPS` a piece; empty
-        where the piece has no part. Shape ``(s, 4)``.
+    `sub_cells` are as a `SplineMesh` has them.
     """
     cells, place, labels, first_piece = sub_cells
-    boxes = np.empty((columns.shape[0], 4), dtype=np.int16)
-    first_strip = np.full(columns.shape[0], -1, dtype=np.int32)
-    n_strips = 0
-    for p in range(columns.shape[0]):
-        boxes[p, 0] = parts // 2 if columns[p] == 0 else 0
-        boxes[p, 1] = parts // 2 if rows[p] == 0 else 0
-        boxes[p, 2] = parts // 2 if columns[p] == last[0] else parts
-        boxes[p, 3] = parts // 2 if rows[p] == last[1] else parts
-        if place[cells[p]] >= 0:
-            first_strip[p] = n_strips
-            n_strips += STRIPS
-    strips = np.empty((n_strips, 4), dtype=np.int16)
-    for p in range(columns.shape[0]):
+    for p in range(boxes.shape[0]):
         if first_strip[p] < 0:
             continue
         table, label = place[cells[p]], p - first_piece[cells[p]]
@@ -314,7 +292,6 @@ def outlines(
             west, south, east, north = min(west, left), min(south, bottom), max(east, right), max(north, top)
         boxes[p, 0], boxes[p, 2] = max(boxes[p, 0], west), min(boxes[p, 2], east)
         boxes[p, 1], boxes[p, 3] = max(boxes[p, 1], south), min(boxes[p, 3], north)
-    return parts, boxes, first_strip, strips
 
 
 @kernel
@@ -338,19 +315,16 @@ def label_at(cell: int, i: int, j: int, place: WholeArray, labels: WholeArray) -
 
 
 @kernel
-def join_pieces(
-    near: WholeArray, place: WholeArray, labels: WholeArray, first_piece: WholeArray, parts: int
-) -> WholeArray:
+def join_pieces(near: WholeArray, place: WholeArray, first_piece: WholeArray) -> WholeArray:
     """
-    Unite the slots of pieces that touch; return the representative of each slot, shape ``(9 pieces,)``.
+    Unite the slots of neighbouring cells that no edge meets; return the representative of each slot.
 
     A piece has nine slots: the control values of the spline on it. Pieces of neighbouring cells that touch, be it in
     a corner, are on the same side of the polygons there and share the slots at the places that they have in common;
-    pieces apart do not, so that the spline may jump from one side of a wall to the other.
+    pieces apart do not, so that the spline may jump from one side of a wall to the other. Shape ``(9 pieces,)``; what
+    edges meet is left to `join_cut_pieces`.
     """
     n = near.shape[0]
-    # (casts keep calls of one kernel alike, which is compiled anew for other types and for constants)
-    start, end = int(np.int64(0)), parts - 1
     parents: WholeArray = np.empty(9 * int(first_piece[n]), dtype=np.int32)
     for slot in range(parents.shape[0]):
         parents[slot] = slot
@@ -369,15 +343,30 @@ def join_pieces(
     for p in range(n):
         for o in range(5, 9):
             q = int(np.int64(near[p, o]))
-            if q < 0 or (deep[p] and deep[q]):
-                continue
-            dx = o % 3 - 1
-            dy = o // 3 - 1
-            if plain[p] and plain[q]:
-                share(int(np.int64(first_piece[p])), int(np.int64(first_piece[q])), dx, dy, parents)
+            if q >= 0 and plain[p] and plain[q] and not (deep[p] and deep[q]):
+                # (casts keep calls of one kernel alike, which is compiled anew for other types and for constants)
+                share(int(np.int64(first_piece[p])), int(np.int64(first_piece[q])), o % 3 - 1, o // 3 - 1, parents)
+    for slot in range(parents.shape[0]):
+        parents[slot] = root(parents, slot)
+    return parents
+
+
+@kernel
+def join_cut_pieces(
+    near: WholeArray, place: WholeArray, labels: WholeArray, first_piece: WholeArray, parents: WholeArray
+) -> None:
+    """Unite the slots of pieces that touch, of neighbouring cells one of which an edge meets (see `join_pieces`)."""
+    parts = labels.shape[1]
+    start, end = int(np.int64(0)), parts - 1
+    for p in range(near.shape[0]):
+        for o in range(5, 9):
+            q = int(np.int64(near[p, o]))
+            if q < 0 or (place[p] < 0 and place[q] < 0):
                 continue
             if first_piece[p] == first_piece[p + 1] or first_piece[q] == first_piece[q + 1]:
                 continue
+            dx = o % 3 - 1
+            dy = o // 3 - 1
             if dx != 0 and dy != 0:
                 j = end if dx > 0 else start
                 mine = label_at(p, end, j, place, labels)
@@ -401,7 +390,6 @@ def join_pieces(
                         last_other = other
     for slot in range(parents.shape[0]):
         parents[slot] = root(parents, slot)
-    return parents
 
 
 @kernel

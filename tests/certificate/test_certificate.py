@@ -31,7 +31,8 @@ from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.certificate import certificate_kernels, costs, subsolution
 from cgla_graph.certificate.certificate import FIRST_CELLS, Certificate, lower_bound
 from cgla_graph.certificate.subsolution import Block, Level
-from cgla_graph.eikonal import cell_runs, mesh_kernels
+from cgla_graph.eikonal import cell_runs
+from cgla_graph.eikonal import mesh as mesh_module
 from cgla_graph.eikonal.mesh import SplineMesh, corners
 from cgla_graph.errors import CglaError, ProblemError
 from cgla_graph.model.graph import GeometricGraph
@@ -912,7 +913,7 @@ def pressed_against_a_wall() -> cg.Problem:
 
 def test_what_it_costs_inside_a_wall_takes_nothing_from_ways_along_it(monkeypatch: pytest.MonkeyPatch) -> None:
     problem, last = pressed_against_a_wall(), (256, 256)
-    cost, outlines = cg.solve(problem, "hybrid", tolerance=None).cost, mesh_kernels.outlines
+    cost, outlines = cg.solve(problem, "hybrid", tolerance=None).cost, mesh_module.outlines_of
 
     def missing() -> float:
         bounds = Level.lay(problem, last, cell_runs.rectangle(last)).both(1e-3, charge=True)
@@ -920,7 +921,7 @@ def test_what_it_costs_inside_a_wall_takes_nothing_from_ways_along_it(monkeypatc
         return 1.0 - max(one.bound for one in bounds) / cost
 
     found = missing()
-    monkeypatch.setattr(mesh_kernels, "outlines", lambda *given: without_strips(*outlines(*given)))
+    monkeypatch.setattr(mesh_module, "outlines_of", lambda *given: without_strips(*outlines(*given)))
     assert 0.0 < found < 0.85 * missing()
 
 

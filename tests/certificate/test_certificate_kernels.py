@@ -19,6 +19,7 @@ from cgla_graph._types import Bounds, FloatArray, WholeArray
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate.subsolution import Level
 from cgla_graph.eikonal import cell_runs, mesh_kernels
+from cgla_graph.eikonal import mesh as mesh_module
 from cgla_graph.eikonal.mesh import SplineMesh
 
 ROUNDING = 1e-9
@@ -237,7 +238,7 @@ def test_a_bound_for_less_than_a_piece_is_caught(monkeypatch: pytest.MonkeyPatch
             check_beside_walls(SLANTED, SEVERAL, seed)
 
     check_some()
-    outlines = mesh_kernels.outlines
+    outlines = mesh_module.outlines_of
 
     def left_halves(*given: Any) -> mesh_kernels.Outlines:  # noqa: ANN401 - as they come
         parts, boxes, first_strip, strips = outlines(*given)
@@ -245,7 +246,7 @@ def test_a_bound_for_less_than_a_piece_is_caught(monkeypatch: pytest.MonkeyPatch
         halved[:, 2] = (halved[:, 0] + halved[:, 2] + 1) // 2
         return parts, boxes, first_strip, strips
 
-    monkeypatch.setattr(mesh_kernels, "outlines", left_halves)
+    monkeypatch.setattr(mesh_module, "outlines_of", left_halves)
     with pytest.raises(AssertionError):
         check_some()
 
@@ -270,8 +271,8 @@ def test_where_it_costs_less_inside_a_wall_the_bound_beside_it_is_what_ways_cost
         values = np.append(np.interp(along, places, heights), math.inf)
         return float(np.median(steepnesses(level, values)[beside])) - 1.0
 
-    with_strips, outlines = excess(), mesh_kernels.outlines
-    monkeypatch.setattr(mesh_kernels, "outlines", lambda *given: without_strips(*outlines(*given)))
+    with_strips, outlines = excess(), mesh_module.outlines_of
+    monkeypatch.setattr(mesh_module, "outlines_of", lambda *given: without_strips(*outlines(*given)))
     assert 0.0 < with_strips < excess() / 3.0
 
 

@@ -305,20 +305,10 @@ def test_splines_are_continuous_past_walls_of_any_width(seed: int, last: Last, s
     assert check_continuous(bounds, last, area, segments, seed) > 0
 
 
-def cut_everywhere(
-    near: WholeArray, place: WholeArray, labels: WholeArray, first_piece: WholeArray, parts: int
-) -> WholeArray:
-    """Join the pieces of neighbouring cells only where no edge is near, and in no corner."""
-    joined = mesh_kernels.join_pieces(near, place, labels, first_piece, parts)
-    own = np.arange(len(joined), dtype=joined.dtype)
-    piece_is_cut = np.repeat(place >= 0, np.diff(first_piece))
-    return np.where(np.repeat(piece_is_cut, 9), own, joined)
-
-
 def test_a_mesh_that_is_cut_too_far_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     area, segment = NoFlyArea(shapely.box(0.3, 0.3, 0.7, 0.7)), np.array([[[0.05, 0.35], [0.45, 0.95]]])
     assert check_continuous(UNIT, (16, 16), area, segment, 0) > 10
-    kernels = SimpleNamespace(**{**vars(mesh_kernels), "join_pieces": cut_everywhere})
+    kernels = SimpleNamespace(**{**vars(mesh_kernels), "join_cut_pieces": lambda *_: None})
     monkeypatch.setattr("cgla_graph.eikonal.mesh.mesh_kernels", kernels)
     with pytest.raises(AssertionError, match="jumps"):
         check_continuous(UNIT, (16, 16), area, segment, 0)
