@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import cache
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -43,7 +44,7 @@ def warm_up(solver: Solver, kind: MapKind, *, refine: bool = False) -> None:
     Run a solver of the toolkit on a small problem, once in a process; what its first run takes is then its own time.
 
     Solvers that run in a process of their own are made ready there, and what is not the toolkit's may do anything:
-    neither is run.
+    neither is run. What evaluates paths is loaded in any case.
 
     Parameters
     ----------
@@ -59,6 +60,7 @@ def warm_up(solver: Solver, kind: MapKind, *, refine: bool = False) -> None:
     >>> from cgla_graph.solvers.exact.cgla import Cgla
     >>> warm_up(Cgla(), MapKind())
     """
+    _load_oracle(kind)
     of = type(solver)
     if (of, refine, kind) in _ready or not of.__module__.startswith("cgla_graph.") or solver.traits.isolated:
         return
@@ -74,6 +76,12 @@ def warm_up(solver: Solver, kind: MapKind, *, refine: bool = False) -> None:
         problem.judge(answer)
         if refine:
             refine_path(problem, answer.path)
+
+
+@cache
+def _load_oracle(kind: MapKind) -> None:
+    problem = small_problem(kind)
+    problem.evaluate([problem.start, (0.2, 0.9), problem.goal])
 
 
 def warm_up_restricted(solver: Solver, n_nodes: int, kind: MapKind) -> None:

@@ -109,6 +109,26 @@ def test_what_the_work_needs_is_loaded_before_it(scenario: str, told: str, tmp_p
     assert done.stdout.strip() == told
 
 
+OF_OTHERS = """
+from cgla_graph.model.no_fly_kernels import segments_cross
+from cgla_graph.model.risk_kernels import segment_risks
+from cgla_graph.model.small_problem import MapKind
+from cgla_graph.solvers.warm_up import warm_up
+
+class Own:
+    def solve(self, problem):
+        print("never run here")
+
+warm_up(Own(), MapKind(walls=True))
+print(len(segment_risks.signatures), len(segments_cross.signatures))
+"""
+
+
+def test_what_evaluates_paths_is_loaded_for_solvers_of_others_too() -> None:
+    done = subprocess.run([sys.executable, "-c", OF_OTHERS], capture_output=True, text=True, check=True)
+    assert done.stdout == "1 1\n"
+
+
 def test_the_process_that_compiles_beside_ends_well() -> None:
     """Nobody reads what it says."""
     done = subprocess.run(
