@@ -10,6 +10,7 @@ import numpy as np
 
 from cgla_graph.certificate import corners
 from cgla_graph.certificate.certificate import load_kernels
+from cgla_graph.model.no_fly_kernels import segments_cross
 from cgla_graph.model.problem import FULL_UP_TO
 from cgla_graph.model.small_problem import MapKind, small_problem
 from cgla_graph.model.solver import Solver
@@ -101,19 +102,18 @@ def warm_up_restricted(solver: Solver, n_nodes: int, kind: MapKind) -> None:
 
 def load_last_first(kind: MapKind) -> None:
     """
-    Load what a plan needs, in another order than it does: of costs, refinement and proofs, then beside walls.
+    Load what a plan needs, in another order than it does: of areas, refinement and proofs, then beside walls.
 
     So two processes compile about half of the kernels each. What takes longest is loaded first, by calls of its own:
-    the other process does not wait for it, and neither does this one for anything before.
+    the other process, which begins with line integrals and meshes, does not wait for it, nor this one for the other.
 
     Examples
     --------
     >>> load_last_first(MapKind())
     """
     problem = small_problem(kind)
-    path = np.array([problem.start, (0.2, 0.9), problem.goal])
-    problem.field.line_integral(path[:1], path[1:2])
-    model = problem.model.kernel_model()
+    path, model = np.array([problem.start, (0.2, 0.9), problem.goal]), problem.model.kernel_model()
+    segments_cross(path[:-1], path[1:], model[2])
     minimise(path, path, np.zeros((3, 2)), 1.0, 1.0, model[1], 1, np.zeros(3))
     shortcut(path, model, 1, np.ones(3, dtype=np.bool_))
     load_kernels(kind._replace(walls=False))

@@ -272,10 +272,10 @@ def load_kernels(kind: MapKind, *, alone: bool = False) -> None:
     level.load_checks()
     if kind.walls:
         corners.load_kernels()
+    line = np.array([problem.start, (0.2, 0.9), problem.goal])
+    held = _own(problem, 0.1) if alone else _refined(problem, line, 0.1)
     if bounds := level.both(aim=0.0):
         level.kept(*bounds, math.inf)
-        line = np.array([problem.start, (0.2, 0.9), problem.goal])
-        held = _own(problem, 0.1) if alone else _refined(problem, line, 0.1)
         _Search(problem, 0.1, 0, held, keeps_path=False).improve(level, bounds[0])
 
 

@@ -45,7 +45,7 @@ from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
 from cgla_graph.certificate.finer import Finer
 from cgla_graph.certificate.tips import Near, Tip
 from cgla_graph.eikonal import cell_runs
-from cgla_graph.eikonal.marching import costs_to_go, straight_costs
+from cgla_graph.eikonal.marching import costs_to_go, descent, straight_costs
 from cgla_graph.eikonal.marching_kernels import spline_value
 from cgla_graph.eikonal.mesh import HALO, SplineMesh
 from cgla_graph.model.problem import Problem
@@ -211,12 +211,13 @@ class Level:
         return cls(problem, mesh, bounds, costs_to_solve_for(problem, mesh, bounds), reach, worth, path)
 
     def load_checks(self) -> None:
-        """Have the kernels that check a spline compiled, or loaded."""
+        """Have the kernels that check a spline and go down one compiled, or loaded."""
         times = np.zeros(self.mesh.n_nodes)
         steep, checked = np.empty(len(self.mesh.columns)), self._checked(self.goal_block, ())
         certificate_kernels.steepness(times, self.mesh.kernel_mesh, self.mesh.outlines, checked, self.bounds, steep)
         certificate_kernels.soften(steep, self.mesh.controls, np.zeros(len(steep)), self.costs.copy())
         self._shifted(times, self.problem.start, self.mesh.ends[0], self.goal_block)
+        descent(self.problem, self.mesh, np.append(times, math.inf), radius=1.0)
 
     def both(
         self, aim: float, *, charge: bool = False, known: float = math.inf, wanted: float = math.inf

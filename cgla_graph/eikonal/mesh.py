@@ -136,6 +136,7 @@ class SplineMesh:
         slots = mesh_kernels.join_pieces(near, place, first_piece)
         if len(labels):
             mesh_kernels.join_cut_pieces(near, place, labels, first_piece, slots)
+        mesh_kernels.find_roots(slots)
         # what is around takes a lot of memory
         del near
         pieces = np.repeat(np.arange(len(columns), dtype=np.int32), counts)
@@ -295,8 +296,8 @@ def outlines_of(
     boxes, first_strip = np.empty((len(columns), 4), dtype=np.int16), np.full(len(columns), -1, dtype=np.int32)
     boxes[:] = 0, 0, parts, parts
     for axis, index in enumerate((columns, rows)):
-        boxes[index == 0, axis] = parts // 2
-        boxes[index == last[axis], axis + 2] = parts // 2
+        boxes[np.flatnonzero(index == 0), axis] = parts // 2
+        boxes[np.flatnonzero(index == last[axis]), axis + 2] = parts // 2
     cut = np.flatnonzero(place[cells] >= 0) if len(labels) else np.empty(0, dtype=np.int64)
     first_strip[cut] = mesh_kernels.STRIPS * np.arange(len(cut))
     strips = np.empty((mesh_kernels.STRIPS * len(cut), 4), dtype=np.int16)

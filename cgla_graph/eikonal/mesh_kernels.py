@@ -317,7 +317,7 @@ def label_at(cell: int, i: int, j: int, place: WholeArray, labels: WholeArray) -
 @kernel
 def join_pieces(near: WholeArray, place: WholeArray, first_piece: WholeArray) -> WholeArray:
     """
-    Unite the slots of neighbouring cells that no edge meets; return the representative of each slot.
+    Unite the slots of neighbouring cells that no edge meets; return the parent of each slot (see `root`).
 
     A piece has nine slots: the control values of the spline on it. Pieces of neighbouring cells that touch, be it in
     a corner, are on the same side of the polygons there and share the slots at the places that they have in common;
@@ -346,8 +346,6 @@ def join_pieces(near: WholeArray, place: WholeArray, first_piece: WholeArray) ->
             if q >= 0 and plain[p] and plain[q] and not (deep[p] and deep[q]):
                 # (casts keep calls of one kernel alike, which is compiled anew for other types and for constants)
                 share(int(np.int64(first_piece[p])), int(np.int64(first_piece[q])), o % 3 - 1, o // 3 - 1, parents)
-    for slot in range(parents.shape[0]):
-        parents[slot] = root(parents, slot)
     return parents
 
 
@@ -388,6 +386,11 @@ def join_cut_pieces(
                         share(first_piece[p] + mine, first_piece[q] + other, dx, dy, parents)
                         last_mine = mine
                         last_other = other
+
+
+@kernel
+def find_roots(parents: WholeArray) -> None:
+    """Give each slot its representative."""
     for slot in range(parents.shape[0]):
         parents[slot] = root(parents, slot)
 
@@ -402,7 +405,7 @@ def number_nodes(slots: WholeArray, columns: WholeArray, rows: WholeArray) -> Wh
     Parameters
     ----------
     slots
-        The representative of each slot of a piece (`join_pieces`), shape ``(9 pieces,)``. Overwritten with the numbers.
+        The representative of each slot of a piece (`find_roots`), shape ``(9 pieces,)``. Overwritten with the numbers.
     columns, rows
         Of the cell of each piece, row by row, shape ``(pieces,)``.
 
