@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, wraps
 from pathlib import Path
+from types import FunctionType
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
@@ -24,12 +25,37 @@ P = ParamSpec("P")
 R = TypeVar("R")
 ArrayT = TypeVar("ArrayT", bound=np.ndarray[Any, Any])
 
+
+def _import_numpy_functions() -> None:
+    """
+    Import numba's NumPy functions, which it does before its first kernel, but not `scipy.linalg` along with them.
+
+    Numba only looks whether that is there, and that takes a tenth of a second; who multiplies matrices gets it then.
+    Another thread might miss it meanwhile, so where there are some, numba is left to itself.
+    """
+    threads = len(sys._current_frames())  # noqa: SLF001 - documented, and knows threads that Python did not start
+    if sys.modules.keys() & {"numba.np.arraymath", "scipy.linalg"} or threads > 1:
+        return
+    modules = cast("dict[str, object]", sys.modules)
+    modules["scipy.linalg"] = None
+    try:
+        functions = importlib.import_module("numba.np.arraymath")
+    finally:
+        del modules["scipy.linalg"]
+    functions._HAVE_BLAS = True  # type: ignore[attr-defined] # noqa: SLF001 - scipy is always installed with us
+
+
+_import_numpy_functions()
+
 #: How long to wait for another process that compiles the same kernel before it is compiled here too, and how often to
 #: look, in seconds.
 PATIENCE, GLANCE = 60.0, 0.02
 
 #: Kernels that are being compiled, or loaded from disk, and for which types.
 _under_way: list[tuple[Any, Any]] = []
+
+#: Held while numba is told where to keep code.
+_settings_lock = threading.Lock()
 
 #: Modules of kernels whose names a module of kernels takes over.
 _IMPORTS = re.compile(r"^from ([\w.]+_kernels) import", flags=re.MULTILINE)
@@ -40,13 +66,14 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     Compile a numeric function with numba and keep the machine code on disk.
 
     The function keeps its own type hints, which numba would lose. Floats are IEEE: no
-    fast-math, because kernels promise exact predicates and error bounds.
+    fast-math, also where its caller has it, because kernels promise exact predicates and error bounds.
 
     Numba looks only at a kernel's **own** file to tell whether kept code is stale, while that code contains the kernels
     that it calls and the constants that it takes from other files. So the code of each module is kept in a folder that
     is named after the text of the module and of all modules of kernels (``…_kernels``) that it imports, below
-    ``NUMBA_CACHE_DIR``, or else beside the source. Of several processes that need a kernel, one compiles it and the
-    others wait for it.
+    ``NUMBA_CACHE_DIR``, or else beside the source. (Where neither can be written to, numba keeps it elsewhere, without
+    that promise.) Of several processes that need a kernel, one compiles it and the others wait for it. Kernels may call
+    each other, but in no circle, and not themselves.
 
     Examples
     --------
@@ -54,11 +81,16 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     >>> erf(0.5)
     0.5204998778
     """
-    compiled = _dispatcher(function, Path())
+    compiled = _dispatcher(function)
 
     @cache
     def called() -> Any:  # noqa: ANN401 - numba has no hints
-        return _dispatcher(function, Path("called"), no_cpython_wrapper=True)
+        # (by its name, numba tells its code on disk from that of the other one)
+        same = FunctionType(
+            function.__code__, function.__globals__, function.__name__, function.__defaults__, function.__closure__
+        )
+        same.__qualname__ = f"{function.__qualname__}.called"
+        return _dispatcher(same, no_cpython_wrapper=True)
 
     # Most kernels are called by kernels alone. What a call from Python needs besides, as to unpack arrays, is compiled
     # only where there is one.
@@ -67,18 +99,22 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     return cast("Callable[P, R]", compiled)
 
 
-def _dispatcher(function: Callable[..., object], below: Path, **options: bool) -> Any:  # noqa: ANN401 - the same
+def _dispatcher(function: Callable[..., object], **options: bool) -> Any:  # noqa: ANN401 - the same
     """Return what numba compiles a function with, and keeps the code of in a folder of the kernel's own."""
     file = Path(function.__code__.co_filename)
     # (it takes its settings from the environment when it is imported, which no type checker sees)
     settings = cast("Any", numba.config)
-    kept = settings.CACHE_DIR
-    settings.CACHE_DIR = str(Path(kept or file.parent / "__pycache__", f"kernels-{_digest(file)[:16]}", below))
-    try:
-        # (kernels are not passed as values: they need no second entry, as C functions; an option that has no hint)
-        compiled = cast("Any", numba.njit)(cache=True, nogil=True, no_cfunc_wrapper=True, **options)(function)
-    finally:
-        settings.CACHE_DIR = kept
+    with _settings_lock:
+        kept = settings.CACHE_DIR
+        settings.CACHE_DIR = str(Path(kept or file.parent / "__pycache__", f"kernels-{_digest(file)[:16]}"))
+        try:
+            # (kernels are not passed as values: they need no second entry, as C functions. What is not said here, numba
+            # takes from the caller. Options that have no hints)
+            compiled = cast("Any", numba.njit)(
+                cache=True, nogil=True, fastmath=False, error_model="python", no_cfunc_wrapper=True, **options
+            )(function)
+        finally:
+            settings.CACHE_DIR = kept
     compiled.compile = _in_one_process(compiled)
     return compiled
 
@@ -97,7 +133,6 @@ def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - nu
             gc.disable()
             _under_way.append((compiled, signature))
             try:
-                _import_numpy_functions()
                 return compile_(signature)
             finally:
                 _under_way.pop()
@@ -105,24 +140,6 @@ def _in_one_process(compiled: Any) -> Callable[[Any], Any]:  # noqa: ANN401 - nu
                     gc.enable()
 
     return compile_once
-
-
-def _import_numpy_functions() -> None:
-    """
-    Import numba's NumPy functions, which it does before its first kernel, but not `scipy.linalg` along with them.
-
-    Numba only looks whether that is there, and that takes a tenth of a second; who multiplies matrices gets it then.
-    Another thread might miss it meanwhile, so where there are some, numba is left to itself.
-    """
-    if sys.modules.keys() & {"numba.np.arraymath", "scipy.linalg"} or threading.active_count() > 1:
-        return
-    modules = cast("dict[str, object]", sys.modules)
-    modules["scipy.linalg"] = None
-    try:
-        functions = importlib.import_module("numba.np.arraymath")
-    finally:
-        del modules["scipy.linalg"]
-    functions._HAVE_BLAS = True  # type: ignore[attr-defined] # noqa: SLF001 - scipy is always installed with us
 
 
 @contextmanager
@@ -167,7 +184,7 @@ def fixed(array: ArrayT) -> ArrayT:
 
 def is_kept(compiled: Callable[..., object], *arguments: object) -> bool:
     """
-    Tell whether machine code of a kernel is on disk, so that it need not be compiled.
+    Tell whether machine code of a kernel is on disk, so that it need not be compiled for calls from Python.
 
     Code serves the types of some arguments; if none are given, any code counts.
 

@@ -65,7 +65,7 @@ def warm_up(solver: Solver, kind: MapKind, *, refine: bool = False) -> None:
     of = type(solver)
     if (of, refine, kind) in _ready or not of.__module__.startswith("cgla_graph.") or solver.traits.isolated:
         return
-    _ready.update({(of, refine, kind), (of, refine, kind._replace(walls=False))})
+    _ready.add((of, refine, kind))
     problem = small_problem(kind)
     # what is wrong with a solver is told by its own run
     with suppress(Exception):
@@ -105,7 +105,7 @@ def load_last_first(kind: MapKind) -> None:
     Load what a plan needs, in another order than it does: of areas, refinement and proofs, then beside walls.
 
     So two processes compile about half of the kernels each. What takes longest is loaded first, by calls of its own:
-    the other process, which begins with line integrals and meshes, does not wait for it, nor this one for the other.
+    neither waits for the other, which begins with line integrals and meshes.
 
     Examples
     --------
@@ -117,5 +117,6 @@ def load_last_first(kind: MapKind) -> None:
     minimise(path, path, np.zeros((3, 2)), 1.0, 1.0, model[1], 1, np.zeros(3))
     shortcut(path, model, 1, np.ones(3, dtype=np.bool_))
     load_kernels(kind._replace(walls=False))
+    # (which that beside walls loads after the mesh, as the other process does)
     corners.load_kernels()
     load_kernels(kind._replace(walls=True))

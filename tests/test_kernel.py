@@ -99,8 +99,46 @@ def test_what_python_needs_for_a_call_is_compiled_only_where_there_is_one(
     assert _kernel.is_kept(inner, 1.0)
 
 
+BOTH = "import outer_kernels as kernels; print(kernels.outer(1.0), kernels.inner(1.0))"
+
+
+def test_where_nothing_can_be_written_neither_is_taken_for_the_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Numba then keeps code beside the source, under the names of functions: code for kernels is none for Python."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "/dev/null/nowhere")
+    (tmp_path / "inner_kernels.py").write_text(INNER, encoding="utf-8")
+    (tmp_path / "outer_kernels.py").write_text(OUTER, encoding="utf-8")
+    for _ in range(2):
+        done = subprocess.run([sys.executable, "-c", BOTH], cwd=tmp_path, capture_output=True, text=True, check=True)
+        assert done.stdout == "6.0 3.0\n"
+    assert {file.name.split("-")[0] for file in tmp_path.rglob("*.nbi")} == {
+        "outer_kernels.outer",
+        "inner_kernels.inner",
+        "inner_kernels.inner.called",
+    }
+
+
+def test_floats_are_ieee_whatever_the_caller_asks_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+
+    @kernel
+    def is_number(x: float) -> bool:
+        return x == x  # noqa: PLR0124 - fast-math takes it for true
+
+    @numba.njit(fastmath=True, error_model="numpy")  # type: ignore[misc] # numba has no hints
+    def fast(x: float) -> bool:
+        return is_number(x)
+
+    assert [fast(1.0), fast(float("nan"))] == [True, False]
+
+
 LINEAR_ALGEBRA = """
 import sys, threading
+
+if sys.argv[1] == "threads":
+    threading.Thread(target=threading.Event().wait, daemon=True).start()
+
 import numba, numpy as np
 from cgla_graph.model.risk_kernels import erf
 
@@ -108,8 +146,6 @@ from cgla_graph.model.risk_kernels import erf
 def product(a, b):
     return np.dot(a, b)
 
-if sys.argv[1] == "threads":
-    threading.Thread(target=threading.Event().wait, daemon=True).start()
 erf(0.5)
 print("scipy.linalg" in sys.modules, product(np.eye(2), np.eye(2)).tolist(), "scipy.linalg" in sys.modules)
 """

@@ -266,6 +266,7 @@ def _worst(
         for o in range(9):
             blur = max(blur, abs(vx[o // 3, o % 3]), abs(vy[o // 3, o % 3]))
         blur *= NARROWED
+        # (not once for each axis by its number: for a constant, a kernel is compiled anew)
         for axis in range(1, -1, -1):
             low, high = x_part if axis == 1 else y_part
             narrow(vx, axis, low, high)

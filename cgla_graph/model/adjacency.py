@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import Any, Literal, NoReturn, TypeAlias, cast
 
 import numpy as np
-import scipy
+import scipy  # (its modules are imported when they are first used: hints that name them are in quotes)
 
 from cgla_graph._shown import shown
 from cgla_graph._types import FloatArray, IntArray

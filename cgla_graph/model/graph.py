@@ -11,7 +11,7 @@ from itertools import compress
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import scipy
+import scipy  # (its modules are imported when they are first used: hints that name them are in quotes)
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-import scipy
+import scipy  # (its modules are imported when they are first used: hints that name them are in quotes)
 
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import GraphError

@@ -20,7 +20,7 @@ def grow_tree(
     ----------
     starts, heads, costs
         The edges that leave node ``i`` are those from ``starts[i]`` up to ``starts[i + 1]``: the nodes that they lead
-        to, and their costs, at least 0.
+        to, and their costs, at least 0 (with others, what is found are costs of some ways).
     root
         A node.
     values, before
@@ -34,6 +34,7 @@ def grow_tree(
     >>> values.tolist(), before.tolist()
     ([0.0, 1.0, 3.0], [-1, 0, 1])
     """
+    done = np.zeros(values.shape[0], dtype=np.bool_)
     # an edge puts its end into the queue once at most; and a heap looks at keys beyond its last one
     room = costs.shape[0] + 8
     keys = np.full(room, math.inf)
@@ -44,13 +45,14 @@ def grow_tree(
         key = keys[0]
         node = items[0]
         size = drop_first(keys, items, size)
-        if key > values[node]:
+        if done[node]:
             # there was a better way
             continue
+        done[node] = True
         for edge in range(starts[node], starts[node + 1]):
             head = heads[edge]
             value = key + costs[edge]
-            if value < values[head]:
+            if value < values[head] and not done[head]:
                 values[head] = value
                 before[head] = node
                 size = push(keys, items, size, value, int(np.uint32(head)))

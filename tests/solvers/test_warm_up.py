@@ -12,8 +12,11 @@ from cgla_graph import _kernel
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.commands import app
 from cgla_graph.model.cost_model import CostModel
+from cgla_graph.model.problem import Problem
 from cgla_graph.model.small_problem import MapKind, small_field
+from cgla_graph.model.solution import Solution
 from cgla_graph.solvers import registry, warm_up
+from cgla_graph.solvers.continuous.hybrid import Hybrid
 
 # Compiling is an event of numba's. Nothing is compiled while a run or a proof is timed, though kernels are missing on
 # disk.
@@ -107,6 +110,22 @@ def test_what_the_work_needs_is_loaded_before_it(scenario: str, told: str, tmp_p
         (tmp_path / "a.asc").write_text("ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n0.1 0.2\n0.3 0.1\n")
     done = subprocess.run([sys.executable, "-c", LOADED, scenario], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == told
+
+
+def test_what_was_loaded_for_walls_is_not_taken_for_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Solvers do other things on maps without walls: `hybrid` marches over a grid."""
+    monkeypatch.setattr(warm_up, "_ready", set())
+    runs: list[bool] = []
+    own = Hybrid.solve
+
+    def watched(self: Hybrid, problem: Problem) -> Solution:
+        runs.append(problem.model.area.is_empty)
+        return own(self, problem)
+
+    monkeypatch.setattr(Hybrid, "solve", watched)
+    for kind in (MapKind(walls=True), MapKind(), MapKind(walls=True)):
+        warm_up.warm_up(Hybrid(tolerance=None), kind)
+    assert runs == [False, True]
 
 
 OF_OTHERS = """

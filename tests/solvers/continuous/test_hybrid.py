@@ -12,8 +12,6 @@ import shapely
 import strategies
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import sparse
-from scipy.sparse import csgraph
 from strategies import examples
 
 import cgla_graph as cg
@@ -147,23 +145,6 @@ def test_a_map_of_a_thousand_corners(tmp_path: Any) -> None:  # noqa: ANN401 - p
 
 
 # The parts
-
-
-@given(st.one_of(strategies.weight_matrices(), strategies.whole_weights(0)))
-@examples(60)
-def test_trees_cost_as_little_as_those_of_scipy(matrix: FloatArray) -> None:
-    n = len(matrix)
-    tails, heads = np.nonzero(np.isfinite(matrix))
-    costs = matrix[tails, heads]
-    starts = np.concatenate([[0], np.cumsum(np.bincount(tails, minlength=n))])
-    values, before = hybrid_roadmap.Roadmap(np.empty((n, 2)), starts, heads, costs, 1.0, 0).tree(0)
-    edges = sparse.csr_array((costs, heads, starts), shape=(n, n))
-    assert values == pytest.approx(np.asarray(csgraph.dijkstra(edges, indices=0)), rel=1e-14)
-    assert before[0] == -1
-    for node in range(1, n):
-        assert (before[node] < 0) == np.isinf(values[node])
-        if before[node] >= 0:
-            assert values[node] == values[before[node]] + matrix[before[node], node]
 
 
 def test_the_roadmap_weighs_every_direction_once() -> None:
