@@ -3,7 +3,6 @@
 import dataclasses
 from collections.abc import Mapping
 from contextlib import suppress
-from functools import cache
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -12,7 +11,7 @@ from cgla_graph.certificate import corners
 from cgla_graph.certificate.certificate import load_kernels
 from cgla_graph.model.no_fly_kernels import segments_cross
 from cgla_graph.model.problem import FULL_UP_TO
-from cgla_graph.model.small_problem import MapKind, small_problem
+from cgla_graph.model.small_problem import SMALL_PATH, MapKind, load_oracle, small_problem
 from cgla_graph.model.solver import Solver
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.refine.refine_kernels import minimise, shortcut
@@ -61,7 +60,7 @@ def warm_up(solver: Solver, kind: MapKind, *, refine: bool = False) -> None:
     >>> from cgla_graph.solvers.exact.cgla import Cgla
     >>> warm_up(Cgla(), MapKind())
     """
-    _load_oracle(kind)
+    load_oracle(kind)
     of = type(solver)
     if (of, refine, kind) in _ready or not of.__module__.startswith("cgla_graph.") or solver.traits.isolated:
         return
@@ -77,12 +76,6 @@ def warm_up(solver: Solver, kind: MapKind, *, refine: bool = False) -> None:
         problem.judge(answer)
         if refine:
             refine_path(problem, answer.path)
-
-
-@cache
-def _load_oracle(kind: MapKind) -> None:
-    problem = small_problem(kind)
-    problem.evaluate([problem.start, (0.2, 0.9), problem.goal])
 
 
 def warm_up_restricted(solver: Solver, n_nodes: int, kind: MapKind) -> None:
@@ -111,12 +104,11 @@ def load_last_first(kind: MapKind) -> None:
     --------
     >>> load_last_first(MapKind())
     """
-    problem = small_problem(kind)
-    path, model = np.array([problem.start, (0.2, 0.9), problem.goal]), problem.model.kernel_model()
+    path, model = np.array(SMALL_PATH), small_problem(kind).model.kernel_model()
     segments_cross(path[:-1], path[1:], model[2])
     minimise(path, path, np.zeros((3, 2)), 1.0, 1.0, model[1], 1, np.zeros(3))
     shortcut(path, model, 1, np.ones(3, dtype=np.bool_))
     load_kernels(kind._replace(walls=False))
-    # (which that beside walls loads after the mesh, as the other process does)
+    # (before the mesh beside walls, with which the other process begins)
     corners.load_kernels()
     load_kernels(kind._replace(walls=True))

@@ -35,7 +35,7 @@ from cgla_graph.eikonal.marching import descent
 from cgla_graph.eikonal.mesh import corners as corners_of_area
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.small_problem import MapKind, small_problem
+from cgla_graph.model.small_problem import SMALL_PATH, MapKind, small_problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS
 from cgla_graph.refine.refine import refine_path
 
@@ -272,8 +272,7 @@ def load_kernels(kind: MapKind, *, alone: bool = False) -> None:
     level.load_checks()
     if kind.walls:
         corners.load_kernels()
-    line = np.array([problem.start, (0.2, 0.9), problem.goal])
-    held = _own(problem, 0.1) if alone else _refined(problem, line, 0.1)
+    held = _own(problem, 0.1) if alone else _refined(problem, np.array(SMALL_PATH), 0.1)
     if bounds := level.both(aim=0.0):
         level.kept(*bounds, math.inf)
         _Search(problem, 0.1, 0, held, keeps_path=False).improve(level, bounds[0])

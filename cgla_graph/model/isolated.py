@@ -26,7 +26,7 @@ from cgla_graph.errors import SolverSettingError, WorkerError
 from cgla_graph.model import risk_kernels
 from cgla_graph.model.no_fly_kernels import point_inside, segment_crosses
 from cgla_graph.model.problem import GraphProblem, Problem
-from cgla_graph.model.small_problem import MapKind, small_problem
+from cgla_graph.model.small_problem import MapKind, load_oracle, small_problem
 from cgla_graph.model.solution import Solution, Status
 
 #: How long a run may take that was not told, by a setting ``seconds``, how long it may take; in seconds.
@@ -334,7 +334,7 @@ def _warm_up(kind: MapKind) -> None:
     risk_kernels.segment_cost(0.0, 0.0, 1.0, 1.0, 1.0, problem.field.kernel_field())
     segment_crosses(0.0, 0.0, 1.0, 1.0, problem.model.area.kernel_arrays)
     point_inside(0.0, 0.0, problem.model.area.kernel_arrays)
-    problem.evaluate([(0.0, 0.0), (1.0, 1.0)])
+    load_oracle(kind)
 
 
 def _reply(request: bytes) -> bytes:

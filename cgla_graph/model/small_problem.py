@@ -1,5 +1,6 @@
 """A small map of each kind: what is run on it loads the kernels that maps of its kind need."""
 
+from functools import cache
 from typing import NamedTuple
 
 import shapely
@@ -8,6 +9,9 @@ from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
+
+#: A path on a small problem, around its wall and not straight.
+SMALL_PATH = (0.0, 0.0), (0.2, 0.9), (1.0, 1.0)
 
 
 class MapKind(NamedTuple):
@@ -62,4 +66,16 @@ def small_problem(kind: MapKind) -> Problem:
     ((), False)
     """
     wall = shapely.box(0.45, 0.2, 0.55, 0.8) if kind.walls else None
-    return Problem((0.0, 0.0), (1.0, 1.0), small_field(kind), k=10.0, no_fly=wall)
+    return Problem(SMALL_PATH[0], SMALL_PATH[-1], small_field(kind), k=10.0, no_fly=wall)
+
+
+@cache
+def load_oracle(kind: MapKind) -> None:
+    """
+    Load what evaluates paths, once in a process.
+
+    Examples
+    --------
+    >>> load_oracle(MapKind())
+    """
+    small_problem(kind).evaluate(SMALL_PATH)

@@ -255,7 +255,8 @@ class _Search:
         turns = np.round((swept - swept[0]) / (2.0 * np.pi)).astype(np.int64)
         first = np.unique(turns, axis=0, return_index=True)[1] if len(poles) else np.zeros(1, dtype=np.int64)
         vias = order[np.sort(first)][: self.settings.candidates]
-        return [_through(int(via), [before for _, before in trees], roadmap.positions) for via in vias]
+        before = [tree[1] for tree in trees]
+        return [_through(int(via), before, roadmap.positions) for via in vias]
 
 
 def _open_grid(problem: Problem, cells: float) -> tuple[int, int]:

@@ -165,7 +165,8 @@ def test_a_plan_imports_only_what_it_needs() -> None:
         "try: main()\n"
         "except SystemExit as left: print('left:', left.code)\n"
         "rare = {'cgla_graph.flyable', 'cgla_graph.mission', 'cgla_graph.flight_plans.formats', 'filelock', 'ompl',\n"
-        "    'cgla_graph.solvers.trade_off', 'networkx', 'matplotlib', 'rich', 'scipy.sparse', 'scipy.linalg'}\n"
+        "    'cgla_graph.solvers.trade_off', 'networkx', 'matplotlib', 'rich', 'scipy.linalg',\n"
+        "    'scipy.sparse', 'scipy.spatial'}\n"
         "print('rare:', sorted(rare & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
