@@ -16,7 +16,17 @@ import numpy as np
 
 from cgla_graph._kernel import kernel
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
-from cgla_graph.eikonal.queue_kernels import BUCKETS, NONE, bucket_of, drop_first, grown, open_next, push, put_off
+from cgla_graph.eikonal.queue_kernels import (
+    BUCKETS,
+    NONE,
+    begin_round,
+    bucket_of,
+    drop_first,
+    grown,
+    open_bucket,
+    push,
+    put_off,
+)
 
 #: Controls, columns and rows of the pieces of a mesh; origin and spacing of its grid.
 Mesh: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, tuple[float, float], tuple[float, float]]
@@ -33,8 +43,6 @@ Bends: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, FloatArray, WholeAr
 Joints: TypeAlias = tuple[WholeArray, WholeArray, WholeArray, FloatArray]
 #: States of a node: see `march`.
 FAR, TRIAL, DONE, SEED = range(4)
-#: Buckets of the queue to a step of the grid at the harmonic mean of the costs.
-PARTS = 16.0
 
 
 @kernel
@@ -131,27 +139,27 @@ def march(
     for p in range(n + 1):
         final[p] = times[p] if state[p] == DONE else math.inf
         total += 1.0 / cost[p]
-    # what one node may put into the queue at once; and so many buckets to the step of a front where it is fast
+    speed = total / (n + 1)
+    step = min(hx, hy)
+    # what one node may put into the queue at once
     burst = 8 + n_joints + bend_node.shape[0]
     room = 4096 + 2 * burst
-    per_time = PARTS * total / ((n + 1) * min(hx, hy))
     keys = np.full(room, math.inf)
     items: WholeArray = np.empty(room, dtype=np.uint32)
     heads: WholeArray = np.full(BUCKETS + 1, NONE, dtype=np.uint32)
     entries: WholeArray = np.empty((room, 2), dtype=np.uint32)
     for i in range(room):
         entries[i, 1] = i + 1
-    free, current, size, waiting = int(np.int64(0)), int(np.int64(0)), int(np.int64(0)), int(np.int64(0))
-    for p in range(n):
-        if state[p] == TRIAL or state[p] == SEED:
-            current = min(current, bucket_of(times[p], per_time))
-    current -= 1
+    free, size, waiting = int(np.int64(0)), int(np.int64(0)), int(np.int64(0))
+    # all wait for the first round
+    current = int(np.int64(BUCKETS - 1))
+    begin = per_time = 0.0
     for p in range(n):
         if state[p] == TRIAL or state[p] == SEED:
             if waiting + burst > room:
                 keys, items, entries, free = grown(keys, items, entries, free)
                 room *= 2
-            free = put_off(int(np.uint32(p)), bucket_of(times[p], per_time), current, free, heads, entries)
+            free = put_off(int(np.uint32(p)), int(np.int64(BUCKETS)), free, heads, entries)
             waiting += 1
     while size + waiting > 0:
         # (in the loop inside, the arrays stay the same: their references need not be counted)
@@ -160,9 +168,15 @@ def march(
             room *= 2
         while 0 < size + waiting <= room - burst:
             if size == 0:
-                current, size, waiting, free = open_next(
-                    current, waiting, free, per_time, times, final, keys, items, heads, entries
-                )
+                current += 1
+                while current < BUCKETS and heads[current] == NONE:
+                    current += 1
+                if current == BUCKETS:
+                    current = int(np.int64(0))
+                    waiting, free, begin, per_time = begin_round(
+                        waiting, free, speed, step, times, final, cost, heads, entries
+                    )
+                size, waiting, free = open_bucket(current, waiting, free, times, final, keys, items, heads, entries)
                 continue
             p = items[0]
             size = drop_first(keys, items, size)
@@ -181,11 +195,11 @@ def march(
                         time = there + bend_cost[beyond]
                         if state[q] <= TRIAL and time < times[q]:
                             times[q] = time
-                            bucket = bucket_of(time, per_time)
+                            bucket = bucket_of(time, begin, per_time)
                             if bucket <= current:
                                 size = push(keys, items, size, time, q)
                             else:
-                                free = put_off(q, bucket, current, free, heads, entries)
+                                free = put_off(q, bucket, free, heads, entries)
                                 waiting += 1
                 entry += 1
             side = int(np.int64(0))
@@ -245,11 +259,11 @@ def march(
                     time = past_corner(q, here, final, neighbours, spacing, time)
                 time = min(time, straight)
                 if time < times[q]:
-                    bucket = bucket_of(time, per_time)
+                    bucket = bucket_of(time, begin, per_time)
                     if bucket <= current:
                         size = push(keys, items, size, time, q)
-                    elif bucket_of(times[q], per_time) != bucket or times[q] == math.inf:
-                        free = put_off(q, bucket, current, free, heads, entries)
+                    elif bucket_of(times[q], begin, per_time) != bucket or times[q] == math.inf:
+                        free = put_off(q, bucket, free, heads, entries)
                         waiting += 1
                     times[q] = time
 

@@ -1,10 +1,10 @@
 """
 Compiled kernels of a queue of nodes by their times: a heap of those that are due, and buckets for later ones.
 
-The bucket of a time is its number of times a width (Dial 1969); the buckets of a round lie in a circle (Brown 1988),
-and what is further ahead waits for the next round. Only the nodes of the bucket at hand are put in order, in a heap, so
-that nodes leave the queue in the order of their times, but most entries never see more than a few others. Entries that
-are out of date, of nodes that are done, are left out when their bucket is opened.
+A round divides a span of time into buckets of equal width (Dial 1969); what is further ahead waits for the next round,
+which begins at the soonest of them. Only the nodes of the bucket at hand are put in order, in a heap, so that nodes
+leave the queue in the order of their times, but most entries never see more than a few others. Entries that are out of
+date, of nodes that are done, are left out when their bucket is opened.
 
 An entry is a row of `entries`: a node, and the next entry of its bucket or of the free ones. `heads` has the first
 entry of each bucket, and last of those that are further ahead. Kernels take arrays one by one, and give back numbers
@@ -18,12 +18,11 @@ import numpy as np
 from cgla_graph._kernel import kernel
 from cgla_graph._types import FloatArray, WholeArray
 
-#: Buckets of a round, a power of 2; the last of them; and what stands for no entry.
+#: Buckets of a round, and what stands for no entry.
 BUCKETS = 4096
-LAST = BUCKETS - 1
 NONE = np.uint32(2**32 - 1)
-#: The greatest number of a bucket: whole numbers up to there are exact.
-MOST = 1e15
+#: Buckets to a step of a front of mean speed; and how many times as slow a front may be until they get wider.
+PARTS, SLOW = 128.0, 16.0
 
 
 @kernel
@@ -69,96 +68,105 @@ def drop_first(keys: FloatArray, items: WholeArray, size: int) -> int:
 
 
 @kernel
-def bucket_of(time: float, per_time: float) -> int:
-    """Return the bucket of a time; those before and after 0 share one."""
-    return int(min(time * per_time, MOST))
+def bucket_of(time: float, begin: float, per_time: float) -> int:
+    """Return the bucket of a time in a round: `BUCKETS` if it is further ahead, and 0 or less up to `begin`."""
+    return int(min((time - begin) * per_time, float(BUCKETS)))
 
 
 @kernel
-def link(entry: int, bucket: int, current: int, heads: WholeArray, entries: WholeArray) -> None:
-    """Put an entry into a bucket after the `current` one, or among those that are further ahead than once around."""
-    place = bucket & LAST if bucket <= current + LAST else BUCKETS
-    entries[entry, 1] = heads[place]
-    heads[place] = entry
+def link(entry: int, bucket: int, heads: WholeArray, entries: WholeArray) -> None:
+    """Put an entry into a bucket."""
+    entries[entry, 1] = heads[bucket]
+    heads[bucket] = entry
 
 
 @kernel
-def put_off(node: int, bucket: int, current: int, free: int, heads: WholeArray, entries: WholeArray) -> int:
+def put_off(node: int, bucket: int, free: int, heads: WholeArray, entries: WholeArray) -> int:
     """Put a node into a bucket that is not open yet, with the first free entry; return the next free one."""
     following = int(entries[free, 1])
     entries[free, 0] = node
-    link(free, bucket, current, heads, entries)
+    link(free, bucket, heads, entries)
     return following
 
 
 @kernel
-def open_next(
-    current: int,
+def begin_round(
     waiting: int,
     free: int,
-    per_time: float,
+    speed: float,
+    step: float,
+    times: FloatArray,
+    final: FloatArray,
+    cost: FloatArray,
+    heads: WholeArray,
+    entries: WholeArray,
+) -> tuple[int, int, float, float]:
+    """
+    Begin a round at the soonest of the nodes that are further ahead, and put them into its buckets.
+
+    Parameters
+    ----------
+    waiting, free
+        Entries, all of them further ahead; and the first free entry.
+    speed, step
+        The mean speed of fronts and the least step of the grid. Buckets divide the time of such a step at this speed,
+        unless the nodes that wait are much slower: most of their buckets would be empty.
+    times, final
+        Of each node its time so far, and its final time, which is infinite until it is done.
+    cost
+        Of each node, one over the speed of a front there.
+    heads, entries
+        The buckets.
+
+    Returns
+    -------
+    waiting, free
+        As before.
+    begin, per_time
+        When the round begins, infinity if nothing is left; and its buckets per unit of time.
+    """
+    begin = math.inf
+    total = 0.0
+    count = int(np.int64(0))
+    entry = heads[BUCKETS]
+    while entry != NONE:
+        node = entries[entry, 0]
+        if final[node] == math.inf:
+            begin = min(begin, times[node])
+            total += 1.0 / cost[node]
+            count += 1
+        entry = entries[entry, 1]
+    per_time = PARTS / step * min(speed, SLOW * total / max(count, 1))
+    entry = heads[BUCKETS]
+    heads[BUCKETS] = NONE
+    while entry != NONE:
+        following = entries[entry, 1]
+        node = entries[entry, 0]
+        if final[node] == math.inf:
+            link(int(np.int64(entry)), bucket_of(times[node], begin, per_time), heads, entries)
+        else:
+            entries[entry, 1] = free
+            free = entry
+            waiting -= 1
+        entry = following
+    return waiting, free, begin, per_time
+
+
+@kernel
+def open_bucket(
+    bucket: int,
+    waiting: int,
+    free: int,
     times: FloatArray,
     final: FloatArray,
     keys: FloatArray,
     items: WholeArray,
     heads: WholeArray,
     entries: WholeArray,
-) -> tuple[int, int, int, int]:
-    """
-    Move the nodes of the next bucket into an empty heap.
-
-    Parameters
-    ----------
-    current
-        The bucket that was open until now.
-    waiting, free
-        Entries in buckets, at least one; and the first free entry.
-    per_time
-        Buckets per unit of time.
-    times, final
-        Of each node its time so far, and its final time, which is infinite until it is done.
-    keys, items
-        A heap.
-    heads, entries
-        The buckets.
-
-    Returns
-    -------
-    current, size, waiting, free
-        The bucket that is open now, and the size of its heap: 0 if it held nothing that is not done.
-    """
-    current += 1
-    while heads[current & LAST] == NONE and (current & LAST) != 0:
-        current += 1
-    if (current & LAST) == 0:
-        # a new round: of those that were further ahead than the last one, what belongs to it
-        first = heads[BUCKETS]
-        heads[BUCKETS] = NONE
-        ahead = int(np.int64(0))
-        soonest = MOST
-        entry = first
-        while entry != NONE:
-            node = entries[entry, 0]
-            if final[node] == math.inf:
-                soonest = min(soonest, times[node] * per_time)
-            ahead += 1
-            entry = entries[entry, 1]
-        if ahead == waiting:
-            # nothing else is left: to the round of the soonest
-            current = max(current, int(soonest) & ~LAST)
-        entry = first
-        while entry != NONE:
-            following = entries[entry, 1]
-            node = entries[entry, 0]
-            if final[node] == math.inf:
-                link(int(np.int64(entry)), bucket_of(times[node], per_time), current, heads, entries)
-            else:
-                entries[entry, 1] = free
-                free = entry
-                waiting -= 1
-            entry = following
-    entry = heads[current & LAST]
-    heads[current & LAST] = NONE
+) -> tuple[int, int, int]:
+    """Move the nodes of a bucket into an empty heap; return its size, the entries that wait, and the first free one."""
+    entry = heads[bucket]
+    heads[bucket] = NONE
     size = int(np.int64(0))
     while entry != NONE:
         following = entries[entry, 1]
@@ -169,7 +177,7 @@ def open_next(
         free = entry
         waiting -= 1
         entry = following
-    return current, size, waiting, free
+    return size, waiting, free
 
 
 @kernel
