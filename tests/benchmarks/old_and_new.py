@@ -157,6 +157,7 @@ WORKLOADS = {
     "first path within 0.1 %, random 19": "first_good(random_scenario(19).problem)",
     "mission, 50 UAVs, 100 threats": "mission(50, 100)",
     "mission, 50 UAVs, prioritized": "mission(50, 100, avoidance='prioritized')",
+    "mission, 200 UAVs, 200 threats": "mission(200, 200)",
     "cgla plan paper, nothing compiled": "command(first=True)",
     "cgla plan paper": "command(first=False)",
 }
