@@ -23,6 +23,7 @@ from cgla_graph.eikonal.queue_kernels import (
     bucket_of,
     drop_first,
     grown,
+    next_bucket,
     open_bucket,
     push,
     put_off,
@@ -168,14 +169,10 @@ def march(
             room *= 2
         while 0 < size + waiting <= room - burst:
             if size == 0:
-                current += 1
-                while current < BUCKETS and heads[current] == NONE:
-                    current += 1
+                current = next_bucket(current, heads)
                 if current == BUCKETS:
                     current = int(np.int64(0))
-                    waiting, free, begin, per_time = begin_round(
-                        waiting, free, speed, step, times, final, cost, heads, entries
-                    )
+                    begin, per_time = begin_round(speed, step, times, final, cost, heads, entries)
                 size, waiting, free = open_bucket(current, waiting, free, times, final, keys, items, heads, entries)
                 continue
             p = items[0]

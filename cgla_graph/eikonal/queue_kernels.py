@@ -8,7 +8,8 @@ date, of nodes that are done, are left out when their bucket is opened.
 
 An entry is a row of `entries`: a node, and the next entry of its bucket or of the free ones. `heads` has the first
 entry of each bucket, and last of those that are further ahead. Kernels take arrays one by one, and give back numbers
-alone: so numba need not count references in the loop that calls them, which would take as long as the rest of it.
+alone: so numba need not count references in the loop that calls them, which would take as long as the rest of it. What
+that loop calls again and again takes few of them: to hand over all of the queue costs it a fifth of its time and more.
 """
 
 import math
@@ -90,9 +91,16 @@ def put_off(node: int, bucket: int, free: int, heads: WholeArray, entries: Whole
 
 
 @kernel
+def next_bucket(bucket: int, heads: WholeArray) -> int:
+    """Return the first bucket after one that holds anything, or `BUCKETS` if the round is over."""
+    bucket += 1
+    while bucket < BUCKETS and heads[bucket] == NONE:
+        bucket += 1
+    return bucket
+
+
+@kernel
 def begin_round(
-    waiting: int,
-    free: int,
     speed: float,
     step: float,
     times: FloatArray,
@@ -100,14 +108,12 @@ def begin_round(
     cost: FloatArray,
     heads: WholeArray,
     entries: WholeArray,
-) -> tuple[int, int, float, float]:
+) -> tuple[float, float]:
     """
     Begin a round at the soonest of the nodes that are further ahead, and put them into its buckets.
 
     Parameters
     ----------
-    waiting, free
-        Entries, all of them further ahead; and the first free entry.
     speed, step
         The mean speed of fronts and the least step of the grid. Buckets divide the time of such a step at this speed,
         unless the nodes that wait are much slower: most of their buckets would be empty.
@@ -116,12 +122,10 @@ def begin_round(
     cost
         Of each node, one over the speed of a front there.
     heads, entries
-        The buckets.
+        The buckets, all of them empty but the last.
 
     Returns
     -------
-    waiting, free
-        As before.
     begin, per_time
         When the round begins, infinity if nothing is left; and its buckets per unit of time.
     """
@@ -142,14 +146,11 @@ def begin_round(
     while entry != NONE:
         following = entries[entry, 1]
         node = entries[entry, 0]
-        if final[node] == math.inf:
-            link(int(np.int64(entry)), bucket_of(times[node], begin, per_time), heads, entries)
-        else:
-            entries[entry, 1] = free
-            free = entry
-            waiting -= 1
+        # (those that are done are left out when it is opened)
+        bucket = bucket_of(times[node], begin, per_time) if final[node] == math.inf else int(np.int64(0))
+        link(int(np.int64(entry)), bucket, heads, entries)
         entry = following
-    return waiting, free, begin, per_time
+    return begin, per_time
 
 
 @kernel

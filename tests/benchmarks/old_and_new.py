@@ -74,13 +74,13 @@ def solved(problem):
 def proved(problem, tolerance):
     return lambda: cg.lower_bound(problem, tolerance).gap
 
-def marched(name, k, cells):
-    # times of arrival over a full grid, from the middle
+def marched(k, cells):
+    # times of arrival over a full grid of the paper's map, from the middle
     from cgla_graph.eikonal import cell_runs
     from cgla_graph.eikonal.marching import costs_to_go, node_costs
     from cgla_graph.eikonal.mesh import SplineMesh
     from cgla_graph.model.no_fly import NoFlyArea
-    problem, middle = cg.Problem((0.5, 0.5), (0.9, 0.9), cg.load_scenario(name).problem.field, k=k), (0.5, 0.5)
+    problem, middle = cg.Problem((0.5, 0.5), (0.9, 0.9), cg.load_scenario('paper').problem.field, k=k), (0.5, 0.5)
     every = cell_runs.rectangle((cells, cells))
     mesh = SplineMesh.build((0.0, 0.0, 1.0, 1.0), (cells, cells), every, NoFlyArea(None), [middle])
     cost = node_costs(problem, mesh)
@@ -140,9 +140,9 @@ WORKLOADS = {
     "solve, 1,000 threats, spread 0.03": "solved(crowd(1000, 0.03))",
     "solve, 1,000 threats, spread 0.05": "solved(crowd(1000, 0.05))",
     "solve, 16 x 1": "solved(long_map())",
-    "marching, 257 x 257": "marched('paper', 10.0, 256)",
-    "marching, 1,001 x 1,001": "marched('paper', 10.0, 1000)",
-    "marching, 257 x 257, k = 100,000": "marched('paper', 1e5, 256)",
+    "marching, 257 x 257": "marched(10.0, 256)",
+    "marching, 1,001 x 1,001": "marched(10.0, 1000)",
+    "marching, 257 x 257, k = 100,000": "marched(1e5, 256)",
     "proof of 1e-4, random 1": "proved(random_scenario(1).problem, 1e-4)",
     "proof of 1e-3, paper": "proved(cg.load_scenario('paper').problem, 1e-3)",
     "proof of 1e-3, finland": "proved(cg.load_scenario('finland').problem, 1e-3)",
