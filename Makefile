@@ -42,7 +42,7 @@ OF_KERNELS := tests/model/test_risk.py tests/model/test_risk_raster.py tests/mod
 	tests/certificate/test_certificate_kernels.py tests/certificate/test_tips.py tests/certificate/test_corners.py \
 	tests/cost_to_go/test_repair.py \
 	tests/fusion/test_fusion.py tests/motion/test_trajectory.py tests/motion/test_space_time.py \
-	tests/flyable/test_curve.py tests/solvers/continuous/test_roadmap_kernels.py
+	tests/turning/test_curve.py tests/solvers/continuous/test_roadmap_kernels.py
 bounds: $(INSTALLED)
 	NUMBA_BOUNDSCHECK=1 NUMBA_OPT=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(PYTEST) $(OF_KERNELS)
 

@@ -12,15 +12,16 @@ if TYPE_CHECKING:
     from cgla_graph import comparisons as comparisons
     from cgla_graph import solvers as solvers
     from cgla_graph._progress import progress as progress
+    from cgla_graph.airspace.flight_plans.formats import read_plan as read_plan
+    from cgla_graph.airspace.flight_plans.formats import write_plan as write_plan
+    from cgla_graph.airspace.flight_plans.plan import FlightPlan as FlightPlan
+    from cgla_graph.airspace.flight_plans.plan import Waypoint as Waypoint
+    from cgla_graph.airspace.zones.reading import read_zones as read_zones
     from cgla_graph.certificate.certificate import Certificate as Certificate
     from cgla_graph.certificate.certificate import lower_bound as lower_bound
     from cgla_graph.cost_to_go.cost_matrix import CostMatrix as CostMatrix
     from cgla_graph.cost_to_go.cost_matrix import cost_matrix as cost_matrix
     from cgla_graph.errors import CglaError as CglaError
-    from cgla_graph.flight_plans.formats import read_plan as read_plan
-    from cgla_graph.flight_plans.formats import write_plan as write_plan
-    from cgla_graph.flight_plans.plan import FlightPlan as FlightPlan
-    from cgla_graph.flight_plans.plan import Waypoint as Waypoint
     from cgla_graph.mission.mission import Mission as Mission
     from cgla_graph.mission.records import Flight as Flight
     from cgla_graph.mission.records import MissionStatus as MissionStatus
@@ -54,7 +55,6 @@ if TYPE_CHECKING:
     from cgla_graph.solvers.trade_off.density import below_density as below_density
     from cgla_graph.solvers.trade_off.density import density_front as density_front
     from cgla_graph.solvers.trade_off.pareto import pareto as pareto
-    from cgla_graph.zones.reading import read_zones as read_zones
 
 __version__ = "0.1.0"
 
@@ -65,7 +65,7 @@ _HOMES = {
     "CostModel": "model.cost_model",
     "Evaluation": "model.problem",
     "Flight": "mission.records",
-    "FlightPlan": "flight_plans.plan",
+    "FlightPlan": "airspace.flight_plans.plan",
     "GeometricGraph": "model.graph",
     "GraphProblem": "model.problem",
     "Lattice": "model.lattice",
@@ -84,7 +84,7 @@ _HOMES = {
     "TimedThreat": "mission.world",
     "Uav": "mission.uav",
     "VirtualObstacle": "mission.virtual_obstacle",
-    "Waypoint": "flight_plans.plan",
+    "Waypoint": "airspace.flight_plans.plan",
     "World": "mission.world",
     "below_density": "solvers.trade_off.density",
     "cost_matrix": "cost_to_go.cost_matrix",
@@ -97,11 +97,11 @@ _HOMES = {
     "plan_within_length": "solvers.trade_off.constrained",
     "plan_within_risk": "solvers.trade_off.constrained",
     "progress": "_progress",
-    "read_plan": "flight_plans.formats",
-    "read_zones": "zones.reading",
+    "read_plan": "airspace.flight_plans.formats",
+    "read_zones": "airspace.zones.reading",
     "risk_weight": "model.ground_risk",
     "solve": "solvers.solving",
-    "write_plan": "flight_plans.formats",
+    "write_plan": "airspace.flight_plans.formats",
     "write_scenario": "scenarios.writing",
 }
 

@@ -8,7 +8,7 @@ from cgla_graph._brief import Brief
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from cgla_graph.flyable.flyable import Flyable as Flyable  # noqa: PLC0414 - handed on
+    from cgla_graph.turning.flyable import Flyable as Flyable  # noqa: PLC0414 - handed on
 
 
 def pictures() -> Any:  # noqa: ANN401 - a module
@@ -18,7 +18,7 @@ def pictures() -> Any:  # noqa: ANN401 - a module
 
 def flying() -> Any:  # noqa: ANN401 - a module
     """Return the module that makes paths flyable: it stands above what it is asked of, and is imported when asked."""
-    return importlib.import_module("cgla_graph.flyable.flyable")
+    return importlib.import_module("cgla_graph.turning.flyable")
 
 
 class Shown(Brief):

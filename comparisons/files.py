@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from cgla_graph._written import replace_files
+from cgla_graph._files import replace_files
 from cgla_graph.errors import OutputError
 from cgla_graph.model.path_file import csv_of, degrees_of
 from cgla_graph.model.solution import Solution

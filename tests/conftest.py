@@ -21,7 +21,7 @@ if hasattr(signal, "SIGHUP"):
 #: Files of tests that take longest: they are begun first, so that none of them is left alone at the end.
 LONGEST = (
     "project/test_readme.py",
-    "comparisons/commands/test_app.py",
+    "comparisons/cli/test_app.py",
     "scenarios/test_mission_file.py",
     "cost_to_go/test_repair.py",
     "fusion/test_fusion.py",

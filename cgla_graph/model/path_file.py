@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from cgla_graph._files import write_files
 from cgla_graph._types import FloatArray
-from cgla_graph._written import write_files
 from cgla_graph.errors import OutputError
-from cgla_graph.model.projection import LocalProjection
+from cgla_graph.model.earth import LocalProjection
 
 #: Digits of degrees that are written: a tenth of a millimetre.
 DIGITS = 9

@@ -21,10 +21,10 @@ from cgla_graph.errors import NodeNotFoundError, ProblemError
 from cgla_graph.model.adjacency import CornerRule, Node
 from cgla_graph.model.clearance import ROUNDING, widened
 from cgla_graph.model.cost_model import CostModel, indexed_area
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.no_fly import NoFlyArea
-from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField, SmallSpreadWarning
 from cgla_graph.model.solution import Solution, Status
 

@@ -18,7 +18,7 @@ from cgla_graph._shown import place, shown
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph._validate import bounds_box, non_negative_number
 from cgla_graph.errors import ProblemError
-from cgla_graph.model.projection import LocalProjection, wrapped
+from cgla_graph.model.earth import LocalProjection, wrapped
 
 Kind: TypeAlias = Literal["density", "count"]
 Coordinates: TypeAlias = Literal["plane", "lonlat"]

@@ -18,7 +18,7 @@ from cgla_graph._types import BoolArray, Bounds, FloatArray
 from cgla_graph._validate import bounds_box, non_negative_number, point_array, positive_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_raster_kernels as kernels
-from cgla_graph.model.projection import LocalProjection
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.raster_file import Coordinates, Kind, cells_in_metres, read_cells
 
 Interpolation: TypeAlias = Literal["bilinear", "nearest"]

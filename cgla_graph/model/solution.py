@@ -13,8 +13,8 @@ from cgla_graph._drawn import Drawn, flying
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.adjacency import Node
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.path_file import degrees_of, save_path
-from cgla_graph.model.projection import LocalProjection
 
 if TYPE_CHECKING:
     from cgla_graph._drawn import Flyable

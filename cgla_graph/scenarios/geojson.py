@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cgla_graph._shown import shown
+from cgla_graph.airspace.zones import geojson
+from cgla_graph.airspace.zones.geojson import Area, position_of
 from cgla_graph.errors import FileFormatError, ScenarioError
 from cgla_graph.scenarios.text_files import fail
-from cgla_graph.zones import geojson
-from cgla_graph.zones.geojson import Area, position_of
 
 
 def read_areas(path: str | os.PathLike[str]) -> list[Area]:
     """
-    Read the areas of a GeoJSON file, as `cgla_graph.zones.geojson.read_areas` does.
+    Read the areas of a GeoJSON file, as `cgla_graph.airspace.zones.geojson.read_areas` does.
 
     Raises
     ------

@@ -14,6 +14,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._shown import shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph._validate import four_numbers, point
+from cgla_graph.airspace.zones.reading import is_geojson
 from cgla_graph.errors import CglaError, FileFormatError, ScenarioError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
@@ -27,7 +28,6 @@ from cgla_graph.scenarios.movingai import GridRow, check_row, map_beside, read_m
 from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, load_scenario, scenario_of
 from cgla_graph.scenarios.table_faults import faults
 from cgla_graph.untrusted.files import kind_of
-from cgla_graph.zones.reading import is_geojson
 
 #: The complete graph of a grid map joins its cells up to this many; a larger map gets a lattice of 50 a side.
 MOST_CELLS = 6000

@@ -7,7 +7,7 @@ import numpy as np
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph._validate import four_numbers
 from cgla_graph.errors import ProblemError
-from cgla_graph.model.projection import geodesic_length, wrapped
+from cgla_graph.model.earth import geodesic_length, wrapped
 
 #: Starts and goals widen a map that has no bounds of its own by this much at most, metres.
 NEAR = 100_000.0

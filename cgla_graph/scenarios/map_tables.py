@@ -14,10 +14,11 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._shown import shown
 from cgla_graph._types import Bounds, Point
+from cgla_graph.airspace.zones.geojson import Area
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.clearance import ROUNDING
+from cgla_graph.model.earth import LocalProjection, geodesic_length, places_around, project_area, projected_bounds
 from cgla_graph.model.lattice import Lattice, LatticeKind
-from cgla_graph.model.projection import LocalProjection, geodesic_length, places_around, project_area, projected_bounds
 from cgla_graph.model.raster_file import Kind, RasterCells, cells_in_metres, read_cells
 from cgla_graph.model.risk import Reading, Threat
 from cgla_graph.model.risk_raster import MOST_CELLS, Interpolation, Origin, RasterRisk
@@ -26,7 +27,6 @@ from cgla_graph.scenarios.drawing import Stream, drawn_threats
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
 from cgla_graph.scenarios.table_faults import faults
-from cgla_graph.zones.geojson import Area
 
 #: How many spreads around its centre a threat is seen: a box around threats has room to go around them; and beyond so
 #: many, it is not felt.

@@ -11,8 +11,8 @@ from cgla_graph._validate import non_negative_number
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.validate import told
 from cgla_graph.mission.world import World
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.model.projection import LocalProjection
 from cgla_graph.scenarios.map_tables import read_table
 from cgla_graph.scenarios.mission_builder import MissionBuilder, Variant
 from cgla_graph.scenarios.mission_tables import MissionTable

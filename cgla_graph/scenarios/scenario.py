@@ -13,16 +13,16 @@ from cgla_graph._brief import Brief
 from cgla_graph._shown import shown
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph._validate import four_numbers, non_negative_number, point
+from cgla_graph.airspace.zones.account import ZoneAccount
 from cgla_graph.errors import CglaError, ScenarioError
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.area_tables import Pair, with_files
 from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, read_table
 from cgla_graph.scenarios.shipped import SCENARIOS, is_mission_text, shipped_scenario
 from cgla_graph.scenarios.text_files import read_text
-from cgla_graph.zones.account import ZoneAccount
 
 #: What prints the schema of scenario files.
 SCHEMA = "cgla scenarios --schema"

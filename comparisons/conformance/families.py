@@ -20,7 +20,7 @@ from cgla_graph.comparisons.conformance.shapes import (
     turned_box,
     upright,
 )
-from cgla_graph.model.projection import LocalProjection
+from cgla_graph.model.earth import LocalProjection
 
 #: Map units of lon/lat problems are metres; they are given to a tenth.
 METRES = 1

@@ -52,7 +52,7 @@ def certificate_figure(run: Run, *, figure: Figure | None = None) -> Figure:
 
     Examples
     --------
-    >>> from cgla_graph.comparisons.commands.certify import certify
+    >>> from cgla_graph.comparisons.cli.certify import certify
     >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> figure = certificate_figure(certify(load_scenario("one-threat")))
     >>> [axes.get_ylabel() for axes in figure.axes]

@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.comparisons.plots.page import plain
-from cgla_graph.model.projection import LocalProjection
+from cgla_graph.model.earth import LocalProjection
 
 #: Around a flight that takes little of its map, so much of its longer side is shown.
 _AROUND = 0.2

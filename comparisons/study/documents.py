@@ -22,9 +22,9 @@ from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError, StudyError
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, TracePoint

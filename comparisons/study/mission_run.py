@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, MissionStatus, Separation
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.projection import LocalProjection
 from cgla_graph.scenarios.scenario import Scenario
 
 

@@ -115,7 +115,7 @@ def mission(n_uavs, n_threats, **more):
 def command(first):
     # `cgla plan paper` in a process of its own; the first one after an installation has to compile
     import os, subprocess, sys, tempfile
-    code = "import sys; from cgla_graph.comparisons.commands.app import main; sys.argv[1:] = ['plan', 'paper']; main()"
+    code = "import sys; from cgla_graph.comparisons.cli.app import main; sys.argv[1:] = ['plan', 'paper']; main()"
     kept = tempfile.TemporaryDirectory()
     def run():
         with tempfile.TemporaryDirectory() as empty:

@@ -10,12 +10,12 @@ from strategies import raster_fields
 from typer.testing import CliRunner
 
 from cgla_graph.comparisons import files
-from cgla_graph.comparisons.commands.app import app
+from cgla_graph.comparisons.cli.app import app
 from cgla_graph.comparisons.profile import COLUMNS, MOST_ROWS, profile_of, write_profile
 from cgla_graph.errors import OutputError, ProblemError
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status

@@ -8,7 +8,7 @@ import pytest
 
 import cgla_graph as cg
 from cgla_graph.errors import OutputError, ProblemError
-from cgla_graph.model.projection import LocalProjection
+from cgla_graph.model.earth import LocalProjection
 
 PLACE = LocalProjection(24.0, 60.0)
 PATH = np.array([[0.0, 0.0], [1000.0, 2000.0], [3000.0, 2500.0]])

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from cgla_graph.errors import ProblemError
-from cgla_graph.model.projection import LocalProjection
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.risk_raster import RasterRisk
 
 ARUBA = Path(__file__).resolve().parents[3] / "shared/data/ground_risk/aruba_worldpop_2020.tif"

@@ -53,7 +53,7 @@ def test_the_wheel_works_without_the_tree(wheel: Path, tmp_path: Path) -> None:
     install = [sys.executable, "-m", "pip", "install", *options, str(wheel)]
     subprocess.run(install, check=True, capture_output=True)
     script = (
-        "import cgla_graph as cg, sys; from cgla_graph.comparisons.commands.app import main; "
+        "import cgla_graph as cg, sys; from cgla_graph.comparisons.cli.app import main; "
         "print(cg.__file__, file=sys.stderr); "
         "print(cg.solve(cg.load_scenario('one-threat').problem, 'dijkstra', resolution=5).status.name); "
         "sys.argv[1:] = ['scenarios', '--json']; main()"

@@ -18,8 +18,8 @@ from pages import INDEX, PAGES, ROOT, Block, Page, agrees
 import cgla_graph as cg
 from cgla_graph import comparisons
 from cgla_graph.comparisons.claims import summary
-from cgla_graph.comparisons.commands import certify, pareto
-from cgla_graph.comparisons.commands.app import app
+from cgla_graph.comparisons.cli import certify, pareto
+from cgla_graph.comparisons.cli.app import app
 from cgla_graph.comparisons.leaderboard import performance
 from cgla_graph.comparisons.missions import files
 from cgla_graph.comparisons.study import columns, flight_run

@@ -13,7 +13,7 @@ from map_files import AREAS, name_of
 from numpy.typing import ArrayLike
 
 from cgla_graph.errors import ScenarioError
-from cgla_graph.model.projection import LocalProjection, project_area
+from cgla_graph.model.earth import LocalProjection, project_area
 from cgla_graph.scenarios.geojson import line_feature_collection, read_areas
 
 #: How many areas files have, and the name of the first.

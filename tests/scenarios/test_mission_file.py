@@ -25,8 +25,8 @@ from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.virtual_obstacle import VirtualObstacle
 from cgla_graph.mission.world import TimedArea, TimedThreat
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.scenarios.mission_file import (
     MissionFile,

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgla_graph.errors import MissionError, ScenarioError
-from cgla_graph.model.projection import LocalProjection
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.risk import RiskField, SmallSpreadWarning, Threat
 from cgla_graph.scenarios import scenario as module
 from cgla_graph.scenarios.loading import open_scenarios
@@ -239,7 +239,7 @@ def test_start_on_the_border_in_degrees() -> None:
 def test_settings_of_solvers_are_checked(
     tmp_path: Path, table: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from cgla_graph.comparisons.commands.app import main  # noqa: PLC0415 - only here
+    from cgla_graph.comparisons.cli.app import main  # noqa: PLC0415 - only here
 
     file = tmp_path / "mine.toml"
     file.write_text(f"{BASE}[lattice]\nresolution = 3\n{table}", encoding="utf-8")

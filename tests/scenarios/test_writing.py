@@ -18,7 +18,7 @@ from strategies import coordinates, points, seeds, threats, usual
 
 import cgla_graph as cg
 from cgla_graph.errors import MissionError, OutputError, ProblemError, ScenarioError
-from cgla_graph.model.projection import LocalProjection
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.mission_file import mission_from_toml
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml, shipped

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from strategies import few
 from zone_files import circle, data_of, ed269, ed318, geojson, kml, kmz, volume
 
+from cgla_graph.airspace.zones.shapes import circle_of
 from cgla_graph.errors import ScenarioError
-from cgla_graph.model.projection import geodesic_length, project_area
+from cgla_graph.model.earth import geodesic_length, project_area
 from cgla_graph.scenarios.area_tables import NoFlyTable, with_files
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import Scenario, load_scenario
 from cgla_graph.solvers.solving import solve
-from cgla_graph.zones.shapes import circle_of
 
 START, GOAL = (5.9, 49.1), (6.3, 49.1)
 

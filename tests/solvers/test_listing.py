@@ -31,7 +31,7 @@ def test_lists_of_files_are_what_the_files_hold() -> None:
 def test_lists_need_no_number_crunching() -> None:
     """What takes a second to import is left alone, so that lists are there in a fraction of one."""
     code = (
-        "import sys\nfrom cgla_graph.comparisons.commands.app import app\n"
+        "import sys\nfrom cgla_graph.comparisons.cli.app import app\n"
         "for name in ('solvers', 'scenarios', 'missions'):\n    app([name], standalone_mode=False)\n"
         "print([name for name in ('numpy', 'numba', 'scipy', 'shapely') if name in sys.modules])"
     )

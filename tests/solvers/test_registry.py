@@ -171,7 +171,7 @@ sys.modules.pop("ompl", None)
 import importlib.util
 found = importlib.util.find_spec
 importlib.util.find_spec = lambda name, package=None: None if name == "ompl" else found(name, package)
-from cgla_graph.comparisons.commands.app import main
+from cgla_graph.comparisons.cli.app import main
 sys.argv = ["cgla", "compare", "one-threat", "--resolution", "4", "--seeds", "2", "--json", "--workers", "0"]
 main()
 """

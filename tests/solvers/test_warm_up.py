@@ -10,7 +10,7 @@ from kept_kernels import kept_but_for
 
 from cgla_graph import _kernel
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.commands import app
+from cgla_graph.comparisons.cli import app
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.small_problem import MapKind, small_field

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeAlias
 import pytest
 import typer.main
 
-from cgla_graph.comparisons.commands.app import main
+from cgla_graph.comparisons.cli.app import main
 from cgla_graph.comparisons.console import COMPILING
 
 #: Commands and options are read off the functions once, not for every call.

@@ -20,11 +20,11 @@ from ompl import util as ou
 import cgla_graph as cg
 from cgla_graph._kernel import kernel
 from cgla_graph._types import Bounds, FloatArray
-from cgla_graph.flyable.curve_kernels import in_box, piece_crosses, piece_length, piece_risk
-from cgla_graph.flyable.dubins_kernels import shortest, word_pieces
 from cgla_graph.model.graph_kernels import Model
 from cgla_graph.model.problem import Problem
 from cgla_graph.scenarios.scenario import load_scenario
+from cgla_graph.turning.curve_kernels import in_box, piece_crosses, piece_length, piece_risk
+from cgla_graph.turning.dubins_kernels import shortest, word_pieces
 
 Pose = tuple[float, float, float]
 MAPS = ("paper", "corridor", "fifty-threats", "finland", "gap-in-wall", "maze", "one-threat", "thin-wall", "trap")

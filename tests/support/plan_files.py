@@ -4,8 +4,8 @@ import math
 
 from hypothesis import strategies as st
 
-from cgla_graph.flight_plans.formats import text_of_plan
-from cgla_graph.flight_plans.plan import FlightPlan, Home, Reference, Waypoint
+from cgla_graph.airspace.flight_plans.formats import text_of_plan
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Reference, Waypoint
 
 longitudes, latitudes = st.floats(-180.0, 180.0), st.floats(-90.0, 90.0)
 altitudes = st.floats(-1000.0, 100_000.0)

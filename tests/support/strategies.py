@@ -366,7 +366,7 @@ def changed(draw: st.DrawFn, model: CostModel, *, rastered: bool = False) -> Cos
 
 @st.composite
 def arcs(draw: st.DrawFn) -> FloatArray:
-    """Draw arcs of all radii and turns, as a row of `cgla_graph.flyable.curve_kernels`: large ones pass the map."""
+    """Draw arcs of all radii and turns, as a row of `cgla_graph.turning.curve_kernels`: large ones pass the map."""
     rng = np.random.default_rng(draw(seeds))
     radius = draw(st.sampled_from([0.01, 0.1, 0.5, 3.0]))
     turn = draw(st.sampled_from([-6.2, -1.5, 0.4, math.pi, 6.28])) * rng.uniform(0.2, 1.0)

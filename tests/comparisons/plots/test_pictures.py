@@ -33,9 +33,9 @@ from cgla_graph.comparisons.study.median_run import median_run
 from cgla_graph.comparisons.study.rows import summaries
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import OutputError
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, TracePoint

@@ -33,9 +33,9 @@ from cgla_graph.comparisons.study.documents import (
 )
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.errors import StudyError
+from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.projection import LocalProjection
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.scenarios.loading import open_scenarios

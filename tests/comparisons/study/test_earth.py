@@ -16,7 +16,7 @@ from map_files import AREAS, name_of
 from strategies import few
 
 from cgla_graph.certificate.certificate import Certificate, Grid, lower_bound
-from cgla_graph.comparisons.commands.certify import certify
+from cgla_graph.comparisons.cli.certify import certify
 from cgla_graph.comparisons.study import earth, runner
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.model.solution import Solution, Status

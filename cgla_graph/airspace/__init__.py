@@ -1,0 +1,1 @@
+"""Airspace: zones of authorities, plans of flights, and one checked against the other."""

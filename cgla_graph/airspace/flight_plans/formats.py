@@ -1,0 +1,184 @@
+"""Reading and writing plans, in whichever of their formats."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+from xml.etree.ElementTree import Element
+
+from cgla_graph._files import write_files
+from cgla_graph._shown import place, shown
+from cgla_graph.airspace.flight_plans import csv_file, geojson, gpx, json_path, kml, qgroundcontrol, waypoints
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, fault
+from cgla_graph.errors import OutputError, PlanError
+from cgla_graph.untrusted.files import FilePath, kind_of, read_bytes, text_of
+from cgla_graph.untrusted.json_files import json_of
+from cgla_graph.untrusted.kml_files import unzipped
+from cgla_graph.untrusted.xml_files import tag_of, xml_of
+
+#: Endings of files that plans are written to.
+WRITTEN: Final = (".plan", ".waypoints", ".kml", ".gpx", ".geojson", ".csv")
+#: What is said where a file is none of them.
+_READ: Final = "plans are QGroundControl's .plan, QGC WPL .waypoints, KML, KMZ, GPX, GeoJSON, or CSV with named columns"
+
+
+def read_plan(path: FilePath) -> FlightPlan:
+    r"""
+    Read a flight plan; its content, not its name, says in which format.
+
+    Parameters
+    ----------
+    path
+        A QGroundControl plan (``.plan``), waypoints (``.waypoints``, QGC WPL 110), KML or KMZ, GPX, GeoJSON, or CSV; a
+        JSON file with a path, as `Solution.save` writes it, too.
+
+    Returns
+    -------
+    plan
+        With a remark for everything in the file that is no part of what is flown.
+
+    Raises
+    ------
+    FileFormatError
+        If it cannot be read, is too large, malformed or of another format, or says something of the flight that is not
+        understood. (`PlanError` is one.)
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "plan.csv")
+    ...     _ = file.write_text("longitude,latitude\n24.9,60.2\n25.0,60.2\n")
+    ...     read_plan(file).lonlat.tolist()
+    [[24.9, 60.2], [25.0, 60.2]]
+    """
+    return plan_of_bytes(read_bytes(path), os.fspath(path))
+
+
+def plan_of_bytes(data: bytes, where: str) -> FlightPlan:
+    r"""
+    Return the plan of the bytes of a file, which errors call `where`; the errors are those of `read_plan`.
+
+    Examples
+    --------
+    >>> plan_of_bytes(b"x,y\n0,0\n1,1\n", "path.csv").coordinates
+    'plane'
+    """
+    kind = kind_of(data)
+    if kind == "zip":
+        return _of_xml(xml_of(unzipped(data, where, ".kml"), where), where)
+    if kind == "xml":
+        return _of_xml(xml_of(data, where), where)
+    if kind == "json":
+        document = json_of(data, where)
+        if not isinstance(document, dict):
+            fault(where, "it is no JSON object", _READ)
+        return _of_json(document, where)
+    text = text_of(data, where)
+    if text.startswith(waypoints.SIGNATURE):
+        return waypoints.read_text(text, where)
+    return csv_file.read_text(text, where)
+
+
+def _of_xml(root: Element, where: str) -> FlightPlan:
+    kind = tag_of(root)
+    if kind == "kml":
+        return kml.read_tree(root, where)
+    if kind == "gpx":
+        return gpx.read_tree(root, where)
+    msg = f"{where}: its root is <{kind[:60]}>; {_READ}"
+    raise PlanError(msg)
+
+
+def _of_json(document: Mapping[str, Any], where: str) -> FlightPlan:
+    if "fileType" in document or "mission" in document:
+        return qgroundcontrol.read_document(document, where)
+    if isinstance(document.get("type"), str):
+        return geojson.read_document(document, where)
+    if any(key in document for key in json_path.KEYS):
+        return json_path.read_document(document, where)
+    msg = f"{where}: its keys are {shown(list(document))}; {_READ}"
+    raise PlanError(msg)
+
+
+def text_of_plan(plan: FlightPlan, where: str) -> str:
+    """
+    Return the text of the file that a plan is written to.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+    where
+        The file's name, whose ending says in which format.
+
+    Raises
+    ------
+    PlanError
+        If the format cannot hold the plan.
+    OutputError
+        If the ending is another one.
+
+    Examples
+    --------
+    >>> plan = FlightPlan.along([(24.0, 60.0), (24.1, 60.1)], altitude=80)
+    >>> text_of_plan(plan, "mine.waypoints").splitlines()[0]
+    'QGC WPL 110'
+    """
+    kind = Path(where).suffix.lower()
+    if kind == ".csv":
+        return csv_file.write(plan)
+    if plan.coordinates != "lonlat":
+        fault(where, "the plan has no longitudes and latitudes", "only .csv can hold one in a plane")
+    if kind == ".plan":
+        return qgroundcontrol.write(plan, where)
+    if kind == ".waypoints":
+        return waypoints.write(plan, where)
+    if kind == ".kml":
+        return kml.write(plan)
+    if kind == ".gpx":
+        return gpx.write(plan)
+    if kind == ".geojson":
+        return geojson.write(plan)
+    msg = f"{place(where)}: no plan is written so; give a file that ends in {', '.join(WRITTEN)}"
+    raise OutputError(msg)
+
+
+def write_plan(plan: FlightPlan, path: FilePath) -> Path:
+    """
+    Write a flight plan; nothing half-written keeps the name.
+
+    Numbers are written in full, so that `read_plan` gives the same plan back, to the last bit; ``.plan`` and
+    ``.waypoints`` say 0 m for a home whose height is not known, and ``.waypoints`` and ``.csv`` have no names.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+    path
+        Ends in ``.plan``, ``.waypoints``, ``.kml``, ``.gpx``, ``.geojson`` or ``.csv``, which says in which format.
+
+    Returns
+    -------
+    path
+        The file.
+
+    Raises
+    ------
+    PlanError
+        If the format cannot hold the plan: one in a plane goes into ``.csv`` alone, an autopilot needs altitudes.
+    OutputError
+        If the ending is another one, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> plan = FlightPlan.along([(24.0, 60.0), (24.1, 60.1)], altitude=80)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     read_plan(write_plan(plan, f"{folder}/mine.kml")) == plan
+    True
+    """
+    target = Path(path)
+    text = text_of_plan(plan, str(target))
+    write_files({target: text.encode("utf-8")})
+    return target

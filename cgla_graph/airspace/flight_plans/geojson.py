@@ -1,0 +1,189 @@
+"""
+Plans as GeoJSON (RFC 7946): the route as a line, and each waypoint as a point with what is said of it.
+
+The third number of a position is a height above the ellipsoid there, and nothing else, so that only such altitudes are
+written into positions; the others are properties.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from cgla_graph._shown import shown
+from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, Waypoint, fault
+from cgla_graph.airspace.flight_plans.tagged import (
+    ALTITUDE,
+    REFERENCE,
+    ROLE,
+    assembled,
+    number_of,
+    place_of,
+    tags_of,
+    waypoint_of,
+)
+
+_LEAST, _MOST = 2, 3
+
+
+def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
+    """
+    Return the plan of a document: of its points where these have roles, else of its one line, else of its points.
+
+    Parameters
+    ----------
+    document
+        The JSON of a file: a FeatureCollection, a Feature or a geometry.
+    where
+        What messages call the file.
+
+    Raises
+    ------
+    PlanError
+        If it is malformed, or it cannot be told which line is the route.
+
+    Examples
+    --------
+    >>> plan = FlightPlan.along([(24.0, 60.0), (24.1, 60.1)], altitude=80, name="mine")
+    >>> read_document(json.loads(write(plan)), "mine.geojson") == plan
+    True
+    """
+    lines: list[tuple[str, list[Waypoint]]] = []
+    points: list[Waypoint | Home] = []
+    remarks: list[str] = []
+    has_roles = False
+    for index, (geometry, tags) in enumerate(_features(document, where)):
+        place = f"{where}: feature {index}"
+        kind = geometry.get("type") if isinstance(geometry, Mapping) else None
+        coordinates = geometry.get("coordinates") if isinstance(geometry, Mapping) else None
+        if kind == "Point":
+            has_roles = has_roles or ROLE in tags
+            points.append(_point(coordinates, tags, place))
+            _few(points, where)
+        elif kind == "LineString":
+            name = tags.get("name")
+            lines.append((name if isinstance(name, str) else "", _line(coordinates, place)))
+        elif kind == "MultiLineString" and isinstance(coordinates, list) and len(coordinates) == 1:
+            lines.append(("", _line(coordinates[0], place)))
+        elif kind in ("Polygon", "MultiPolygon"):
+            remarks.append(f"feature {index}: a {kind} is no part of what is flown: left out")
+        else:
+            fault(place, f"its geometry is {shown(kind or geometry)}", "a plan has points and one line")
+    plan = chosen(lines, points, has_roles=has_roles, remarks=remarks, where=where)
+    name = document.get("name")
+    return plan.renamed(name) if name and isinstance(name, str) else plan
+
+
+def chosen(
+    lines: Sequence[tuple[str, list[Waypoint]]],
+    points: Sequence[Waypoint | Home],
+    *,
+    has_roles: bool,
+    remarks: Sequence[str],
+    where: str,
+) -> FlightPlan:
+    """
+    Return the plan that lines and points of a file for viewers are.
+
+    Parameters
+    ----------
+    lines
+        Name and waypoints of each.
+    points
+        In their order.
+    has_roles
+        Whether one of the points says its role: then they are the plan, and the line is its picture.
+    remarks, where
+        As of `assembled`.
+
+    Raises
+    ------
+    PlanError
+        If there is more than one line, or the line is another one than that of the points.
+    """
+    if len(lines) > 1:
+        named = ", ".join(name or "one without a name" for name, _ in lines[:4])
+        fault(where, f"it has {len(lines)} lines ({named[:120]})", "a plan is one: keep the one that is flown")
+    name, line = lines[0] if lines else ("", [])
+    flown = [one for one in points if isinstance(one, Waypoint)]
+    if has_roles and line and [(one.x, one.y) for one in line] != [(one.x, one.y) for one in flown]:
+        fault(where, "its line and its points are different routes", "change both, or leave one of them out")
+    if line and not has_roles:
+        more = [f"{len(points)} points beside the line: no part of what is flown, left out"] if points else []
+        return assembled(iter(line), name, [*remarks, *more], where)
+    return assembled(iter(points), "" if has_roles else name, remarks, where)
+
+
+def _features(document: Mapping[str, Any], where: str) -> Iterator[tuple[Any, Mapping[str, Any]]]:
+    """Yield geometries, and what is said of each."""
+    kind = document.get("type")
+    features = document.get("features") if kind == "FeatureCollection" else [document]
+    if not isinstance(features, list):
+        fault(where, f"its features are {shown(features)}", "a FeatureCollection has a list of them")
+    for index, feature in enumerate(features):
+        if not isinstance(feature, dict) or (kind == "FeatureCollection" and feature.get("type") != "Feature"):
+            fault(f"{where}: feature {index}", f"it is {shown(feature)}", "write an object of type 'Feature'")
+        if feature.get("type") != "Feature":
+            yield feature, {}
+            return
+        tags = feature.get("properties")
+        if not isinstance(tags, dict | None):
+            fault(f"{where}: feature {index}", f"its properties are {shown(tags)}", "write an object, or null")
+        yield feature.get("geometry"), tags or {}
+
+
+def _line(coordinates: object, where: str) -> list[Waypoint]:
+    if not isinstance(coordinates, list):
+        fault(where, f"its coordinates are {shown(coordinates)}", "a line has a list of positions")
+    _few(coordinates, where)
+    found = [_point(position, {}, f"{where}, position {index}") for index, position in enumerate(coordinates)]
+    return [one for one in found if isinstance(one, Waypoint)]
+
+
+def _few(found: Sequence[object], where: str) -> None:
+    if len(found) > MOST_WAYPOINTS + 1:
+        fault(where, f"it has {len(found)} positions or more", f"give at most {MOST_WAYPOINTS}")
+
+
+def _point(position: object, tags: Mapping[str, Any], where: str) -> Waypoint | Home:
+    if not isinstance(position, list) or not _LEAST <= len(position) <= _MOST:
+        fault(where, f"it is {shown(position)}", "a position is [longitude, latitude], or has a height behind them")
+    if any(isinstance(value, str) for value in position):
+        fault(where, f"it is {shown(position)}", "a position has numbers")
+    place = place_of(position[:2], where)
+    if len(position) == _MOST and ALTITUDE not in tags:
+        height = number_of(position[2], where)
+        if str(tags.get(ROLE, "")).lower() != "home":
+            tags = {**tags, ALTITUDE: height, REFERENCE: "ellipsoid"}
+    return waypoint_of(place, tags, where)
+
+
+def write(plan: FlightPlan) -> str:
+    """
+    Write a plan as GeoJSON.
+
+    Parameters
+    ----------
+    plan
+        One with longitudes and latitudes.
+
+    Raises
+    ------
+    PlanError
+        If it is in a plane.
+    """
+    line = [_position(one) for one in plan.waypoints]
+    route = {"name": plan.name, ROLE: "route"}
+    # a line needs two positions
+    features = [_feature({"type": "LineString", "coordinates": line}, route)] if len(line) > 1 else []
+    features += [_feature({"type": "Point", "coordinates": _position(one)}, tags_of(one)) for one in plan.marks]
+    document: dict[str, Any] = {"type": "FeatureCollection", "name": plan.name, "features": features}
+    return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+
+
+def _position(one: Waypoint | Home) -> list[float]:
+    is_height = isinstance(one, Waypoint) and one.reference == "ellipsoid" and one.altitude is not None
+    return [one.x, one.y, one.altitude] if is_height else [one.x, one.y]  # type: ignore[list-item]
+
+
+def _feature(geometry: Mapping[str, Any], tags: Mapping[str, Any]) -> dict[str, Any]:
+    return {"type": "Feature", "properties": dict(tags), "geometry": geometry}

@@ -1,0 +1,208 @@
+"""
+Plans as KML: the route as a line, and each waypoint as a point with what is said of it.
+
+KML knows altitudes above the ground and above the sea. Those above home are shown as if above the ground, and said to
+be above home in the data of each point.
+"""
+
+from collections.abc import Iterator
+from typing import Final
+from xml.etree.ElementTree import Element
+from xml.sax.saxutils import escape, quoteattr
+
+from cgla_graph._shown import shown
+from cgla_graph.airspace.flight_plans.geojson import chosen
+from cgla_graph.airspace.flight_plans.plan import (
+    MOST_WAYPOINTS,
+    FlightPlan,
+    Home,
+    Reference,
+    Waypoint,
+    decimal,
+    fault,
+    few_written,
+)
+from cgla_graph.airspace.flight_plans.tagged import ALTITUDE, NAMES, REFERENCE, ROLE, place_of, text_tags, waypoint_of
+from cgla_graph.untrusted.xml_files import tag_of
+
+#: How KML says what its altitudes are measured from, and how it does not: on the ground they count for nothing.
+_MODES: Final[dict[Reference, str]] = {"home": "relativeToGround", "ground": "relativeToGround", "sea": "absolute"}
+_REFERENCES: Final[dict[str, Reference]] = {"relativeToGround": "ground", "absolute": "sea"}
+_ON_GROUND: Final = "clampToGround"
+#: Geometries that hold others; those that are no part of what is flown; and other things on a map.
+_GROUPS, _AREAS = {"MultiGeometry"}, {"Polygon", "LinearRing", "Model"}
+_TRACKS = {"Track", "MultiTrack"}
+_OTHERS = {"NetworkLink", "GroundOverlay", "ScreenOverlay", "PhotoOverlay", "Tour"}
+_LEAST, _MOST = 2, 3
+#: So many waypoints are written, each as a point: files of more would be too large to be read again.
+_MOST_WRITTEN: Final = 50_000
+
+
+def read_tree(root: Element, where: str) -> FlightPlan:
+    """
+    Return the plan of a KML document: of its points where these have roles, else of its one line, else of its points.
+
+    Parameters
+    ----------
+    root
+        Its root.
+    where
+        What messages call the file.
+
+    Raises
+    ------
+    PlanError
+        If it is malformed, or it cannot be told which line is the route.
+
+    Examples
+    --------
+    >>> from cgla_graph.untrusted.xml_files import xml_of
+    >>> line = "<Placemark><LineString><coordinates>24,60,80 24.1,60.1,80</coordinates></LineString></Placemark>"
+    >>> read_tree(xml_of(f"<kml>{line}</kml>".encode(), "mine.kml"), "mine.kml").lonlat.tolist()
+    [[24.0, 60.0], [24.1, 60.1]]
+    """
+    lines: list[tuple[str, list[Waypoint]]] = []
+    points: list[Waypoint | Home] = []
+    remarks: list[str] = []
+    has_roles = False
+    number = 0
+    for element in root.iter():
+        kind = tag_of(element)
+        if kind in _OTHERS:
+            remarks.append(f"a {kind} is no part of what is flown: left out")
+        if kind != "Placemark":
+            continue
+        number += 1
+        name, tags = _text(element, "name"), _tags(element)
+        place = f"{where}: placemark {number}" + (f" ({shown(name)})" if name else "")
+        for geometry in _geometries(element):
+            shape = tag_of(geometry)
+            if shape == "Point":
+                has_roles = has_roles or ROLE in tags
+                found = _waypoints(geometry, tags, place)
+                if len(found) != 1:
+                    fault(place, f"its point has {len(found)} positions", "a point has one")
+                points += found
+            elif shape == "LineString":
+                lines.append((name, [one for one in _waypoints(geometry, {}, place) if isinstance(one, Waypoint)]))
+            elif shape in _TRACKS:
+                fault(place, f"it is a {shape}", "a plan is a LineString or Points: save the track as a path")
+            else:
+                remarks.append(f"placemark {number}: a {shape} is no part of what is flown: left out")
+    _few(len(points), where)
+    plan = chosen(lines, points, has_roles=has_roles, remarks=remarks, where=where)
+    title = next((_text(one, "name") for one in root.iter() if tag_of(one) == "Document"), "")
+    return plan.renamed(title or plan.name)
+
+
+def _geometries(element: Element) -> Iterator[Element]:
+    """Yield the geometries of a placemark, those in groups one by one."""
+    for child in element:
+        kind = tag_of(child)
+        if kind in _GROUPS:
+            yield from _geometries(child)
+        elif kind in {"Point", "LineString", *_AREAS, *_TRACKS}:
+            yield child
+
+
+def _text(element: Element, name: str) -> str:
+    found = next((child for child in element if tag_of(child) == name), None)
+    return "" if found is None else " ".join((found.text or "").split())
+
+
+def _tags(element: Element) -> dict[str, str]:
+    """Return what the data of a placemark say."""
+    tags = {}
+    for data in (child for part in element if tag_of(part) == "ExtendedData" for child in part):
+        name = data.get("name")
+        if tag_of(data) == "Data" and name in NAMES:
+            tags[name] = _text(data, "value")
+    return tags
+
+
+def _few(count: int, where: str) -> None:
+    if count > MOST_WAYPOINTS + 1:
+        fault(where, f"it has {count} positions", f"give at most {MOST_WAYPOINTS}")
+
+
+def _waypoints(geometry: Element, tags: dict[str, str], where: str) -> list[Waypoint | Home]:
+    """Return the positions of a geometry."""
+    mode = _text(geometry, "altitudeMode") or _ON_GROUND
+    if mode not in {_ON_GROUND, "clampToSeaFloor", *_REFERENCES}:
+        fault(where, f"its altitudeMode is {shown(mode)}", f"{_ON_GROUND}, relativeToGround and absolute are read")
+    found = [child for child in geometry if tag_of(child) == "coordinates"]
+    places = (found[0].text or "").split() if len(found) == 1 else []
+    if not places:
+        fault(where, "it has no coordinates", "write longitude,latitude,altitude with blanks between positions")
+    _few(len(places), where)
+    waypoints = []
+    for text in places:
+        parts = text.split(",")
+        if not _LEAST <= len(parts) <= _MOST or not all(parts):
+            fault(where, f"its coordinates have {shown(text)}", "a position is longitude,latitude,altitude, no blanks")
+        said = tags
+        if mode in _REFERENCES and len(parts) == _MOST and ALTITUDE not in tags:
+            said = {**tags, ALTITUDE: parts[2], REFERENCE: _REFERENCES[mode]}
+        waypoints.append(waypoint_of(place_of(parts[:2], where), said, where))
+    return waypoints
+
+
+def write(plan: FlightPlan) -> str:
+    """
+    Write a plan as KML 2.2.
+
+    Parameters
+    ----------
+    plan
+        One with longitudes and latitudes.
+
+    Raises
+    ------
+    PlanError
+        If it has too many waypoints.
+
+    Examples
+    --------
+    >>> text = write(FlightPlan.along([(24.0, 60.0), (24.1, 60.1)], altitude=80))
+    >>> "<coordinates>24,60,80 24.1,60.1,80 24.1,60.1,0</coordinates>" in text
+    True
+    """
+    few_written(len(plan.waypoints), _MOST_WRITTEN, "KML")
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>', '<kml xmlns="http://www.opengis.net/kml/2.2">', "<Document>"]
+    if plan.name:
+        lines.append(f"<name>{escape(plan.name)}</name>")
+    modes = {_mode(one) for one in plan.waypoints}
+    mode = modes.pop() if len(modes) == 1 else _ON_GROUND
+    if len(plan.waypoints) > 1:
+        along = " ".join(_position(one, mode) for one in plan.waypoints)
+        lines += [
+            "<Placemark>",
+            "<name>route</name>",
+            f"<LineString><tessellate>1</tessellate><altitudeMode>{mode}</altitudeMode>",
+            f"<coordinates>{along}</coordinates></LineString>",
+            "</Placemark>",
+        ]
+    lines += ["<Folder>", "<name>waypoints</name>"]
+    for number, one in enumerate(plan.marks, start=0 if plan.home else 1):
+        name = "home" if isinstance(one, Home) else str(number)
+        lines += ["<Placemark>", f"<name>{name}</name>", "<ExtendedData>"]
+        lines += [f"<Data name={quoteattr(tag)}><value>{said}</value></Data>" for tag, said in text_tags(one).items()]
+        own = _mode(one)
+        lines += [
+            "</ExtendedData>",
+            f"<Point><altitudeMode>{own}</altitudeMode><coordinates>{_position(one, own)}</coordinates></Point>",
+            "</Placemark>",
+        ]
+    return "\n".join([*lines, "</Folder>", "</Document>", "</kml>"]) + "\n"
+
+
+def _mode(one: Waypoint | Home) -> str:
+    """Return how KML says what an altitude is measured from; on the ground where there is none, or no such way."""
+    if one.altitude is None:
+        return _ON_GROUND
+    return _MODES["sea"] if isinstance(one, Home) else _MODES.get(one.reference, _ON_GROUND)
+
+
+def _position(one: Waypoint | Home, mode: str) -> str:
+    parts = [one.x, one.y] if mode == _ON_GROUND or one.altitude is None else [one.x, one.y, one.altitude]
+    return ",".join(map(decimal, parts))

@@ -1,0 +1,339 @@
+"""What mission items of MAVLink mean for a flight: which fly somewhere, which do not, and which nobody can tell."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+from cgla_graph.airspace.flight_plans.plan import (
+    FlightPlan,
+    Home,
+    Reference,
+    Role,
+    Waypoint,
+    check_place,
+    fault,
+    located,
+    numbered,
+)
+
+#: Commands (MAV_CMD) that fly to a place.
+WAYPOINT, LOITER_UNLIMITED, LOITER_TURNS, LOITER_TIME, RETURN, LAND, TAKE_OFF = 16, 17, 18, 19, 20, 21, 22
+LOITER_TO_ALTITUDE, SPLINE, VTOL_TAKE_OFF, VTOL_LAND, PAYLOAD_PLACE = 31, 82, 84, 85, 94
+CHANGE_SPEED = 178
+_FLOWN: Final[dict[int, Role]] = {
+    WAYPOINT: "waypoint",
+    LOITER_UNLIMITED: "waypoint",
+    LOITER_TURNS: "waypoint",
+    LOITER_TIME: "waypoint",
+    LOITER_TO_ALTITUDE: "waypoint",
+    SPLINE: "waypoint",
+    PAYLOAD_PLACE: "waypoint",
+    TAKE_OFF: "take-off",
+    VTOL_TAKE_OFF: "take-off",
+    LAND: "landing",
+    VTOL_LAND: "landing",
+}
+#: Which parameter of a command, counted from 0, is the radius of the circle that it flies.
+_RADIUS: Final = {LOITER_UNLIMITED: 2, LOITER_TURNS: 2, LOITER_TIME: 2, LOITER_TO_ALTITUDE: 1}
+#: Commands that move nothing but a camera, a relay or the aircraft's nose, and those that wait.
+_STILL: Final = {
+    80: "NAV_ROI",
+    93: "NAV_DELAY",
+    112: "CONDITION_DELAY",
+    114: "CONDITION_DISTANCE",
+    115: "CONDITION_YAW",
+    181: "DO_SET_RELAY",
+    182: "DO_REPEAT_RELAY",
+    183: "DO_SET_SERVO",
+    184: "DO_REPEAT_SERVO",
+    189: "DO_LAND_START",
+    195: "DO_SET_ROI_LOCATION",
+    196: "DO_SET_ROI_WPNEXT_OFFSET",
+    197: "DO_SET_ROI_NONE",
+    200: "DO_CONTROL_VIDEO",
+    201: "DO_SET_ROI",
+    202: "DO_DIGICAM_CONFIGURE",
+    203: "DO_DIGICAM_CONTROL",
+    204: "DO_MOUNT_CONFIGURE",
+    205: "DO_MOUNT_CONTROL",
+    206: "DO_SET_CAM_TRIGG_DIST",
+    207: "DO_FENCE_ENABLE",
+    211: "DO_GRIPPER",
+    212: "DO_AUTOTUNE_ENABLE",
+    214: "DO_SET_CAM_TRIGG_INTERVAL",
+    220: "DO_MOUNT_CONTROL_QUAT",
+    530: "SET_CAMERA_MODE",
+    531: "SET_CAMERA_ZOOM",
+    532: "SET_CAMERA_FOCUS",
+    534: "SET_CAMERA_SOURCE",
+    600: "JUMP_TAG",
+    1000: "DO_GIMBAL_MANAGER_PITCHYAW",
+    1001: "DO_GIMBAL_MANAGER_CONFIGURE",
+    2000: "IMAGE_START_CAPTURE",
+    2001: "IMAGE_STOP_CAPTURE",
+    2003: "DO_TRIGGER_CONTROL",
+    2500: "VIDEO_START_CAPTURE",
+    2501: "VIDEO_STOP_CAPTURE",
+    3000: "DO_VTOL_TRANSITION",
+}
+#: Frequent ones after which nobody can tell from the file where the aircraft flies.
+_UNTOLD: Final = {
+    30: "NAV_CONTINUE_AND_CHANGE_ALT",
+    32: "DO_FOLLOW",
+    92: "NAV_GUIDED_ENABLE",
+    95: "NAV_LAST",
+    176: "DO_SET_MODE",
+    177: "DO_JUMP",
+    179: "DO_SET_HOME",
+    185: "DO_FLIGHTTERMINATION",
+    186: "DO_CHANGE_ALTITUDE",
+    191: "DO_GO_AROUND",
+    192: "DO_REPOSITION",
+    193: "DO_PAUSE_CONTINUE",
+    208: "DO_PARACHUTE",
+    215: "DO_SET_REVERSE",
+    222: "DO_GUIDED_LIMITS",
+    601: "DO_JUMP_TAG",
+}
+#: Frames (MAV_FRAME) of places on the Earth, and what their altitudes are measured from.
+FRAMES: Final[dict[int, Reference]] = {0: "sea", 5: "sea", 3: "home", 6: "home", 10: "ground", 11: "ground"}
+#: The frame that is written for altitudes above this.
+FRAME_OF: Final[dict[Reference, int]] = {"sea": 0, "home": 3, "ground": 10}
+#: The frame of commands that have no place.
+MISSION_FRAME = 2
+_LAST_FRAME = 21
+#: The speeds of MAV_CMD_DO_CHANGE_SPEED that are those of flying ahead: through the air, and over the ground.
+_AIRSPEED, _GROUNDSPEED = 0, 1
+#: What it says for "as before", and for "as the aircraft would by itself".
+_SAME_SPEED, _USUAL_SPEED = -1.0, -2.0
+
+
+@dataclass(frozen=True)
+class Item:
+    """
+    One item of a mission.
+
+    Attributes
+    ----------
+    where
+        What messages call it.
+    frame, command
+        Of MAVLink.
+    numbers
+        Its seven parameters; NaN for those that are left to the aircraft. The last three are latitude, longitude and
+        altitude where the command has a place.
+    reference
+        What the altitude is measured from, where the file says it in another way than by the frame.
+    """
+
+    where: str
+    frame: int
+    command: int
+    numbers: tuple[float, ...]
+    reference: Reference | None = None
+
+
+def plan_of(items: Sequence[Item], home: Home | None, name: str, remarks: Sequence[str] = ()) -> FlightPlan:
+    """
+    Return what a mission flies.
+
+    Parameters
+    ----------
+    items
+        In their order.
+    home
+        Where it starts from, if that is known.
+    name
+        Of the plan.
+    remarks
+        What there is to say of it already.
+
+    Raises
+    ------
+    PlanError
+        If an item's command or frame is not known, or it leaves open where the aircraft flies.
+
+    Examples
+    --------
+    >>> item = Item("item 1", 3, WAYPOINT, (0.0, 0.0, 0.0, math.nan, 60.17, 24.94, 80.0))
+    >>> plan_of([item], None, "mine").waypoints[0]
+    Waypoint(x=24.94, y=60.17, altitude=80.0, reference='home', speed=None, role='waypoint', loiter_radius=0.0)
+    """
+    reader = _Reader(home, list(remarks))
+    for item in items:
+        reader.take(item)
+    if not reader.waypoints:
+        fault("the mission", "no item of it flies anywhere", "give at least one waypoint")
+    return FlightPlan(
+        tuple(reader.waypoints), home, name, remarks=tuple(numbered(reader.remarks)), curves=tuple(reader.curves)
+    )
+
+
+class _Reader:
+    """Where a mission has got to."""
+
+    def __init__(self, home: Home | None, remarks: list[str]) -> None:
+        self.home, self.remarks = home, remarks
+        self.waypoints: list[Waypoint] = []
+        self.curves: list[str] = []
+        self.speed: float | None = None
+        #: what came after which nothing flies any more
+        self.over = ""
+
+    def take(self, item: Item) -> None:
+        if not 0 <= item.frame <= _LAST_FRAME:
+            fault(item.where, f"its frame is {item.frame}", f"MAV_FRAME has 0 to {_LAST_FRAME}")
+        if item.command in _STILL:
+            named = f"{_STILL[item.command]} (command {item.command})"
+            self.remarks.append(f"{item.where}: {named} flies nowhere: left out")
+            return
+        if item.command == CHANGE_SPEED:
+            self._change_speed(item)
+            return
+        if item.command in _UNTOLD or not (item.command in _FLOWN or item.command == RETURN):
+            named = _UNTOLD.get(item.command, "not one that is known here")
+            fault(item.where, f"command {item.command} is {named}", "where that flies cannot be told: take it out")
+        if self.over:
+            fault(item.where, f"it flies on after {self.over}", "a plan ends there: split the file in two")
+        if item.command == RETURN:
+            self._return(item)
+        else:
+            self._fly(item)
+
+    def _change_speed(self, item: Item) -> None:
+        """Take another speed, if it is that of flying ahead."""
+        kind, speed = item.numbers[0], item.numbers[1]
+        if kind not in {_AIRSPEED, _GROUNDSPEED}:
+            self.remarks.append(f"{item.where}: a speed of type {kind:g} is not that of flying ahead: left out")
+        elif speed > 0.0:
+            if kind == _AIRSPEED:
+                self.remarks.append(f"{item.where}: {speed:g} m/s is through the air; taken as over the ground")
+            self.speed = replace(_NOWHERE, speed=speed).speed
+        elif speed == _USUAL_SPEED:
+            self.speed = None
+        elif speed != _SAME_SPEED:
+            fault(item.where, f"the speed is {speed:g}", "give one above 0 m/s, -1 (as before) or -2 (as usual)")
+
+    def _return(self, item: Item) -> None:
+        if self.home is None:
+            fault(item.where, "it returns home, and where that is is not said", "give a home, or a landing")
+        self.remarks.append(f"{item.where}: the return to home is taken as straight, and as the landing")
+        self.waypoints.append(Waypoint(self.home.x, self.home.y, 0.0, "home", self.speed, "landing"))
+        self.over = "the return to home"
+
+    def _fly(self, item: Item) -> None:
+        if item.frame not in FRAMES:
+            allowed = "a place on the Earth is in one of " + ", ".join(map(str, sorted(FRAMES)))
+            fault(item.where, f"command {item.command} is in frame {item.frame}", allowed)
+        longitude, latitude = self._place(item)
+        role = _FLOWN[item.command]
+        if role == "take-off" and self.waypoints:
+            fault(item.where, "it takes off in flight", "a plan takes off once, first: split the file in two")
+        altitude = item.numbers[6]
+        radius = self._radius(item)
+        if item.command == SPLINE:
+            self.curves.append(f"{item.where}: a spline waypoint, to and from which the aircraft flies curves")
+        with located(item.where):
+            self.waypoints.append(
+                Waypoint(
+                    longitude,
+                    latitude,
+                    None if math.isnan(altitude) else altitude,
+                    item.reference or FRAMES[item.frame],
+                    self.speed,
+                    role,
+                    radius,
+                )
+            )
+        if role == "landing":
+            self.over = "the landing"
+        elif item.command == LOITER_UNLIMITED:
+            self.over = "circling without an end"
+
+    def _place(self, item: Item) -> tuple[float, float]:
+        """Return where an item flies to; take-offs and landings may leave that open."""
+        latitude, longitude = item.numbers[4], item.numbers[5]
+        is_open = math.isnan(latitude) and math.isnan(longitude)
+        if not is_open and (latitude, longitude) != (0.0, 0.0):
+            return check_place(item.where, longitude, latitude)
+        if _FLOWN[item.command] == "waypoint":
+            at = "no place" if is_open else "the place 0, 0, which some autopilots read as none"
+            fault(item.where, f"it has {at}", "give its latitude and longitude")
+        if self.waypoints:
+            return self.waypoints[-1].x, self.waypoints[-1].y
+        if self.home is None:
+            fault(item.where, "it is at home, and where that is is not said", "give its latitude and longitude")
+        return self.home.x, self.home.y
+
+    def _radius(self, item: Item) -> float:
+        """Return the radius of the circle that an item flies, 0 for none."""
+        if item.command not in _RADIUS:
+            return 0.0
+        # counter-clockwise where it is below 0
+        radius = abs(item.numbers[_RADIUS[item.command]])
+        if radius == 0.0 or math.isnan(radius):
+            self.remarks.append(f"{item.where}: circles of the aircraft's own radius, which the file does not say")
+            return 0.0
+        return radius
+
+
+_NOWHERE: Final = Waypoint(0.0, 0.0)
+
+
+def items_of(plan: FlightPlan, where: str) -> list[Item]:
+    """
+    Return the mission that flies a plan: the inverse of `plan_of`.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+    where
+        What messages call the file.
+
+    Raises
+    ------
+    PlanError
+        If it has no longitudes and latitudes, a place that autopilots do not read as one, no altitude, or one above the
+        ellipsoid, which they do not know.
+
+    Examples
+    --------
+    >>> plan = FlightPlan.along([(24.0, 60.0), (24.1, 60.0), (24.1, 60.1)], altitude=80, speed=15)
+    >>> [item.command for item in items_of(plan, "mine.plan")]
+    [22, 178, 16, 16, 21]
+    """
+    if plan.coordinates != "lonlat":
+        fault(where, "the plan is in a plane", "only one with longitudes and latitudes can be flown")
+    if plan.curves:
+        fault(where, f"the plan has curves ({plan.curves[0]})", "only straight legs can be written")
+    items: list[Item] = []
+    speed: float | None = None
+    for index, one in enumerate(plan.waypoints):
+        if one.speed != speed:
+            told = _USUAL_SPEED if one.speed is None else one.speed
+            numbers = (float(_GROUNDSPEED), told, -1.0, 0.0, 0.0, 0.0, 0.0)
+            items.append(Item(f"waypoint {index}", MISSION_FRAME, CHANGE_SPEED, numbers))
+            speed = one.speed
+        if (one.x, one.y) == (0.0, 0.0):
+            fault(f"{where}: waypoint {index}", "it is at 0, 0, which some autopilots read as no place", "move it")
+        if one.reference not in FRAME_OF:
+            wrong = "its altitude is above the ellipsoid"
+            fault(f"{where}: waypoint {index}", wrong, "give it above home, ground or sea")
+        items.append(_item(one, f"{where}: waypoint {index}"))
+    return items
+
+
+def _item(one: Waypoint, where: str) -> Item:
+    """Return the item that flies to a waypoint."""
+    command = {"take-off": TAKE_OFF, "landing": LAND, "waypoint": WAYPOINT}[one.role]
+    numbers = [0.0, 0.0, 0.0, math.nan]
+    if one.loiter_radius > 0.0:
+        if one.role != "waypoint":
+            fault(where, f"a {one.role} has a circle", "only a waypoint can have one")
+        # once around
+        command, numbers[0], numbers[2] = LOITER_TURNS, 1.0, one.loiter_radius
+    if one.altitude is None:
+        fault(where, "it has no altitude", "give all of them one (--altitude M), as an autopilot needs it")
+    return Item(where, FRAME_OF[one.reference], command, (*numbers, one.y, one.x, one.altitude))

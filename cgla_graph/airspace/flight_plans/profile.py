@@ -1,0 +1,160 @@
+"""How high a plan is along its legs: between two waypoints, altitudes change evenly."""
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, Waypoint
+
+#: Why the heights of a leg are not known.
+NOT_SAID = "the plan does not say how high it is"
+MIXED = "its altitudes are above different things"
+
+
+@dataclass(frozen=True)
+class Heights:
+    """
+    How high the aircraft is on a leg, or above one place.
+
+    Parameters
+    ----------
+    reference
+        What heights are above; None where they are not known.
+    low, high
+        The least and the greatest height that it may have at the beginning and at the end, metres, and evenly changing
+        in between; minus infinity where it may be on the ground.
+    why
+        Why they are not known.
+
+    Examples
+    --------
+    >>> climb = Heights("home", (50.0, 100.0), (50.0, 100.0))
+    >>> climb.at(0.5), climb.lowest, climb.highest
+    ((75.0, 75.0), 50.0, 100.0)
+    """
+
+    reference: Reference | None
+    low: tuple[float, float] = (-math.inf, -math.inf)
+    high: tuple[float, float] = (math.inf, math.inf)
+    why: str = ""
+
+    @property
+    def lowest(self) -> float:
+        """The least height."""
+        return min(self.low)
+
+    @property
+    def highest(self) -> float:
+        """The greatest height."""
+        return max(self.high)
+
+    def at(self, share: float) -> tuple[float, float]:
+        """Return the least and the greatest height at a share of the way."""
+        return _between(self.low, share), _between(self.high, share)
+
+
+def _between(ends: tuple[float, float], share: float) -> float:
+    # (where it may be on the ground, it may be so all the way)
+    return ends[0] if ends[0] == ends[1] else (1.0 - share) * ends[0] + share * ends[1]
+
+
+@dataclass(frozen=True)
+class Profile:
+    """
+    How high a plan is.
+
+    Parameters
+    ----------
+    legs
+        Leg by leg.
+    places
+        Where it goes up or down above one place, or around it: for each place of the route; None where it does not.
+
+    Examples
+    --------
+    >>> plan = FlightPlan.along([(24.0, 60.0), (24.1, 60.0)], altitude=80)
+    >>> profile = profile_of(plan, (1, 2))
+    >>> profile.legs[0].at(0.5), [(one.lowest, one.highest) for one in profile.places]
+    ((80.0, 80.0), [(-inf, 80.0), (-inf, 80.0)])
+    """
+
+    legs: tuple[Heights, ...]
+    places: tuple[Heights | None, ...]
+
+
+def profile_of(plan: FlightPlan, stops: Sequence[int]) -> Profile:
+    """
+    Return how high a plan is.
+
+    Take-offs and landings are between the ground and the altitude of the waypoint before or after them, also on the
+    way: some aircraft climb upright, others along the leg. So are legs from home. To a waypoint with a circle, the
+    aircraft may be as high as it was before or as there, and so on the circle.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+    stops
+        What each place of its route is, where places in a row that are the same count once: 0 for home, else the number
+        of the first waypoint there, from 1.
+    """
+    last = [*stops[1:], len(plan.waypoints) + 1]
+    groups = [plan.waypoints[max(stop, 1) - 1 : end - 1] for stop, end in zip(stops, last, strict=True)]
+    # the way from home begins on the ground, and so does what takes off
+    begins = plan.home is not None or plan.waypoints[0].role == "take-off"
+    legs = [_leg(before[-1] if before else None, after[0]) for before, after in itertools.pairwise(groups)]
+    places: list[Heights | None] = []
+    for number, group in enumerate(groups):
+        came = groups[number - 1][-1] if number and groups[number - 1] else None
+        places.append(_upright(group, came, from_ground=number == 0 and begins))
+    if len(groups) == 1:
+        alone = places[0] or _span([groups[0][0]])
+        legs, places = [alone], [None]
+    return Profile(tuple(legs), tuple(places))
+
+
+def _leg(start: Waypoint | None, end: Waypoint) -> Heights:
+    """Return the heights of a leg from a waypoint, or from home on the ground, to another waypoint."""
+    if start is None:
+        return _span([end], from_ground=True)
+    if end.role == "landing" or start.role == "landing":
+        return _span([start, end], from_ground=True)
+    if end.loiter_radius > 0.0:
+        return _span([start, end])
+    if start.altitude is None or end.altitude is None:
+        return Heights(None, why=NOT_SAID)
+    if start.reference != end.reference:
+        return Heights(None, why=MIXED)
+    return Heights(start.reference, (start.altitude, end.altitude), (start.altitude, end.altitude))
+
+
+def _upright(group: Sequence[Waypoint], came: Waypoint | None, *, from_ground: bool) -> Heights | None:
+    """Return the heights above one place, of the waypoints there, if there is more than one height."""
+    grounded = from_ground or any(one.role != "waypoint" for one in group)
+    circles = any(one.loiter_radius > 0.0 for one in group)
+    if not group or (len(group) == 1 and not grounded and not circles):
+        return None
+    return _span([came, *group] if circles and came is not None else group, from_ground=grounded)
+
+
+def _span(waypoints: Sequence[Waypoint], *, from_ground: bool = False) -> Heights:
+    """Return heights between those of waypoints, and the ground."""
+    # a landing is on the ground, whatever its altitude is above
+    known = [one for one in waypoints if one.role != "landing"] or list(waypoints)
+    landings = [one for one in waypoints if one.role == "landing" and one not in known]
+    if any(one.altitude is None for one in known):
+        return Heights(None, why=NOT_SAID)
+    references = {one.reference for one in known}
+    if len(references) > 1:
+        return Heights(None, why=MIXED)
+    reference = known[0].reference
+    altitudes = [one.altitude for one in known if one.altitude is not None]
+    for one in landings:
+        if one.altitude is None or (one.altitude <= 0.0 and one.reference in {"home", "ground"}):
+            continue
+        if one.reference != reference:
+            return Heights(None, why=MIXED)
+        altitudes.append(one.altitude)
+    low, high = -math.inf if from_ground else min(altitudes), max(altitudes)
+    return Heights(reference, (low, low), (high, high))

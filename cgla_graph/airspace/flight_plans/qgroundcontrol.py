@@ -1,0 +1,218 @@
+"""
+QGroundControl's plan files (``.plan``), as its developer guide documents them: JSON.
+
+Simple items and those that surveys and corridor scans were turned into are read; what else flies is an error.
+"""
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+from cgla_graph._shown import shown
+from cgla_graph.airspace.flight_plans.mavlink import FRAMES, Item, items_of, plan_of
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Reference, check_place, fault, located
+
+#: What QGroundControl calls the ways in which it says altitudes (its AltMode).
+_ALTITUDE_MODES: Final[dict[Reference, int]] = {"home": 1, "sea": 2, "ground": 4}
+#: Of a mission whose items have different ones.
+_MIXED = 0
+#: An altitude above the ground that was turned into one above the sea, which is the item's own.
+_ABOVE_TERRAIN = 3
+#: MAV_AUTOPILOT_GENERIC and MAV_TYPE_QUADROTOR: no autopilot in particular, one that takes off and lands upright.
+_FIRMWARE, _VEHICLE = 0, 2
+#: Speeds that the file has to state even where the plan leaves them open (m/s): QGroundControl's own.
+_CRUISE, _HOVER = 15.0, 5.0
+_PARAMETERS = 7
+#: Complex items whose simple ones are in the file, and where.
+_TRANSECTS = "TransectStyleComplexItem"
+
+
+def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
+    """
+    Return the plan of a document.
+
+    Parameters
+    ----------
+    document
+        The JSON of a file.
+    where
+        What messages call the file.
+
+    Raises
+    ------
+    PlanError
+        If it is malformed, of a version that is not documented, or holds what cannot be told.
+
+    Examples
+    --------
+    >>> plan = FlightPlan.along([(24.0, 60.0), (24.1, 60.1)], altitude=80)
+    >>> read_document(json.loads(write(plan, "mine.plan")), "mine.plan").waypoints == plan.waypoints
+    True
+    """
+    with located(where):
+        return _read(document)
+
+
+def _read(document: Mapping[str, Any]) -> FlightPlan:
+    """Return the plan of a document; errors say what in it is wrong."""
+    where = "the plan"
+    if document.get("fileType") != "Plan":
+        fault(where, f"its fileType is {shown(document.get('fileType'))}", "that of a plan is 'Plan'")
+    _version(document, 1, where)
+    mission = document.get("mission")
+    if not isinstance(mission, dict):
+        fault(where, f"its mission is {shown(mission)}", "a plan has an object there")
+    place = "mission"
+    _version(mission, 2, place)
+    remarks = [*_left_out(document, where)]
+    home = _home(mission.get("plannedHomePosition"), f"{place}: plannedHomePosition")
+    items = mission.get("items")
+    if not isinstance(items, list):
+        fault(place, f"its items are {shown(items)}", "a mission has a list of them")
+    name = document.get("name", "")
+    found: list[Item] = []
+    for number, item in enumerate(items, start=1):
+        found += _items(item, f"item {number}", remarks)
+    return plan_of(found, home, name if isinstance(name, str) else "", remarks)
+
+
+def _version(table: Mapping[str, Any], wanted: int, where: str) -> None:
+    version = table.get("version")
+    if isinstance(version, bool) or version != wanted:
+        fault(where, f"its version is {shown(version)}", f"version {wanted} is read")
+
+
+def _left_out(document: Mapping[str, Any], where: str) -> Iterator[str]:
+    """Yield what a file has besides the mission."""
+    for key, lists in (("geoFence", ("circles", "polygons")), ("rallyPoints", ("points",))):
+        table = document.get(key, {})
+        if not isinstance(table, dict):
+            fault(where, f"its {key} is {shown(table)}", "it is an object, or left out")
+        for part in lists:
+            entries = table.get(part, [])
+            if not isinstance(entries, list):
+                fault(where, f"the {part} of its {key} are {shown(entries)}", "they are a list")
+            if entries:
+                yield f"{key}: {len(entries)} {part}: no part of what is flown, left out"
+
+
+def _home(value: object, where: str) -> Home:
+    if not isinstance(value, list) or len(value) not in {2, 3}:
+        fault(where, f"it is {shown(value)}", "give [latitude, longitude, altitude]")
+    latitude, longitude, *altitude = (_number(part, where, can_be_open=False) for part in value)
+    return Home(*check_place(where, longitude, latitude), *altitude)
+
+
+def _items(item: object, where: str, remarks: list[str]) -> Iterator[Item]:
+    """Yield the simple items that an item is."""
+    if not isinstance(item, dict):
+        fault(where, f"it is {shown(item)}", "an item is an object")
+    kind = item.get("type")
+    if kind == "SimpleItem":
+        yield _simple(item, where)
+        return
+    if kind != "ComplexItem":
+        fault(where, f"its type is {shown(kind)}", "it is SimpleItem or ComplexItem")
+    what, inner = item.get("complexItemType"), item.get(_TRANSECTS)
+    inside = inner.get("Items") if isinstance(inner, dict) else None
+    if not isinstance(inside, list) or not inside:
+        wrong = f"what a complex item of type {shown(what)} flies is not in the file"
+        fault(where, wrong, "turn it into simple items")
+    remarks.append(f"{where}: a complex item ({shown(what)}), read as the {len(inside)} simple ones in it")
+    for number, part in enumerate(inside, start=1):
+        if not isinstance(part, dict) or part.get("type") != "SimpleItem":
+            fault(f"{where}.{number}", f"it is {shown(part)}", "items in a complex one are simple ones")
+        yield _simple(part, f"{where}.{number}")
+
+
+def _simple(item: Mapping[str, Any], where: str) -> Item:
+    frame, command = (_whole(item.get(key), f"{where}: {key}") for key in ("frame", "command"))
+    numbers = item.get("params")
+    if not isinstance(numbers, list) or len(numbers) != _PARAMETERS:
+        fault(where, f"its params are {shown(numbers)}", f"they are {_PARAMETERS} numbers, null for what is left open")
+    parameters = [_number(value, f"{where}: params", can_be_open=True) for value in numbers]
+    reference: Reference | None = None
+    if frame in FRAMES and math.isnan(parameters[-1]) and item.get("AltitudeMode") == _ABOVE_TERRAIN:
+        parameters[-1] = _number(item.get("Altitude"), f"{where}: Altitude", can_be_open=True)
+        reference = "ground"
+    return Item(where, frame, command, tuple(parameters), reference)
+
+
+def _whole(value: object, where: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        fault(where, f"it is {shown(value)}", "it is a whole number")
+    return value
+
+
+def _number(value: object, where: str, *, can_be_open: bool) -> float:
+    if value is None and can_be_open:
+        return math.nan
+    try:
+        number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else math.nan
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        fault(where, f"one of them is {shown(value)}", "give a finite number")
+    return number
+
+
+def write(plan: FlightPlan, where: str) -> str:
+    """
+    Write a plan as QGroundControl does, one key a line.
+
+    Parameters
+    ----------
+    plan
+        The plan. Without a home, its first waypoint is that; a home whose height is not known is at 0 m.
+    where
+        What messages call the file.
+
+    Raises
+    ------
+    PlanError
+        If an autopilot cannot fly it (see `cgla_graph.airspace.flight_plans.mavlink.items_of`).
+    """
+    items = items_of(plan, where)
+    first = plan.waypoints[0]
+    home = plan.home or Home(first.x, first.y)
+    references = {one.reference for one in plan.waypoints}
+    speed = next((one.speed for one in plan.waypoints if one.speed is not None), None)
+    mission = {
+        "cruiseSpeed": speed or _CRUISE,
+        "firmwareType": _FIRMWARE,
+        "globalPlanAltitudeMode": _ALTITUDE_MODES[references.pop()] if len(references) == 1 else _MIXED,
+        "hoverSpeed": speed or _HOVER,
+        "items": [_document(item, number) for number, item in enumerate(items, start=1)],
+        "plannedHomePosition": [home.y, home.x, home.altitude or 0.0],
+        "vehicleType": _VEHICLE,
+        "version": 2,
+    }
+    document: dict[str, Any] = {
+        "fileType": "Plan",
+        "geoFence": {"circles": [], "polygons": [], "version": 2},
+        "groundStation": "QGroundControl",
+        "mission": mission,
+        "rallyPoints": {"points": [], "version": 2},
+        "version": 1,
+    }
+    if plan.name:
+        document["name"] = plan.name
+    return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=4) + "\n"
+
+
+def _document(item: Item, number: int) -> dict[str, Any]:
+    """Return an item as the file has it."""
+    altitude = {}
+    if item.frame in FRAMES:
+        mode = _ALTITUDE_MODES[FRAMES[item.frame]]
+        altitude = {"AMSLAltAboveTerrain": None, "Altitude": item.numbers[-1], "AltitudeMode": mode}
+    return {
+        **altitude,
+        "autoContinue": True,
+        "command": item.command,
+        "doJumpId": number,
+        "frame": item.frame,
+        "params": [None if math.isnan(value) else value for value in item.numbers],
+        "type": "SimpleItem",
+    }

@@ -1,0 +1,180 @@
+"""What files for viewers say of each waypoint besides its place: in words and numbers under one set of names."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final, cast
+
+from cgla_graph._shown import shown
+from cgla_graph.airspace.flight_plans.plan import (
+    FlightPlan,
+    Home,
+    Reference,
+    Role,
+    Waypoint,
+    check_place,
+    decimal,
+    fault,
+    located,
+)
+
+#: What a home is called where a waypoint has its role.
+HOME: Final = "home"
+#: The names under which it stands, in this order.
+ROLE, ALTITUDE, REFERENCE, SPEED, RADIUS = "role", "altitude", "altitude_reference", "speed", "loiter_radius"
+NAMES: Final = (ROLE, ALTITUDE, REFERENCE, SPEED, RADIUS)
+#: Characters of a number, at most: the least double has 1077.
+_LONGEST = 1200
+
+
+def tags_of(one: Waypoint | Home) -> dict[str, str | float]:
+    """
+    Return what there is to say of a waypoint or home, but for its place.
+
+    Examples
+    --------
+    >>> tags_of(Waypoint(24.0, 60.0, altitude=80.0))
+    {'role': 'waypoint', 'altitude': 80.0, 'altitude_reference': 'home'}
+    """
+    if isinstance(one, Home):
+        height: dict[str, str | float] = {} if one.altitude is None else {ALTITUDE: one.altitude, REFERENCE: "sea"}
+        return {ROLE: HOME, **height}
+    found: dict[str, str | float] = {ROLE: one.role}
+    if one.altitude is not None:
+        found[ALTITUDE] = one.altitude
+    # (of a waypoint without an altitude it says nothing, but is kept)
+    found[REFERENCE] = one.reference
+    if one.speed is not None:
+        found[SPEED] = one.speed
+    if one.loiter_radius:
+        found[RADIUS] = one.loiter_radius
+    return found
+
+
+def text_tags(one: Waypoint | Home) -> dict[str, str]:
+    """
+    Return the same as text.
+
+    Examples
+    --------
+    >>> text_tags(Home(24.0, 60.0, 12.5))
+    {'role': 'home', 'altitude': '12.5', 'altitude_reference': 'sea'}
+    """
+    return {name: value if isinstance(value, str) else decimal(value) for name, value in tags_of(one).items()}
+
+
+def waypoint_of(place: tuple[float, float], tags: Mapping[str, object], where: str) -> Waypoint | Home:
+    """
+    Return the waypoint, or the home, that a place and what is said of it are.
+
+    Parameters
+    ----------
+    place
+        Longitude and latitude, degrees, or x and y.
+    tags
+        As `tags_of` gives them; numbers may be text. All may be left out, and other names are not looked at.
+    where
+        What messages call it.
+
+    Raises
+    ------
+    PlanError
+        If a number is out of range, or a word is not known.
+
+    Examples
+    --------
+    >>> waypoint_of((24.0, 60.0), {"role": "home", "altitude": "12"}, "row 1")
+    Home(x=24.0, y=60.0, altitude=12.0)
+    """
+    numbers = {name: number_of(tags.get(name), f"{where}: {name}") for name in (ALTITUDE, SPEED, RADIUS)}
+    role = word_of(tags.get(ROLE), f"{where}: {ROLE}") or "waypoint"
+    reference = word_of(tags.get(REFERENCE), f"{where}: {REFERENCE}")
+    with located(where):
+        if role == HOME:
+            if reference not in {"", "sea"} and numbers[ALTITUDE] is not None:
+                fault(REFERENCE, f"that of home is {reference}", "the altitude of home is above the sea")
+            return Home(*place, numbers[ALTITUDE])
+        return Waypoint(
+            *place,
+            numbers[ALTITUDE],
+            cast("Reference", reference or "home"),
+            numbers[SPEED],
+            cast("Role", role),
+            numbers[RADIUS] or 0.0,
+        )
+
+
+def word_of(value: object, where: str) -> str:
+    """
+    Return a word as it is meant, empty for none.
+
+    Examples
+    --------
+    >>> word_of(" Take-off ", "row 1"), word_of(None, "row 1")
+    ('take-off', '')
+    """
+    if value is None:
+        return ""
+    if not isinstance(value, str):
+        fault(where, f"it is {str(value)[:60]}", "give a word")
+    return value.strip().lower()
+
+
+def number_of(value: object, where: str) -> float | None:
+    """
+    Return a finite number, or None where there is none.
+
+    Examples
+    --------
+    >>> number_of("12.5", "row 1"), number_of("", "row 1"), number_of(None, "row 1")
+    (12.5, None, None)
+    """
+    if value is None or (isinstance(value, str) and not value.strip()):
+        return None
+    number = math.nan
+    is_text = isinstance(value, str) and len(value) <= _LONGEST and "_" not in value
+    if is_text or (isinstance(value, int | float) and not isinstance(value, bool)):
+        try:
+            number = float(value)  # type: ignore[arg-type]
+        except (ValueError, OverflowError):
+            number = math.nan
+    if not math.isfinite(number):
+        fault(where, f"it is {shown(str(value))}", "give a finite number")
+    return number
+
+
+def place_of(parts: Sequence[object], where: str) -> tuple[float, float]:
+    """
+    Return longitude and latitude of two numbers or texts.
+
+    Examples
+    --------
+    >>> place_of(["24.9", 60.2], "row 1")
+    (24.9, 60.2)
+    """
+    found = [number_of(part, where) for part in parts]
+    longitude, latitude = (math.nan if part is None else part for part in found)
+    return check_place(where, longitude, latitude)
+
+
+def assembled(
+    found: Iterator[Waypoint | Home], name: str, remarks: Sequence[str], where: str, **more: object
+) -> FlightPlan:
+    """
+    Put a plan together from waypoints and at most one home among them.
+
+    Raises
+    ------
+    PlanError
+        If there is a second home, no waypoint, or too many.
+    """
+    waypoints: list[Waypoint] = []
+    home: Home | None = None
+    for one in found:
+        if isinstance(one, Waypoint):
+            waypoints.append(one)
+        elif home is None:
+            home = one
+        else:
+            fault(where, "it has a second home", "a plan has one")
+    with located(where):
+        return FlightPlan(tuple(waypoints), home, name, remarks=tuple(remarks), **more)  # type: ignore[arg-type]

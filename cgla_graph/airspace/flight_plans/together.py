@@ -1,0 +1,219 @@
+"""Which areas count together on which parts of a leg, where the aircraft is at their heights on some parts only."""
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final, Protocol, TypeAlias
+
+import numpy as np
+import shapely
+from shapely.geometry import LineString
+
+from cgla_graph._types import BoolArray, FloatArray, IntArray
+from cgla_graph.airspace.flight_plans.walls import ClosedArea, Walls
+
+#: Parts of a leg, as shares of it from 0 to 1, in order: where each begins and ends.
+Shares: TypeAlias = Sequence[tuple[float, float]]
+WHOLE: Final[Shares] = ((0.0, 1.0),)
+#: Corners of all sets of areas that count together, and parts of legs times areas; after that, areas count at all
+#: heights.
+MOST_BUILT, MOST_PAIRS = 1_000_000, 3_000_000
+#: Areas that are put into groups one by one.
+MOST_GROUPED: Final = 100
+#: Groups of legs whose distances from the areas that count are told; after that, all areas count in them.
+MOST_GROUPS: Final = 50
+
+
+class InHeight(Protocol):
+    """What is known of the heights of a route and of areas."""
+
+    def on_leg(self, leg: int, area: int) -> Shares:
+        """Return on which parts of a leg the aircraft may be as high as an area is."""
+
+    def at_place(self, place: int, area: int) -> bool:
+        """Tell whether it may be so where it goes up, down or around a place of the route."""
+
+    def goes_upright(self, place: int) -> bool:
+        """Tell whether it goes up or down there."""
+
+    def give_up(self, leg: int) -> None:
+        """Take note that on a leg there is too much to tell: all areas on it count."""
+
+    def kinds(self) -> tuple[IntArray, BoolArray] | None:
+        """
+        Return of which kind each leg is, and which areas legs of a kind may meet somewhere.
+
+        Shapes ``(n_legs,)`` and ``(n_kinds, n_areas)``; nothing where that would be too much to hold.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """
+    A part of a leg on which the same areas count.
+
+    Attributes
+    ----------
+    start, end
+        Its ends, map units.
+    walls
+        The areas that count, or more of them elsewhere.
+    areas
+        Which they are; None for all.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    walls: Walls
+    areas: frozenset[int] | None
+
+
+class Together:
+    """
+    Sets of areas that count together.
+
+    Parameters
+    ----------
+    areas
+        All of them.
+    walls
+        Of all of them.
+    heights
+        None where all of them count everywhere.
+    """
+
+    def __init__(self, areas: Sequence[ClosedArea], walls: Walls, heights: InHeight | None) -> None:
+        self.areas, self.walls, self.heights = areas, walls, heights
+        self.shapes = np.array([one.shape for one in areas], dtype=object)
+        self.tree = shapely.STRtree(self.shapes)
+        self.sets: dict[frozenset[int], Walls] = {}
+        self.met: dict[tuple[int, int], bool] = {}
+        self.built = self.pairs = 0
+        #: Of legs that were looked at, the areas beside and on them, and how far those that count are from them.
+        self.beside: dict[int, tuple[frozenset[int], float]] = {}
+
+    def _near(self, shape: shapely.Geometry) -> list[int]:
+        return sorted(self.tree.query(shape, predicate="intersects").tolist())
+
+    def _walls_of(self, numbers: frozenset[int]) -> Walls | None:
+        """Return the outline of some areas together; nothing if too much has been built already."""
+        if numbers not in self.sets:
+            shapes = [self.areas[number].shape for number in sorted(numbers)]
+            corners = int(shapely.get_num_coordinates(shapes).sum())
+            if self.built + corners > MOST_BUILT:
+                return None
+            self.built += corners
+            self.sets[numbers] = Walls(shapely.GeometryCollection(shapes))
+        return self.sets[numbers]
+
+    def may_cross(self, crosses: BoolArray) -> BoolArray:
+        """Return which of the legs that would cross something if all areas counted may do so at their heights."""
+        kinds = None if self.heights is None else self.heights.kinds()
+        return crosses if kinds is None else crosses & np.asarray(kinds[1].any(axis=1))[kinds[0]]
+
+    def parts(self, leg: int, start: FloatArray, end: FloatArray) -> list[Part]:
+        """Return the parts of a leg on which areas count, in order; parts of no length as well."""
+        everything = [Part(start, end, self.walls, None)]
+        if self.heights is None:
+            return everything
+        near = self._near(LineString([start, end]))
+        spans = {number: self.heights.on_leg(leg, number) for number in near}
+        if all(tuple(span) == WHOLE for span in spans.values()):
+            return everything
+        shares = {share for span in spans.values() for one in span for share in one}
+        self.pairs += len(near) * (len(shares) + 1)
+        if self.pairs > MOST_PAIRS:
+            self.heights.give_up(leg)
+            return everything
+        cuts = sorted({0.0, 1.0, *shares})
+        points = {one[0] for span in spans.values() for one in span if one[0] == one[1]}
+        found, nearest = [], np.inf
+        for first, last in sorted([*itertools.pairwise(cuts), *((point, point) for point in points)]):
+            counts = [n for n, span in spans.items() if any(a <= first and last <= b for a, b in span)]
+            if not counts:
+                continue
+            here = _along(start, end, first), _along(start, end, last)
+            away = shapely.distance(LineString(here), self.shapes[counts])
+            nearest = min(nearest, float(away.min()))
+            for numbers in self._side_by_side([n for n, far in zip(counts, away.tolist(), strict=True) if far == 0.0]):
+                walls = self._walls_of(numbers)
+                if walls is None:
+                    self.heights.give_up(leg)
+                    return everything
+                found.append(Part(*here, walls, numbers))
+        self.beside[leg] = frozenset(near), nearest
+        return found
+
+    def _side_by_side(self, numbers: Sequence[int]) -> list[frozenset[int]]:
+        """Return areas in groups that meet each other: what matters of two that do not is what is in either."""
+        if len(numbers) > MOST_GROUPED:
+            return [frozenset(numbers)]
+        groups: list[frozenset[int]] = []
+        for number in numbers:
+            met = [group for group in groups if any(self._meet(number, other) for other in group)]
+            groups = [group for group in groups if group not in met] + [frozenset([number]).union(*met)]
+        return groups
+
+    def _meet(self, one: int, other: int) -> bool:
+        key = min(one, other), max(one, other)
+        if key not in self.met:
+            self.met[key] = bool(shapely.intersects(self.shapes[one], self.shapes[other]))
+        return self.met[key]
+
+    def uprights(self, route: FloatArray, rounding: float) -> Iterator[tuple[int, list[int]]]:
+        """Yield each place where the aircraft goes up or down inside of areas, deeper than a rounding, and these."""
+        heights = self.heights
+        if heights is None:
+            return
+        for index in filter(heights.goes_upright, range(len(route))):
+            numbers = frozenset(n for n in self._near(shapely.Point(route[index])) if heights.at_place(index, n))
+            walls = self._walls_of(numbers) if numbers else None
+            if not numbers:
+                continue
+            inside = (walls or self.walls).area.contains(route[index])
+            if inside and (walls or self.walls).distances(route[index][None], route[index][None])[0] > rounding:
+                yield index, sorted(numbers)
+
+    def tell_clearances(
+        self, starts: FloatArray, ends: FloatArray, clean: IntArray, crosses: BoolArray, clearances: FloatArray
+    ) -> None:
+        """
+        Write how far legs that cross nothing are from areas at their heights.
+
+        Parameters
+        ----------
+        starts, ends
+            Of all legs, shape ``(n, 2)``, map units.
+        clean
+            Which of them cross nothing.
+        crosses
+            Which of them would cross something if all areas counted, shape ``(n,)``.
+        clearances
+            From all areas, shape ``(n,)``; changed where it is more.
+        """
+        kinds = None if self.heights is None else self.heights.kinds()
+        if kinds is None:
+            return
+        kind, meets = kinds
+        groups: dict[tuple[int, frozenset[int]], list[int]] = {}
+        for leg in clean.tolist():
+            beside = self.beside.get(leg, (frozenset[int](), np.inf))[0]
+            if leg in self.beside or (not crosses[leg] and not meets[kind[leg]].all()):
+                groups.setdefault((int(kind[leg]), beside), []).append(leg)
+        for (which, beside), legs in list(groups.items())[:MOST_GROUPS]:
+            counts = meets[which].copy()
+            counts[list(beside)] = False
+            numbers = frozenset(np.nonzero(counts)[0].tolist())
+            away = np.full(len(legs), np.inf)
+            if numbers:
+                walls = self._walls_of(numbers)
+                if walls is None:
+                    continue
+                away = walls.distances(starts[legs], ends[legs])
+            own = np.array([self.beside[leg][1] if leg in self.beside else np.inf for leg in legs])
+            clearances[legs] = np.minimum(away, own)
+
+
+def _along(start: FloatArray, end: FloatArray, share: float) -> FloatArray:
+    """Return a point of a leg; its ends are exact."""
+    return start if share == 0.0 else end if share == 1.0 else start + share * (end - start)

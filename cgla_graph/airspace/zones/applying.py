@@ -1,0 +1,265 @@
+"""What is closed at an altitude and a time, what is open, and why: every zone is accounted for."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+
+import numpy as np
+import shapely
+
+from cgla_graph._types import Bounds
+from cgla_graph.airspace.zones.account import State, ZoneAccount, ZoneRecord
+from cgla_graph.airspace.zones.ground import Ground
+from cgla_graph.airspace.zones.heights import Altitude, meets
+from cgla_graph.airspace.zones.periods import moment_from
+from cgla_graph.airspace.zones.shapes import AreaShape, joined, part_near, short
+from cgla_graph.airspace.zones.sun import around, sun_over
+from cgla_graph.airspace.zones.zone import SPELLINGS, TREATMENTS, Format, NoArea, Validity, Zone
+from cgla_graph.errors import FileFormatError
+from cgla_graph.model.earth import LocalProjection, project_area
+
+OUTSIDE = "outside the map"
+NOT_COMPARED = "closed because heights above different things cannot be compared without the ground's elevation"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """
+    What became of a zone, and where it is closed.
+
+    Attributes
+    ----------
+    zone
+        The zone, or what a file has beside zones.
+    state, reason, remark
+        As of `ZoneRecord`.
+    area
+        What is closed, degrees; None if nothing is.
+    """
+
+    zone: Zone | NoArea
+    state: State
+    reason: str
+    remark: str = ""
+    area: AreaShape | None = None
+
+    def record(self) -> ZoneRecord:
+        """Return what is told of it."""
+        zone = self.zone
+        if isinstance(zone, NoArea):
+            return ZoneRecord(zone.file, zone.label, "", "", self.state, self.reason)
+        limits = "; ".join(dict.fromkeys(f"{layer.lower} to {layer.upper}" for layer in zone.layers))
+        return ZoneRecord(
+            zone.file,
+            zone.identifier,
+            zone.name,
+            zone.kind,
+            self.state,
+            self.reason,
+            limits,
+            zone.authority,
+            self.remark,
+        )
+
+
+@dataclass(frozen=True)
+class Applied:
+    """
+    All zones of some files at an altitude and a time.
+
+    Attributes
+    ----------
+    verdicts
+        What became of each, in the order of the files.
+    remarks
+        What else is to be known of the files.
+    """
+
+    verdicts: tuple[Verdict, ...]
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def closed(self) -> list[Verdict]:
+        """Those that are closed."""
+        return [one for one in self.verdicts if one.state == "closed"]
+
+    def account(self) -> ZoneAccount:
+        """Return what is told of all of them."""
+        return ZoneAccount(tuple(one.record() for one in self.verdicts), self.remarks)
+
+    def within(self, box: Bounds) -> "Applied":
+        """
+        Return them on a map alone: areas are cut off at its borders, and those that are not on it are left out.
+
+        Parameters
+        ----------
+        box
+            West, south, east, north, degrees; west less than east.
+        """
+
+        def cut(verdict: Verdict) -> Verdict:
+            area = None if verdict.area is None else part_near(verdict.area, box)
+            if verdict.area is None or area is verdict.area:
+                return verdict
+            if area is None:
+                return replace(verdict, state="left out", reason=OUTSIDE, remark="", area=None)
+            return replace(verdict, area=area)
+
+        return replace(self, verdicts=tuple(map(cut, self.verdicts)))
+
+    def no_fly(self, projection: LocalProjection) -> shapely.GeometryCollection:
+        """
+        Return what is closed as a no-fly area, for `cgla_graph.Problem`.
+
+        Parameters
+        ----------
+        projection
+            Makes metres of degrees.
+
+        Examples
+        --------
+        >>> from cgla_graph.airspace.zones.zone import Layer
+        >>> zone = Zone("A", "", "PROHIBITED", (Layer(shapely.box(24, 60, 25, 61)),))
+        >>> applied = Zones((zone,)).apply(altitude=100)
+        >>> round(applied.no_fly(LocalProjection(24.5, 60.5)).area / 1e9, 1)
+        6.1
+        """
+        areas = [one.area for one in self.verdicts if one.area is not None]
+        return shapely.GeometryCollection([project_area(area, projection) for area in areas])
+
+
+@dataclass(frozen=True)
+class Zones:
+    """
+    All that files of zones hold, as `read_zones` reads them.
+
+    Parameters
+    ----------
+    zones
+        In the order of the files.
+    no_areas
+        What is in them besides: points and lines of KML, which close nothing.
+    formats
+        Of each file, the format that its content says.
+    validities
+        When what files say is valid, where they say so.
+
+    Examples
+    --------
+    >>> from cgla_graph.airspace.zones.zone import Layer, Limit
+    >>> zone = Zone("A", "", "PROHIBITED", (Layer(shapely.box(6, 49, 7, 50), upper=Limit(120.0, "AGL")),))
+    >>> for altitude in (100, 150, "450 AMSL"):
+    ...     print(Zones((zone,)).apply(altitude=altitude).account().summary())
+    1 zone: 1 closed (1 PROHIBITED)
+    1 zone: 1 open (1 not at this altitude)
+    1 zone: 1 closed (1 PROHIBITED)
+    """
+
+    zones: tuple[Zone, ...]
+    no_areas: tuple[NoArea, ...] = ()
+    formats: Mapping[str, Format] = field(default_factory=dict)
+    validities: tuple[Validity, ...] = ()
+
+    def __len__(self) -> int:
+        """How many zones there are."""
+        return len(self.zones)
+
+    def __iter__(self) -> Iterator[Zone]:
+        """Go through the zones."""
+        return iter(self.zones)
+
+    def apply(
+        self,
+        *,
+        altitude: "str | float | Altitude | None" = None,
+        at: str | datetime | None = None,
+        treat: Mapping[str, str] | None = None,
+        ground: Ground | None = None,
+    ) -> Applied:
+        """
+        Say what is closed at an altitude and a time.
+
+        Parameters
+        ----------
+        altitude
+            Metres above ground, or as ``"450 AMSL"``; None for all heights: whatever is closed somewhere above a place
+            is.
+        at
+            A moment, with its zone (ISO 8601); None for all times: whatever is closed at some time is.
+        treat
+            Which kinds of zones are ``closed`` and which ``open``, instead of `TREATMENTS`.
+        ground
+            Elevations, with which heights above ground and above the sea are compared; without them, a zone that takes
+            such a comparison is closed.
+
+        Raises
+        ------
+        FileFormatError
+            If altitude, time or kinds are none.
+        """
+        flight = None if altitude is None else Altitude.of(altitude)
+        moment = _moment(at)
+        treated = {**TREATMENTS, **treatments_of(treat or {})}
+        verdicts = [_verdict(zone, flight, moment, treated, ground) for zone in self.zones]
+        others = [Verdict(one, "left out", one.reason) for one in self.no_areas]
+        late = [] if moment is None else [one.remark(moment) for one in self.validities]
+        return Applied((*verdicts, *others), tuple(filter(None, late)))
+
+
+def treatments_of(given: Mapping[str, str]) -> dict[str, str]:
+    """
+    Check which kinds of zones are closed and which open; both spellings of a kind are one.
+
+    Raises
+    ------
+    FileFormatError
+        If there is no such kind, or it is neither.
+
+    Examples
+    --------
+    >>> treatments_of({"REQ_AUTHORIZATION": "open"})
+    {'REQ_AUTHORISATION': 'open'}
+    """
+    found = {}
+    for key, value in given.items():
+        kind = SPELLINGS.get(key.strip().upper(), key.strip().upper())
+        if kind not in TREATMENTS:
+            msg = f"treat has {short(key)}; kinds of zones are {', '.join((*TREATMENTS, *SPELLINGS))}"
+            raise FileFormatError(msg)
+        if value not in {"closed", "open"}:
+            msg = f"treat.{key} is {short(value)}; give closed or open"
+            raise FileFormatError(msg)
+        found[kind] = value
+    return found
+
+
+def _moment(at: str | datetime | None) -> datetime | None:
+    if at is None or (isinstance(at, datetime) and at.tzinfo is not None):
+        return at
+    return moment_from(str(at.isoformat() if isinstance(at, datetime) else at), "the time (at)")
+
+
+def _applies(zone: Zone, moment: datetime) -> bool:
+    """Whether a zone applies at a moment; its sunrise is that of all of it."""
+    boxes = np.array([layer.area.bounds for layer in zone.layers])
+    (west, south), (east, north) = boxes[:, :2].min(axis=0).tolist(), boxes[:, 2:].max(axis=0).tolist()
+    sun = sun_over(*around((west, south, east, north)), moment)
+    return any(period.includes(moment, sun) for period in zone.periods)
+
+
+def _verdict(
+    zone: Zone, flight: Altitude | None, moment: datetime | None, treated: Mapping[str, str], ground: Ground | None
+) -> Verdict:
+    """Say what becomes of a zone."""
+    if treated[zone.kind] == "open":
+        return Verdict(zone, "open", zone.kind)
+    if moment is not None and zone.periods and not _applies(zone, moment):
+        return Verdict(zone, "open", "not at this time")
+    met = [(layer, answer) for layer in zone.layers if (answer := meets(layer, flight, ground)) is not False]
+    if not met:
+        return Verdict(zone, "open", "not at this altitude")
+    # what is known to be closed needs no remark that the rest is not known
+    unknown = all(answer is None for _, answer in met)
+    remarks = [NOT_COMPARED] if unknown else []
+    remarks += dict.fromkeys(layer.remark for layer, _ in met if layer.remark)
+    return Verdict(zone, "closed", zone.kind, "; ".join(remarks), joined([layer.area for layer, _ in met]))

@@ -1,0 +1,165 @@
+"""ED-269 (EUROCAE, 2020): zones as JSON, each with its volumes under `geometry`."""
+
+import math
+
+from cgla_graph._shown import shown
+from cgla_graph.airspace.zones.entries import Entry
+from cgla_graph.airspace.zones.periods import Period, period_of
+from cgla_graph.airspace.zones.shapes import circle_of, polygon_of, ring_of
+from cgla_graph.airspace.zones.zone import FOOT, GROUND, NO_CEILING, SPELLINGS, UNLIMITED, Layer, Limit, Zone
+from cgla_graph.untrusted.files import fault
+
+KINDS = ("PROHIBITED", "REQ_AUTHORISATION", "CONDITIONAL", "NO_RESTRICTION", "USPACE", *SPELLINGS)
+UNITS = {"M": 1.0, "FT": FOOT}
+#: What a height is above, as files write it.
+REFERENCES = {"AGL": "AGL", "SFC": "AGL", "AMSL": "AMSL", "MSL": "AMSL", "WGS84": "WGS84", "W84": "WGS84"}
+
+
+def is_ed269(document: object) -> bool:
+    """
+    Tell whether a document is one of this standard.
+
+    Examples
+    --------
+    >>> is_ed269({"title": "zones", "features": []}), is_ed269({"type": "FeatureCollection", "features": []})
+    (True, False)
+    """
+    if not isinstance(document, dict):
+        return isinstance(document, list) and bool(document)
+    features = document.get("features")
+    volumes = isinstance(features, list) and any(
+        isinstance(one, dict) and isinstance(one.get("geometry"), list) for one in features
+    )
+    return volumes or ("features" in document and not isinstance(document.get("type"), str))
+
+
+def read_document(document: object, file: str) -> list[Zone]:
+    """
+    Return the zones of a document.
+
+    Parameters
+    ----------
+    document
+        What its JSON holds.
+    file
+        What errors call it.
+
+    Raises
+    ------
+    FileFormatError
+        If anything in it is not understood; the message names the zone and the key.
+
+    Examples
+    --------
+    >>> ring = [[6, 49], [7, 49], [7, 50], [6, 49]]
+    >>> volume = {"uomDimensions": "M", "horizontalProjection": {"type": "Polygon", "coordinates": [ring]}}
+    >>> zone = {"identifier": "A", "restriction": "PROHIBITED", "geometry": [volume]}
+    >>> read_document({"features": [zone]}, "zones.json")[0].label
+    'A'
+    """
+    listed = document if isinstance(document, list) else Entry(document, file).items("features", empty=False)
+    return [_zone(value, index, file) for index, value in enumerate(listed)]
+
+
+def _zone(value: object, index: int, file: str) -> Zone:
+    entry = Entry(value, f"{file}: zone {index}")
+    identifier = entry.text("identifier")
+    entry.where = f"{file}: zone {index} {shown(identifier)}"
+    kind = entry.choice("restriction", KINDS)
+    conditions = entry.values.get("restrictionConditions")
+    return Zone(
+        identifier=identifier,
+        name=entry.wording("name"),
+        kind=SPELLINGS.get(kind, kind),
+        layers=tuple(_layer(volume) for volume in entry.entries("geometry", empty=False)),
+        periods=_periods(entry),
+        file=file,
+        reason=reasons_of(entry),
+        conditions="; ".join(map(str, conditions)) if isinstance(conditions, list) else str(conditions or ""),
+        message=entry.wording("message"),
+        authority=authorities_of(entry),
+    )
+
+
+def _layer(entry: Entry) -> Layer:
+    """Read a volume."""
+    finite = entry.has("lowerLimit") or entry.has("upperLimit")
+    unit = UNITS[entry.choice("uomDimensions", list(UNITS), None if finite else "M")]
+    lower = limit_of(entry, "lowerLimit", "lowerVerticalReference", unit, GROUND)
+    upper = limit_of(entry, "upperLimit", "upperVerticalReference", unit, UNLIMITED)
+    require_order(entry, lower, upper, "upperLimit")
+    shape = entry.entry("horizontalProjection")
+    if shape.choice("type", ["POLYGON", "CIRCLE"]) == "CIRCLE":
+        # (metres, whatever the unit of heights is: of both readings of the standard the one with the larger circle)
+        circle = circle_of(shape.values.get("center"), shape.values.get("radius"), shape.where, ("center", "radius"))
+        return Layer(circle, lower, upper)
+    rings = shape.items("coordinates", empty=False)
+    where = f"{shape.where}: coordinates"
+    area, remark = polygon_of([ring_of(ring, f"{where}[{n}]") for n, ring in enumerate(rings)], where)
+    return Layer(area, lower, upper, remark)
+
+
+def _periods(entry: Entry) -> tuple[Period, ...]:
+    """Read when a zone applies: always if one of its periods says so, or none is said."""
+    found = []
+    for one in entry.entries("applicability"):
+        permanent = one.choice("permanent", ["YES", "NO"], "NO")
+        period = period_of(one)
+        if permanent == "YES" or period == Period(None, None):
+            return ()
+        found.append(period)
+    return tuple(found)
+
+
+def limit_of(entry: Entry, key: str, reference: str, unit: float, missing: Limit) -> Limit:
+    """
+    Read a floor or a ceiling; `missing` where it is not said.
+
+    Raises
+    ------
+    FileFormatError
+        If it is no number, or does not say what it is above.
+
+    Examples
+    --------
+    >>> entry = Entry({"upper": 400, "reference": "AGL"}, "zone 'A'")
+    >>> limit_of(entry, "upper", "reference", FOOT, UNLIMITED)
+    Limit(metres=121.92, reference='AGL')
+    """
+    if not entry.has(key):
+        return missing
+    value = entry.number(key)
+    above = REFERENCES[entry.choice(reference, list(REFERENCES))]
+    if value >= NO_CEILING and missing is UNLIMITED:
+        value = math.inf
+    return Limit(round(value * unit, 9), above)  # type: ignore[arg-type]
+
+
+def require_order(entry: Entry, lower: Limit, upper: Limit, key: str) -> None:
+    """
+    Check that a floor is not above its ceiling, where they can be compared.
+
+    Raises
+    ------
+    FileFormatError
+        If it is.
+    """
+    if lower.reference == upper.reference and lower.metres > upper.metres:
+        fault(f"{entry.where}: {key}", f"the ceiling, {upper}, is below the floor, {lower}", "correct either")
+
+
+def reasons_of(entry: Entry) -> str:
+    """Return why a zone is there: words of the standard, and whatever else is said."""
+    value = entry.values.get("reason", entry.values.get("reasons"))
+    words = value if isinstance(value, list) else [value]
+    other = entry.wording("otherReasonInfo")
+    return ", ".join([*(str(word) for word in words if word), *([other] if other else [])])
+
+
+def authorities_of(entry: Entry) -> str:
+    """Return who may be asked, and how."""
+    found = []
+    for one in entry.entries("zoneAuthority"):
+        parts = [one.wording(key) for key in ("name", "service", "email", "phone", "siteURL")]
+        found.append(", ".join(dict.fromkeys(part for part in parts if part)))
+    return "; ".join(dict.fromkeys(part for part in found if part))

@@ -1,0 +1,164 @@
+"""ED-318 (EUROCAE, 2024): zones as GeoJSON, with a layer in each geometry, and circles as points with an extent."""
+
+from cgla_graph._shown import shown
+from cgla_graph.airspace.zones.ed269 import (
+    KINDS,
+    UNITS,
+    authorities_of,
+    limit_of,
+    reasons_of,
+    require_order,
+)
+from cgla_graph.airspace.zones.entries import Entry
+from cgla_graph.airspace.zones.periods import Period, moment_of, period_of
+from cgla_graph.airspace.zones.shapes import AreaShape, circle_of, joined, polygon_of, ring_of, short
+from cgla_graph.airspace.zones.zone import GROUND, SPELLINGS, UNLIMITED, Layer, Validity, Zone
+from cgla_graph.untrusted.files import fault
+
+#: Keys that no other GeoJSON has: those of properties, and those of geometries.
+OWN_PROPERTIES = {"zoneAuthority", "limitedApplicability", "variant", "restrictionConditions", "regulationExemption"}
+OWN_MEMBERS = {"layer", "extent"}
+#: What the file says of itself; Ireland calls it otherwise.
+METADATA = ("metadata", "datasetMetadata")
+
+
+def is_ed318(document: object) -> bool:
+    """
+    Tell whether a document is GeoJSON of this standard: one of its features has a key that no other GeoJSON has.
+
+    Examples
+    --------
+    >>> is_ed318({"type": "Feature", "properties": {"variant": "COMMON"}, "geometry": None})
+    True
+    >>> is_ed318({"type": "Feature", "properties": {"name": "harbour"}, "geometry": None})
+    False
+    """
+    if not isinstance(document, dict):
+        return False
+    features = document.get("features") if document.get("type") == "FeatureCollection" else [document]
+    return isinstance(features, list) and any(isinstance(one, dict) and _is_own(one) for one in features)
+
+
+def _is_own(feature: dict[str, object]) -> bool:
+    """Whether a feature has a key of this standard."""
+    properties, geometry = feature.get("properties"), feature.get("geometry")
+    if isinstance(properties, dict) and (properties.keys() & OWN_PROPERTIES or "UASZone" in properties):
+        return True
+    if not isinstance(geometry, dict):
+        return False
+    parts = geometry.get("geometries")
+    inside = [part for part in parts if isinstance(part, dict)] if isinstance(parts, list) else []
+    return any(part.keys() & OWN_MEMBERS for part in (geometry, *inside))
+
+
+def read_document(document: object, file: str) -> tuple[list[Zone], list[Validity]]:
+    """
+    Return the zones of a document, and when it is valid.
+
+    Parameters
+    ----------
+    document
+        What its JSON holds.
+    file
+        What errors call it.
+
+    Raises
+    ------
+    FileFormatError
+        If anything in it is not understood; the message names the zone and the key.
+
+    Examples
+    --------
+    >>> point = {"type": "Point", "coordinates": [6, 49], "extent": {"subType": "Circle", "radius": 500}}
+    >>> properties = {"identifier": "A", "type": "PROHIBITED", "variant": "COMMON"}
+    >>> feature = {"type": "Feature", "properties": properties, "geometry": point}
+    >>> zones, _ = read_document(feature, "zones.json")
+    >>> zones[0].layers[0].upper.metres
+    inf
+    """
+    whole = Entry(document, file)
+    validities = [_validity(whole.entry(key), file) for key in METADATA if whole.has(key)]
+    if whole.values.get("type") == "Feature":
+        return [_zone(document, 0, file)], validities
+    features = whole.items("features", empty=False)
+    return [_zone(value, index, file) for index, value in enumerate(features)], validities
+
+
+def _validity(about: Entry, file: str) -> Validity:
+    """Read when the file is valid."""
+    _, first, last = (moment_of(about, key) if about.has(key) else None for key in ("issued", "validFrom", "validTo"))
+    return Validity(file, first, last)
+
+
+def _zone(value: object, index: int, file: str) -> Zone:
+    feature = Entry(value, f"{file}: zone {index}")
+    feature.choice("type", ["FEATURE"])
+    about = feature.entry("properties")
+    about = about.entry("UASZone") if about.has("UASZone") else about
+    about.where = feature.where
+    identifier = about.text("identifier")
+    feature.where = about.where = f"{file}: zone {index} {shown(identifier)}"
+    kind = about.choice("type", KINDS)
+    conditions = about.values.get("restrictionConditions")
+    return Zone(
+        identifier=identifier,
+        name=about.wording("name"),
+        kind=SPELLINGS.get(kind, kind),
+        layers=tuple(_layers(feature.entry("geometry"), Entry(feature.values["properties"], about.where))),
+        periods=_periods(about),
+        file=file,
+        reason=reasons_of(about),
+        conditions=str(conditions or ""),
+        message=about.wording("message"),
+        authority=authorities_of(about),
+    )
+
+
+def _layers(geometry: Entry, about: Entry, *, nested: bool = False) -> list[Layer]:
+    """Read a geometry, or the several of a collection."""
+    kind = geometry.values.get("type")
+    if kind == "GeometryCollection" and not nested:
+        parts = geometry.entries("geometries", empty=False)
+        return [layer for part in parts for layer in _layers(part, about, nested=True)]
+    # (an early draft has the layer beside the geometry)
+    holder = about if about.has("verticalLayer") and not geometry.has("layer") else geometry
+    key = "layer" if holder is geometry else "verticalLayer"
+    lower, upper = GROUND, UNLIMITED
+    if holder.has(key):
+        layer = holder.entry(key)
+        unit = UNITS[layer.choice("uom", list(UNITS), "M")]
+        lower = limit_of(layer, "lower", "lowerReference", unit, GROUND)
+        upper = limit_of(layer, "upper", "upperReference", unit, UNLIMITED)
+        require_order(layer, lower, upper, "upper")
+    where = f"{geometry.where}: coordinates"
+    if kind == "Point":
+        if not geometry.has("extent"):
+            geometry.wrong("extent", 'a point has no area: give {"subType": "Circle", "radius": metres}')
+        extent = geometry.entry("extent")
+        extent.choice("subType", ["CIRCLE"])
+        circle = circle_of(
+            geometry.values.get("coordinates"), extent.values.get("radius"), geometry.where, ("coordinates", "radius")
+        )
+        return [Layer(circle, lower, upper)]
+    if kind == "Polygon":
+        area, remark = _polygon(geometry.items("coordinates", empty=False), where)
+        return [Layer(area, lower, upper, remark)]
+    if kind == "MultiPolygon":
+        found = []
+        for index, rings in enumerate(geometry.items("coordinates", empty=False)):
+            if not isinstance(rings, list) or not rings:
+                fault(f"{where}[{index}]", f"it is {short(rings)}", "give a list of rings")
+            found.append(_polygon(rings, f"{where}[{index}]"))
+        return [Layer(joined([area for area, _ in found]), lower, upper, next((one for _, one in found if one), ""))]
+    return geometry.wrong("type", "give one of Polygon, MultiPolygon, Point, GeometryCollection (of these)")
+
+
+def _polygon(rings: list[object], where: str) -> tuple[AreaShape, str]:
+    """Read a polygon: its border, then its holes."""
+    return polygon_of([ring_of(ring, f"{where}[{index}]") for index, ring in enumerate(rings)], where)
+
+
+def _periods(about: Entry) -> tuple[Period, ...]:
+    """Read when a zone applies: always where nothing limits it."""
+    found = [period_of(one) for one in about.entries("limitedApplicability")]
+    return () if Period(None, None) in found else tuple(found)

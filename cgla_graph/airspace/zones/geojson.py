@@ -1,0 +1,223 @@
+"""GeoJSON (RFC 7946): areas."""
+
+import os
+from dataclasses import dataclass
+from typing import NoReturn, TypeAlias
+
+import numpy as np
+import shapely
+from shapely.geometry import MultiPolygon, Polygon
+
+from cgla_graph._shown import shown
+from cgla_graph._types import FloatArray
+from cgla_graph.airspace.zones.shapes import are_cut, at_the_turn_of, joined, positions_of, unwrapped
+from cgla_graph.errors import FileFormatError
+from cgla_graph.untrusted.files import read_bytes
+from cgla_graph.untrusted.json_files import json_of
+
+Position: TypeAlias = tuple[float, float]
+
+GEOMETRIES = (
+    "Point",
+    "MultiPoint",
+    "LineString",
+    "MultiLineString",
+    "Polygon",
+    "MultiPolygon",
+    "GeometryCollection",
+)
+SHORTEST_RING = 4
+#: Properties that name an area, the first that is there; capitals do not matter.
+NAMES = ("name", "title", "designator", "ident", "label", "id")
+
+
+@dataclass(frozen=True)
+class Area:
+    """
+    A named area of the Earth.
+
+    Parameters
+    ----------
+    name
+        What the file calls it.
+    polygon
+        The area, longitude and latitude in degrees.
+
+    Examples
+    --------
+    >>> Area("test range", shapely.box(24.0, 60.0, 25.0, 61.0)).polygon.bounds
+    (24.0, 60.0, 25.0, 61.0)
+    """
+
+    name: str
+    polygon: Polygon | MultiPolygon
+
+
+def read_areas(path: str | os.PathLike[str]) -> list[Area]:
+    """
+    Read the areas of a GeoJSON file: a FeatureCollection, a Feature, or a geometry alone.
+
+    Every geometry must be a Polygon or a MultiPolygon; holes are kept, heights are dropped, and the
+    direction of a ring does not matter. An area is named by the property ``name`` (or one of `NAMES`), else by
+    the ``id`` of its feature, else ``area <index>``. Features, polygons, rings and positions are counted from 0.
+
+    Parameters
+    ----------
+    path
+        The file, UTF-8, longitude before latitude, degrees (WGS84).
+
+    Raises
+    ------
+    FileFormatError
+        If the file is missing, unreadable, not UTF-8 or not JSON; if it is no GeoJSON or has no feature; if a
+        geometry is null or of another type; if a ring is open or shorter than 4 positions; if a coordinate is
+        no number, not finite or out of range; if a polygon is invalid (it crosses itself, say).
+
+    Examples
+    --------
+    >>> import json, tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "triangle.json")
+    ...     triangle = [[[24, 60], [25, 60], [25, 61], [24, 60]]]
+    ...     _ = file.write_text(json.dumps({"type": "Polygon", "coordinates": triangle}))
+    ...     areas = read_areas(file)
+    >>> areas[0].name, areas[0].polygon.area
+    ('area 0', 0.5)
+    """
+    file = repr(os.fspath(path))
+    return areas_of(json_of(read_bytes(path, file), file), file)
+
+
+def areas_of(document: object, file: str) -> list[Area]:
+    """
+    Return the areas of what a GeoJSON file holds; errors call it `file`, and are those of `read_areas`.
+
+    Examples
+    --------
+    >>> triangle = [[[24, 60], [25, 60], [25, 61], [24, 60]]]
+    >>> areas_of({"type": "Polygon", "coordinates": triangle}, "areas.geojson")[0].name
+    'area 0'
+    """
+    return [_area(feature, index, file) for index, feature in enumerate(_features(document, file))]
+
+
+def _features(document: object, file: str) -> list[object]:
+    """Return the features of a document; a geometry alone counts as a feature without properties."""
+    kind = document.get("type") if isinstance(document, dict) else None
+    if not isinstance(document, dict) or kind not in ("FeatureCollection", "Feature", *GEOMETRIES):
+        found = f"its type is {shown(kind)}" if isinstance(document, dict) else "it is no JSON object"
+        allowed = "FeatureCollection, Feature, Polygon or MultiPolygon"
+        _fail(f"{file}: not GeoJSON, {found}", allowed, "export the areas as GeoJSON")
+    if kind == "Feature":
+        return [document]
+    if kind != "FeatureCollection":
+        return [{"type": "Feature", "geometry": document}]
+    features = document.get("features")
+    if not isinstance(features, list) or not features:
+        wrong = f"{file}: the FeatureCollection has features {shown(features)}"
+        _fail(wrong, "a list of at least one", "add an area, or leave the file out")
+    return features
+
+
+def _area(feature: object, index: int, file: str) -> Area:
+    """Return the area of one feature."""
+    where = f"{file}: feature {index}"
+    if not isinstance(feature, dict) or feature.get("type") != "Feature":
+        short = shown(feature.get("type") if isinstance(feature, dict) else feature)
+        found = f"has the type {short}" if isinstance(feature, dict) else f"is {short}"
+        _fail(f"{where} {found}", "in features, only an object of type 'Feature'", "wrap it in one")
+    properties = feature.get("properties")
+    if not isinstance(properties, dict | None):
+        _fail(f"{where} has properties {shown(properties)}", "an object or null", "write {}")
+    own = {str(key).lower(): value for key, value in (properties or {}).items()}
+    for name in (*(own.get(key) for key in NAMES), feature.get("id")):
+        if isinstance(name, str | int) and str(name).strip():
+            return Area(str(name), _geometry(feature.get("geometry"), f"{where} ({shown(str(name))})"))
+    return Area(f"area {index}", _geometry(feature.get("geometry"), where))
+
+
+def _geometry(geometry: object, where: str) -> Polygon | MultiPolygon:
+    """Return a valid polygon or several."""
+    if not isinstance(geometry, dict):
+        found = "no geometry (null)" if geometry is None else f"the geometry {shown(geometry)}"
+        _fail(f"{where} has {found}", "Polygon or MultiPolygon", "draw the area, or drop the feature")
+    kind = geometry.get("type")
+    if kind not in ("Polygon", "MultiPolygon"):
+        remedy = "drop it, buffer points and lines into polygons, and split a collection into features"
+        _fail(f"{where} is of type {shown(kind)}", "Polygon or MultiPolygon", remedy)
+    coordinates = geometry.get("coordinates")
+    if kind == "Polygon":
+        area: Polygon | MultiPolygon = _polygon(coordinates, where)
+    else:
+        parts = enumerate(_list(coordinates, where, "polygons"))
+        polygons = [_polygon(part, f"{where}, polygon {index}") for index, part in parts]
+        area = joined(polygons) if are_cut(polygons) else MultiPolygon(polygons)
+    if not area.is_valid:
+        reason = shapely.is_valid_reason(area).replace("[", " at [")
+        wrong = f"{where} is no valid area: {reason} (longitude latitude)"
+        remedy = "redraw it there, or repair the file with shapely.make_valid"
+        _fail(wrong, "only an area whose rings do not cross or overlap", remedy)
+    return area
+
+
+def _polygon(rings: object, where: str) -> Polygon:
+    """Return a polygon: the first ring is its border, the others are holes."""
+    border, *holes = [_ring(ring, f"{where}, ring {index}") for index, ring in enumerate(_list(rings, where, "rings"))]
+    return Polygon(border, [at_the_turn_of(border, hole) for hole in holes])
+
+
+def _ring(ring: object, where: str) -> FloatArray:
+    """Return the positions of a closed ring."""
+    listed = _list(ring, where, "positions")
+    points = positions_of(listed)
+    if points is None:
+        points = np.array([position_of(one, f"{where}, position {index}") for index, one in enumerate(listed)])
+    if len(points) < SHORTEST_RING:
+        allowed = f"at least {SHORTEST_RING}, the last equal to the first,"
+        _fail(f"{where} has {len(points)} positions", allowed, "add corners, or drop the ring")
+    if (points[0] != points[-1]).any():
+        wrong = f"{where} is open: it begins at {tuple(points[0].tolist())} and ends at {tuple(points[-1].tolist())}"
+        _fail(wrong, "only a closed ring", "repeat the first position at the end")
+    return unwrapped(points, where)
+
+
+def position_of(position: object, where: str) -> Position:
+    """
+    Return longitude and latitude, both in range; a height behind them is dropped.
+
+    Raises
+    ------
+    FileFormatError
+        If it is anything else; the message begins with `where`.
+
+    Examples
+    --------
+    >>> position_of([24, 60, 120], "a position")
+    (24.0, 60.0)
+    """
+    if not isinstance(position, list) or len(position) < 2:  # noqa: PLR2004 - longitude and latitude
+        _fail(f"{where} is {shown(position)}", "[longitude, latitude]", "write two numbers")
+    for value, word, most in zip(position, ("longitude", "latitude"), (180, 90), strict=False):
+        # A truth value is an int to Python, but no number to JSON. NaN fails the comparison.
+        if isinstance(value, bool) or not isinstance(value, int | float) or not -most <= value <= most:
+            wrong = f"{where} has the {word} {shown(value)}"
+            _fail(wrong, f"a number in [-{most}, {most}]", "give degrees (WGS84), longitude first")
+    return float(position[0]), float(position[1])
+
+
+def _list(value: object, where: str, what: str) -> list[object]:
+    """Return a list that is not empty."""
+    if not isinstance(value, list) or not value:
+        _fail(
+            f"{where} has {shown(value)} for its {what}",
+            "a list of at least one",
+            f"write its {what}, or drop it",
+        )
+    return value
+
+
+def _fail(wrong: str, allowed: str, remedy: str) -> NoReturn:
+    """Raise the error that says in one line what is wrong and where, what is allowed, and what to do."""
+    msg = f"{wrong}; {allowed} is allowed: {remedy}"
+    raise FileFormatError(" ".join(msg.split()))

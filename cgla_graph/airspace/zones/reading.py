@@ -1,0 +1,128 @@
+"""Files of zones, whatever they are: their content says."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from shapely.errors import ShapelyError
+
+from cgla_graph.airspace.zones import ed269, ed318, geojson, kml
+from cgla_graph.airspace.zones.applying import Zones
+from cgla_graph.airspace.zones.zone import Format, Layer, NoArea, Validity, Zone
+from cgla_graph.untrusted.files import FilePath, fault, kind_of, read_bytes
+from cgla_graph.untrusted.json_files import json_of
+from cgla_graph.untrusted.kml_files import kml_of
+
+#: Files that are remembered as long as they do not change.
+REMEMBERED = 8
+_REMEMBERED: dict[tuple[str, int, int], Zones] = {}
+
+
+def read_zones(files: FilePath | Sequence[FilePath]) -> Zones:
+    """
+    Read zones that authorities publish: ED-269 or ED-318 (JSON), KML or KMZ, GeoJSON.
+
+    The content of a file says in which format it is. No zone is dropped: what is not understood is an error that names
+    the zone and the key, and what is no area in a KML file is listed.
+
+    Parameters
+    ----------
+    files
+        A path, or several.
+
+    Returns
+    -------
+    zones
+        Those of all files; `Zones.apply` says which are closed at an altitude and a time.
+
+    Raises
+    ------
+    FileFormatError
+        If a file cannot be read, is of no such format, or something in it is not understood.
+
+    Examples
+    --------
+    >>> import json, tempfile
+    >>> ring = [[6, 49], [7, 49], [7, 50], [6, 49]]
+    >>> volume = {"uomDimensions": "M", "horizontalProjection": {"type": "Polygon", "coordinates": [ring]}}
+    >>> zone = {"identifier": "A", "restriction": "PROHIBITED", "geometry": [volume]}
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "zones.json")
+    ...     _ = path.write_text(json.dumps({"features": [zone]}))
+    ...     read_zones(path).zones[0].kind
+    'PROHIBITED'
+    """
+    paths = [files] if isinstance(files, str | os.PathLike) else list(files)
+    read = [_read(path) for path in paths]
+    return Zones(
+        tuple(zone for one in read for zone in one.zones),
+        tuple(other for one in read for other in one.no_areas),
+        {name: kind for one in read for name, kind in one.formats.items()},
+        tuple(validity for one in read for validity in one.validities),
+    )
+
+
+def is_geojson(path: FilePath) -> bool:
+    """
+    Tell whether a file holds plain GeoJSON, which says nothing of altitudes and times.
+
+    Raises
+    ------
+    FileFormatError
+        As `read_zones`.
+    """
+    return set(read_zones(path).formats.values()) == {"GeoJSON"}
+
+
+def _read(path: FilePath) -> Zones:
+    """Read a file, or remember it as long as it does not change: several steps of opening a map ask for it."""
+    file = os.fspath(path)
+    try:
+        about = Path(path).stat()
+        key = (os.path.abspath(file), about.st_mtime_ns, about.st_size)  # noqa: PTH100 - links stay what they are
+    except (OSError, ValueError):
+        return zones_of(read_bytes(file), file)
+    if key not in _REMEMBERED:
+        zones = zones_of(read_bytes(file), file)
+        while len(_REMEMBERED) >= REMEMBERED:
+            _REMEMBERED.pop(next(iter(_REMEMBERED)))
+        _REMEMBERED[key] = zones
+    return _REMEMBERED[key]
+
+
+def zones_of(data: bytes, file: str) -> Zones:
+    """
+    Return the zones of the bytes of a file; errors call it `file`, and are those of `read_zones`.
+
+    Examples
+    --------
+    >>> zones_of(b'{"type": "Polygon", "coordinates": [[[6, 49], [7, 49], [7, 50], [6, 49]]]}', "mine").formats
+    {'mine': 'GeoJSON'}
+    """
+    kind = kind_of(data)
+    zones: list[Zone] = []
+    others: list[NoArea] = []
+    validities: list[Validity] = []
+    try:
+        if kind in {"zip", "xml"}:
+            found: Format = "KML"
+            zones, others = kml.read_root(kml_of(data, file), file)
+        elif kind == "json":
+            document = json_of(data, file)
+            if ed318.is_ed318(document):
+                found = "ED-318"
+                zones, validities = ed318.read_document(document, file)
+            elif ed269.is_ed269(document):
+                found = "ED-269"
+                zones = ed269.read_document(document, file)
+            else:
+                found = "GeoJSON"
+                zones = [
+                    Zone(area.name, "", "UNCLASSIFIED", (Layer(area.polygon),), file=file)
+                    for area in geojson.areas_of(document, file)
+                ]
+        else:
+            fault(file, "it is none of the formats of zones", "give ED-269, ED-318, KML, KMZ or GeoJSON")
+    except ShapelyError as error:
+        fault(file, f"a geometry in it cannot be worked out ({error})", "repair it (shapely.make_valid)")
+    return Zones(tuple(zones), tuple(others), {file: found}, tuple(validities))

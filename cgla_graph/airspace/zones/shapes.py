@@ -1,0 +1,410 @@
+"""Outlines of zones in degrees: rings, circles as polygons that contain them, areas across the antimeridian."""
+
+import math
+from collections.abc import Sequence
+from itertools import chain
+from typing import Any, TypeAlias
+
+import numpy as np
+import shapely
+from shapely.geometry import MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import Bounds, FloatArray
+from cgla_graph.model.earth import geodesic_lengths, geodesic_points
+from cgla_graph.untrusted.files import fault
+
+AreaShape: TypeAlias = Polygon | MultiPolygon
+
+SHORTEST_RING = 4
+#: A circle is a polygon of so many corners or more, that contains it and reaches so much beyond it at most.
+CORNERS, BEYOND = 72, 1.001
+#: Greatest radius of a circle, metres, and corners of it.
+WIDEST, MOST_CORNERS = 500_000.0, 5000
+#: Edges of an outline that crosses itself whose boxes overlap with that of one edge, on average and at most.
+OVERLAPS = 50
+#: Metres from which on outlines are simplified, and how many times as far as the tolerance they then reach.
+LEAST_TOLERANCE, WIDENED = 0.5, 3.0
+#: Points of an edge at which it is checked that a circle is inside, and by how much it has to be: between them, the
+#: edge of a polygon of 72 corners comes nearer by 15 millionths of the radius at most.
+CHECKED, INSIDE = 8, 1.00002
+
+
+def ring_of(value: object, where: str, *, closed: bool = True) -> FloatArray:
+    """
+    Return the corners of a ring, the last one equal to the first, degrees, shape ``(n, 2)``.
+
+    Longitudes of a ring across the antimeridian go on beyond 180 degrees, so that it is in one piece.
+
+    Parameters
+    ----------
+    value
+        Lists of longitude and latitude, and of heights, which are dropped.
+    where
+        What errors call it.
+    closed
+        Whether the last corner has to be the first.
+
+    Raises
+    ------
+    FileFormatError
+        If it is anything else, has fewer than 3 corners, is open, or a coordinate is out of range.
+
+    Examples
+    --------
+    >>> ring_of([[179, 0], [-179, 0], [-179, 1], [179, 0]], "a ring").tolist()
+    [[179.0, 0.0], [181.0, 0.0], [181.0, 1.0], [179.0, 0.0]]
+    """
+    points = _positions(value, where)
+    if not closed and len(points) and (points[0] != points[-1]).any():
+        points = np.concatenate([points, points[:1]])
+    if len(points) < SHORTEST_RING:
+        fault(where, f"it has {len(points)} positions", f"give at least {SHORTEST_RING}, the last equal to the first")
+    if (points[0] != points[-1]).any():
+        wrong = f"it is open: it begins at {points[0].tolist()} and ends at {points[-1].tolist()}"
+        fault(where, wrong, "repeat the first position at the end")
+    return unwrapped(points, where)
+
+
+def _positions(value: object, where: str) -> FloatArray:
+    """Return longitudes and latitudes, all in range."""
+    if not isinstance(value, list) or not value:
+        fault(where, f"it is {short(value)}", "give a list of positions [longitude, latitude]")
+    points = positions_of(value)
+    if points is None:
+        for index, position in enumerate(value):
+            _require_position(position, f"{where}[{index}]")
+        fault(where, f"it is {short(value)}", "give a list of positions [longitude, latitude]")
+    return points
+
+
+def positions_of(value: list[Any]) -> FloatArray | None:
+    """
+    Return a list of positions, of which there may be millions, as an array; nothing if any of them is not in order.
+
+    Examples
+    --------
+    >>> positions_of([[24, 60.5, 120], [25, 60]])
+    array([[24. , 60.5], [25. , 60. ]])
+    >>> positions_of([[24, "60"]]), positions_of([[241, 60]])
+    (None, None)
+    """
+    if set(map(type, value)) != {list} or min(map(len, value)) < 2:  # noqa: PLR2004 - longitude and latitude
+        return None
+    if len(set(map(len, value))) > 1:
+        value = [position[:2] for position in value]
+    if not set(map(type, chain.from_iterable(value))) <= {int, float}:
+        return None
+    try:
+        points = np.array(value, dtype=np.float64)[:, :2]
+    except OverflowError:
+        return None
+    return np.ascontiguousarray(points) if bool((np.abs(points) <= (180.0, 90.0)).all()) else None
+
+
+def _require_position(position: object, where: str) -> None:
+    """Raise an error unless a position is one of the Earth."""
+    if not isinstance(position, list) or len(position) < 2:  # noqa: PLR2004 - longitude and latitude
+        fault(where, f"it is {short(position)}", "give [longitude, latitude]")
+    for word, number, most in zip(("longitude", "latitude"), position, (180, 90), strict=False):
+        if type(number) not in {int, float} or not -most <= number <= most:
+            fault(where, f"its {word} is {short(number)}", f"give degrees in [-{most}, {most}], longitude first")
+
+
+def unwrapped(points: FloatArray, where: str) -> FloatArray:
+    """
+    Let longitudes go on beyond 180 degrees where a ring crosses the antimeridian: each edge goes the shorter way.
+
+    Raises
+    ------
+    FileFormatError
+        If an edge is as long either way, or the ring goes around a pole.
+
+    Examples
+    --------
+    >>> unwrapped(np.array([[-179.0, 0.0], [179.0, 0.0], [179.0, 1.0], [-179.0, 0.0]]), "a ring")[:, 0].tolist()
+    [181.0, 179.0, 179.0, 181.0]
+    """
+    steps = np.diff(points[:, 0])
+    if bool((np.abs(steps) < 180.0).all()):  # noqa: PLR2004 - degrees
+        return points
+    if bool((np.abs(steps) == 180.0).any()):  # noqa: PLR2004
+        index = int(np.argmax(np.abs(steps) == 180.0))  # noqa: PLR2004
+        fault(f"{where}[{index}]", "an edge spans 180 degrees of longitude", "add corners, so that it is clear which")
+    turns = np.concatenate([[0.0], -360.0 * np.cumsum(np.sign(steps) * (np.abs(steps) > 180.0))])  # noqa: PLR2004
+    if turns[-1] != 0.0:
+        fault(where, "it goes around a pole", "cut it along a meridian")
+    turned = points.copy()
+    turned[:, 0] += turns
+    # east of 180 degrees rather than west of -180
+    turned[:, 0] += 360.0 * (turned[:, 0].min() < -180.0)  # noqa: PLR2004
+    return turned
+
+
+def polygon_of(rings: list[FloatArray], where: str) -> tuple[AreaShape, str]:
+    """
+    Return the area inside the first ring and outside the others, and what had to be done for it, or nothing.
+
+    A ring that crosses itself does not say what is inside. All that it encloses in any sense is, then, and the holes of
+    such a polygon count as inside: it may grow, but never shrinks.
+
+    Parameters
+    ----------
+    rings
+        As `ring_of` gives them.
+    where
+        What errors call it.
+
+    Raises
+    ------
+    FileFormatError
+        If it encloses nothing.
+
+    Examples
+    --------
+    >>> bow = np.array([[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
+    >>> area, remark = polygon_of([bow], "a zone")
+    >>> area.area, remark
+    (0.5, 'its outline crosses itself: all that it encloses is closed')
+    """
+    border, *holes = rings
+    # (a hole may have been written at the other turn of a border across the antimeridian)
+    holes = [at_the_turn_of(border, hole) for hole in holes]
+    area = Polygon(border, holes)
+    if area.is_valid and area.area > 0.0:
+        return area, ""
+    if not _crosses_seldom(border):
+        reason = shapely.is_valid_reason(area).replace("[", " at [")
+        fault(where, f"its outline crosses itself too often ({reason})", "redraw it, or repair it (shapely.make_valid)")
+    enclosed = shapely.union_all(shapely.get_parts(shapely.polygonize([shapely.node(shapely.LineString(border))])))
+    if enclosed.is_empty or not isinstance(enclosed, Polygon | MultiPolygon):
+        fault(where, "its outline encloses nothing", "give a ring with an inside")
+    return enclosed, "its outline crosses itself: all that it encloses is closed"
+
+
+def _crosses_seldom(border: FloatArray) -> bool:
+    """Whether few of the edges' boxes overlap, so that the crossings of all edges are soon found."""
+    edges = np.asarray(shapely.linestrings(np.stack([border[:-1], border[1:]], axis=1)))
+    tree, found = shapely.STRtree(edges), 0
+    for first in range(0, len(edges), 64):
+        found += tree.query(edges[first : first + 64]).shape[1]
+        if found > OVERLAPS * (first + 64):
+            return False
+    return True
+
+
+def at_the_turn_of(border: FloatArray, hole: FloatArray) -> FloatArray:
+    """
+    Return a hole at the turn of longitude at which the border around it is.
+
+    Examples
+    --------
+    >>> at_the_turn_of(np.array([[178.0, 0.0], [184.0, 2.0]]), np.array([[-179.0, 1.0], [-178.0, 1.5]]))[:, 0].tolist()
+    [181.0, 182.0]
+    """
+    middle = 0.5 * (float(border[:, 0].min()) + float(border[:, 0].max()))
+    turn = 360.0 * round((middle - 0.5 * (float(hole[:, 0].min()) + float(hole[:, 0].max()))) / 360.0)
+    return np.column_stack([hole[:, 0] + turn, hole[:, 1]]) if turn else hole
+
+
+def joined(areas: Sequence[AreaShape]) -> AreaShape:
+    """
+    Return the union of areas, of which those that were cut along the antimeridian come together again.
+
+    Examples
+    --------
+    >>> cut = [shapely.box(179, 0, 180, 1), shapely.box(-180, 0, -179, 1)]
+    >>> joined(cut).bounds
+    (179.0, 0.0, 181.0, 1.0)
+    """
+    if len(areas) == 1:
+        return areas[0]
+    if are_cut(areas):
+        areas = [moved(area, 360.0) if area.bounds[0] < 0.0 else area for area in areas]
+    union = shapely.union_all(areas)
+    return union if isinstance(union, Polygon | MultiPolygon) else areas[0]
+
+
+def are_cut(areas: Sequence[AreaShape]) -> bool:
+    """
+    Tell whether areas are parts of one across the antimeridian, at either side of it.
+
+    Examples
+    --------
+    >>> are_cut([shapely.box(179, 0, 180, 1), shapely.box(-180, 0, -179, 1)]), are_cut([shapely.box(-180, 0, -179, 1)])
+    (True, False)
+    """
+    least, most = min(area.bounds[0] for area in areas), max(area.bounds[2] for area in areas)
+    return least < 0.0 and (most > 180.0 or (least == -180.0 and most == 180.0))  # noqa: PLR2004 - degrees
+
+
+def moved(area: AreaShape, degrees: float) -> AreaShape:
+    """
+    Return an area at another turn of longitude.
+
+    Examples
+    --------
+    >>> moved(shapely.box(-180, 0, -179, 1), 360.0).bounds
+    (180.0, 0.0, 181.0, 1.0)
+    """
+    return shapely.transform(area, lambda points: np.column_stack([points[:, 0] + degrees, points[:, 1]]))
+
+
+def circle_of(centre: object, radius: object, where: str, keys: tuple[str, str]) -> Polygon:
+    """
+    Return a polygon around all points whose geodesic distance from a centre is at most a radius.
+
+    Its edges, straight in longitude and latitude, are outside of the circle, by up to 0.1 % of the radius.
+
+    Parameters
+    ----------
+    centre
+        A list of longitude and latitude, degrees.
+    radius
+        Metres, above 0, at most 500 km.
+    where
+        What errors call it.
+    keys
+        What errors call centre and radius.
+
+    Raises
+    ------
+    FileFormatError
+        If either is anything else, or there is a pole inside.
+
+    Examples
+    --------
+    >>> circle = circle_of([25.0, 60.0], 1000.0, "a zone", ("center", "radius"))
+    >>> bounds = circle.bounds
+    >>> len(circle.exterior.coords), round((bounds[3] - bounds[1]) * 111_420)
+    (73, 2002)
+    """
+    _require_position(centre, f"{where}: {keys[0]}")
+    longitude, latitude = centre[:2]  # type: ignore[index]
+    if type(radius) not in {int, float} or not 0.0 < radius <= WIDEST:  # type: ignore[operator]
+        wrong = f"it is {short(radius)}"
+        fault(f"{where}: {keys[1]}", wrong, f"give metres, above 0 and at most {WIDEST:g}")
+    metres = float(radius)  # type: ignore[arg-type]
+    place = (float(longitude), float(latitude))
+    corners = CORNERS
+    while corners <= MOST_CORNERS:
+        azimuths = np.linspace(360.0, 0.0, corners + 1)
+        azimuths[-1] = azimuths[0]
+        ring = geodesic_points(place, azimuths, metres * BEYOND)
+        ring[-1] = ring[0]
+        ring = unwrapped(ring, f"{where}: the circle")
+        parts = np.arange(CHECKED)[:, None, None] / CHECKED
+        along = (ring[:-1] + parts * np.diff(ring, axis=0)).reshape(-1, 2)
+        if geodesic_lengths(place, along).min() >= metres * INSIDE:
+            return Polygon(ring)
+        corners *= 2
+    return fault(where, "its circle is too near to a pole", "give a polygon")
+
+
+def part_near(area: AreaShape, box: Bounds) -> AreaShape | None:
+    """
+    Return the part of an area in a box, at the turn of longitude of the box; nothing if there is none.
+
+    Parameters
+    ----------
+    area
+        Degrees.
+    box
+        West, south, east, north, degrees; west less than east, which may be beyond 180 degrees.
+
+    Examples
+    --------
+    >>> part_near(shapely.box(-180, 0, -170, 1), (178.0, -1.0, 182.0, 2.0)).bounds
+    (180.0, 0.0, 182.0, 1.0)
+    >>> part_near(shapely.box(0, 0, 1, 1), (178.0, -1.0, 182.0, 2.0))
+    """
+    found: list[AreaShape] = []
+    west, south, east, north = area.bounds
+    if box[0] <= west and east <= box[2] and box[1] <= south and north <= box[3]:
+        return area
+    for turn in (-360.0, 0.0, 360.0):
+        if west + turn > box[2] or east + turn < box[0] or south > box[3] or north < box[1]:
+            continue
+        here = moved(area, turn) if turn else area
+        inside = box[0] <= west + turn and east + turn <= box[2] and box[1] <= south and north <= box[3]
+        # (a cut through millions of corners may be invalid by a rounding; what is valid stays so)
+        cut: BaseGeometry = here if inside else shapely.intersection(here, shapely.box(*box))
+        found += [part for part in shapely.get_parts(cut).tolist() if isinstance(part, Polygon) and part.area > 0.0]
+    return joined(found) if found else None
+
+
+def with_fewer_corners(area: AreaShape, most: int, reach: float) -> tuple[AreaShape, float]:
+    """
+    Return an area around another that has too many corners: it may grow, but never shrinks.
+
+    Its outline is simplified (Douglas and Peucker) to tolerances that double until it has few corners, and then widened
+    by their sum, so that what it lost is inside again.
+
+    Parameters
+    ----------
+    area
+        On a plane.
+    most
+        Corners, about.
+    reach
+        How far it may reach beyond, map units.
+
+    Returns
+    -------
+    area, beyond
+        How far it reaches beyond at most; 0 where it is as it was.
+
+    Examples
+    --------
+    >>> circle = shapely.Point(0, 0).buffer(1000.0, quad_segs=5000)
+    >>> fewer, beyond = with_fewer_corners(circle, 100, 50.0)
+    >>> len(fewer.exterior.coords) <= 100, fewer.contains(circle), beyond
+    (True, True, 10.5)
+    """
+    simple, tolerance, off = area, LEAST_TOLERANCE, 0.0
+    while shapely.get_num_coordinates(simple) > most and WIDENED * (off + tolerance) <= reach:
+        simple = shapely.simplify(simple, tolerance)
+        off += tolerance
+        tolerance *= 2.0
+    around = _around(area, simple, off)
+    return around, 0.0 if around is area else WIDENED * off
+
+
+def _around(area: AreaShape, simple: AreaShape, off: float) -> AreaShape:
+    """
+    Return an area of fewer corners around another, or itself if there is none.
+
+    What is between an outline and one of its chords is within the tolerance of that chord; so what a simplified area
+    has lost is no farther away from it than the sum of all tolerances.
+    """
+    if simple is area:
+        return area
+    grown = shapely.buffer(simple, 1.01 * off, join_style="mitre", mitre_limit=1.5)
+    shapely.prepare(grown)
+    fewer = shapely.get_num_coordinates(grown) < shapely.get_num_coordinates(area)
+    return grown if fewer and grown.is_valid and grown.contains(area) else area
+
+
+def short(value: object) -> str:
+    """
+    Write a value that is not what it should be, in a few words.
+
+    Examples
+    --------
+    >>> short([[1, 2]] * 1000), short("x" * 1000)[-6:], short(None)
+    ('a list of 1000', "xxxx…'", 'null')
+    """
+    if isinstance(value, list | dict) and len(value) > 4:  # noqa: PLR2004 - short enough to read
+        return f"{'a list' if isinstance(value, list) else 'an object'} of {len(value)}"
+    if isinstance(value, list | dict):
+        return "a list" if isinstance(value, list) else "an object"
+    if value is None or isinstance(value, bool):
+        return str(value).lower().replace("none", "null")
+    if isinstance(value, float) and not math.isfinite(value):
+        return "a number that is not finite"
+    try:
+        text = repr(value)
+    except ValueError:
+        # of thousands of digits
+        return "a number of thousands of digits"
+    return text if len(text) <= 60 else f"{text[:58]}…{text[-1]}"  # noqa: PLR2004 - one line

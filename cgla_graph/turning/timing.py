@@ -1,0 +1,129 @@
+"""How long a curve takes at constant airspeed in a constant wind."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ellipeinc
+
+from cgla_graph._brief import Brief
+from cgla_graph._types import FloatArray, Point
+from cgla_graph._validate import non_negative_number, point, positive_number
+from cgla_graph.errors import ProblemError
+from cgla_graph.turning.curve import Curve
+from cgla_graph.turning.curve_kernels import N_COLUMNS, RADIUS, TURN, X0, X1, Y0, Y1
+
+
+@dataclass(frozen=True)
+class Timing(Brief):
+    """
+    How long a curve takes.
+
+    Attributes
+    ----------
+    seconds
+        From start to goal.
+    slowest, fastest
+        Least and greatest ground speed on the way, map units a second.
+    energy
+        Watt-hours; NaN without a power.
+    """
+
+    seconds: float
+    slowest: float
+    fastest: float
+    energy: float = math.nan
+
+
+def timed(curve: Curve, airspeed: float, *, wind: Point = (0.0, 0.0), power: float | None = None) -> Timing:
+    r"""
+    Return how long a curve takes at constant airspeed, headed into the wind so that it stays on the curve.
+
+    Where the curve leads along the unit vector ``u``, the ground speed is ``g = w . u + sqrt(v^2 - (w x u)^2)``. As
+    ``1 / g = (sqrt(v^2 - (w x u)^2) - w . u) / (v^2 - |w|^2)``, the time over a line is elementary and that over an
+    arc an elliptic integral of the second kind: nothing is sampled.
+
+    Parameters
+    ----------
+    curve
+        The curve.
+    airspeed
+        ``v``, map units a second (m/s on a map in longitude and latitude), above 0.
+    wind
+        ``w``, where the air moves to, ``(x, y)`` or east and north, map units a second; slower than the airspeed.
+    power
+        What the aircraft draws at that airspeed, watts; None: no energy.
+
+    Raises
+    ------
+    ProblemError
+        If a number is out of range, or the wind is as fast as the aircraft.
+
+    Examples
+    --------
+    There and back again takes longer in any wind.
+
+    >>> there = Curve(np.array([[0, 0, 100, 0, 0, 0, 0, 0]]))
+    >>> back = Curve(np.array([[100, 0, 0, 0, 0, 0, 0, 0]]))
+    >>> [timed(way, 10, wind=(6, 0)).seconds for way in (there, back)]
+    [6.25, 25.0]
+    >>> timed(there, 10, power=180).energy
+    0.5
+    """
+    speed = positive_number("airspeed", airspeed)
+    east, north = point("wind", wind)
+    blows = math.hypot(east, north)
+    if blows >= speed:
+        msg = (
+            f"the wind is {blows:.6g} fast, the airspeed {speed:g}: against it the aircraft stands still or is blown "
+            "back; give a greater airspeed, or wait for less wind"
+        )
+        raise ProblemError(msg)
+    watts = math.nan if power is None else non_negative_number("power", power)
+    rows = curve.pieces
+    if not len(rows):
+        return Timing(0.0, speed, speed, 0.0 * watts)
+    # towards the wind's own heading the angle is 0
+    along = math.atan2(north, east)
+    begin = curve.headings(np.arange(len(rows)), np.zeros(len(rows))) - along
+    arc = rows[:, RADIUS] > 0.0
+    end = begin + np.where(arc, rows[:, TURN], 0.0)
+    ratio = (blows / speed) ** 2
+    elliptic = (ellipeinc(end, ratio) - ellipeinc(begin, ratio)) * rows[:, RADIUS] * np.sign(rows[:, TURN])
+    straight = curve.lengths * np.sqrt(1.0 - ratio * np.sin(begin) ** 2)
+    drift = east * (rows[:, X1] - rows[:, X0]) + north * (rows[:, Y1] - rows[:, Y0])
+    seconds = (speed * np.where(arc, elliptic, straight) - drift) / (speed**2 - blows**2)
+    total = float(seconds.sum())
+    slowest, fastest = _speeds(begin, end, speed, blows)
+    return Timing(total, slowest, fastest, watts * total / 3600.0)
+
+
+def _speeds(begin: FloatArray, end: FloatArray, speed: float, blows: float) -> tuple[float, float]:
+    """Return the least and the greatest ground speed: it falls with the angle to the wind, up to a half turn."""
+    low, high = np.minimum(begin, end), np.maximum(begin, end)
+    angles = np.concatenate([low, high])
+    with_wind = bool((np.ceil(low / (2.0 * math.pi)) <= high / (2.0 * math.pi)).any())
+    against = bool((np.ceil((low - math.pi) / (2.0 * math.pi)) <= (high - math.pi) / (2.0 * math.pi)).any())
+    speeds = blows * np.cos(angles) + np.sqrt(speed**2 - (blows * np.sin(angles)) ** 2)
+    slowest = speed - blows if against else float(speeds.min())
+    return slowest, speed + blows if with_wind else float(speeds.max())
+
+
+def times_along(points: FloatArray, airspeed: float, wind: Point = (0.0, 0.0)) -> FloatArray:
+    """
+    Return when each waypoint of a polyline is reached, shape ``(m,)``, seconds (see `timed`, also for errors).
+
+    Examples
+    --------
+    >>> times_along(np.array([[0.0, 0.0], [100.0, 0.0], [0.0, 0.0]]), 10, wind=(6, 0)).tolist()
+    [0.0, 6.25, 31.25]
+    """
+    pieces = np.zeros((len(points) - 1, N_COLUMNS))
+    pieces[:, [X0, Y0]], pieces[:, [X1, Y1]] = points[:-1], points[1:]
+    timed(Curve(pieces[:0]), airspeed, wind=wind)
+    steps = pieces[:, [X1, Y1]] - pieces[:, [X0, Y0]]
+    long = np.hypot(*steps.T)
+    across = np.divide(wind[0] * steps[:, 1] - wind[1] * steps[:, 0], long, out=np.zeros_like(long), where=long > 0.0)
+    ahead = steps @ np.array(wind)
+    seconds = (long * np.sqrt(airspeed**2 - across**2) - ahead) / (airspeed**2 - math.hypot(*wind) ** 2)
+    return np.concatenate([[0.0], np.cumsum(seconds)])

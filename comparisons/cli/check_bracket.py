@@ -1,0 +1,251 @@
+"""What the best plan costs at least, proven for the command `check`: between the ends, and through the waypoints."""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import BoolArray, Bounds, FloatArray
+from cgla_graph.certificate.certificate import Certificate, lower_bound
+from cgla_graph.comparisons.cli.check_map import WIDER, CheckMap, least_outside, wide_bounds, widened
+from cgla_graph.comparisons.study import earth
+from cgla_graph.errors import ProblemError
+from cgla_graph.model.no_fly import NoFlyArea
+from cgla_graph.model.problem import Problem
+
+#: Areas of more corners are simplified for the bracket, by this part of the map's longer side.
+MOST_CORNERS, _COARSE = 5000, 5e-4
+#: Corners of all areas, at most, for which legs are proven.
+_MOST_LEG_CORNERS = 20_000
+#: Cells of the grids of a leg, at most.
+_LEG_CELLS = 400_000
+#: Legs whose straight lines are measured on the Earth one by one.
+_MOST_GEODESICS = 5000
+#: Farther than any place of a map.
+_FAR = 1e30
+#: What a leg may cost more than its straight line without a proof, as a part of the tolerance.
+_NEGLIGIBLE = 0.1
+
+
+@dataclass(frozen=True)
+class Through:
+    """
+    What every clean plan through the same waypoints costs at least.
+
+    Attributes
+    ----------
+    lower_bound
+        Proven, map units: the sum of what is proven of each leg.
+    legs, proven, wanting
+        How many legs there are, of how many a bound was proven, and of how many it was not, although their straight
+        lines say too little.
+    nothing
+        Why there is no such plan or no bound, or nothing.
+    """
+
+    lower_bound: float
+    legs: int
+    proven: int
+    wanting: int
+    nothing: str = ""
+
+
+def shut_ends(on: CheckMap) -> str:
+    """Say why no plan between the same ends could be clean, if one of them is where none may be; else nothing."""
+    problem = on.scenario.problem
+    for what, index in (("begins", 0), ("ends", -1)):
+        place = shapely.Point(on.route[index])
+        if on.has_bounds and not problem.in_bounds(on.route[index]):
+            return f"it {what} outside the map, as every plan between its ends"
+        for area in on.walls:
+            if shapely.contains_properly(area.shape, place):
+                return f"it {what} inside {area.name}, as every plan between its ends"
+            if shapely.distance(area.shape, place) < problem.clearance:
+                return f"it {what} nearer to {area.name} than asked for, as every plan between its ends"
+    return ""
+
+
+def bracket(on: CheckMap, tolerance: float, max_cells: int) -> Certificate:
+    """
+    Prove what the least cost of a clean plan between the same ends is, from below and from above.
+
+    Raises
+    ------
+    ProblemError
+        If an end is where none may be.
+    """
+    scenario, route = on.scenario, on.route
+    if on.has_bounds:
+        problem, proof = _bracket_within(on, scenario.problem.bounds, tolerance, max_cells)
+        return earth.certificate_on_earth(dataclasses.replace(scenario, problem=problem), proof, tolerance)
+    for factor in WIDER:
+        bounds = widened(scenario.problem.bounds, factor)
+        problem, proof = _bracket_within(on, bounds, tolerance, max_cells)
+        # a path that leaves the box that is laid around the plan is at least so long: the bound is one for all paths
+        outside = least_outside(route[0], route[-1], bounds)
+        if proof.lower_bound <= outside:
+            break
+    bound = min(proof.lower_bound, outside)
+    if scenario.projection is not None:
+        everywhere = (-math.inf, -math.inf, math.inf, math.inf)
+        bound = scenario.projection.bound_on_earth(bound, problem.start, problem.goal, everywhere)
+    return dataclasses.replace(proof, lower_bound=bound)
+
+
+def _bracket_within(
+    on: CheckMap, bounds: Bounds, tolerance: float, max_cells: int, *, leg: int | None = None, is_clean: bool = False
+) -> tuple[Problem, Certificate]:
+    """
+    Prove the same of all paths within bounds, on the plane; and return what that is proven of.
+
+    Of all paths between the ends of a leg, if one is given; where it is clean, it is what the bound is held against.
+    """
+    ends = on.route[[0, -1]] if leg is None else on.route[leg : leg + 2]
+    first, last = ((float(x), float(y)) for x, y in ends)
+    box = shapely.box(*bounds)
+    near = [one.shape for one in on.walls if shapely.intersects(box, one.shape)]
+    no_fly = shapely.GeometryCollection(near) if near else None
+    problem = dataclasses.replace(on.scenario.problem, start=first, goal=last, bounds=bounds, no_fly=no_fly)
+    if no_fly is None or shapely.get_num_coordinates(no_fly) <= MOST_CORNERS:
+        path = ends if is_clean and problem.evaluate(ends).feasible else None
+        return problem, lower_bound(problem, tolerance, path=path, max_cells=max_cells)
+    return problem, _coarse_bracket(problem, no_fly, tolerance, max_cells)
+
+
+def _coarse_bracket(problem: Problem, no_fly: BaseGeometry, tolerance: float, max_cells: int) -> Certificate:
+    """
+    Prove the same where areas have very many corners: from below with smaller areas, from above with larger ones.
+
+    A path that keeps out of an area keeps out of what is inside of it: a bound there is a bound here. One that keeps
+    out of what is around it keeps out of it.
+    """
+    x_min, y_min, x_max, y_max = problem.bounds
+    step = _COARSE * max(x_max - x_min, y_max - y_min)
+    inner, outer = (_simple(no_fly, sign * step, step) for sign in (-1.0, 1.0))
+    proof = lower_bound(dataclasses.replace(problem, no_fly=inner), tolerance, max_cells=max_cells)
+    upper, path = math.inf, None
+    try:
+        around = dataclasses.replace(problem, no_fly=outer)
+        found = lower_bound(around, 10.0 * tolerance, max_cells=max_cells)
+        upper, path = found.upper_bound, found.path
+    except ProblemError:
+        # an end is nearer to an area than the step
+        pass
+    return dataclasses.replace(proof, upper_bound=max(upper, proof.lower_bound), path=path)
+
+
+def _simple(area: BaseGeometry, wider: float, step: float) -> BaseGeometry:
+    """Return an area of fewer corners: inside of another one where it is wider by less than nothing, else around it."""
+    moved = shapely.buffer(NoFlyArea(area).geometry, wider, quad_segs=2)
+    # arcs of two chords a right angle are at cos(pi / 8) = 0.92 of the distance, and lines move by less than that
+    return shapely.simplify(moved, 0.9 * step)
+
+
+def through(on: CheckMap, costs: FloatArray, faulty: BoolArray, tolerance: float, most: int) -> Through:
+    """
+    Bound the cost of every clean plan through the waypoints of a plan, in their order.
+
+    It is a sum over legs. No way between two places is shorter than the straight line; of the legs that cost much more
+    than that, or are not clean, the costliest first, more is proven.
+
+    Parameters
+    ----------
+    on
+        The plan on its map.
+    costs, faulty
+        Of its legs, and whether each is not clean, shape ``(n,)``.
+    tolerance
+        How close the bound of a leg should come, as a ratio.
+    most
+        Legs that are proven.
+    """
+    problem, route = on.scenario.problem, on.route
+    if not problem.field.is_proper:
+        return Through(math.nan, len(costs), 0, 0, "there is no bound for fields with peaks above 1")
+    area = NoFlyArea(shapely.GeometryCollection([one.shape for one in on.walls]))
+    inside = np.nonzero(np.asarray(area.contains(route)))[0] if not area.is_empty else np.zeros(0)
+    if len(inside):
+        stop = on.stops[int(inside[0])]
+        return Through(math.nan, len(costs), 0, 0, f"{f'waypoint {stop}' if stop else 'home'} is inside an area")
+    bounds = _of_lines(on)
+    gain = np.where(faulty, math.inf, costs - bounds * (1.0 + _NEGLIGIBLE * tolerance))
+    wanting = [leg for leg in np.argsort(-gain, kind="stable").tolist() if gain[leg] > 0.0]
+    corners = sum(int(shapely.get_num_coordinates(one.shape)) for one in on.walls)
+    # (proofs around outlines of 10^5 corners take a minute each: there, straight lines have to do)
+    chosen = wanting[:most] if corners <= _MOST_LEG_CORNERS else []
+    for leg in chosen:
+        try:
+            found = _of_leg(on, leg, tolerance, is_clean=not faulty[leg])
+        except ProblemError as error:
+            return Through(math.nan, len(costs), 0, 0, f"leg {leg + 1}: {error}")
+        if math.isinf(found):
+            return Through(found, len(costs), 0, 0, f"proven: no clean way joins the ends of leg {leg + 1}")
+        bounds[leg] = max(bounds[leg], _on_earth(on, found, leg))
+    # (sums are rounded)
+    total = math.fsum(bounds.tolist()) * (1.0 - 2.0**-50)
+    return Through(total, len(costs), len(chosen), len(wanting) - len(chosen))
+
+
+def _straight(route: FloatArray) -> FloatArray:
+    return np.asarray(np.hypot(*np.diff(route, axis=0).T))
+
+
+def _of_lines(on: CheckMap) -> FloatArray:
+    """Bound the cost of each leg by the length of the straight line between its ends."""
+    lengths, projection = _straight(on.route), on.scenario.projection
+    if projection is None:
+        return lengths
+    if len(lengths) <= _MOST_GEODESICS:
+        return np.array([_on_earth(on, length, leg) for leg, length in enumerate(lengths.tolist())])
+    away = np.hypot(*on.route.T)
+    reach = float((0.5 * (lengths + away[:-1] + away[1:])).max())
+    return lengths / projection.stretch(reach)
+
+
+def _on_earth(on: CheckMap, bound: float, leg: int) -> float:
+    """Turn a bound of a leg on the plane into one on the Earth."""
+    scenario = on.scenario
+    if scenario.projection is None:
+        return bound
+    first, last = ((float(x), float(y)) for x, y in on.route[leg : leg + 2])
+    return scenario.projection.bound_on_earth(bound, first, last, _limits_of(on))
+
+
+def _limits_of(on: CheckMap) -> Bounds:
+    """Return the bounds that no path leaves: those of the map, if it has some."""
+    return on.scenario.problem.bounds if on.has_bounds else (-math.inf, -math.inf, math.inf, math.inf)
+
+
+def _of_leg(on: CheckMap, leg: int, tolerance: float, *, is_clean: bool) -> float:
+    """Prove what every clean way between the ends of a leg costs at least, map units, on the plane."""
+    route = on.route[leg : leg + 2]
+    limits = _limits_of(on)
+    bound = outside = 0.0
+    for factor in WIDER[:2]:
+        box = widened(wide_bounds(route, float(_straight(route)[0])), factor)
+        inner = (
+            max(box[0], limits[0]),
+            max(box[1], limits[1]),
+            min(box[2], limits[2]),
+            min(box[3], limits[3]),
+        )
+        _, proof = _bracket_within(on, inner, tolerance, _LEG_CELLS, leg=leg, is_clean=is_clean)
+        outside = _outside(route, inner, limits)
+        bound = proof.lower_bound
+        if bound <= outside:
+            break
+    return min(bound, outside)
+
+
+def _outside(route: FloatArray, inner: Bounds, limits: Bounds) -> float:
+    """Return how long a way between two places is that leaves a box by a side that is not one of the map's."""
+    nearest = math.inf
+    for side in range(4):
+        if inner[side] != limits[side]:
+            box = [-_FAR, -_FAR, _FAR, _FAR]
+            box[side] = inner[side]
+            nearest = min(nearest, least_outside(route[0], route[1], (box[0], box[1], box[2], box[3])))
+    return nearest

@@ -1,0 +1,219 @@
+"""What ``cgla plan --turn-radius`` does: the path that was found, as lines and arcs that an aircraft can fly."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from cgla_graph._shown import shown
+from cgla_graph._types import FloatArray, Point
+from cgla_graph._validate import finite_number, non_negative_number, positive_number
+from cgla_graph.comparisons.numbers import duration, figure, json_number
+from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.errors import CglaError
+
+if TYPE_CHECKING:
+    from cgla_graph.turning.flyable import Flyable
+    from cgla_graph.turning.timing import Timing
+
+
+@dataclass(frozen=True)
+class Flying:
+    """
+    How a path is to be flown.
+
+    Attributes
+    ----------
+    turn_radius
+        Metres on a map in longitude and latitude, else map units; None: it is left as it is.
+    start_heading, goal_heading
+        Degrees clockwise from north (the y axis); None: anywhere.
+    tolerance
+        How far exported waypoints may lead from the arcs; None: a hundredth of the turn radius.
+    speed
+        Airspeed, metres (map units) a second; None: no times.
+    wind
+        Where the air moves to, east and north, metres (map units) a second.
+    power
+        Watts; None: no energy.
+    """
+
+    turn_radius: float | None = None
+    start_heading: float | None = None
+    goal_heading: float | None = None
+    tolerance: float | None = None
+    speed: float | None = None
+    wind: Point = (0.0, 0.0)
+    power: float | None = None
+
+    @property
+    def asked(self) -> bool:
+        """Whether the path shall be made flyable."""
+        return self.turn_radius is not None
+
+    @property
+    def clock(self) -> Callable[[FloatArray], FloatArray] | None:
+        """What says when points on the path, shape ``(n, 2)``, are reached; None where no speed is known."""
+        if self.speed is None:
+            return None
+        from cgla_graph.turning.timing import times_along  # noqa: PLC0415 - few paths are made flyable
+
+        return partial(times_along, airspeed=self.speed, wind=self.wind)
+
+    def timed(self, path: "Flyable") -> "Timing | None":
+        """Return how long it takes, if a speed is known and there is a path."""
+        if self.speed is None or not path.status.has_path:
+            return None
+        return path.timed(self.speed, wind=self.wind, power=self.power)
+
+
+def read_flying(
+    turn_radius: float | None,
+    headings: tuple[float | None, float | None],
+    tolerance: float | None,
+    wind: str | None,
+    power: float | None,
+    speed: float | None,
+    *,
+    limited: bool = False,
+) -> Flying:
+    """
+    Read ``--turn-radius`` and what goes with it, before any work is done; `limited` says that there is a budget.
+
+    Raises
+    ------
+    CglaError
+        If something is said of curves that are not asked for, or a number is out of range.
+
+    Examples
+    --------
+    >>> read_flying(500.0, (90.0, None), None, "-3,4", None, 20.0).wind
+    (-3.0, 4.0)
+    """
+    of_curves = {
+        "--start-heading": headings[0],
+        "--goal-heading": headings[1],
+        "--arc-tolerance": tolerance,
+        "--wind": wind,
+        "--power": power,
+    }
+    if turn_radius is None:
+        for option in (option for option, value in of_curves.items() if value is not None):
+            msg = f"{option} is about a path that turns no tighter than a radius: give --turn-radius R, or leave it out"
+            raise CglaError(msg)
+        return Flying()
+    if limited:
+        msg = "--turn-radius with --max-risk or --max-length: the budget holds for the polyline alone; give one of them"
+        raise CglaError(msg)
+    if speed is None and (wind is not None or power is not None):
+        msg = "--wind and --power are about how long a flight takes: give --speed V as well, the airspeed"
+        raise CglaError(msg)
+    for option, number in list(of_curves.items())[:2]:
+        if number is not None:
+            finite_number(option, number)
+    asked = Flying(
+        positive_number("--turn-radius", turn_radius),
+        *headings,
+        None if tolerance is None else positive_number("--arc-tolerance", tolerance),
+        None if speed is None else positive_number("--speed", speed),
+        _wind(wind),
+        None if power is None else non_negative_number("--power", power),
+    )
+    if asked.speed is not None:
+        from cgla_graph.turning.curve import Curve  # noqa: PLC0415 - few paths are made flyable
+        from cgla_graph.turning.timing import timed  # noqa: PLC0415 - the same
+
+        # a wind that is too fast is told before the work
+        timed(Curve(), asked.speed, wind=asked.wind, power=asked.power)
+    return asked
+
+
+def _wind(text: str | None) -> Point:
+    if text is None:
+        return 0.0, 0.0
+    try:
+        east, north = (finite_number("--wind", float(part)) for part in text.split(","))
+    except ValueError as error:
+        msg = f"--wind is {shown(text)}; give two numbers, EAST,NORTH: where the air moves to, metres a second"
+        raise CglaError(msg) from error
+    return east, north
+
+
+def flown(run: Run, asked: Flying) -> Run:
+    """
+    Return the run with the flyable path that begins from its path, and the same bound; as it is if none is asked for.
+
+    Raises
+    ------
+    CglaError
+        If the risk has peaks above 1.
+    """
+    if asked.turn_radius is None:
+        return run
+    from cgla_graph.turning.flyable import flyable  # noqa: PLC0415 - few paths are made flyable
+
+    curve = flyable(
+        run.scenario.problem,
+        run.solution.path if run.solution.status.has_path else np.empty((0, 2)),
+        asked.turn_radius,
+        start_heading=asked.start_heading,
+        goal_heading=asked.goal_heading,
+        bound=run.solution.lower_bound,
+        certify=False,
+    )
+    label = f"{run.solver}+flyable"
+    seconds = run.solution.seconds + curve.seconds
+    solution = dataclasses.replace(
+        curve, solver=label, seconds=seconds, build_seconds=run.solution.build_seconds, trace=run.solution.trace
+    )
+    return dataclasses.replace(run, solver=label, solution=solution)
+
+
+def lines(run: Run, asked: Flying) -> dict[str, str]:
+    """Say of a flyable path what is told of no other one, under its keys."""
+    if not asked.asked:
+        return {}
+    path = cast("Flyable", run.solution)
+    unit = " m" if run.scenario.projection else ""
+    told = {"turns": f"radius {figure(path.turn_radius, 6)}{unit} or more; lines and arcs, tangent everywhere"}
+    if not path.status.has_path:
+        return told
+    n_arcs = len(path.curve.arcs)
+    told["turns"] += f" ({n_arcs} arc{'s' * (n_arcs != 1)}, {len(path.curve.pieces) - n_arcs} lines)"
+    timing = asked.timed(path)
+    if timing is not None:
+        a_second = " m/s" if unit else " a second"
+        told["flight"] = f"{duration(timing.seconds)} at an airspeed of {asked.speed:g}{a_second}"
+        if asked.wind != (0.0, 0.0):
+            told["flight"] += f", over ground {figure(timing.slowest, 4)} to {figure(timing.fastest, 4)}{a_second}"
+        if not math.isnan(timing.energy):
+            told["energy"] = f"{figure(timing.energy, 4)} Wh at {asked.power:g} W"
+    return told
+
+
+def document(run: Run, asked: Flying) -> Mapping[str, Any]:
+    """Return what is told of a flyable path as JSON."""
+    if not asked.asked:
+        return {}
+    path = cast("Flyable", run.solution)
+    timing = asked.timed(path)
+    return {
+        "flyable": {
+            "turn_radius": asked.turn_radius,
+            "start_heading": asked.start_heading,
+            "goal_heading": asked.goal_heading,
+            "pieces": path.curve.pieces.tolist(),
+            "n_arcs": len(path.curve.arcs),
+            "least_radius": json_number(path.curve.least_radius),
+            "airspeed": asked.speed,
+            "wind": list(asked.wind),
+            "power": asked.power,
+            "flight_seconds": None if timing is None else json_number(timing.seconds),
+            "ground_speed": None if timing is None else [timing.slowest, timing.fastest],
+            "energy_wh": None if timing is None else json_number(timing.energy),
+        }
+    }

@@ -1,0 +1,132 @@
+"""What commands say of zones: which options choose, how many are closed, open and left out, and the list of them."""
+
+import csv
+import io
+import json
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from cgla_graph._shown import shown
+from cgla_graph.airspace.zones.account import ZoneRecord
+from cgla_graph.comparisons import console, files
+from cgla_graph.errors import CglaError
+from cgla_graph.scenarios.loading import RASTERS
+from cgla_graph.scenarios.scenario import Scenario
+
+#: What `--above` says, as heights of zones are written.
+ABOVE = {"ground": "AGL", "sea": "AMSL", "home": "HOME"}
+#: Columns of the list.
+COLUMNS = ("scenario", *ZoneRecord.__dataclass_fields__)
+
+
+def chosen(
+    altitude: float | None, above: str | None, at: str | None, treat: Sequence[str] | None, ground: Path | None
+) -> dict[str, Any]:
+    """
+    Gather what is said of zones, as `cgla_graph.scenarios.loading.open_scenarios` takes it; None where nothing is.
+
+    Raises
+    ------
+    CglaError
+        If one of them is malformed.
+
+    Examples
+    --------
+    >>> chosen(450.0, "sea", None, ["CONDITIONAL=open"], None)["altitude"]
+    '450 AMSL'
+    """
+    if above is not None and above not in ABOVE:
+        msg = f"--above is {shown(above)}; give one of {', '.join(ABOVE)}"
+        raise CglaError(msg)
+    treated = {}
+    for text in treat or ():
+        kind, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or value.lower() not in {"closed", "open"}:
+            msg = f"--treat is {shown(text)}; give KIND=closed or KIND=open, as CONDITIONAL=open"
+            raise CglaError(msg)
+        treated[kind.upper()] = value.lower()
+    return {
+        "altitude": None if altitude is None else f"{altitude:.12g} {ABOVE[above or 'ground']}",
+        "at": at,
+        "treat": treated or None,
+        "ground": None if ground is None else str(ground.absolute()),
+    }
+
+
+def may_be(spec: str, no_fly: Sequence[Path] | None) -> bool:
+    """
+    Tell whether a map may have zones, before it is opened.
+
+    Examples
+    --------
+    >>> may_be("paper", None), may_be("zones.json", None)
+    (False, True)
+    """
+    return bool(no_fly) or Path(spec).suffix.lower() not in {"", ".geojson", *RASTERS}
+
+
+def told(
+    scenarios: Iterable[Scenario], target: Path | None, *, altitude: float | None, two: bool = False, as_json: bool
+) -> dict[str, Any]:
+    """
+    Say what became of all zones of some maps, and write the list of them if that is asked for.
+
+    Parameters
+    ----------
+    scenarios
+        The maps.
+    target
+        Where the list goes: ``.csv`` or ``.json``.
+    altitude
+        What is said of zones alone.
+    two
+        Whether the altitude is above the ground for zones, and above home in an exported plan.
+    as_json
+        Whether nothing is printed.
+
+    Returns
+    -------
+    document
+        The same as JSON: under ``zones``, by the scenario's name; empty where there are no zones.
+
+    Raises
+    ------
+    CglaError
+        If there are no zones to list, or the file cannot be written.
+    """
+    accounts = {one.name: one.zones for one in scenarios if one.zones is not None}
+    if not accounts and (target is not None or altitude is not None):
+        option = f"--altitude {altitude:g}" if target is None else f"--zones-list {target}"
+        msg = f"{option}: there are no zones on the map; leave it out, or name their files (--no-fly FILE)"
+        raise CglaError(msg)
+    if target is not None:
+        _write(target, [(name, record) for name, account in accounts.items() for record in account.records])
+    for account in [] if as_json else accounts.values():
+        console.out(f"zones      {account.summary()}\n")
+        for note in account.notes():
+            console.out(f"note       {note}\n")
+    if accounts and two and not as_json:
+        console.out("note       --altitude is above ground for zones, above home in plans; --above says it for both\n")
+    if target is not None and not as_json:
+        console.out(f"written to {target.parent}: {target.name}\n")
+    return {"zones": {name: account.document() for name, account in accounts.items()}} if accounts else {}
+
+
+def _write(target: Path, rows: Sequence[tuple[str, ZoneRecord]]) -> None:
+    """Write the list of zones."""
+    listed = [{"scenario": name, **vars(record)} for name, record in rows]
+    kind = target.suffix.lower()
+    if kind == ".json":
+        text = json.dumps({"zones": listed}, ensure_ascii=False, indent=1) + "\n"
+    elif kind == ".csv":
+        stream = io.StringIO()
+        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(listed)
+        text = stream.getvalue()
+    else:
+        msg = f"--zones-list {target}: no list is written so; give a file that ends in .csv or .json"
+        raise CglaError(msg)
+    files.make_folder(target.parent)
+    files.write_text(target, text)

@@ -1,0 +1,278 @@
+"""Files of zones in all formats: what is read, and what is refused with the zone and the key."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+import shapely
+from hypothesis import given
+from mutations import damaged, damaged_json, tried
+from strategies import few, seeds
+from zone_files import (
+    ALWAYS,
+    HOLE,
+    PUBLISHED,
+    SQUARE,
+    circle,
+    data_of,
+    ed269,
+    ed318,
+    geojson,
+    kml,
+    kmz,
+    layer,
+    polygon,
+    volume,
+)
+
+import cgla_graph as cg
+from cgla_graph.airspace.zones.reading import zones_of
+from cgla_graph.airspace.zones.zone import Limit, Zone
+from cgla_graph.errors import FileFormatError
+
+AREA = shapely.Polygon(SQUARE, [HOLE])
+DOCUMENTS = {"ED-269": ed269(), "ED-318": ed318(), "KML": kml(), "GeoJSON": geojson()}
+#: Zones that begin with the sun and end by the clock, and the other way round; of two layers.
+TIMES = [
+    {"day": ["SAT"], "startEvent": "SS", "endEvent": "SR"},
+    {"day": ["ANY"], "startEvent": "BMCT", "endTime": "06:00+02:00"},
+    {"day": ["SUN"], "startTime": "06:00", "endEvent": "EECT"},
+]
+FUZZED = {
+    **DOCUMENTS,
+    "ED-269 by the sun": ed269(volume(), volume(lowerLimit=9), applicability=[{"permanent": "NO", "schedule": TIMES}]),
+    "ED-318 by the sun": ed318(limitedApplicability=[{"startDateTime": "2026-01-01T00:00:00Z", "schedule": TIMES}]),
+}
+#: How many zones each published file has, and its format.
+CONTENTS = {"ed269-ch": 4, "ed269-fi": 2, "ed269-lu": 2, "ed318-ie": 4, "ed318-Example_Collection": 2}
+
+
+def only(document: object) -> Zone:
+    (zone,) = zones_of(data_of(document), "mine").zones
+    return zone
+
+
+def refused(document: object) -> str:
+    with pytest.raises(FileFormatError) as told:
+        zones_of(data_of(document), "mine")
+    message = str(told.value)
+    assert message.startswith(("mine: ", "'mine': "))
+    assert "\n" not in message
+    return message
+
+
+@pytest.mark.parametrize("kind", DOCUMENTS)
+def test_the_content_says_which_format_it_is(kind: str, tmp_path: Path) -> None:
+    """Whatever the file is called, with a byte-order mark or without, packed or not."""
+    data = data_of(DOCUMENTS[kind])
+    for name, content in {
+        "a.txt": data,
+        "b": b"\xef\xbb\xbf" + data,
+        "c.kml": kmz(data) if kind == "KML" else data,
+    }.items():
+        path = tmp_path / name
+        path.write_bytes(content)
+        zones = cg.read_zones(path)
+        assert zones.formats == {str(path): kind}
+        assert zones.zones[0].layers[0].area.equals(AREA)
+        assert zones.zones[0].name in {"Castle", ""}
+        assert "Castle" in zones.zones[0].label
+
+
+def test_what_ed269_says_is_kept() -> None:
+    zone = only(ed269(volume(), volume(uomDimensions="FT", upperLimit=1000, upperVerticalReference="AMSL")))
+    assert (zone.identifier, zone.kind, zone.reason) == ("A-1", "PROHIBITED", "SENSITIVE")
+    assert zone.authority == "Castle office, castle@example.com"
+    assert [one.upper for one in zone.layers] == [Limit(120.0, "AGL"), Limit(304.8, "AMSL")]
+    bare = only({"features": [{"identifier": "A", "restriction": "prohibited", "geometry": [volume(upperLimit=None)]}]})
+    assert str(bare.layers[0].upper) == "unlimited"
+    assert only([*ed269()["features"]]).identifier == "A-1"
+
+
+@pytest.mark.parametrize(("value", "unit"), [(99999, "M"), (99999.0, "FT"), (None, "M")])
+def test_ceilings_that_are_none(value: float | None, unit: str) -> None:
+    assert str(only(ed269(volume(upperLimit=value, uomDimensions=unit))).layers[0].upper) == "unlimited"
+    assert str(only(ed318({**circle(6, 49, 9), "layer": layer(upper=value, uom=unit)})).layers[0].upper) == "unlimited"
+
+
+def test_what_ed318_says_is_kept() -> None:
+    parts = [{"type": "Polygon", "coordinates": [SQUARE], "layer": layer(lower=100)}, circle(6.1, 49.1, 500)]
+    zone = only(ed318({"type": "GeometryCollection", "geometries": parts}, name="plain", reason="NATURE"))
+    assert (zone.name, zone.kind, zone.reason) == ("plain", "REQ_AUTHORISATION", "NATURE")
+    assert [str(one.lower) for one in zone.layers] == ["30.48 m AGL", "0 m AGL"]
+    assert only(ed318()).name == "Castle"
+    multi = {"type": "MultiPolygon", "coordinates": [[SQUARE, HOLE], [[[7, 49], [8, 49], [8, 50], [7, 49]]]]}
+    assert only(ed318(multi)).layers[0].area.area == pytest.approx(AREA.area + 0.5)
+
+
+def test_placemarks_without_an_area_are_listed() -> None:
+    zones = zones_of(kml(), "mine")
+    assert [zone.label for zone in zones] == ["Castle", "placemark 1"]
+    assert len(zones.zones[1].layers) == 2
+    assert [(one.label, one.reason) for one in zones.no_areas] == [
+        ("tower", "a Point, not an area"),
+        ("road", "a LineString, not an area"),
+    ]
+    account = zones.apply().account()
+    assert account.summary() == (
+        "4 zones: 2 closed (2 UNCLASSIFIED), 2 left out (1 a Point, not an area, 1 a LineString, not an area)"
+    )
+
+
+RING = [[6, 49], [7, 49], [7, 50], [6, 49]]
+
+
+def projected(**changes: object) -> dict[str, Any]:
+    return ed269(volume(horizontalProjection={"type": "Polygon", "coordinates": [RING], **changes}))
+
+
+@pytest.mark.parametrize(
+    ("document", "said"),
+    [
+        ({"features": []}, "features"),
+        ({"features": 5}, "features: it is 5"),
+        ({"features": [5]}, "zone 0: it is 5"),
+        (ed269(identifier=None), "zone 0: identifier: it is null"),
+        (ed269(restriction="FORBIDDEN"), "zone 0 'A-1': restriction: it is 'FORBIDDEN'"),
+        (ed269(geometry=[]), "zone 0 'A-1': geometry: it is a list; give a list of at least one"),
+        (ed269(geometry=None), "zone 0 'A-1': geometry: it is null"),
+        (ed269(volume(uomDimensions="KM")), "geometry[0]: uomDimensions: it is 'KM'; give one of M, FT"),
+        (ed269(volume(uomDimensions=None)), "geometry[0]: uomDimensions"),
+        (ed269(volume(upperVerticalReference="QNH")), "geometry[0]: upperVerticalReference: it is 'QNH'"),
+        (ed269(volume(lowerVerticalReference=None)), "geometry[0]: lowerVerticalReference"),
+        (ed269(volume(upperLimit="120")), "geometry[0]: upperLimit: it is '120'; give a number"),
+        (ed269(volume(upperLimit=True)), "geometry[0]: upperLimit: it is true"),
+        (ed269(volume(lowerLimit=200)), "upperLimit: the ceiling, 120 m AGL, is below the floor, 200 m AGL"),
+        (ed269(volume(horizontalProjection=None)), "horizontalProjection: it is null"),
+        (projected(type="Square"), "horizontalProjection: type: it is 'Square'; give one of POLYGON, CIRCLE"),
+        (projected(coordinates=[]), "horizontalProjection: coordinates"),
+        (projected(coordinates=[RING[:3]]), "coordinates[0]: it has 3 positions"),
+        (projected(coordinates=[[*RING[:3], [6, 50]]]), "coordinates[0]: it is open"),
+        (projected(coordinates=[[[6, 49], [7, 49], [7, 91], [6, 49]]]), "coordinates[0][2]: its latitude is 91"),
+        (projected(coordinates=[[[6, 49], ["7", 49], [7, 50], [6, 49]]]), "coordinates[0][1]: its longitude is '7'"),
+        (projected(coordinates=RING), "coordinates[0][0]: it is 6; give [longitude, latitude]"),
+        (projected(coordinates=[[[6, 49]] * 4]), "its outline encloses nothing"),
+        (projected(type="Circle", center=[6, 49], radius=-1), "horizontalProjection: radius: it is -1"),
+        (projected(type="Circle", center=[6], radius=1), "horizontalProjection: center: it is a list"),
+        (projected(type="Circle", center=[6, 49], radius=1e6), "radius: it is 1000000.0; give metres"),
+        (ed269(applicability="always"), "zone 0 'A-1': applicability: it is 'always'"),
+        (ed269(applicability=[{"permanent": "MAYBE"}]), "applicability[0]: permanent: it is 'MAYBE'"),
+        (
+            ed269(applicability=[{"permanent": "NO", "startDateTime": "2026-08-01"}]),
+            "startDateTime: it is '2026-08-01'",
+        ),
+        (ed269(applicability=[{"schedule": [{"day": ["MO"]}]}]), "applicability[0]: schedule[0]: day: it is 'MO'"),
+        (ed269(applicability=[{"schedule": [{"day": ["ANY"], "endTime": "25:00Z"}]}]), "endTime: it is '25:00Z'"),
+        (ed318(type="USPACE!"), "zone 0 'B-2': type: it is 'USPACE!'; give one of PROHIBITED"),
+        (ed318(identifier=7), "zone 0: identifier: it is 7; give a text"),
+        (ed318({"type": "LineString", "coordinates": RING, "layer": layer()}), "geometry: type: it is 'LineString'"),
+        (ed318({"type": "Point", "coordinates": [6, 49], "layer": layer()}), "geometry: extent: it is missing"),
+        (ed318({"type": "GeometryCollection", "geometries": [5]}), "geometry: geometries[0]: it is 5"),
+        (ed318({**circle(6, 49, 9), "layer": layer(upperReference="X")}), "geometry: layer: upperReference: it is 'X'"),
+        (ed318({**circle(6, 49, 9), "layer": 5}), "geometry: layer: it is 5"),
+        (
+            ed318(limitedApplicability=[{"startDateTime": {}}]),
+            "limitedApplicability[0]: startDateTime: it is an object",
+        ),
+        ({**ed318(), "metadata": {"validFrom": {"not": "a time"}}}, "metadata: validFrom: it is an object"),
+        (
+            kml("<NetworkLink><name>n</name><Link><href>a.kml</href></Link></NetworkLink>"),
+            "'n': its areas are in anoth",
+        ),
+        (kml(f"<Placemark><name>p</name>{polygon(RING)[:-10]}Polygon></Placemark>"), "not XML"),
+        (
+            kml(f"<Placemark><name>p</name>{polygon([[6, 49], [7, 99], [7, 50]])}</Placemark>"),
+            "'p': Polygon 0: ring 0[1]",
+        ),
+        (kml("<Placemark><name>p</name><Polygon/></Placemark>"), "'p': Polygon 0: outerBoundaryIs: it has 0 rings"),
+        (kml(f"<Foldr><Placemark>{polygon(RING)}</Placemark></Foldr>"), "it has placemarks in a <Foldr>"),
+        (kml(f"<Placemark><Many>{polygon(RING)}</Many></Placemark>"), "it has a <Many> outside of a polygon"),
+        (kml(f"<Placemark>{polygon(RING).replace('6,49', '6, 49')}</Placemark>"), "coordinates: one is no number"),
+        (geojson([*RING[:3], [6, 50]]), "feature 0 ('Castle'), ring 0 is open"),
+        (b"nothing of the kind", "none of the formats"),
+        (b"", "none of the formats"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_is_not_understood_names_zone_and_key(document: object, said: str) -> None:
+    assert said in refused(document)
+
+
+@pytest.mark.parametrize(
+    "applicability", [None, [], ALWAYS, [{"permanent": "NO"}], [{"startDateTime": "2030-01-01T00:00Z"}, *ALWAYS]]
+)
+def test_a_zone_without_limits_in_time_always_applies(applicability: object) -> None:
+    assert only(ed269(applicability=applicability)).periods == ()
+
+
+@pytest.mark.parametrize("name", CONTENTS)
+def test_every_published_zone_is_accounted_for(name: str) -> None:
+    path = PUBLISHED / f"{name}.json"
+    if not path.is_file():
+        pytest.skip(f"{path} is not there")
+    zones = cg.read_zones(path)
+    assert len(zones) == CONTENTS[name]
+    for altitude in (None, 30, "400 AMSL", "100 HOME"):
+        for at in (None, "2026-08-01T12:00+02:00", "2026-08-05T12:00Z"):
+            account = zones.apply(altitude=altitude, at=at).account()
+            counts = [account.count("closed"), account.count("open"), account.count("left out")]
+            assert sum(counts) == CONTENTS[name] == len(account.records)
+            assert account.summary().startswith(f"{CONTENTS[name]} zones: ")
+
+
+def test_what_is_known_of_published_files() -> None:
+    """Luxembourg's temporary zone, Switzerland's sentinel, Finland's free zone, Ireland's feet and hole."""
+    if not (PUBLISHED / "ed318-ie.json").is_file():
+        pytest.skip("the published files are not there")
+    files = [PUBLISHED / f"{name}.json" for name in ("ed269-lu", "ed269-ch", "ed269-fi", "ed318-ie")]
+    zones = {zone.identifier: zone for zone in cg.read_zones(files)}
+    assert len(zones) == 12
+    assert [str(zones[name].layers[0].upper) for name in ("CH-GT9990", "FI-N-KESKUSPUISTO", "U901")] == [
+        "unlimited",
+        "unlimited",
+        "762 m AMSL",
+    ]
+    states = {
+        at: {one.identifier for one in cg.read_zones(files).apply(at=at).account().records if one.state == "closed"}
+        for at in ("2026-08-01T12:00Z", "2026-08-05T12:00Z")
+    }
+    assert states["2026-08-01T12:00Z"] - states["2026-08-05T12:00Z"] == {"LU-T-002"}
+    assert states["2026-08-05T12:00Z"] - states["2026-08-01T12:00Z"] == {"T901"}
+    assert (
+        len(zones["U901"].layers[0].area.geoms[0].interiors) == 1
+        if hasattr(zones["U901"].layers[0].area, "geoms")
+        else True
+    )
+
+
+def test_the_published_example_that_is_wrong_is_refused() -> None:
+    path = PUBLISHED / "ed318-InvalidExample_GeoZone_2_Layers.json"
+    if not path.is_file():
+        pytest.skip(f"{path} is not there")
+    with pytest.raises(FileFormatError, match="metadata: validFrom: it is an object"):
+        cg.read_zones(path)
+
+
+def whole(data: bytes) -> None:
+    """Read a document, and account for all of it."""
+    zones = zones_of(data, "mine")
+    for altitude, at in ((None, None), ("90 AMSL", "2026-08-01T12:00Z")):
+        applied = zones.apply(altitude=altitude, at=at)
+        account = applied.account()
+        assert len(account.records) == len(zones) + len(zones.no_areas)
+        assert all(one.area is not None and one.area.is_valid and one.area.area > 0.0 for one in applied.closed)
+        json.dumps(account.document(), allow_nan=False)
+
+
+@few
+@given(seed=seeds)
+@pytest.mark.parametrize("kind", FUZZED)
+def test_damaged_files_are_read_or_refused(kind: str, seed: int) -> None:
+    data = data_of(FUZZED[kind])
+    documents = [damaged(data, 1000 * seed + n) for n in range(20)]
+    # of values in place of others, many are read: their zones are accounted for, too
+    documents += (
+        [damaged_json(data, 1000 * seed + n) for n in range(20)] if kind != "KML" else [kmz(d) for d in documents]
+    )
+    tried(whole, FileFormatError, documents)

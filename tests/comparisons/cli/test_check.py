@@ -1,0 +1,300 @@
+"""`cgla check`: plans of anybody, leg by leg against zones, risk and scenarios, and how much better one could be."""
+
+import dataclasses
+import itertools
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from command_line import Answer, Call, caller
+
+import cgla_graph as cg
+from cgla_graph.airspace.flight_plans.formats import read_plan, write_plan
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Waypoint
+from cgla_graph.comparisons.cli import check, check_bracket
+from cgla_graph.comparisons.cli.check_map import MapRequest, open_check_map
+from cgla_graph.model.earth import LocalProjection, geodesic_length
+from cgla_graph.scenarios.scenario import load_scenario
+
+BOX = [[24.8, 60.1], [25.1, 60.1], [25.1, 60.2], [24.8, 60.2], [24.8, 60.1]]
+#: Its waypoints are outside, and its leg is not.
+STRAIGHT = "longitude,latitude\n24.7,60.12\n25.2,60.15\n"
+AROUND = "longitude,latitude\n24.7,60.12\n24.8,60.095\n25.1,60.095\n25.2,60.15\n"
+RASTER = "ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 10\nNODATA_value -9999\n1 2 3\n4 5 6\n"
+TOML = """
+bounds = [0, 0, 10, 10]
+start = [1, 1]
+goal = [9, 9]
+k = 2
+threats = [{ x = 5, y = 5, spread = 1 }]
+[no_fly]
+polygons = [[[2, 4], [3, 4], [3, 9], [2, 9]], [[6, 1], [8, 1], [8, 2], [6, 2]]]
+"""
+
+
+@pytest.fixture
+def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
+    zone = {"type": "Feature", "properties": {"name": "the bay"}, "geometry": {"type": "Polygon", "coordinates": [BOX]}}
+    for name, text in {
+        "bay.geojson": json.dumps(zone),
+        "straight.csv": STRAIGHT,
+        "around.csv": AROUND,
+        "risk.asc": RASTER,
+        "mine.toml": TOML,
+    }.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    return caller(tmp_path, monkeypatch, capfd)
+
+
+def lines_of(answer: Answer) -> dict[str, str]:
+    return {line[:10].strip(): line[11:] for line in answer.out.splitlines() if not line.startswith(("│", "┃"))}
+
+
+def write_route(name: str, *places: tuple[float, float]) -> None:
+    Path(name).write_text("\n".join(["x,y", *(f"{x},{y}" for x, y in places)]) + "\n", encoding="utf-8")
+
+
+def test_a_leg_that_crosses_is_refused_and_told_where(cgla: Call, tmp_path: Path) -> None:
+    answer = cgla("check", "straight.csv", "--zones", "bay.geojson", "--out", "out")
+    assert answer.code == 1
+    said = lines_of(answer)
+    assert said["verdict"] == "not clean: 1 leg crosses 1 area"
+    for words in (
+        "leg 1 is 16791.8 m inside the bay",
+        "24.800000,60.1261",
+        "25.100000,60.1441",
+        "5601.40 to 22393.2 m",
+    ):
+        assert words in said["crossing"]
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["straight-check.png"]
+    found = cgla("check", "straight.csv", "bay.geojson", "--json").document()
+    (one,) = found["crossings"]
+    assert (one["leg"], one["area"], found["clean"]) == (1, "the bay", False)
+    places = one["entry_lonlat"], one["exit_lonlat"]
+    assert geodesic_length(*map(tuple, places)) == pytest.approx(one["inside"], rel=1e-6)
+    assert one["along"][1] - one["along"][0] == pytest.approx(one["inside"])
+    assert found["zones"]["straight"]["closed"] == 1
+
+
+def test_a_plan_of_ours_is_clean_and_close_to_the_best(cgla: Call) -> None:
+    """From zones to a plan, and back to a verdict: the path touches corners, and degrees are rounded."""
+    ends = ("--start", "24.7,60.12", "--goal", "25.2,60.15", "--no-certificate")
+    for kind in ("plan", "gpx"):
+        more = ("--solver", "visibility-graph", *([] if kind == "plan" else ["--clearance", 30]))
+        cgla("plan", "bay.geojson", *ends, *more, "--export", f"mine.{kind}", "--altitude", 80)
+        answer = cgla("check", f"mine.{kind}", "--zones", "bay.geojson", *more[2:], "--json")
+        assert answer.code == 0, answer.out
+        found = answer.document()
+        assert (found["clean"], found["crossings"]) == (True, [])
+        assert 0.0 <= found["best"]["gap"] < 0.01
+        assert found["best"]["lower_bound"] <= found["cost"] == found["length"]
+    said = lines_of(cgla("check", "mine.plan", "bay.geojson"))
+    assert "within a rounding" in said["verdict"]
+    # the bay has neither floor nor ceiling
+    assert "note" not in said
+    assert "--altitude" in lines_of(cgla("check", "around.csv", "bay.geojson"))["note"]
+
+
+def test_the_bound_is_one_for_all_paths(cgla: Call) -> None:
+    """The map is laid around the plan; what leaves it is longer than the bound."""
+    detour = FlightPlan.along([(24.7, 60.12), (24.6, 60.5), (25.2, 60.15)])
+    request = MapRequest(zones=[Path("bay.geojson")])
+    for plan in (detour, read_plan("around.csv")):
+        found = check.check_plan(plan, "mine.csv", open_check_map(plan, "mine.csv", request))
+        assert found.is_clean
+        assert found.proof is not None
+        # the shortest way, around the southern corners
+        projection = LocalProjection.between((24.7, 60.12), (25.2, 60.15))
+        corners = projection.forward([(24.7, 60.12), (24.8, 60.1), (25.1, 60.1), (25.2, 60.15)])
+        best = float(np.hypot(*np.diff(corners, axis=0).T).sum())
+        assert 0.99 * best < found.proof.lower_bound <= best + 1.0
+        assert found.cost >= found.proof.lower_bound
+
+
+def test_ways_around_the_map_that_is_laid_are_not_denied(cgla: Call, tmp_path: Path) -> None:
+    """A wall cuts the map around the plan in two; the way around its end, far outside, costs no less than the bound."""
+    wall = shapely.box(24.94, 59.5, 24.96, 60.3)
+    (tmp_path / "wall.geojson").write_text(shapely.to_geojson(wall), encoding="utf-8")
+    (tmp_path / "short.csv").write_text("lon,lat\n24.9,60.15\n25.0,60.15\n", encoding="utf-8")
+    found = cgla("check", "short.csv", "wall.geojson", "--json").document()
+    around = [(24.9, 60.15), (24.94, 60.3), (24.96, 60.3), (25.0, 60.15)]
+    length = math.fsum(geodesic_length(one, other) for one, other in itertools.pairwise(around))
+    bracket = found["best"]
+    assert 0.7 * length < bracket["lower_bound"] <= length <= bracket["upper_bound"] + 1.0
+    # of one that is far too long, that it is at least as long as to the rim of the map and back
+    wall = shapely.box(24.94, 50.0, 24.96, 70.0)
+    (tmp_path / "wall.geojson").write_text(shapely.to_geojson(wall), encoding="utf-8")
+    found = cgla("check", "short.csv", "wall.geojson", "--json").document()
+    assert found["length"] < found["best"]["lower_bound"] < 300_000.0
+    assert found["best"]["upper_bound"] is None
+
+
+def test_areas_of_many_corners_are_bracketed_in_time(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is around them, and what is inside, has few corners; the bracket holds for the areas themselves."""
+    plan = read_plan("around.csv")
+    on = open_check_map(plan, "around.csv", MapRequest(zones=[Path("bay.geojson")]))
+    exact = check.check_plan(plan, "around.csv", on).proof
+    monkeypatch.setattr(check_bracket, "MOST_CORNERS", 3)
+    coarse = check.check_plan(plan, "around.csv", on).proof
+    assert exact is not None
+    assert coarse is not None
+    assert coarse.lower_bound <= exact.upper_bound
+    assert coarse.lower_bound == pytest.approx(exact.lower_bound, rel=0.01)
+    assert exact.lower_bound <= coarse.upper_bound == pytest.approx(exact.upper_bound, rel=0.01)
+    assert exact.upper_bound < coarse.upper_bound
+    assert on.scenario.problem.evaluate(coarse.path).feasible
+    assert on.scenario.problem.evaluate(coarse.path).cost == coarse.upper_bound
+    bay = on.areas[0].shape
+    inner, outer = (check_bracket._simple(bay, sign * 20.0, 20.0) for sign in (-1.0, 1.0))
+    assert shapely.covers(bay, inner)
+    assert shapely.covers(outer, bay)
+    assert len(outer.exterior.coords) < 30
+
+
+def test_lengths_risks_and_costs_are_the_oracle_s(cgla: Call) -> None:
+    places = [(1.0, 1.0), (1.0, 9.5), (4.0, 9.5), (5.0, 6.0), (9.0, 9.0)]
+    write_route("mine.csv", *places)
+    answer = cgla("check", "mine.csv", "mine.toml", "--k", 3, "--json")
+    assert answer.code == 0
+    found = answer.document()
+    problem = load_scenario("mine.toml").problem
+    judged = problem.evaluate(places)
+    assert found["k"] == 3.0
+    assert (found["length"], found["risk"]) == pytest.approx((judged.length, judged.risk))
+    assert found["cost"] == pytest.approx(judged.length + 3.0 * judged.risk)
+    assert found["clearance"] == judged.clearance
+    for leg, (start, end) in zip(found["legs"], itertools.pairwise(places), strict=True):
+        one = problem.evaluate([start, end])
+        assert (leg["length"], leg["risk"], leg["clearance"]) == pytest.approx((one.length, one.risk, one.clearance))
+    bound = cg.lower_bound(problem).lower_bound
+    assert found["best"]["lower_bound"] == pytest.approx(bound, rel=0.1)
+
+
+def test_everything_that_is_wrong_is_told(cgla: Call) -> None:
+    write_route("mine.csv", (1, 1), (1, 5), (7, 5), (7, 1.5), (7, 12), (1, 0.5), (5.9, 1.5), (5.9, 1.2))
+    answer = cgla("check", "mine.csv", "mine.toml", "--clearance", 0.5)
+    assert answer.code == 1
+    found = cgla("check", "mine.csv", "mine.toml", "--clearance", 0.5, "--json").document()
+    assert [leg["leg"] for leg in found["legs"] if leg["crosses"]] == [2, 3, 4, 5]
+    assert [leg["leg"] for leg in found["legs"] if leg["leaves_map"]] == [4, 5]
+    assert [leg["leg"] for leg in found["legs"] if leg["too_near"] and not leg["crosses"]] == [6, 7]
+    assert {one["area"] for one in found["crossings"]} == {"no-fly area 0", "no-fly area 1"}
+    assert found["best"] is None
+    assert "as every plan" in found["no_best"]
+    said = "; ".join(found["verdict"])
+    for words in ("4 legs cross 2 areas", "2 legs leave the map", "2 legs come nearer"):
+        assert words in said
+
+
+def test_plans_that_begin_inside_return_home_or_circle(cgla: Call, tmp_path: Path) -> None:
+    inside = FlightPlan((Waypoint(24.9, 60.15), Waypoint(25.2, 60.15), Waypoint(25.2, 60.3)))
+    write_plan(inside, tmp_path / "inside.csv")
+    answer = cgla("check", "inside.csv", "bay.geojson", "--out", "out")
+    assert answer.code == 1
+    assert "begins inside the bay" in lines_of(answer)["best"]
+    # home is on the other side: the way from there to the first waypoint is flown, too
+    home = FlightPlan((Waypoint(25.2, 60.15), Waypoint(25.2, 60.3)), Home(24.7, 60.15))
+    write_plan(home, tmp_path / "home.csv")
+    found = cgla("check", "home.csv", "bay.geojson", "--json", "--no-certificate").document()
+    assert [(leg["from"], leg["to"], leg["crosses"]) for leg in found["legs"]] == [
+        ("home", "1", True),
+        ("1", "2", False),
+    ]
+    circle = FlightPlan((Waypoint(24.7, 60.15), Waypoint(24.79, 60.15, loiter_radius=900.0), Waypoint(24.7, 60.3)))
+    write_plan(circle, tmp_path / "circle.csv")
+    found = cgla("check", "circle.csv", "bay.geojson", "--json", "--no-certificate").document()
+    assert found["verdict"] == ["not clean: 1 circle reaches into an area"]
+    assert [(one["waypoint"], one["leg"]) for one in found["crossings"]] == [("2", None)]
+
+
+def test_curves_and_round_trips_are_told(cgla: Call) -> None:
+    item = {"type": "SimpleItem", "frame": 3, "autoContinue": True}
+    params = ([0, 0, 0, None, 60.3, x, 50] for x in (24.7, 24.8))
+    items = [{**item, "command": command, "params": one} for command, one in zip((16, 82), params, strict=True)]
+    mission = {"version": 2, "items": items, "plannedHomePosition": [60.3, 24.7, 0], "firmwareType": 12}
+    text = json.dumps({"fileType": "Plan", "version": 1, "mission": mission})
+    Path("spline.plan").write_text(text, encoding="utf-8")
+    answer = cgla("check", "spline.plan", "bay.geojson")
+    assert answer.code == 1
+    assert "spline" in lines_of(answer)["verdict"]
+    Path("loop.csv").write_text("lon,lat\n24.7,60.3\n24.8,60.3\n24.8,60.4\n24.7,60.3\n", encoding="utf-8")
+    answer = cgla("check", "loop.csv", "bay.geojson")
+    assert answer.code == 0
+    assert "where it begins" in lines_of(answer)["best"]
+
+
+def test_risk_on_a_raster_is_told_and_weighed_on_request(cgla: Call) -> None:
+    write_route("mine.csv", (5, 5), (25, 15))
+    free, weighed = (
+        cgla("check", "mine.csv", "--risk", "risk.asc", *more, "--json").document() for more in ((), ("--k", 2))
+    )
+    assert free["risk"] == weighed["risk"] > 0.0
+    assert free["cost"] == free["length"]
+    assert weighed["cost"] == pytest.approx(weighed["length"] + 2.0 * weighed["risk"])
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["straight.csv"], ("--zones", "--risk")),
+        (["none.plan", "bay.geojson"], ("none.plan",)),
+        (["bay.geojson", "bay.geojson"], ("bay.geojson", "waypoint")),
+        (["straight.csv", "paper"], ("degrees", "plane")),
+        (["straight.csv", "--zones", "straight.csv"], ("straight.csv", "formats")),
+        (["straight.csv", "mine.toml", "paper"], ("one map", "paper")),
+        (["straight.csv", "--risk", "bay.geojson"], ("--risk", ".tif")),
+        (["straight.csv", "bay.geojson", "--tolerance", "-1"], ("--tolerance",)),
+        (["straight.csv", "bay.geojson", "--clearance", "nan"], ("clearance",)),
+        (["straight.csv", "bay.geojson", "--bounds", "1,2,3,4"], ("--bounds",)),
+        (["straight.csv", "--at", "2026-08-01T12:00Z", "paper"], ("--at", "zones")),
+    ],
+)
+def test_what_cannot_be_checked_is_told_in_one_line(cgla: Call, words: list[str], said: tuple[str, ...]) -> None:
+    cgla("check", *words).refused(*said)
+
+
+def test_long_plans_are_checked_in_time(cgla: Call) -> None:
+    """A thousand legs, most of which cross."""
+    angles = np.linspace(0.0, 2.0 * math.pi, 1001)
+    places = np.column_stack([24.95 + 0.3 * np.cos(301.0 * angles), 60.15 + 0.1 * np.sin(301.0 * angles)])
+    plan = FlightPlan(tuple(Waypoint(x, y) for x, y in places.tolist()))
+    on = open_check_map(plan, "long.csv", MapRequest(zones=[Path("bay.geojson")]))
+    found: Any = check.check_plan(plan, "long.csv", on, tolerance=None)
+    assert len(found.crossings.legs) > 500
+
+
+@pytest.mark.slow
+def test_plans_through_the_same_waypoints_are_bounded(cgla: Call) -> None:
+    """A sum over legs: of a zigzag that must be one, the whole; of one that could avoid risk, as much as is proven."""
+    zigzag = [(0.5, 0.5), (1.5, 9.5), (1.8, 0.5), (4.5, 0.5), (4.5, 9.5), (9.5, 0.2)]
+    write_route("mine.csv", *zigzag)
+    found = cgla("check", "mine.csv", "mine.toml", "--k", 0, "--json").document()
+    assert found["clean"]
+    bound = found["through"]
+    assert bound["lower_bound"] == pytest.approx(found["length"], rel=1e-12)
+    assert (bound["legs"], bound["proven"], bound["wanting"]) == (5, 0, 0)
+    assert bound["lower_bound"] > 2.0 * found["best"]["lower_bound"]
+    # with the risk in the middle, some legs are proven, and more so with more of them
+    problem = load_scenario("mine.toml").problem
+    bounds = {}
+    for most in (1, 16):
+        found = cgla("check", "mine.csv", "mine.toml", "--through", most, "--json").document()
+        bounds[most] = found["through"]["lower_bound"]
+        assert found["through"]["proven"] <= most
+        assert (found["through"]["wanting"] > 0) is (most == 1)
+    assert found["length"] < bounds[1] < bounds[16] <= found["cost"]
+    legs = [cg.lower_bound(dataclasses.replace(problem, start=a, goal=b), 0.3) for a, b in itertools.pairwise(zigzag)]
+    assert 0.9 * sum(one.lower_bound for one in legs) < bounds[16] <= sum(one.upper_bound for one in legs)
+    # a way around an area belongs to a leg that crosses it; inside of one, there is no way
+    write_route("mine.csv", (1, 5), (4, 5), (4, 1))
+    found = cgla("check", "mine.csv", "mine.toml", "--k", 0, "--json").document()
+    around = 2.0 * math.sqrt(2.0) + 1.0 + 4.0
+    assert 0.99 * around < found["through"]["lower_bound"] <= around
+    write_route("mine.csv", (1, 5), (2.5, 5), (4, 1))
+    found = cgla("check", "mine.csv", "mine.toml", "--json").document()
+    assert found["through"]["message"] == "waypoint 2 is inside an area"
+    cgla("check", "mine.csv", "mine.toml", "--through", -1).refused("--through", "0 or more")

@@ -1,0 +1,328 @@
+"""`cgla check`: a plan's own altitudes against floors and ceilings, leg by leg."""
+
+import json
+import math
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from mutations import damaged, damaged_json, tried
+from strategies import examples, few, seeds
+from zone_files import data_of, ed269, volume
+
+from cgla_graph.airspace.flight_plans import together
+from cgla_graph.airspace.flight_plans.crossings import crossings_of
+from cgla_graph.airspace.flight_plans.formats import plan_of_bytes, text_of_plan
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Reference, Waypoint
+from cgla_graph.airspace.flight_plans.profile import profile_of
+from cgla_graph.airspace.flight_plans.walls import ClosedArea
+from cgla_graph.airspace.zones.ground import Ground
+from cgla_graph.airspace.zones.zone import Limit
+from cgla_graph.comparisons.cli.check import Checked, check_plan
+from cgla_graph.comparisons.cli.check_heights import Limits, PlanHeights
+from cgla_graph.comparisons.cli.check_map import MapRequest, open_check_map
+from cgla_graph.comparisons.cli.check_report import checked_document, verdict_of
+from cgla_graph.errors import CglaError
+from cgla_graph.model.earth import LocalProjection
+
+Check: TypeAlias = Callable[..., Checked]
+
+#: From west to east through the zone, which is between these longitudes.
+WEST, EAST, LOW, HIGH = 5.9, 6.3, 6.0, 6.2
+SQUARE = [[LOW, 49.0], [HIGH, 49.0], [HIGH, 49.2], [LOW, 49.2], [LOW, 49.0]]
+
+
+def zone(lower: float, below: str, upper: float | None, above: str, **more: object) -> dict[str, Any]:
+    projection = {"type": "Polygon", "coordinates": [SQUARE]}
+    return volume(
+        lowerLimit=lower,
+        lowerVerticalReference=below,
+        upperLimit=upper,
+        upperVerticalReference=above,
+        **{"horizontalProjection": projection, **more},
+    )
+
+
+def through(
+    first: float | None, last: float | None, reference: Reference = "ground", home: Home | None = None
+) -> FlightPlan:
+    ends = ((WEST, first), (EAST, last))
+    return FlightPlan(tuple(Waypoint(x, 49.1, height, reference) for x, height in ends), home)
+
+
+@pytest.fixture
+def checked(tmp_path: Path) -> Check:
+    def check(
+        plan: FlightPlan, *volumes: dict[str, Any], tolerance: float | None = None, **settings: object
+    ) -> Checked:
+        path = tmp_path / "zones.json"
+        path.write_bytes(data_of(ed269(*volumes)))
+        request = MapRequest(zones=[path], settings=settings)
+        return check_plan(plan, "mine.csv", open_check_map(plan, "mine.csv", request), tolerance=tolerance)
+
+    return check
+
+
+def longitudes(found: Checked) -> list[list[float]]:
+    document = json.loads(json.dumps(checked_document(found)))
+    return [[one["entry_lonlat"][0], one["exit_lonlat"][0]] for one in document["crossings"]]
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "expected"),
+    [
+        # of 50 to 150 m on the way, 100 m are in the middle
+        (50.0, 150.0, [LOW, 6.1]),
+        (150.0, 50.0, [6.1, HIGH]),
+        (100.0, 100.0, [LOW, HIGH]),
+        (20.0, 20.0, [LOW, HIGH]),
+        (100.001, 100.001, None),
+        (19.999, 19.0, None),
+        # above the ceiling until it is past the zone
+        (1000.0, 100.0, None),
+    ],
+)
+def test_a_leg_crosses_where_it_is_inside_and_within_the_limits(
+    checked: Check, first: float, last: float, expected: list[float] | None
+) -> None:
+    found = checked(through(first, last), zone(20, "AGL", 100, "AGL"))
+    assert longitudes(found) == ([] if expected is None else [pytest.approx(expected, abs=1e-5)])
+    assert found.is_clean is (expected is None)
+    assert found.on.heights.notes() == []
+    # far away as the zone does not count, or touching it
+    assert (
+        found.crossings.clearances[0] == (math.inf if expected is None and first < 1000.0 else 0.0) or first == 1000.0
+    )
+
+
+@pytest.mark.parametrize(
+    ("plan", "limits", "clean", "note"),
+    [
+        (through(80, 80, "home"), (0, "AGL", 120, "AGL"), False, "--ground"),
+        (through(500, 500, "home"), (0, "AGL", 120, "AGL"), False, "--ground"),
+        (through(500, 500, "sea"), (0, "AGL", 120, "AGL"), False, "--ground"),
+        (through(80, 80, "home", home=Home(WEST, 49.1, 350.0)), (0, "AGL", 400, "AMSL"), True, ""),
+        (through(40, 40, "home", home=Home(WEST, 49.1, 350.0)), (0, "AGL", 400, "AMSL"), False, ""),
+        # 0 m is what files say of a height that is not known
+        (through(80, 80, "home", home=Home(WEST, 49.1, 0.0)), (0, "AGL", 40, "AMSL"), False, "the height of home"),
+        (through(None, None), (0, "AGL", 120, "AGL"), False, None),
+        (through(500, None), (0, "AGL", 120, "AGL"), False, "does not say how high"),
+        # the geoid is known to 100 m
+        (through(600, 600, "ellipsoid"), (0, "AGL", 400, "AMSL"), True, ""),
+        (through(450, 450, "ellipsoid"), (0, "AGL", 400, "AMSL"), False, ""),
+        (through(400, 400, "ellipsoid"), (450, "AMSL", None, "AGL"), False, ""),
+        (through(300, 300, "ellipsoid"), (450, "AMSL", None, "AGL"), True, ""),
+        # one limit that can be compared is enough to be open, and not to be closed
+        (through(80, 80), (0, "AMSL", 50, "AGL"), True, ""),
+        (through(80, 80), (0, "AMSL", 90, "AGL"), False, "--ground"),
+        (through(500, 500), (0, "AGL", None, "AGL"), False, None),
+    ],
+)
+def test_what_cannot_be_compared_is_closed_and_told(
+    checked: Check, plan: FlightPlan, limits: tuple[float, str, float | None, str], clean: bool, note: str | None
+) -> None:
+    found = checked(plan, zone(*limits))
+    assert found.is_clean is clean
+    assert longitudes(found) == ([] if clean else [pytest.approx([LOW, HIGH], abs=1e-5)])
+    notes = [] if found.on.heights is None else found.on.heights.notes()
+    assert len(notes) == bool(note)
+    assert all(note in one and "\n" not in one for one in notes)
+
+
+def test_legs_of_other_heights_cross_other_layers(checked: Check) -> None:
+    """Each layer of a zone counts at its own heights and over its own area; climbs and landings are flown, too."""
+    east = {"type": "Polygon", "coordinates": [[[x + 0.1, y] if x < 6.1 else [x, y] for x, y in SQUARE]]}
+    layers = zone(0, "AGL", 50, "AGL"), zone(50, "AGL", 200, "AGL", horizontalProjection=east)
+    assert longitudes(checked(through(100, 100), *layers)) == [pytest.approx([6.1, HIGH], abs=1e-5)]
+    assert longitudes(checked(through(30, 30), *layers)) == [pytest.approx([LOW, HIGH], abs=1e-5)]
+    assert verdict_of(checked(through(50, 50), *layers)) == ["not clean: 1 leg crosses 1 area"]
+    # up from the ground inside, and away above: the climb is what is inside
+    places = [(6.05, 49.1), (6.05, 49.3)]
+    for home, crosses in ((None, False), (Home(6.05, 49.1), True)):
+        plan = FlightPlan(tuple(Waypoint(x, y, 100.0, "ground") for x, y in places), home)
+        found = checked(plan, *layers)
+        assert found.is_clean is not crosses
+        assert [one.is_upright for one in found.crossings.found] == [True] * crosses
+        said = verdict_of(found)[0]
+        assert ("goes up or down" in said) is crosses
+    # a landing may glide all the way from 100 m
+    landing = FlightPlan((*plan.waypoints[::-1], Waypoint(6.3, 49.1, 0.0, "home", role="landing")))
+    assert not checked(landing, *layers).is_clean
+
+
+def test_the_best_plan_is_one_at_its_heights(checked: Check) -> None:
+    """Over a zone that ends below the plan, it is the straight line; around one that does not, the way around."""
+    over, under = (checked(through(height, height), zone(0, "AGL", 100, "AGL"), tolerance=0.01) for height in (150, 80))
+    assert over.is_clean
+    assert 0.999 * over.cost < over.proof.lower_bound <= over.cost
+    assert under.proof.lower_bound > 1.1 * under.cost
+    # of a climb, that it might be above all the way
+    climb = checked(through(80, 150), zone(0, "AGL", 100, "AGL"), tolerance=0.01)
+    assert not climb.is_clean
+    assert climb.proof.lower_bound <= climb.cost
+
+
+def test_elevations_resolve_heights_along_the_leg(checked: Check, tmp_path: Path) -> None:
+    """300 m in the west, 400 m in the east: 480 m above the sea is 180 m above the ground, then 80 m."""
+    rows = "\n".join(" ".join(["300"] * 20 + ["400"] * 40) for _ in range(10))
+    raster = tmp_path / "ground.asc"
+    raster.write_text(f"ncols 60\nnrows 10\nxllcorner 5.8\nyllcorner 49.05\ncellsize 0.01\n{rows}\n")
+    # (the edge of the step is at longitude 6.0; a cell and its neighbours count)
+    east = {"type": "Polygon", "coordinates": [[[x - 0.08, y] for x, y in SQUARE]]}
+    limits = zone(0, "AGL", 120, "AGL", horizontalProjection=east)
+    found = checked(through(480, 480, "sea"), limits, ground=str(raster))
+    ((first, last),) = longitudes(found)
+    assert 5.96 < first <= 6.0
+    assert last == pytest.approx(6.12, abs=1e-4)
+    assert found.on.heights.notes() == []
+    assert checked(through(530, 530, "sea"), limits, ground=str(raster)).is_clean
+    # home is 300 m above the sea, as the raster says
+    home = Home(WEST, 49.1)
+    assert longitudes(checked(through(180, 180, "home", home=home), limits, ground=str(raster)))[0][1] > 6.1
+    assert checked(through(240, 240, "home", home=home), limits, ground=str(raster)).is_clean
+    # where the raster has no data, nothing is known
+    raster.write_text(raster.read_text().replace("400 400\n", "400 -9999\n").replace("cellsize 0.01", "cellsize 0.003"))
+    assert "has data there" in checked(through(530, 530, "sea"), limits, ground=str(raster)).on.heights.notes()[0]
+
+
+@st.composite
+def flights(draw: st.DrawFn) -> tuple[PlanHeights, list[ClosedArea], Ground]:
+    """Draw zigzags with altitudes over boxes with floors and ceilings, some of them side by side, and hills."""
+    rng = np.random.default_rng(draw(seeds))
+    projection = LocalProjection(6.0, 49.0)
+    (west, south), (east, north) = projection.inverse([(-9000.0, -9000.0), (9000.0, 9000.0)]).tolist()
+    ground = Ground(100.0 * rng.integers(0, 4, (12, 12)).astype(float), (west, south, east, north))
+    places = rng.integers(-7, 8, (int(rng.integers(2, 6)), 2)) * 1000.0
+    places = places[np.concatenate([[True], (places[1:] != places[:-1]).any(axis=1)])]
+    reference = ["ground", "sea", "home"][rng.integers(3)]
+    heights = rng.integers(0, 8, len(places)) * 50.0
+    plan = FlightPlan(
+        tuple(
+            Waypoint(x, y, height, reference)  # type: ignore[arg-type]
+            for (x, y), height in zip(projection.inverse(places).tolist(), heights.tolist(), strict=True)
+        )
+    )
+    areas, limits = [], []
+    for number in range(int(rng.integers(1, 5))):
+        x, y = rng.integers(-7, 5, 2) * 1000.0
+        areas.append(ClosedArea(str(number), shapely.box(x, y, x + 3000.0, y + 3000.0)))
+        low, high = np.sort(rng.integers(0, 8, 2) * 50.0).tolist()
+        references = ["AGL", "AMSL"]
+        limits.append(
+            Limits(Limit(low, references[rng.integers(2)]), Limit(high, references[rng.integers(2)]))  # type: ignore[arg-type]
+        )
+    boxes = np.array([one.shape.bounds for one in areas])
+    stops = tuple(range(1, len(places) + 1))
+    with_ground = ground if rng.random() < 0.5 else None
+    return PlanHeights(plan, stops, limits, with_ground, places, boxes, projection), areas, ground
+
+
+@few
+@given(flights())
+def test_wherever_it_is_inside_and_within_the_limits_it_crosses(
+    found: tuple[PlanHeights, list[ClosedArea], Ground],
+) -> None:
+    """Sampled, with the elevation of the very place; and where nothing has to be guessed, nowhere else."""
+    heights, areas, ground = found
+    crossings = crossings_of(heights.route, areas, heights=heights)
+    west, _, _, north = ground.bounds
+    for leg, profile in enumerate(heights.profile.legs):
+        start, end = heights.route[leg], heights.route[leg + 1]
+        for share in np.linspace(0.003, 0.997, 60).tolist():
+            place = start + share * (end - start)
+            longitude, latitude = heights.projection.inverse(place).tolist()
+            wide, high = ground.cell
+            here = float(ground.values[int((north - latitude) / high), int((longitude - west) / wide)])
+            above = {"ground": here, "sea": 0.0, "home": 150.0}[str(profile.reference)]
+            altitude = profile.at(share)[0] + above
+            far = math.dist(place, start)
+            for number, area in enumerate(areas):
+                limits = heights.limits[number]
+                assert limits is not None
+                floor, ceiling = (one.metres + here * (one.reference == "AGL") for one in (limits.lower, limits.upper))
+                inside = shapely.contains_xy(area.shape, *place)
+                is_in = [
+                    one
+                    for one in crossings.found
+                    if (one.leg, one.area) == (leg, number)
+                    and math.dist(one.entry, start) - 1e-6 <= far <= math.dist(one.exit, start) + 1e-6
+                ]
+                if inside and floor <= altitude <= ceiling:
+                    assert is_in
+                same = {one.reference for one, _ in limits.bounded} <= {
+                    {"ground": "AGL", "sea": "AMSL"}.get(str(profile.reference))
+                }
+                if same and is_in:
+                    edge = 1.0 + abs(profile.high[0] - profile.high[1]) * 1e-3
+                    assert inside or area.shape.distance(shapely.Point(place)) < 1e-6
+                    assert floor - edge <= altitude <= ceiling + edge or limits.lower.metres <= 0.0
+
+
+def test_two_areas_side_by_side_leave_no_way_at_heights_of_both() -> None:
+    left, right = shapely.box(-1000, 0, 0, 1000), shapely.box(0, 0, 1000, 1000)
+    areas = [ClosedArea("left", left), ClosedArea("right", right)]
+    projection = LocalProjection(6.0, 49.0)
+    route = np.array([(0.0, -500.0), (0.0, 1500.0)])
+    ends = projection.inverse(route).tolist()
+    for height, crosses in ((40.0, True), (80.0, False), (120.0, False)):
+        plan = FlightPlan(tuple(Waypoint(x, y, height, "ground") for x, y in ends))
+        limits = [Limits(Limit(0.0, "AGL"), Limit(top, "AGL")) for top in (50.0, 100.0)]
+        boxes = np.array([one.shape.bounds for one in areas])
+        heights = PlanHeights(plan, (1, 2), limits, None, route, boxes, projection)
+        found = crossings_of(route, areas, heights=heights)
+        assert found.legs.tolist() == [0] * crosses
+        assert found.clearances.tolist() == [math.inf if height == 120.0 else 0.0]
+
+
+def test_heights_are_those_between_waypoints() -> None:
+    points = [(24.0, 50.0, "waypoint"), (24.1, 100.0, "waypoint"), (24.1, 60.0, "waypoint"), (24.2, 0.0, "landing")]
+    plan = FlightPlan(tuple(Waypoint(x, 60.0, z, role=role) for x, z, role in points), Home(23.9, 60.0))  # type: ignore[arg-type]
+    profile = profile_of(plan, (0, 1, 2, 4))
+    assert [one.at(0.5) for one in profile.legs] == [(-math.inf, 50.0), (75.0, 75.0), (-math.inf, 60.0)]
+    spans = [None if one is None else (one.lowest, one.highest) for one in profile.places]
+    assert spans == [None, None, (60.0, 100.0), (-math.inf, 0.0)]
+    circle = FlightPlan((Waypoint(24.0, 60.0, 50.0), Waypoint(24.1, 60.0, 90.0, loiter_radius=80.0)))
+    assert [(one.lowest, one.highest) for one in profile_of(circle, (1, 2)).legs] == [(50.0, 90.0)]
+    mixed = FlightPlan((Waypoint(24.0, 60.0, 50.0), Waypoint(24.1, 60.0, 90.0, "sea")))
+    assert profile_of(mixed, (1, 2)).legs[0].reference is None
+
+
+def test_too_much_to_tell_is_closed_and_told(checked: Check, monkeypatch: pytest.MonkeyPatch) -> None:
+    layers = zone(0, "AGL", 50, "AGL"), zone(50, "AGL", 90, "AGL")
+    assert checked(through(100, 100), *layers).is_clean
+    for limit in ("MOST_PAIRS", "MOST_BUILT"):
+        with monkeypatch.context() as context:
+            context.setattr(together, limit, 1)
+            found = checked(through(100, 80), *layers)
+            assert longitudes(found)[0] == pytest.approx([LOW, HIGH], abs=1e-5)
+            assert found.on.heights is not None
+            assert "all areas on it" in found.on.heights.notes()[0]
+
+
+@examples(10)
+@given(seed=seeds)
+def test_damaged_zones_and_plans_are_checked_or_refused(seed: int) -> None:
+    """To the end: every leg, crossing and note is told, or one line says what is wrong."""
+    zones = ed269(zone(20, "AGL", 100, "AMSL"), zone(0, "AGL", 400, "AGL", uomDimensions="FT"))
+    plan_text = text_of_plan(through(50, 150, "home", Home(WEST, 49.1, 300.0)), "a.plan")
+    texts = {"zones": data_of(zones), "plan": plan_text.encode()}
+
+    def check(data: bytes) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "zones.json")
+            path.write_bytes(data if which == "zones" else texts["zones"])
+            plan = plan_of_bytes(data if which == "plan" else texts["plan"], "mine.plan")
+            on = open_check_map(plan, "mine.plan", MapRequest(zones=[path]))
+            found = check_plan(plan, "mine.plan", on, tolerance=None)
+            json.dumps(checked_document(found), allow_nan=False)
+            assert found.is_clean == (verdict_of(found)[0][:5] == "clean")
+
+    for which in ("zones", "plan"):
+        documents = [change(texts[which], 9 * seed + n) for n in range(3) for change in (damaged, damaged_json)]
+        tried(check, CglaError, documents)

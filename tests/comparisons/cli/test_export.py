@@ -1,0 +1,103 @@
+"""`cgla plan --export`: plans for ground stations and viewers."""
+
+import json
+from pathlib import Path
+
+import pytest
+from command_line import Call, caller
+
+import cgla_graph as cg
+from cgla_graph.airspace.flight_plans.formats import read_plan
+
+AREA = [[[24.8, 60.1], [25.1, 60.1], [25.1, 60.2], [24.8, 60.2], [24.8, 60.1]]]
+QUICK = ("--solver", "visibility-graph", "--no-certificate", "--start", "24.7,60.12", "--goal", "25.2,60.15")
+KINDS = (".plan", ".waypoints", ".kml", ".gpx", ".geojson", ".csv")
+
+
+@pytest.fixture
+def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
+    (tmp_path / "areas.geojson").write_text(json.dumps({"type": "Polygon", "coordinates": AREA}), encoding="utf-8")
+    return caller(tmp_path, monkeypatch, capfd)
+
+
+def test_a_path_is_written_to_be_flown(cgla: Call, tmp_path: Path) -> None:
+    targets = [f"out/mine{kind}" for kind in KINDS]
+    words = [word for target in targets for word in ("--export", target)]
+    flight = ("--altitude", 80, "--above", "ground", "--speed", 12)
+    answer = cgla("plan", "areas.geojson", *QUICK, *words, *flight, "--json")
+    assert answer.code == 0
+    found = answer.document()
+    assert found["files"] == targets
+    path = found["path_lonlat"]
+    assert len(path) > 2
+    for target in targets:
+        plan = read_plan(tmp_path / target)
+        # the landing is where the last leg ends
+        assert plan.lonlat.tolist() == [*path, path[-1]]
+        assert [one.role for one in plan.waypoints] == ["take-off", *["waypoint"] * (len(path) - 1), "landing"]
+        assert {(one.altitude, one.reference) for one in plan.waypoints[:-1]} == {(80.0, "ground")}
+        assert {one.speed for one in plan.waypoints[1:]} == {12.0}
+        assert plan.home is not None
+        assert [plan.home.x, plan.home.y] == path[0]
+    assert {file.name for file in (tmp_path / "out").iterdir()} == {f"mine{kind}" for kind in KINDS}
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--export", "mine.plan"], ("altitude",)),
+        (["--export", "mine.doc"], (".plan", "mine.doc")),
+        (["--export", "mine.kml", "--altitude", "nan"], ("altitude", "nan")),
+        (["--export", "mine.kml", "--speed", "0"], ("speed",)),
+        (["--export", "mine.kml", "--above", "clouds"], ("--above", "clouds", "home")),
+        (["--speed", "12"], ("--speed", "--export")),
+    ],
+)
+def test_what_cannot_be_written_is_told_before_the_work(
+    cgla: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], said: tuple[str, ...]
+) -> None:
+    def work(*_: object) -> None:
+        pytest.fail("there was work")
+
+    monkeypatch.setattr(cg.comparisons.study.runner, "compare", work)
+    cgla("plan", "areas.geojson", *QUICK, *words).refused(*said)
+    assert [file.name for file in tmp_path.iterdir()] == ["areas.geojson"]
+
+
+def test_maps_in_the_plane_have_no_plans(cgla: Call, tmp_path: Path) -> None:
+    cgla("plan", "paper", "--export", "mine.kml").refused("plane", "longitude")
+    assert not (tmp_path / "mine.kml").exists()
+
+
+def test_what_uavs_of_a_mission_flew_is_written(cgla: Call, tmp_path: Path) -> None:
+    mission = """
+coordinates = "lonlat"
+bounds = [24.6, 60.0, 25.3, 60.3]
+k = 1
+detection_radius = 5000
+safe_distance = 100
+uavs = [
+    { name = "one", start = [24.7, 60.1], goal = [25.2, 60.1] },
+    { name = "two", start = [24.7, 60.2], goal = [25.2, 60.2] },
+]
+[lattice]
+resolution = 5
+"""
+    (tmp_path / "mission.toml").write_text(mission, encoding="utf-8")
+    answer = cgla("fly", "mission.toml", "--no-value", "--export", "out/mine.plan", "--altitude", 60, "--json")
+    assert answer.code == 0
+    found = answer.document()
+    assert found["files"] == ["out/mine-one.plan", "out/mine-two.plan"]
+    for uav in found["flights"][0]["uavs"]:
+        plan = read_plan(tmp_path / f"out/mine-{uav['name']}.plan")
+        assert plan.lonlat[:-1].tolist() == [pytest.approx(place, abs=1e-9) for place in uav["path_lonlat"]]
+        assert {one.altitude for one in plan.waypoints[:-1]} == {60.0}
+    cgla("fly", "swap", "--export", "mine.kml").refused("plane")
+
+
+def test_without_a_path_nothing_is_written(cgla: Call, tmp_path: Path) -> None:
+    """A straight line through the area is no plan."""
+    words = [word if word != "visibility-graph" else "straight-line" for word in QUICK]
+    answer = cgla("plan", "areas.geojson", *words, "--export", "mine.kml")
+    assert answer.code == 1
+    assert not (tmp_path / "mine.kml").exists()

@@ -1,0 +1,421 @@
+"""Graphs on the command line: plans between their nodes, comparisons, and Theorem 1 checked on them."""
+
+import csv
+import dataclasses
+import json
+from collections.abc import Hashable, Iterator
+from pathlib import Path
+from typing import Any
+
+import networkx as nx
+import numpy as np
+import pytest
+from command_line import Answer, Call, caller
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import sparse
+from strategies import networks, usual, weight_matrices, whole_weights
+
+from cgla_graph._types import FloatArray
+from cgla_graph.comparisons.cli import graph_check, graph_plan
+from cgla_graph.comparisons.cli.graph_check import CheckedGraph, check_file
+from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
+from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model.solution import Solution
+
+ROADS = "source,target,weight,minutes\ndepot,bridge,2,4\nbridge,tower,0,1\ndepot,tower,5,2\ntower,hill,3,3\n"
+WAY = ["depot", "bridge", "tower", "hill"]
+ISLAND = "a,b,1\nc,d,1\n"
+BELOW = "a,b,-1\nb,c,2\n"
+
+
+@pytest.fixture
+def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
+    """Call the command line in a folder of its own, in this process."""
+    for name, text in {"roads.csv": ROADS, "island.csv": ISLAND, "below.csv": BELOW, "one.csv": "a,a,1\n"}.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    return caller(tmp_path, monkeypatch, capfd)
+
+
+def write_npz(folder: Path, weights: FloatArray) -> str:
+    sparse.save_npz(folder / "mine.npz", GeometricGraph.from_matrix(weights).to_csgraph())
+    return str(folder / "mine.npz")
+
+
+def write_all(folder: Path, graph: "nx.Graph[Any]") -> list[str]:
+    """Write a graph in every format; nodes are 0, 1, … and have edges."""
+    nx.write_graphml(graph, folder / "g.graphml")
+    (folder / "g.json").write_text(json.dumps(nx.node_link_data(graph, edges="edges")), encoding="utf-8")
+    (folder / "g.csv").write_text("".join(f"{u},{v},{w}\n" for u, v, w in graph.edges(data="weight")), encoding="utf-8")
+    sparse.save_npz(folder / "g.npz", nx.to_scipy_sparse_array(graph, format="csr"))
+    return ["g.graphml", "g.json", "g.csv", "g.npz"]
+
+
+# plan
+
+
+def test_plan_prints_a_row_for_each_solver(cgla: Call) -> None:
+    answer = cgla("plan", "roads.csv", "--from", "depot", "--to", "hill", "--solver", "cgla,dijkstra")
+    assert answer.code == 0
+    assert "roads.csv: 4 nodes, 4 edges, undirected; from depot to hill" in answer.out
+    rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in answer.out.splitlines() if "│" in line]
+    assert [row[:5] for row in rows] == [
+        [name, "optimal", " → ".join(WAY), "4", "5.00000000"] for name in ("cgla", "dijkstra")
+    ]
+
+
+def test_plan_as_json(cgla: Call) -> None:
+    document = cgla("plan", "roads.csv", "--from", "depot", "--to", "hill", "--json").document()
+    assert document["graph"] == {"file": "roads.csv", "nodes": 4, "edges": 4, "directed": False}
+    (run,) = document["runs"]
+    assert (run["solver"], run["from"], run["to"], run["status"]) == ("cgla", "depot", "hill", "optimal")
+    assert (run["cost"], run["path"], run["nodes"], run["length"], run["evaluations"]) == (5.0, WAY, 4, None, 0)
+    assert document["files"] == []
+
+
+def test_every_format_gives_the_same_plans(cgla: Call, tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    graph = nx.gnm_random_graph(12, 30, seed=3)
+    assert nx.is_connected(graph)
+    for *_, data in graph.edges(data=True):
+        data["weight"] = float(rng.random())
+    best = nx.dijkstra_path_length(graph, 2, 7)
+    way = nx.dijkstra_path(graph, 2, 7)
+    names = write_all(tmp_path, graph)
+    for name in names:
+        document = cgla("plan", name, "--from", 2, "--to", 7, "--solver", "cgla,networkx,dijkstra", "--json").document()
+        assert document["graph"]["edges"] == 30
+        for run in document["runs"]:
+            assert run["cost"] == pytest.approx(best, rel=1e-12)
+            assert run["path"] == [str(node) for node in way]
+
+
+def test_another_weight_and_one_way_roads(cgla: Call) -> None:
+    ends = ("--from", "hill", "--to", "depot")
+    assert cgla("plan", "roads.csv", *ends, "--weight", "minutes", "--json").document()["runs"][0]["cost"] == 5.0
+    answer = cgla("plan", "roads.csv", *ends, "--directed")
+    assert answer.code == 1
+    assert "cgla: no path exists on the graph" in answer.out
+
+
+def test_plan_writes_the_nodes_of_paths(cgla: Call, tmp_path: Path) -> None:
+    answer = cgla(
+        "plan", "roads.csv", "--from", "depot", "--to", "hill", "--solver", "cgla,dijkstra", "--out", "results"
+    )
+    assert answer.out.endswith("written to results: roads-cgla.csv, roads-dijkstra.csv\n")
+    for name in ("cgla", "dijkstra"):
+        rows = [*csv.reader((tmp_path / "results" / f"roads-{name}.csv").read_text(encoding="utf-8").splitlines())]
+        assert rows == [["node"], *([node] for node in WAY)]
+
+    graph = nx.path_graph(3)
+    nx.set_edge_attributes(graph, 1.0, "weight")
+    nx.set_node_attributes(graph, {0: (0.0, 0.5), 1: (1.0, 0.5), 2: (1.0, 1.5)}, "pos")
+    (tmp_path / "line.json").write_text(json.dumps(nx.node_link_data(graph, edges="links")), encoding="utf-8")
+    document = cgla("plan", "line.json", "--from", 0, "--to", 2, "--out", "results", "--json").document()
+    assert document["runs"][0]["length"] == 2.0
+    assert document["files"] == ["results/line-cgla.csv"]
+    text = (tmp_path / "results" / "line-cgla.csv").read_text(encoding="utf-8")
+    assert text.split() == ["node,x,y", "0,0.0,0.5", "1,1.0,0.5", "2,1.0,1.5"]
+
+
+def test_start_is_goal(cgla: Call) -> None:
+    (run,) = cgla("plan", "one.csv", "--from", "a", "--to", "a", "--json").document()["runs"]
+    assert (run["status"], run["cost"], run["path"]) == ("optimal", 0.0, ["a"])
+
+
+@pytest.mark.usefixtures("cgla")
+def test_a_solver_that_fails_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    errors = iter([RuntimeError("broken\nfor good"), MemoryError("too much")])
+
+    def fail(problem: object, solver: object) -> Solution:
+        raise next(errors)
+
+    problem = graph_plan.open_problems("roads.csv", "depot", "hill", weight=None, directed=False)[1][0]
+    (entrant,) = graph_plan.read_graph_entrants("cgla")
+    monkeypatch.setattr(graph_plan, "solve", fail)
+    first, second = (graph_plan._answer(problem, entrant) for _ in range(2))
+    assert (first.status.label, first.message) == ("failed", "RuntimeError: broken")
+    assert (second.status.label, second.message) == ("out-of-memory", "MemoryError: too much")
+
+
+def test_a_long_path_is_shortened(cgla: Call, tmp_path: Path) -> None:
+    (tmp_path / "long.csv").write_text("".join(f"{i},{i + 1},1\n" for i in range(30)), encoding="utf-8")
+    answer = cgla("plan", "long.csv", "--from", 0, "--to", 30)
+    assert "0 → 1 → 2 → … → 28 → 29 → 30 │    31 │ 30.0000000" in answer.out
+
+
+ENDS = ("--from", "depot", "--to", "hill")
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        pytest.param(["plan", "roads.csv"], "name two of its nodes, --from A --to B", id="no nodes"),
+        pytest.param(["plan", "roads.csv", "--to", "hill"], "name two of its nodes", id="one node"),
+        pytest.param(["plan", "roads.csv", "--from", "depo", "--to", "hill"], "did you mean depot?", id="typo"),
+        pytest.param(["plan", "roads.csv", *ENDS, "--weight", "m"], "no column 'm'", id="column"),
+        pytest.param(["plan", "roads.csv", *ENDS, "--solver", "hybrid"], "in the plane, not on a graph", id="plane"),
+        pytest.param(["plan", "roads.csv", *ENDS, "--solver", "zz"], "unknown solver 'zz'", id="solver"),
+        pytest.param(["plan", "roads.csv", *ENDS, "--solver", ""], "names no solver", id="empty"),
+        pytest.param(["plan", "paper", "--solver", ""], "unknown solver ''", id="empty on a map"),
+        pytest.param(["plan", "nowhere.npz", *ENDS], "there is no such file", id="no file"),
+        pytest.param(["plan", "below.csv", "--from", "a", "--to", "c"], "has weight -1", id="below 0"),
+        *(
+            pytest.param(["plan", "roads.csv", *ENDS, *more], f"leave out {more[0]}", id=more[0])
+            for more in (
+                ["--start", "0,0"],
+                ["--goal", "0,0"],
+                ["--bounds", "0,0,1,1"],
+                ["--resolution", "9"],
+                ["--refine"],
+                ["--tolerance", "0.1"],
+                ["--no-certificate"],
+                ["--max-risk", "1"],
+                ["--max-length", "0"],
+            )
+        ),
+        *(
+            pytest.param([command, "paper", *more], "paper is no file of a graph", id=f"{command} {more[0]}")
+            for command in ("plan", "compare")
+            for more in (["--from", "a"], ["--to", "a"], ["--weight", "m"], ["--directed"])
+        ),
+        pytest.param(["compare", "paper", "--pairs", "2"], "leave out --pairs", id="pairs on a map"),
+        pytest.param(["compare", "roads.csv"], "or --pairs N", id="compare without nodes"),
+        pytest.param(["compare", "roads.csv", *ENDS, "--pairs", "2"], "--pairs draws nodes", id="pairs and nodes"),
+        pytest.param(["compare", "one.csv", "--pairs", "2"], "a single node", id="no pairs"),
+        pytest.param(["compare", "roads.csv", "paper", "--pairs", "2"], "any other argument", id="graph and map"),
+        *(
+            pytest.param(["compare", "roads.csv", *ENDS, *more], f"leave out {more[0]}", id=f"compare {more[0]}")
+            for more in (["--seeds", "2"], ["--budget", "seconds=1"], ["--workers", "2"], ["--pictures", "0"])
+        ),
+        pytest.param(["check-graph", "roads.csv"], "--target", id="no target"),
+        pytest.param(["check-graph", "roads.csv", "--target", "x"], "none of the 4 nodes", id="target"),
+        pytest.param(
+            ["check-graph", "roads.csv", "--target", "hill", "--source", "x"], "none of the 4 nodes", id="source"
+        ),
+        pytest.param(["check-graph", "paper", "--target", "x"], "no file of a graph", id="check a map"),
+    ],
+)
+def test_wrong_input_is_one_line(words: list[str], says: str, cgla: Call) -> None:
+    cgla(*words).refused(says)
+
+
+# compare
+
+
+def test_compare_between_two_nodes_takes_all_solvers_for_graphs(cgla: Call) -> None:
+    runs = cgla("compare", "roads.csv", *ENDS, "--json").document()["runs"]
+    assert {"cgla", "dijkstra", "networkx", "networkx-astar"} <= {run["solver"] for run in runs}
+    assert {(run["status"], run["cost"]) for run in runs} == {("optimal", 5.0)}
+
+
+def test_compare_over_pairs(cgla: Call, tmp_path: Path) -> None:
+    words = ("compare", "roads.csv", "--pairs", 30, "--solvers", "cgla,dijkstra")
+    runs = cgla(*words, "--json").document()["runs"]
+    assert len(runs) == 60
+    assert [(run["from"], run["to"], run["cost"]) for run in runs[:30]] == [
+        (run["from"], run["to"], run["cost"]) for run in runs[30:]
+    ]
+    assert all(run["from"] != run["to"] and run["path"][0] == run["from"] for run in runs)
+
+    answer = cgla(*words, "--out", "results")
+    assert "30 pairs of nodes" in " ".join(answer.out.split())
+    rows = [[cell.strip() for cell in line.split("│")[1:4]] for line in answer.out.splitlines() if "│" in line]
+    assert rows == [["cgla", "30", "+0.00 %"], ["dijkstra", "30", "+0.00 %"]]
+    with (tmp_path / "results" / "roads-rows.csv").open(encoding="utf-8", newline="") as file:
+        table = [*csv.DictReader(file)]
+    assert tuple(table[0]) == graph_plan.COLUMNS
+    assert [(row["from"], float(row["cost"])) for row in table] == [(run["from"], run["cost"]) for run in runs]
+
+
+def test_compare_says_what_is_missing_where_strict(cgla: Call) -> None:
+    words = ("compare", "island.csv", "--from", "a", "--to", "d", "--solvers", "cgla,dijkstra")
+    assert (cgla(*words).code, cgla(*words, "--strict").code) == (0, 1)
+    assert cgla("compare", "roads.csv", *ENDS, "--strict").code == 0
+
+
+@pytest.mark.usefixtures("cgla")
+def test_excess_is_above_the_cheapest_path_of_each_pair() -> None:
+    """A path of cost 0 cannot be undercut, and is infinitely far below any other."""
+    opened, problems = graph_plan.open_problems("roads.csv", None, None, 2, weight=None, directed=False)
+    run = graph_plan.plan_all(opened, problems, graph_plan.read_graph_entrants("cgla,dijkstra"))
+    good = [dataclasses.replace(one, cost=cost) for one, cost in zip(run.solutions["cgla"], (2.0, 4.0), strict=True)]
+    bad = [dataclasses.replace(one, cost=cost) for one, cost in zip(run.solutions["cgla"], (3.0, 4.4), strict=True)]
+    free = [dataclasses.replace(one, cost=0.0) for one in good]
+    for solutions, said in [((good, bad), "+50.00 %"), ((free, free), "+0.00 %"), ((free, bad), "-")]:
+        mixed = dataclasses.replace(run, solutions=dict(zip("ab", solutions, strict=True)))
+        assert graph_plan._many_pairs(mixed, ()).rows[1][2] == said
+
+
+# check-graph
+
+
+def verdicts(answer: Answer) -> dict[str, bool | None]:
+    return {check["name"].partition(":")[0]: check["holds"] for check in answer.document()["checks"]}
+
+
+def said(checked: CheckedGraph, name: str) -> str:
+    return next(check.says for check in checked.checks if check.name.startswith(name))
+
+
+def test_check_graph_prints_a_line_for_each_check(cgla: Call) -> None:
+    answer = cgla("check-graph", "roads.csv", "--target", "hill", "--source", "depot", "--strict")
+    first, *lines = answer.out.splitlines()
+    assert first == "roads.csv: 4 nodes, 4 edges, undirected; target hill, source depot"
+    assert [line[47:51].strip() for line in lines] == ["yes", "yes", "yes", "no", "yes", "yes", "yes", "yes", ""]
+    assert "depot → tower has weight 5, another way 2 (not needed)" in lines[3]
+    assert answer.code == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "failed", "open_", "code"),
+    [
+        pytest.param(["roads.csv", "--target", "hill"], {"triangle inequality"}, set(), 0, id="undirected"),
+        pytest.param(
+            ["roads.csv", "--target", "hill", "--directed"],
+            {"symmetric", "triangle inequality"},
+            set(),
+            0,
+            id="directed",
+        ),
+        pytest.param(["island.csv", "--target", "a"], {"every node reaches the target"}, set(), 1, id="two parts"),
+        pytest.param(
+            ["island.csv", "--target", "a", "--source", "c"],
+            {"every node reaches the target", "Theorem 1 (3)"},
+            set(),
+            1,
+            id="source cannot",
+        ),
+        pytest.param(
+            ["below.csv", "--target", "c"],
+            {"weights at least 0"},
+            {"triangle inequality", "Lemma 1", "Theorem 1 (1)", "Theorem 1 (2)", "Theorem 1 (3)"},
+            1,
+            id="below 0",
+        ),
+        pytest.param(["one.csv", "--target", "a", "--source", "a"], set(), set(), 0, id="one node"),
+    ],
+)
+def test_what_holds_and_what_does_not(
+    words: list[str], failed: set[str], open_: set[str], code: int, cgla: Call
+) -> None:
+    answer = cgla("check-graph", *words, "--json", "--strict")
+    found = verdicts(answer)
+    assert {name for name, holds in found.items() if holds is False} == failed
+    assert {name for name, holds in found.items() if holds is None} == open_
+    assert len(found) == 8
+    assert answer.code == code
+    assert cgla("check-graph", *words).code == 0
+
+
+@usual
+@given(
+    weights=st.one_of(weight_matrices(max_nodes=8), whole_weights(0), whole_weights(1)),
+    drawn=st.tuples(st.integers(0, 7), st.integers(0, 7)),
+    named=st.booleans(),
+)
+def test_theorem_1_holds_on_any_graph_of_such_weights(
+    weights: FloatArray, drawn: tuple[int, int], named: bool, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    n = len(weights)
+    target, source = (node % n for node in drawn)
+    graph = GeometricGraph.from_matrix(weights)
+    path = write_npz(tmp_path_factory.mktemp("graph"), weights)
+
+    checked = check_file(path, str(target), str(source) if named else None)
+    holds = {check.name.partition(":")[0]: check.holds for check in checked.checks}
+
+    matrix = cost_matrix(graph, target)
+    least = nx.single_source_dijkstra_path_length(
+        graph.to_networkx().reverse() if graph.directed else graph.to_networkx(), target
+    )
+    assert holds["weights at least 0"]
+    assert holds["symmetric"] == np.array_equal(weights, weights.T)
+    assert holds["every node reaches the target"] == (len(least) == n)
+    every = np.min(weights[:, :, None] + weights[None, :, :], axis=1) if n else weights
+    for _ in range(n):
+        every = np.minimum(every, np.min(every[:, :, None] + every[None, :, :], axis=1))
+    edges = np.isfinite(weights)
+    assert holds["triangle inequality"] == bool((weights[edges] <= every[edges] * (1 + 1e-9)).all())
+    assert holds["Lemma 1"]
+    assert holds["Theorem 1 (1)"]
+    assert holds["Theorem 1 (2)"]
+    assert holds["Theorem 1 (3)"] == (not named or source in least)
+    assert checked.delta_sizes == [len(delta) for delta in matrix.delta_sets]
+    if named and source in least:
+        first = next(k for k, delta in enumerate(matrix.delta_sets, start=1) if source in delta)
+        assert f"in round {first:,} of {matrix.rounds:,}" in said(checked, "Theorem 1 (3)")
+
+
+@usual
+@given(graph=networks())
+def test_check_graph_takes_any_labels(graph: "nx.Graph[Hashable]", tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.mktemp("graph") / "g.graphml"
+    nx.write_graphml(graph, path)
+    for node in graph:
+        checked = check_file(str(path), str(node))
+        assert str(checked.target) == str(node)
+        assert all(check.holds for check in checked.checks if check.name.startswith(("Lemma", "Theorem")))
+
+
+def test_larger_graphs_are_checked_as_far_as_that_goes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write_npz(tmp_path, np.array([[0.0, 1.0, 9.0], [1.0, 0.0, 1.0], [9.0, 1.0, 0.0]]))
+    monkeypatch.setattr(graph_check, "MOST_STEPPED", 2)
+    monkeypatch.setattr(graph_check, "MOST_SEARCHED", 1)
+    half = check_file(path, "2", "0")
+    assert [check.holds for check in half.checks[4:]] == [None, True, None, True]
+    assert "0 in round 3 of 3" in said(half, "Theorem 1 (3)")
+    assert check_file(path, "2").checks[-1].holds is None
+    monkeypatch.setattr(graph_check, "MOST_SETTLED", 2)
+    none = check_file(path, "2", "0")
+    assert [check.holds for check in none.checks[4:]] == [None] * 4
+    assert none.all_hold
+
+
+def test_large_graphs_have_the_edges_of_some_nodes_compared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    weights = np.full((30, 30), 1.0)
+    monkeypatch.setattr(graph_check, "MOST_SEARCHED", 1)
+    assert "of the edges from 20 nodes, drawn at random" in said(
+        check_file(write_npz(tmp_path, weights), "0"), "triangle"
+    )
+
+
+def fault(name: str, monkeypatch: pytest.MonkeyPatch, path: str, source: str | None = None) -> str:
+    """Return what is said of a check that does not hold."""
+    monkeypatch.setattr(graph_check, "MOST_STEPPED", 5000)
+    (check,) = (one for one in check_file(path, "2", source).checks if one.name.startswith(name))
+    assert check.holds is False
+    return check.says
+
+
+def test_faults_are_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of rounds in a wrong order, of values that are not least, and of an Eq. 9 that forgets the old value."""
+    path = write_npz(tmp_path, np.array([[0.0, 1.0, 9.0], [1.0, 0.0, 1.0], [9.0, 1.0, 0.0]]))
+    right, eq_9 = cost_matrix, graph_check.eq_9
+
+    def wrong(values: list[float] | None = None, order: list[int] | None = None) -> None:
+        def changed(*words: Any, **more: Any) -> CostMatrix:  # noqa: ANN401 - as cost_matrix
+            matrix = right(*words, **more)
+            return dataclasses.replace(
+                matrix,
+                values=matrix.values if values is None else np.array(values),
+                order=matrix.order if order is None else np.array(order),
+            )
+
+        monkeypatch.setattr(graph_check, "cost_matrix", changed)
+
+    wrong(order=[2, 0, 1])
+    assert fault("Theorem 1 (2)", monkeypatch, path) == "in round 3 one changes"
+    assert fault("Theorem 1 (3)", monkeypatch, path, "0").startswith("0 in no round with G = inf, at last 2")
+    assert fault("Theorem 1 (3)", monkeypatch, path).startswith("2 nodes come into Delta, 0 of them")
+    wrong(values=[2.0, 1.5, 0.0])
+    assert fault("Theorem 1 (1)", monkeypatch, path).endswith("up to 0.5 apart")
+    monkeypatch.setattr(graph_check, "cost_matrix", right)
+
+    def forgetful(weights: FloatArray, target: int, pivots: list[int]) -> Iterator[FloatArray]:
+        for number, values in enumerate(eq_9(weights, target, pivots)):
+            yield values + number
+
+    monkeypatch.setattr(graph_check, "eq_9", forgetful)
+    assert fault("Lemma 1", monkeypatch, path) == "in round 1 one does"
+    assert fault("Theorem 1 (3)", monkeypatch, path).startswith("3 nodes come into Delta, 3 of them")

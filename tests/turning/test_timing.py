@@ -1,0 +1,52 @@
+"""Times in the wind, against the aircraft's own motion through the air."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from strategies import arcs, usual
+
+from cgla_graph._types import FloatArray
+from cgla_graph.errors import ProblemError
+from cgla_graph.turning.curve import Curve
+from cgla_graph.turning.timing import timed, times_along
+
+
+@usual
+@given(arc=arcs(), blows=st.floats(0.0, 0.95), bearing=st.floats(0.0, 6.3))
+def test_time_is_that_of_the_ground_speed_all_along(arc: FloatArray, blows: float, bearing: float) -> None:
+    """The ground speed solves ``|g u - w| = v``: what is left of it without the wind is the airspeed."""
+    wind = 20.0 * blows * np.array([math.cos(bearing), math.sin(bearing)])
+    straight = np.array([*arc[2:4], *(arc[2:4] + 1.0), 0.0, 0.0, 0.0, 0.0])
+    curve = Curve(np.stack([arc, straight]))
+    speeds = []
+
+    def pace(distance: float) -> float:
+        which, shares, _ = curve.at(np.array([distance]))
+        heading = float(curve.headings(which, shares)[0])
+        along = np.array([math.cos(heading), math.sin(heading)])
+        _, middle, last = np.roots([1.0, -2.0 * wind @ along, wind @ wind - 400.0, 0.0])[::-1]
+        speeds.append(max(middle.real, last.real))
+        return 1.0 / speeds[-1]
+
+    lengths = curve.lengths
+    expected = sum(
+        quad(pace, *ends, epsabs=1e-13, limit=200)[0] for ends in ((0.0, lengths[0]), (lengths[0], curve.length))
+    )
+    found = timed(curve, 20.0, wind=tuple(wind.tolist()), power=100.0)
+    assert found.seconds == pytest.approx(expected, rel=1e-9)
+    assert found.energy == pytest.approx(100.0 * expected / 3600.0, rel=1e-9)
+    assert found.slowest * (1.0 - 1e-9) <= min(speeds)
+    assert max(speeds) <= found.fastest * (1.0 + 1e-9)
+    # and of a fine polyline, waypoint by waypoint
+    along = times_along(curve.points(1e-8), 20.0, tuple(wind.tolist()))
+    assert along[-1] == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize("wind", [(3.0, 4.0), (-30.0, 0.0)])
+def test_wind_as_fast_as_the_aircraft_is_refused(wind: tuple[float, float]) -> None:
+    with pytest.raises(ProblemError, match=r"the wind is \d+ fast, the airspeed 5: against it"):
+        timed(Curve(), 5.0, wind=wind)
