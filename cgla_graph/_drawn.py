@@ -3,7 +3,7 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from cgla_graph._brief import Brief
+from cgla_graph._text import ShortRepr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +21,7 @@ def flying() -> Any:  # noqa: ANN401 - a module
     return importlib.import_module("cgla_graph.turning.flyable")
 
 
-class Shown(Brief):
+class Shown(ShortRepr):
     """What a notebook shows as a small table and a picture, without matplotlib."""
 
     def _repr_html_(self) -> str:

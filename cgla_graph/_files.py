@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from cgla_graph._shown import cut, place
+from cgla_graph._text import cut, place
 from cgla_graph.errors import OutputError
 
 

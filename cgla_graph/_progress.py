@@ -15,7 +15,7 @@ from contextvars import copy_context
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol, TextIO, TypeVar, cast
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.errors import ProgressError
 
 if TYPE_CHECKING:

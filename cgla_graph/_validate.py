@@ -12,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cgla_graph._shown import cut, shown
+from cgla_graph._text import cut, shown
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.errors import ProblemError
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeAlias
 
-from cgla_graph._shown import place
+from cgla_graph._text import place
 from cgla_graph.comparisons.files import append_text, cannot_write, locked, make_folder, write_text
 from cgla_graph.errors import CglaError, OutputError, StudyError
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import get_args
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._validate import non_negative_number, positive_number, whole_number
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.adjacency import CornerRule

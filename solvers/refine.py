@@ -7,7 +7,7 @@ from typing import Any, ClassVar, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import Point
 from cgla_graph._validate import non_negative_number, point_array
 from cgla_graph.errors import ProblemError, SolverSettingError

@@ -8,7 +8,7 @@ from importlib.metadata import EntryPoint
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.errors import SolverSettingError, SolverUnavailableError, UnknownSolverError
 from cgla_graph.model.solver import Solver, Traits
 from cgla_graph.solvers import listing

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from cgla_graph._progress import showing
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem, Problem

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._drawn import Drawn
 from cgla_graph._progress import Tell, showing
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
 from cgla_graph.certificate import corners

@@ -7,8 +7,7 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from cgla_graph._brief import Brief
-from cgla_graph._shown import shown
+from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import whole_number
 from cgla_graph.errors import GraphError, ProblemError
@@ -23,7 +22,7 @@ RESTRICTED: Literal["restricted"] = "restricted"
 
 
 @dataclass(frozen=True, eq=False)
-class CostMatrix(Brief):
+class CostMatrix(ShortRepr):
     """
     The paper's G: the least cost from each node to the target, and the way there.
 

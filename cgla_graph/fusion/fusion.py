@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import non_negative_number, point_array, whole_number
 from cgla_graph.errors import ProblemError

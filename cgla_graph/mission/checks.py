@@ -4,7 +4,7 @@ from itertools import combinations
 from math import dist
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.rules import LEAST_GAMMA, Rules
 from cgla_graph.mission.validate import MOST_TICKS, told

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._validate import non_negative_number
 from cgla_graph.errors import MissionError
 from cgla_graph.fusion.fusion import Fusion, Integral

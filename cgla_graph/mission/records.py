@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._brief import Brief
 from cgla_graph._drawn import Drawn, pictures
+from cgla_graph._text import ShortRepr
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.mission.metrics import Measures
 from cgla_graph.mission.rules import Rules
@@ -160,7 +160,7 @@ class Livelock:
 
 
 @dataclass(frozen=True, eq=False)
-class UavFlight(Brief, Measures):
+class UavFlight(ShortRepr, Measures):
     """
     The flight of one UAV, and what it met on its way (see `Measures`).
 

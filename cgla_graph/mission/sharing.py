@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph._validate import finite_number, positive_number, whole_number
 from cgla_graph.errors import MissionError

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from typing import cast
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import Point
 from cgla_graph._validate import non_negative_number, point, positive_number
 from cgla_graph.errors import MissionError

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import Point
 from cgla_graph._validate import positive_number, whole_number
 from cgla_graph.errors import MissionError

@@ -9,8 +9,7 @@ from typing import NamedTuple, TypeAlias, cast
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._brief import Brief
-from cgla_graph._shown import shown
+from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import Bounds
 from cgla_graph._validate import bounds_box, point
 from cgla_graph.errors import MissionError
@@ -20,7 +19,7 @@ from cgla_graph.model.risk import RiskField, Threat
 
 
 @dataclass(frozen=True)
-class TimedThreat(Brief):
+class TimedThreat(ShortRepr):
     """
     A threat that is not there all the time, or not always in the same place.
 
@@ -94,7 +93,7 @@ class TimedThreat(Brief):
 
 
 @dataclass(frozen=True, eq=False)
-class TimedArea(Brief):
+class TimedArea(ShortRepr):
     """
     A no-fly area that is not there all the time.
 
@@ -151,7 +150,7 @@ class _State(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class World(Brief):
+class World(ShortRepr):
     """
     What is true on the map of a mission, whether a UAV knows it or not.
 

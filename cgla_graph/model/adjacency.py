@@ -8,7 +8,7 @@ from typing import Any, Literal, NoReturn, TypeAlias, cast
 import numpy as np
 import scipy  # (its modules are imported when they are first used: hints that name them are in quotes)
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import NO_NUMBERS, point_array
 from cgla_graph.errors import GraphError

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._brief import Brief
 from cgla_graph._kernel import fixed
-from cgla_graph._shown import shown
+from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, point_array
 from cgla_graph.errors import ProblemError
@@ -26,7 +25,7 @@ THREADED_FROM = 200
 
 
 @dataclass(frozen=True)
-class CostModel(Brief):
+class CostModel(ShortRepr):
     """
     The one cost of the toolkit: every graph, solver and oracle weighs its segments with it.
 

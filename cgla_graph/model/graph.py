@@ -15,8 +15,7 @@ import scipy  # (its modules are imported when they are first used: hints that n
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._brief import Brief
-from cgla_graph._shown import shown
+from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import number_array, point, point_array
 from cgla_graph.errors import GraphError, NodeNotFoundError, ProblemError
@@ -45,7 +44,7 @@ MOST_POINTS = 100_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class GeometricGraph(Brief):
+class GeometricGraph(ShortRepr):
     """
     Nodes, and a weight for each ordered pair of them: the one thing that a graph solver sees.
 

@@ -2,7 +2,7 @@
 
 from typing import Literal, TypeAlias, get_args
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._validate import positive_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.risk_raster import RasterRisk

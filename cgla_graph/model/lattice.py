@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph._validate import bounds_box
 from cgla_graph._validate import point as pair

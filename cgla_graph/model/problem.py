@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._brief import Brief
 from cgla_graph._drawn import Drawn, pictures
-from cgla_graph._shown import shown
+from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
 from cgla_graph._validate import bounds_box, non_negative_number, point, point_array
 from cgla_graph.errors import NodeNotFoundError, ProblemError
@@ -42,7 +41,7 @@ FULL_UP_TO = 6000
 
 
 @dataclass(frozen=True)
-class Evaluation(Brief):
+class Evaluation(ShortRepr):
     """
     What the oracle says of a path.
 

@@ -14,7 +14,7 @@ from typing import IO, Any, Literal, NoReturn, TypeAlias, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from cgla_graph._shown import place, shown
+from cgla_graph._text import place, shown
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph._validate import bounds_box, non_negative_number
 from cgla_graph.errors import ProblemError

@@ -10,9 +10,8 @@ from typing import Any, Literal, Self, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cgla_graph._brief import Brief
 from cgla_graph._kernel import fixed
-from cgla_graph._shown import shown
+from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import LARGEST, finite_number, non_negative_number, point_array, positive_number, together
 from cgla_graph.errors import ProblemError
@@ -167,7 +166,7 @@ class Threat:
 
 
 @dataclass(frozen=True)
-class RiskField(Brief):
+class RiskField(ShortRepr):
     """
     The risk of several threats, ``F = 1 - prod(1 - f_i)`` (Eq. 2): what one of them does if they act independently.
 

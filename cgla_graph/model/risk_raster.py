@@ -13,7 +13,7 @@ import shapely
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._shown import cut, shown
+from cgla_graph._text import cut, shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray
 from cgla_graph._validate import bounds_box, non_negative_number, point_array, positive_number
 from cgla_graph.errors import ProblemError

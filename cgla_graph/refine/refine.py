@@ -10,7 +10,7 @@ import shapely
 from numpy.typing import ArrayLike
 from shapely.geometry import Point
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph._validate import point_array
 from cgla_graph.errors import ProblemError

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.airspace.zones import geojson
 from cgla_graph.airspace.zones.geojson import Area, position_of
 from cgla_graph.errors import FileFormatError, ScenarioError

@@ -21,7 +21,7 @@ import numpy as np
 import scipy.io
 from scipy import sparse
 
-from cgla_graph._shown import cut, shown
+from cgla_graph._text import cut, shown
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import NO_NUMBERS, number_array
 from cgla_graph.errors import ScenarioError

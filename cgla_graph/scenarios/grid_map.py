@@ -12,7 +12,7 @@ import scipy
 import shapely
 from shapely.geometry import MultiPolygon, Polygon
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
 from cgla_graph.scenarios.text_files import fail
 

@@ -11,7 +11,7 @@ import shapely
 from pydantic import ValidationError
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph._validate import four_numbers, point
 from cgla_graph.airspace.zones.reading import is_geojson

@@ -12,7 +12,7 @@ import shapely
 from pydantic import AfterValidator, Field, ValidationError
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph.airspace.zones.geojson import Area
 from cgla_graph.errors import ProblemError, ScenarioError

@@ -9,7 +9,7 @@ from typing import Any
 
 import shapely
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.validate import told

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._validate import non_negative_number
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.validate import told

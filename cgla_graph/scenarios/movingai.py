@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.scenarios.grid_map import GridMap, check_on_map
 from cgla_graph.scenarios.text_files import fail, read_text
 

@@ -9,8 +9,7 @@ import numpy as np
 from pydantic import Field
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._brief import Brief
-from cgla_graph._shown import shown
+from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph._validate import four_numbers, non_negative_number, point
 from cgla_graph.airspace.zones.account import ZoneAccount
@@ -29,7 +28,7 @@ SCHEMA = "cgla scenarios --schema"
 
 
 @dataclass(frozen=True, eq=False)
-class Scenario(Brief):
+class Scenario(ShortRepr):
     """
     A problem with a name, and with what a comparison needs to know beside it.
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 
 #: What pydantic calls the members of unions, which no file writes; tags of our own begin with "=".
 UNION_MEMBERS = ("int", "float", "str", "bool", "list[", "=")

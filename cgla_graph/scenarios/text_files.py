@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 from typing import NoReturn
 
-from cgla_graph._shown import cut, place
+from cgla_graph._text import cut, place
 from cgla_graph.errors import ScenarioError
 
 

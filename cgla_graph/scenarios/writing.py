@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._files import write_files
-from cgla_graph._shown import place, shown
+from cgla_graph._text import place, shown
 from cgla_graph.errors import OutputError, ScenarioError
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cgla_graph._brief import Brief
+from cgla_graph._text import ShortRepr
 from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph._validate import positive_number
 from cgla_graph.model.clearance import ROUNDING
@@ -23,7 +23,7 @@ def _no_pieces() -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve(Brief):
+class Curve(ShortRepr):
     """
     Straight lines and circular arcs, one after the other.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ellipeinc
 
-from cgla_graph._brief import Brief
+from cgla_graph._text import ShortRepr
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import non_negative_number, point, positive_number
 from cgla_graph.errors import ProblemError
@@ -15,7 +15,7 @@ from cgla_graph.turning.curve_kernels import N_COLUMNS, RADIUS, TURN, X0, X1, Y0
 
 
 @dataclass(frozen=True)
-class Timing(Brief):
+class Timing(ShortRepr):
     """
     How long a curve takes.
 

@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 from typing import Literal, NoReturn, TypeAlias
 
-from cgla_graph._shown import place
+from cgla_graph._text import place
 from cgla_graph.errors import FileFormatError
 
 FilePath: TypeAlias = str | os.PathLike[str]

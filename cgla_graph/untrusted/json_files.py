@@ -6,7 +6,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.errors import FileFormatError
 from cgla_graph.untrusted.files import FilePath, fault, read_bytes, text_of
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import positive_number
 from cgla_graph.airspace.flight_plans.formats import read_plan

@@ -9,7 +9,7 @@ from contextlib import suppress
 from typing import Any
 
 from cgla_graph import __version__
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._validate import positive_number
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.conformance.documents import VERSION, read_problem

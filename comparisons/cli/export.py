@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, Waypoint
 from cgla_graph.comparisons import console, files
 from cgla_graph.errors import CglaError, OutputError

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import finite_number, non_negative_number, positive_number
 from cgla_graph.comparisons.numbers import duration, figure, json_number

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.numbers import duration, figure, json_number, percent, rounded_down
 from cgla_graph.comparisons.study import earth

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.airspace.zones.account import ZoneRecord
 from cgla_graph.comparisons import console, files
 from cgla_graph.errors import CglaError

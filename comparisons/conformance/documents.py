@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 import shapely
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
 from cgla_graph.model.problem import Problem

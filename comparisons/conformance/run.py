@@ -9,7 +9,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import cast
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._validate import positive_number, whole_number
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.conformance.command import GRACE, MOST_OUTPUT, End, Spoken, ask

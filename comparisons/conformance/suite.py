@@ -8,7 +8,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.comparisons.conformance.documents import VERSION, Document, Pair, ProblemDocument
 from cgla_graph.errors import ScenarioError
 

@@ -6,7 +6,7 @@ from enum import Enum
 
 import numpy as np
 
-from cgla_graph._brief import Brief
+from cgla_graph._text import ShortRepr
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.conformance.documents import AnswerDocument
 from cgla_graph.comparisons.conformance.suite import Instance
@@ -50,7 +50,7 @@ class Verdict(Enum):
 
 
 @dataclass(frozen=True)
-class Result(Brief):
+class Result(ShortRepr):
     """
     What came of one instance.
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.comparisons.files import write_text
 from cgla_graph.comparisons.live.draft import Draft, LiveMap, polygons, unwarned
 from cgla_graph.errors import OutputError

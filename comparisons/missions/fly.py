@@ -11,7 +11,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.missions.files import (
     flight_document,

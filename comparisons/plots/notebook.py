@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._brief import fields_of
+from cgla_graph._text import fields_of
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study.study import Study

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from types import NoneType
 from typing import Any, get_args, get_type_hints
 
-from cgla_graph._shown import cut, shown
+from cgla_graph._text import cut, shown
 from cgla_graph.errors import CglaError, ScenarioError, SolverSettingError
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers import registry

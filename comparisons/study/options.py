@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.comparisons.study.entrant import Entrant, check_settings, every_solver, parse_budget
 from cgla_graph.comparisons.study.runner import TOLERANCE
 from cgla_graph.comparisons.workers.limits import Limits

@@ -9,8 +9,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from cgla_graph._brief import Brief
 from cgla_graph._progress import waiting
+from cgla_graph._text import ShortRepr
 from cgla_graph.certificate.certificate import Certificate, load_kernels, lower_bound
 from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
@@ -30,7 +30,7 @@ TOLERANCE = 0.005
 
 
 @dataclass(frozen=True, eq=False)
-class Run(Brief):
+class Run(ShortRepr):
     """
     One solver's run on one scenario.
 

@@ -5,7 +5,7 @@ import time
 from dataclasses import dataclass
 from typing import ClassVar
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate.subsolution import in_line
 from cgla_graph.eikonal import cell_runs

@@ -4,7 +4,7 @@ import itertools
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, get_args
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem

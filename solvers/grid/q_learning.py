@@ -7,7 +7,7 @@ from typing import ClassVar, cast, get_args
 import numpy as np
 from scipy.sparse import csgraph
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import finite_number
 from cgla_graph.errors import SolverSettingError

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 import shapely
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import Problem

@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import finite_number
 from cgla_graph.errors import ProblemError

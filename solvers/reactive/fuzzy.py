@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import SolverSettingError
 

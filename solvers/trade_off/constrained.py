@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from cgla_graph._brief import Brief
 from cgla_graph._progress import showing
+from cgla_graph._text import ShortRepr
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.certificate.certificate import lower_bound
@@ -37,7 +37,7 @@ HALVINGS = 30
 
 
 @dataclass(frozen=True, eq=False)
-class PlanWithin(Brief):
+class PlanWithin(ShortRepr):
     """
     A path that keeps a budget, and what is proven of all paths that do.
 

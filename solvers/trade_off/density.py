@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import shapely
 
-from cgla_graph._brief import Brief
 from cgla_graph._progress import waiting
+from cgla_graph._text import ShortRepr
 from cgla_graph._validate import non_negative_number, number_array, whole_number
 from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.errors import ProblemError
@@ -97,7 +97,7 @@ def _past_the_rim(raster: RasterRisk, problem: Problem) -> RasterRisk:
 
 
 @dataclass(frozen=True, eq=False)
-class DensityPoint(Brief):
+class DensityPoint(ShortRepr):
     """
     The best path found under one limit.
 

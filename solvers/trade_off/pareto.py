@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from cgla_graph._brief import Brief
 from cgla_graph._progress import Tell, showing
-from cgla_graph._shown import shown
+from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.errors import ProblemError
@@ -40,7 +39,7 @@ LEAST_RISK = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class FrontPoint(Brief):
+class FrontPoint(ShortRepr):
     """
     A path of the front, and the risk weights for which no other found path is cheaper.
 
@@ -81,7 +80,7 @@ class FrontPoint(Brief):
 
 
 @dataclass(frozen=True, eq=False)
-class Front(Brief):
+class Front(ShortRepr):
     """
     The front: along `points`, risk falls, length rises, and so does the weight that asks for them.
 

@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 #: What stands on which floor, the lowest first: modules import only from their own floor and from those below it.
 FLOORS = (
-    ("errors", "_types", "_kernel", "_shown", "_validate", "_brief", "_drawn", "_progress", "_files"),
+    ("errors", "_types", "_kernel", "_text", "_validate", "_drawn", "_progress", "_files"),
     ("untrusted",),
     ("model",),
     ("airspace.flight_plans",),
@@ -134,9 +134,9 @@ def test_the_door_to_pictures_opens_when_it_is_asked() -> None:
     """At the top of its file, nothing of ours is imported but what is below it."""
     tree = ast.parse(MODULES[DOOR].read_text(encoding="utf-8"))
     top = [node for node in tree.body if isinstance(node, ast.Import | ast.ImportFrom)]
-    assert {module_of(name) for node in top for name in imported(node)} <= {"", "cgla_graph._brief"}
+    assert {module_of(name) for node in top for name in imported(node)} <= {"", "cgla_graph._text"}
     doors = {name for name in imported(tree) if module_of(name)}
-    assert doors - {"cgla_graph._brief.Brief"} == DRAWN_BY | FLYING
+    assert doors - {"cgla_graph._text.ShortRepr"} == DRAWN_BY | FLYING
 
 
 def test_no_file_is_in_a_circle() -> None:

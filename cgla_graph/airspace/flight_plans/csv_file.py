@@ -5,7 +5,7 @@ import io
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, Waypoint, decimal, fault
 from cgla_graph.airspace.flight_plans.tagged import (
     NAMES,

@@ -7,7 +7,7 @@ from typing import Any, Final
 from xml.etree.ElementTree import Element
 
 from cgla_graph._files import write_files
-from cgla_graph._shown import place, shown
+from cgla_graph._text import place, shown
 from cgla_graph.airspace.flight_plans import csv_file, geojson, gpx, json_path, kml, qgroundcontrol, waypoints
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, fault
 from cgla_graph.errors import OutputError, PlanError

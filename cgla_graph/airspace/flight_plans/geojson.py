@@ -9,7 +9,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, Waypoint, fault
 from cgla_graph.airspace.flight_plans.tagged import (
     ALTITUDE,

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Waypoint, fault
 from cgla_graph.airspace.flight_plans.tagged import assembled, number_of, place_of
 

@@ -10,7 +10,7 @@ from typing import Final
 from xml.etree.ElementTree import Element
 from xml.sax.saxutils import escape, quoteattr
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.geojson import chosen
 from cgla_graph.airspace.flight_plans.plan import (
     MOST_WAYPOINTS,

@@ -10,8 +10,7 @@ from typing import Final, Literal, NoReturn, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cgla_graph._brief import Brief
-from cgla_graph._shown import place, shown
+from cgla_graph._text import ShortRepr, place, shown
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import NO_NUMBERS, point_array
 from cgla_graph.errors import PlanError, ProblemError
@@ -167,7 +166,7 @@ class Home:
 
 
 @dataclass(frozen=True)
-class FlightPlan(Brief):
+class FlightPlan(ShortRepr):
     """
     What an aircraft shall fly.
 

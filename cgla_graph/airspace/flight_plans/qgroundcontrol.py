@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.mavlink import FRAMES, Item, items_of, plan_of
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Reference, check_place, fault, located
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final, cast
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.plan import (
     FlightPlan,
     Home,

@@ -3,7 +3,7 @@
 import math
 from typing import Final
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.mavlink import WAYPOINT, Item, items_of, plan_of
 from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, check_place, decimal, fault, located
 

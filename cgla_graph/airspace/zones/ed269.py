@@ -2,7 +2,7 @@
 
 import math
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.airspace.zones.entries import Entry
 from cgla_graph.airspace.zones.periods import Period, period_of
 from cgla_graph.airspace.zones.shapes import circle_of, polygon_of, ring_of

@@ -1,6 +1,6 @@
 """ED-318 (EUROCAE, 2024): zones as GeoJSON, with a layer in each geometry, and circles as points with an extent."""
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.airspace.zones.ed269 import (
     KINDS,
     UNITS,

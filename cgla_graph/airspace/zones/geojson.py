@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely.geometry import MultiPolygon, Polygon
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
 from cgla_graph.airspace.zones.shapes import are_cut, at_the_turn_of, joined, positions_of, unwrapped
 from cgla_graph.errors import FileFormatError

@@ -5,7 +5,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from cgla_graph._shown import shown
+from cgla_graph._text import shown
 from cgla_graph.airspace.zones.shapes import AreaShape, polygon_of, ring_of, short
 from cgla_graph.airspace.zones.zone import Layer, NoArea, Zone
 from cgla_graph.untrusted.files import fault

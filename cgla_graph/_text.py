@@ -1,0 +1,195 @@
+"""Short texts of values: one line for messages, and the `repr` of dataclasses. Nothing heavy is imported for it."""
+
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence, Sized
+from collections.abc import Set as AbstractSet
+from enum import Enum
+from reprlib import Repr
+from typing import Any
+
+#: Characters of a value in a message, at most, and of these behind the place where it is cut.
+MOST, TAIL = 100, 20
+#: Characters of a path in a message, at most: only paths far longer than usual are cut.
+MOST_OF_PATH = 180
+#: Characters of a whole `repr`, and of the value of one field, at most.
+MOST_OF_REPR, MOST_OF_FIELD = 300, 80
+#: Members of a series or a mapping that are written one by one, at most.
+FEW = 4
+#: Properties that a `repr` shows beside the fields.
+_COMPUTED = ("cost", "length", "risk", "gap")
+
+
+class _MessageRepr(Repr):
+    """Shortens containers and texts as `reprlib` does; of arrays and geometries it writes the kind alone."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxstring = self.maxother = 60
+        self.maxlevel = 3
+
+    def repr1(self, x: object, level: int) -> str:
+        """Write a value: arrays by shape and geometries by type, since their own texts have no end."""
+        shape, geometry = getattr(x, "shape", None), getattr(x, "geom_type", None)
+        if shape and isinstance(shape, tuple):
+            return self.array(shape)
+        return self.geometry(x, geometry) if isinstance(geometry, str) else super().repr1(x, level)
+
+    def array(self, shape: tuple[int, ...]) -> str:
+        """Write the shape of an array."""
+        return f"an array of shape {shape}" if len(shape) < MOST else "an array"
+
+    def geometry(self, x: Any, kind: str) -> str:  # noqa: ANN401, ARG002 - the same
+        """Write the type of a geometry."""
+        return f"a {kind}"
+
+
+class _FieldRepr(_MessageRepr):
+    """Writes values of fields: numbers to six digits, and long series by their length."""
+
+    def repr1(self, x: object, level: int) -> str:
+        """Write a value."""
+        if isinstance(x, Enum):
+            return str(getattr(x, "label", x.name))
+        if isinstance(x, float):
+            return f"{x:.6g}"
+        if not isinstance(x, str) and isinstance(x, Mapping | Sequence | AbstractSet):
+            members = x.values() if isinstance(x, Mapping) else x
+            few = len(x) <= FEW and all(one is None or isinstance(one, int | float | str) for one in members)
+            return repr(x) if few else self.count(len(x), next(iter(members), None))
+        return super().repr1(x, level)
+
+    def count(self, number: int, first: object) -> str:
+        """Write how many members there are, and of which type the first is."""
+        return f"{number} {'item' if first is None else type(first).__name__}{'' if number == 1 else 's'}"
+
+    def array(self, shape: tuple[int, ...]) -> str:
+        """Write the shape of an array."""
+        return f"{' x '.join(map(str, shape))} array"
+
+    def geometry(self, x: Any, kind: str) -> str:  # noqa: ANN401 - of shapely, which is not imported here
+        """Write the type of a geometry and how many points it has."""
+        import shapely  # noqa: PLC0415 - loaded already where there is a geometry
+
+        return f"{kind} of {shapely.get_num_coordinates(x)} points"
+
+
+_MESSAGE, _FIELD = _MessageRepr(), _FieldRepr()
+
+
+def shown(value: object) -> str:
+    """
+    Write a value that is not as it should be, for a message.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> shown(np.zeros((100, 2))), shown("20"), shown([1] * 1000)
+    ('an array of shape (100, 2)', "'20'", '[1, 1, 1, 1, 1, 1, ...]')
+    """
+    try:
+        return cut(_MESSAGE.repr(value))
+    except Exception:  # noqa: BLE001 - `repr` of a value may fail: its type is named instead
+        return cut(f"something of type {type(value).__name__}")
+
+
+def cut(text: object, most: int = MOST) -> str:
+    r"""
+    Write a text in one line, without its middle if it is long: messages of other libraries may hold a whole value.
+
+    Examples
+    --------
+    >>> cut(ValueError(f"no number:\n{'long' * 100}, at row 3"), 40)
+    'no number: longlong…nglonglong, at row 3'
+    """
+    line = " ".join(str(text).split())
+    return line if len(line) <= most else f"{line[: most - TAIL - 1]}…{line[-TAIL:]}"
+
+
+def place(where: object) -> str:
+    """
+    Write the path of a file, or a place in one, for a message.
+
+    Examples
+    --------
+    >>> place("maps/mine.toml"), len(place("folder/" * 1000))
+    ('maps/mine.toml', 180)
+    """
+    return cut(where, MOST_OF_PATH)
+
+
+class ShortRepr:
+    """Gives dataclasses a `repr` of at most `MOST_OF_REPR` characters, which only people read."""
+
+    def __init_subclass__(cls) -> None:
+        """Put it in the class itself: `dataclass` keeps a `repr` that it finds there."""
+        super().__init_subclass__()
+        if "__repr__" not in cls.__dict__:
+            cls.__repr__ = short_repr  # type: ignore[method-assign]
+
+
+def short_repr(thing: object) -> str:
+    """
+    Write the name of a dataclass and its fields that differ from their defaults, within `MOST_OF_REPR` characters.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from cgla_graph.model.solution import Solution, Status
+    >>> short_repr(Solution(Status.FOUND, path=np.zeros((900, 2)), cost=1.25, lower_bound=1.0))
+    'Solution(status=found, path=900 x 2 array, cost=1.25, lower_bound=1, gap=0.25)'
+    """
+    text = ""
+    for name, value in fields_of(thing):
+        part = f"{', ' if text else ''}{name}={value}"
+        if len(type(thing).__name__) + len(text) + len(part) + len("(, …)") > MOST_OF_REPR:
+            text += ", …"
+            break
+        text += part
+    return f"{type(thing).__name__}({text})"
+
+
+def fields_of(thing: object) -> Iterator[tuple[str, str]]:
+    """
+    Yield the names of the fields that a `repr` shows, with their values in short.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.problem import Problem
+    >>> dict(fields_of(Problem((0, 0), (1, 1), k=10.0)))
+    {'start': '(0.0, 0.0)', 'goal': '(1.0, 1.0)', 'k': '10'}
+    """
+    fields = dataclasses.fields(thing)  # type: ignore[arg-type]
+    for field in fields:
+        value = getattr(thing, field.name, None)
+        if field.repr and not _is_default(field, value):
+            yield field.name, field_text(value)
+    for name in (name for name in _COMPUTED if name not in {field.name for field in fields}):
+        value = getattr(thing, name, None)
+        if isinstance(value, float) and value == value:  # noqa: PLR0124 - no NaN
+            yield name, field_text(value)
+
+
+def field_text(value: object) -> str:
+    """
+    Write the value of a field on one line, within `MOST_OF_FIELD` characters.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import shapely
+    >>> field_text(np.zeros((3, 2))), field_text(range(1000)), field_text(shapely.box(0, 0, 1, 1)), field_text(2 / 3)
+    ('3 x 2 array', '1000 ints', 'Polygon of 5 points', '0.666667')
+    """
+    text = " ".join(_FIELD.repr(value).split())
+    return text if len(text) <= MOST_OF_FIELD else f"{type(value).__name__}(…)"
+
+
+def _is_default(field: "dataclasses.Field[object]", value: object) -> bool:
+    """Tell whether a field has its default value, or is empty by default and now."""
+    default = field.default
+    if default is not dataclasses.MISSING:
+        both_nan = default != default and value != value  # noqa: PLR0124 - NaN
+        return type(default) is type(value) and (both_nan or bool(default == value))
+    if field.default_factory is dataclasses.MISSING:
+        return False
+    return value is None or (isinstance(value, Sized) and not (len(value) if hasattr(value, "shape") else value))
