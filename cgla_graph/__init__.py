@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from cgla_graph.certificate.certificate import lower_bound as lower_bound
     from cgla_graph.cost_to_go.cost_matrix import CostMatrix as CostMatrix
     from cgla_graph.cost_to_go.cost_matrix import cost_matrix as cost_matrix
+    from cgla_graph.cost_to_go.theorem_1 import check_theorem_1 as check_theorem_1
     from cgla_graph.errors import CglaError as CglaError
     from cgla_graph.mission.mission import Mission as Mission
     from cgla_graph.mission.records import Flight as Flight
@@ -87,6 +88,7 @@ _HOMES = {
     "Waypoint": "airspace.flight_plans.plan",
     "World": "mission.world",
     "below_density": "solvers.trade_off.density",
+    "check_theorem_1": "cost_to_go.theorem_1",
     "cost_matrix": "cost_to_go.cost_matrix",
     "density_front": "solvers.trade_off.density",
     "ground_risk": "model.ground_risk",

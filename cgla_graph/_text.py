@@ -13,6 +13,8 @@ MOST, TAIL = 100, 20
 MOST_OF_PATH = 180
 #: Characters of a whole `repr`, and of the value of one field, at most.
 MOST_OF_REPR, MOST_OF_FIELD = 300, 80
+#: Names in a sentence, at most.
+MOST_NAMES = 6
 #: Members of a series or a mapping that are written one by one, at most.
 FEW = 4
 #: Properties that a `repr` shows beside the fields.
@@ -193,3 +195,29 @@ def _is_default(field: "dataclasses.Field[object]", value: object) -> bool:
     if field.default_factory is dataclasses.MISSING:
         return False
     return value is None or (isinstance(value, Sized) and not (len(value) if hasattr(value, "shape") else value))
+
+
+def counted(number: int, word: str) -> str:
+    """
+    Write how many there are.
+
+    Examples
+    --------
+    >>> counted(1, "run"), counted(1200, "run")
+    ('1 run', '1,200 runs')
+    """
+    return f"{number:,} {word}" if number == 1 else f"{number:,} {word}s"
+
+
+def listed(names: Sequence[str], most: int = MOST_NAMES) -> str:
+    """
+    Join names for a sentence; of many, the first.
+
+    Examples
+    --------
+    >>> listed(["a", "b", "c"]), listed(["a", "b", "c"], 2)
+    ('a, b and c', 'a, b and 1 more')
+    """
+    if len(names) > most:
+        return f"{', '.join(names[:most])} and {len(names) - most} more"
+    return " and ".join(part for part in (", ".join(names[:-1]), *names[-1:]) if part)

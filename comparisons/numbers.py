@@ -1,16 +1,18 @@
 """How numbers, names and intervals are written: the same on the terminal, in files, in pictures and in the report."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from decimal import ROUND_FLOOR, Decimal
 from typing import NamedTuple
+
+from cgla_graph._text import counted as counted  # noqa: PLC0414 - handed on
+from cgla_graph._text import listed as listed  # noqa: PLC0414 - handed on
 
 #: What stands for what is not known.
 DASH = "-"
 #: Numbers from here on are written with an exponent.
 MOST_DIGITS = 1e12
 _SMALLEST_P = 0.001
-_MOST_NAMES = 6
 
 
 def json_number(value: float) -> float | None:
@@ -241,29 +243,3 @@ def or_never(write: Callable[[float], str]) -> Callable[[float], str]:
     'never'
     """
     return lambda value: write(value) if value < math.inf else "never"
-
-
-def counted(number: int, word: str) -> str:
-    """
-    Write how many there are.
-
-    Examples
-    --------
-    >>> counted(1, "run"), counted(1200, "run")
-    ('1 run', '1,200 runs')
-    """
-    return f"{number:,} {word}" if number == 1 else f"{number:,} {word}s"
-
-
-def listed(names: Sequence[str], most: int = _MOST_NAMES) -> str:
-    """
-    Join names for a sentence; of many, the first.
-
-    Examples
-    --------
-    >>> listed(["a", "b", "c"]), listed(["a", "b", "c"], 2)
-    ('a, b and c', 'a, b and 1 more')
-    """
-    if len(names) > most:
-        return f"{', '.join(names[:most])} and {len(names) - most} more"
-    return " and ".join(part for part in (", ".join(names[:-1]), *names[-1:]) if part)

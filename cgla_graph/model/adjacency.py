@@ -22,6 +22,19 @@ CornerRule: TypeAlias = Literal["touch", "both-free"]
 MISSING = object()
 
 
+def label_text(label: Node) -> str:
+    r"""
+    Write a node's label so that it can stand in a line of text.
+
+    Examples
+    --------
+    >>> label_text("a b"), label_text((1, 2)), label_text("two\nlines")
+    ('a b', '(1, 2)', "'two\\nlines'")
+    """
+    text = str(label)
+    return text if text.isprintable() and text else repr(text)
+
+
 def eight_neighbours(lattice: Lattice, model: CostModel, corner_rule: CornerRule) -> tuple[IntArray, IntArray]:
     """List each pair of neighbours once, as two arrays of indices."""
     nx_, ny = lattice.shape

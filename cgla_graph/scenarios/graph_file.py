@@ -25,7 +25,7 @@ from cgla_graph._text import cut, shown
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import NO_NUMBERS, number_array
 from cgla_graph.errors import ScenarioError
-from cgla_graph.model.adjacency import Node, compressed
+from cgla_graph.model.adjacency import Node, compressed, label_text
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.weights import SparseWeights
 from cgla_graph.scenarios.graph_endings import ENDINGS, MOST_TEXT
@@ -84,19 +84,24 @@ class GraphFile:
         """Number of edges: ordered pairs in a directed graph, else unordered ones."""
         return int(self.rows.nnz) if self.directed else int(self.rows.nnz) // 2
 
-    def graph(self) -> GeometricGraph:
+    def graph(self, *, below_zero: bool = False) -> GeometricGraph:
         """
         Return the graph that solvers plan on.
+
+        Parameters
+        ----------
+        below_zero
+            Whether weights may be below 0: `cgla_graph.check_theorem_1` says what then still holds.
 
         Raises
         ------
         ScenarioError
-            If a weight is below 0.
+            If a weight is below 0 that may not be.
         """
-        for tail, head, weight in self.below_zero()[:1]:
+        for tail, head, weight in [] if below_zero else self.below_zero()[:1]:
             msg = (
-                f"{self.file}: the edge from {text_of(tail)} to {text_of(head)} has weight {weight:g}; weights must be "
-                "at least 0 (Theorem 1): cgla check-graph says what holds without"
+                f"{self.file}: the edge from {label_text(tail)} to {label_text(head)} has weight {weight:g}; weights "
+                "must be at least 0 (Theorem 1): cgla check-graph says what holds without"
             )
             raise ScenarioError(msg)
         return GeometricGraph(
@@ -127,24 +132,11 @@ class GraphFile:
             listed = " and ".join(map(repr, found))
             msg = f"{self.file}: {len(found)} nodes are written {shown(text)}: {listed}; give them labels that differ"
             raise ScenarioError(msg)
-        every = [text_of(label) for label in self.labels[:_MOST_NEAR]]
+        every = [label_text(label) for label in self.labels[:_MOST_NEAR]]
         near = difflib.get_close_matches(text, every, n=3, cutoff=0.5)
         hint = f"did you mean {' or '.join(near)}?" if near else f"it has {', '.join(every[:3])}, …"
         msg = f"{self.file}: none of the {len(self.labels)} nodes is {shown(text)}; {hint}"
         raise ScenarioError(msg)
-
-
-def text_of(label: Node) -> str:
-    r"""
-    Write a node's label so that it can stand in a line of text.
-
-    Examples
-    --------
-    >>> text_of("a b"), text_of((1, 2)), text_of("two\nlines")
-    ('a b', '(1, 2)', "'two\\nlines'")
-    """
-    text = str(label)
-    return text if text.isprintable() and text else repr(text)
 
 
 def read_graph(path: Path, *, weight: str | None = None, directed: bool = False) -> GraphFile:
@@ -249,7 +241,7 @@ def _of_networkx(path: Path, graph: "nx.Graph[Any]", weight: str) -> GraphFile:
     default = default if isinstance(default, dict) else {}
     for u, v, data in graph.edges(data=True):
         value = data.get(weight, default.get(weight))
-        edge = f"the edge from {text_of(u)} to {text_of(v)}"
+        edge = f"the edge from {label_text(u)} to {label_text(v)}"
         if value is None:
             others = ", ".join(map(shown, data))
             hint = f"it has {others}: name one (--weight)" if others else "give each edge one"

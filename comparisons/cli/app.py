@@ -575,11 +575,11 @@ def check_graph(
     from cgla_graph.comparisons.cli import graph_check
 
     with console.running_solvers():
-        checked = graph_check.check_file(graph, target, source, weight=weight, directed=directed)
+        opened, checked = graph_check.check_file(graph, target, source, weight=weight, directed=directed)
     if as_json:
-        _print_json(graph_check.checked_document(checked))
+        _print_json(graph_check.checked_document(opened, checked))
     else:
-        graph_check.print_checked(checked)
+        graph_check.print_checked(opened, checked)
     if strict and not checked.all_hold:
         raise typer.Exit(MISSING)
 

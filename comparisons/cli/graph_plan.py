@@ -18,11 +18,11 @@ from cgla_graph.comparisons.study import options, runner
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError
-from cgla_graph.model.adjacency import Node
+from cgla_graph.model.adjacency import Node, label_text
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.scenarios.graph_file import GraphFile, read_graph, text_of
+from cgla_graph.scenarios.graph_file import GraphFile, read_graph
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.solving import solve
 
@@ -163,7 +163,7 @@ def shortened(nodes: Sequence[Node]) -> str:
     >>> shortened("ab"), shortened(range(9))
     ('a → b', '0 → 1 → 2 → … → 6 → 7 → 8')
     """
-    words = [text_of(node) for node in nodes]
+    words = [label_text(node) for node in nodes]
     return " → ".join(words if len(words) <= MOST_SHOWN else [*words[:3], "…", *words[-3:]])
 
 
@@ -178,7 +178,7 @@ def print_graph_run(run: GraphRun) -> None:
 def _one_pair(run: GraphRun, counts: Sequence[str]) -> FittedTable:
     (problem,) = run.problems
     table = FittedTable(
-        f"{graph_title(run.opened)}; from {text_of(problem.source)} to {text_of(problem.target)}",
+        f"{graph_title(run.opened)}; from {label_text(problem.source)} to {label_text(problem.target)}",
         ("solver", "status", "path"),
         ("nodes", "cost", "time", "build", *counts),
         spare=(*counts, "build", "path"),

@@ -15,17 +15,9 @@ from cgla_graph.comparisons.claims.contrasts import MAIN, REPLANS
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.inference import bootstrapped, proportion
 from cgla_graph.comparisons.claims.paper.flights import fly_alone, fly_alone_variants
-from cgla_graph.comparisons.claims.paper.random_graphs import (
-    SAME,
-    are_close,
-    eq_9,
-    least_costs,
-    random_field,
-    random_graph,
-    runs_in_circle,
-    zero_diagonal,
-)
+from cgla_graph.comparisons.claims.paper.random_graphs import least_costs, random_field, random_graph, runs_in_circle
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
+from cgla_graph.cost_to_go.theorem_1 import SAME, are_close, eq_9, zero_diagonal
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.solution import Solution

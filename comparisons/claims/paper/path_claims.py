@@ -12,15 +12,9 @@ from cgla_graph.comparisons.claims.contrasts import INTEGRALS
 from cgla_graph.comparisons.claims.evidence import Evidence
 from cgla_graph.comparisons.claims.inference import bootstrapped
 from cgla_graph.comparisons.claims.paper.flights import paper_lattice
-from cgla_graph.comparisons.claims.paper.random_graphs import (
-    SAME,
-    eq_9,
-    random_field,
-    random_graph,
-    runs_in_circle,
-    zero_diagonal,
-)
+from cgla_graph.comparisons.claims.paper.random_graphs import random_field, random_graph, runs_in_circle
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix
+from cgla_graph.cost_to_go.theorem_1 import SAME, eq_9, zero_diagonal
 from cgla_graph.fusion.fusion import fused_graph
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice

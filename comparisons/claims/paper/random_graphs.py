@@ -1,19 +1,16 @@
-"""Random graphs for checks of the cost matrix, its least costs by scipy, and Eq. 9 to the letter."""
+"""Random graphs for checks of the cost matrix, and its least costs by scipy."""
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csgraph
 
 from cgla_graph._types import FloatArray
+from cgla_graph.cost_to_go.theorem_1 import zero_diagonal
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.random_map import random_scenario
-
-#: Values of two algorithms that add the same weights in another order differ by no more than this, relative to them.
-SAME = 1e-12
 
 
 def random_graph(rng: np.random.Generator, most: int = 25) -> GeometricGraph:
@@ -39,28 +36,6 @@ def least_costs(graph: GeometricGraph, target: int) -> FloatArray:
     search: Any = csgraph.dijkstra
     found: FloatArray = search(edges, indices=target)
     return found
-
-
-def are_close(values: FloatArray, others: FloatArray) -> bool:
-    """Tell whether values are the same but for rounding; infinity is the same as infinity only."""
-    return bool(np.allclose(values, others, rtol=SAME, atol=0.0, equal_nan=False))
-
-
-def eq_9(weights: FloatArray, target: int, pivots: Iterator[int] | list[int]) -> Iterator[FloatArray]:
-    """Yield G before the first and after each use of Eq. 9, to the letter."""
-    values = np.full(len(weights), np.inf)
-    values[target] = 0.0
-    yield values.copy()
-    for r in pivots:
-        values = np.minimum(values, weights[:, r] + values[r])
-        yield values.copy()
-
-
-def zero_diagonal(graph: GeometricGraph) -> FloatArray:
-    """Return the weights of a graph, shape ``(n, n)``, with A(p, p) = 0."""
-    weights = graph.weight_matrix().copy()
-    np.fill_diagonal(weights, 0.0)
-    return weights
 
 
 def runs_in_circle(weights: FloatArray, values: FloatArray, node: int, target: int) -> bool:

@@ -10,8 +10,8 @@ import pytest
 from cgla_graph.comparisons.claims import catalogue, counterexamples
 from cgla_graph.comparisons.claims.evidence import Evidence, Scale
 from cgla_graph.comparisons.claims.paper import matrix_claims, path_claims
-from cgla_graph.comparisons.claims.paper.random_graphs import eq_9
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
+from cgla_graph.cost_to_go.theorem_1 import eq_9
 from cgla_graph.model.graph import GeometricGraph
 
 QUICK = Evidence(Scale(quick=True))
