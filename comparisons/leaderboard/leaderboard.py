@@ -13,8 +13,7 @@ from cgla_graph.comparisons.statistics.cost_table import same_cost
 from cgla_graph.comparisons.statistics.intervals import Estimate, Interval, estimate, success_interval
 from cgla_graph.comparisons.statistics.paired import Paired, against
 from cgla_graph.comparisons.statistics.ranking import ranking
-from cgla_graph.comparisons.study.columns import excess_over
-from cgla_graph.comparisons.study.rows import by_solver
+from cgla_graph.comparisons.study.rows import by_solver, excess_over
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Status
 

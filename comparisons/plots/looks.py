@@ -9,8 +9,7 @@ import numpy as np
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.numbers import counted, figure
 from cgla_graph.comparisons.plots.page import plain
-from cgla_graph.comparisons.study.median_run import median_run, seeds_note
-from cgla_graph.comparisons.study.rows import by_solver, summaries
+from cgla_graph.comparisons.study.rows import by_solver, median_run, seeds_note, summaries
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Status
 

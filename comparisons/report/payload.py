@@ -12,9 +12,7 @@ from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.comparisons.numbers import rounded, rounded_all
 from cgla_graph.comparisons.report.maps import map_document, map_key, path_steps, steps_of
 from cgla_graph.comparisons.statistics.intervals import Estimate, estimate, median_curve, path_cost, to_target
-from cgla_graph.comparisons.study.columns import SHOWN
-from cgla_graph.comparisons.study.median_run import median_run
-from cgla_graph.comparisons.study.rows import by_solver, row, scenario_bound
+from cgla_graph.comparisons.study.rows import SHOWN, by_solver, median_run, row, scenario_bound
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario

@@ -9,8 +9,7 @@ from typing import Any
 from cgla_graph.comparisons import files
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
 from cgla_graph.comparisons.results.ompl_database import ompl_database
-from cgla_graph.comparisons.study.columns import COLUMNS, Kind
-from cgla_graph.comparisons.study.rows import best_exact, by_scenario, row
+from cgla_graph.comparisons.study.rows import EXPORTED, Kind, best_exact, by_scenario, row
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import FILE, Stored
 from cgla_graph.comparisons.tables.latex import booktabs
@@ -18,7 +17,7 @@ from cgla_graph.comparisons.tables.leaderboard_columns import leaderboard_cells,
 from cgla_graph.errors import CglaError, OutputError
 
 #: What is said of a run of a study.
-RUN_COLUMNS = tuple(column.key for column in COLUMNS)
+RUN_COLUMNS = tuple(column.key for column in EXPORTED)
 #: What pyarrow calls the types of columns.
 _ARROW_TYPES: Mapping[Kind, str] = {"word": "string", "whole": "int64", "number": "float64", "flag": "bool_"}
 
@@ -44,7 +43,7 @@ def run_rows(runs: Sequence[Run], every: Sequence[Run]) -> list[dict[str, Any]]:
     [('straight-line', 'found', False)]
     """
     best = {id(group[0].scenario): best_exact(group) for group in by_scenario(every)}
-    return [row(run, best[id(run.scenario)], COLUMNS) for run in runs]
+    return [row(run, best[id(run.scenario)], EXPORTED) for run in runs]
 
 
 def check_targets(targets: Sequence[Path], folder: Path) -> None:
@@ -118,7 +117,7 @@ def _jsonl(stored: Stored, runs: Sequence[Run]) -> bytes:
 def _parquet(stored: Stored, runs: Sequence[Run]) -> bytes:
     pa = _pyarrow()
     parquet = importlib.import_module("pyarrow.parquet")
-    fields = [(column.key, getattr(pa, _ARROW_TYPES[column.kind])()) for column in COLUMNS]
+    fields = [(column.key, getattr(pa, _ARROW_TYPES[column.kind])()) for column in EXPORTED]
     table = pa.Table.from_pylist([_utf8(one) for one in run_rows(runs, stored.runs)], schema=pa.schema(fields))
     sink = pa.BufferOutputStream()
     parquet.write_table(table.replace_schema_metadata({"title": _utf8_text(stored.title)}), sink)

@@ -6,8 +6,7 @@ from typing import Any
 from cgla_graph.comparisons.leaderboard.failures import FailureGroup, failure_groups
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
 from cgla_graph.comparisons.numbers import DASH, counted, duration, figure, listed, percent
-from cgla_graph.comparisons.study.columns import SHOWN, Format, RunColumn
-from cgla_graph.comparisons.study.rows import Summary, by_scenario, row, summaries
+from cgla_graph.comparisons.study.rows import SHOWN, Format, RunColumn, Summary, by_scenario, row, summaries
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.comparisons.tables.leaderboard_columns import (

@@ -22,7 +22,7 @@ from cgla_graph.comparisons.cli import certify, pareto
 from cgla_graph.comparisons.cli.app import app
 from cgla_graph.comparisons.leaderboard import performance
 from cgla_graph.comparisons.missions import files
-from cgla_graph.comparisons.study import columns, flight_run
+from cgla_graph.comparisons.study import flight_run, rows
 from cgla_graph.comparisons.study.study_file import is_study_file, read_study, study_schema
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import MissionStatus
@@ -259,7 +259,7 @@ def keys_of(table: dict[str, Any]) -> set[str]:
             [one.name for kind in (Mission, Uav, Sharing, VirtualObstacle) for one in dataclasses.fields(kind)],
             id="settings of missions",
         ),
-        pytest.param([one.key for one in columns.COLUMNS], id="columns of runs"),
+        pytest.param([one.key for one in rows.EXPORTED], id="columns of runs"),
         pytest.param([*flight_run.COLUMNS, *files.TRACE_COLUMNS], id="columns of flights"),
         pytest.param([*certify.COLUMNS, *pareto.COLUMNS], id="columns of proofs and fronts"),
         pytest.param(

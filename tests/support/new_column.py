@@ -23,7 +23,7 @@ def write_study_with_it(folder: Path) -> None:
 
 
 def _add_entry() -> None:
-    spec = find_spec("cgla_graph.comparisons.study.columns")
+    spec = find_spec("cgla_graph.comparisons.study.rows")
     assert spec is not None
     assert spec.origin is not None
     source = Path(spec.origin).read_text(encoding="utf-8")

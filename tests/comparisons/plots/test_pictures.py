@@ -29,8 +29,7 @@ from cgla_graph.comparisons.plots.map import one_line
 from cgla_graph.comparisons.plots.scene import risk_colours
 from cgla_graph.comparisons.report.payload import scenarios_document
 from cgla_graph.comparisons.statistics.intervals import path_cost
-from cgla_graph.comparisons.study.median_run import median_run
-from cgla_graph.comparisons.study.rows import summaries
+from cgla_graph.comparisons.study.rows import median_run, summaries
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import OutputError
 from cgla_graph.model.earth import LocalProjection

@@ -13,8 +13,7 @@ from rich.console import Console
 
 from cgla_graph.comparisons.results.exports import RUN_COLUMNS
 from cgla_graph.comparisons.results.tables import runs_table
-from cgla_graph.comparisons.study.columns import SHOWN
-from cgla_graph.comparisons.study.rows import COLUMNS, row
+from cgla_graph.comparisons.study.rows import COLUMNS, SHOWN, row
 
 
 @pytest.fixture(scope="module")

@@ -12,13 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.study.columns import excess_over
 from cgla_graph.comparisons.study.entrant import Entrant
-from cgla_graph.comparisons.study.median_run import median_run
 from cgla_graph.comparisons.study.rows import (
     COLUMNS,
     best_exact,
     by_scenario,
+    excess_over,
+    median_run,
     row,
     rows_of,
     scenario_bound,
