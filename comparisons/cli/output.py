@@ -9,9 +9,8 @@ from cgla_graph._text import shown
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.numbers import duration, figure, json_number, percent, rounded_down
 from cgla_graph.comparisons.study import earth
-from cgla_graph.comparisons.study.rows import row
+from cgla_graph.comparisons.study.rows import bound_note, row
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.tables.bound_note import bound_note
 from cgla_graph.errors import CglaError
 from cgla_graph.model.path_file import degrees_of
 from cgla_graph.model.solution import Status

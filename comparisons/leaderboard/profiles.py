@@ -11,8 +11,8 @@ import numpy as np
 import scipy
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.statistics.cost_table import cost_table, same_cost
 from cgla_graph.comparisons.statistics.intervals import CONFIDENCE, path_cost, to_target
+from cgla_graph.comparisons.statistics.paired import cost_table, same_cost
 from cgla_graph.comparisons.study.rows import by_scenario, by_solver, scenario_bound
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution

@@ -12,10 +12,11 @@ from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from typing import Any
 
-from cgla_graph.comparisons.live.draft import Draft, sentence
+from cgla_graph.comparisons.live.draft import Draft
 from cgla_graph.comparisons.live.planning import Planner, nothing, solved, with_seed
 from cgla_graph.comparisons.study import execution
 from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.runner import reason
 from cgla_graph.comparisons.workers.limits import Limits, Outcome, lost
 from cgla_graph.comparisons.workers.pool import Call, packed
 from cgla_graph.comparisons.workers.process import WorkerProcess
@@ -107,7 +108,7 @@ class Line:
             try:
                 answer.set_result(work())
             except Exception as error:  # noqa: BLE001 - the page is told, and the next job is done
-                answer.set_result(nothing(sentence(error)))
+                answer.set_result(nothing(reason(error)))
 
 
 class Desk:

@@ -1,7 +1,6 @@
 """Drafts: what the page sends of a map, checked, and how a draft becomes a problem."""
 
 import dataclasses
-import math
 import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -18,7 +17,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph.comparisons.report.maps import MOST_SAMPLES, RISK_SAMPLES, map_document
 from cgla_graph.comparisons.risk_samples import risk_samples
 from cgla_graph.comparisons.study.options import open_one
-from cgla_graph.errors import CglaError, ProblemError, ScenarioError
+from cgla_graph.errors import ScenarioError
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.scenarios.map_tables import MapBuilder
 from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, open_table
@@ -248,24 +247,6 @@ def unwarned() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
-
-
-def sentence(error: BaseException) -> str:
-    """
-    Say in one line why there is no path.
-
-    Examples
-    --------
-    >>> sentence(ProblemError("start is outside"))
-    'start is outside'
-    """
-    text = str(error) if isinstance(error, (CglaError, ProblemError)) else f"{type(error).__name__}: {error}"
-    return next(iter(text.splitlines()), type(error).__name__)
-
-
-def finite(value: float) -> float | None:
-    """Return a number that JSON has, or None."""
-    return float(value) if math.isfinite(value) else None
 
 
 def flat(points: np.ndarray[Any, np.dtype[np.float64]]) -> list[float]:

@@ -6,14 +6,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cgla_graph._types import WholeArray
-from cgla_graph.certificate.certificate import Grid, load_kernels, lower_bound
-from cgla_graph.comparisons.live import one_grid
-from cgla_graph.comparisons.live.draft import Draft, LiveMap, finite, flat, sentence, unwarned
+from cgla_graph._types import FloatArray, WholeArray
+from cgla_graph.certificate.certificate import LEAST_SHRINK, Grid, load_kernels, lower_bound, rounding
+from cgla_graph.certificate.subsolution import Level, first_grid
+from cgla_graph.comparisons.live.draft import Draft, LiveMap, flat, unwarned
+from cgla_graph.comparisons.numbers import json_number
 from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.entrant import Entrant
-from cgla_graph.errors import CglaError
-from cgla_graph.model.problem import Problem
+from cgla_graph.comparisons.study.runner import reason
+from cgla_graph.eikonal import cell_runs
+from cgla_graph.model.problem import Evaluation, Problem
 from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.scenario import Scenario
@@ -21,6 +23,65 @@ from cgla_graph.solvers import listing, registry
 from cgla_graph.solvers.continuous.hybrid import Hybrid
 from cgla_graph.solvers.solving import solve
 from cgla_graph.solvers.warm_up import warm_up
+
+#: Gains below this part of the bound are not worth another round.
+AIM = 4e-3
+
+
+class OneGrid(NamedTuple):
+    """
+    What one grid proves.
+
+    Attributes
+    ----------
+    lower_bound
+        No path costs less, map units; infinite where there is no path, NaN where there is no bound.
+    last, runs
+        Column and row of the grid's last node, and the cells that a better path may pass, as `cgla_graph.Certificate`
+        has them; None where that is not known.
+    """
+
+    lower_bound: float
+    last: tuple[int, int] | None = None
+    runs: WholeArray | None = None
+
+
+def prove_on_one_grid(problem: Problem, cost: float) -> OneGrid:
+    """
+    Bound the cost of every path on the first grid of a proof.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    cost
+        Of a feasible path; infinite if none is known.
+
+    Examples
+    --------
+    >>> from cgla_graph.model.risk import RiskField, Threat
+    >>> problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0)
+    >>> 1.34 < prove_on_one_grid(problem, 1.3516).lower_bound <= 1.3516
+    True
+    """
+    if not problem.field.is_proper:
+        return OneGrid(math.nan)
+    straight = math.dist(problem.start, problem.goal) * (1.0 - 2.0**-50)
+    shrink = 1.0 - rounding(problem)
+    if straight >= cost or shrink < LEAST_SHRINK:
+        return OneGrid(min(straight, cost))
+    last = first_grid(problem)
+    # a path that keeps its clearance to the last digit counts, too
+    level = Level.lay(problem.relaxed(), last, cell_runs.rectangle(last))
+    bounds = level.both(AIM, charge=True)
+    if bounds is None:
+        # no way leads through: there is none, or none better than the known one
+        return OneGrid(cost)
+    here = max(one.bound for one in bounds)
+    runs = level.kept(bounds[0], bounds[1], cost / shrink) if math.isfinite(cost) else None
+    # that of a path that is known to exist is never beaten
+    return OneGrid(max(straight, min(here * shrink, cost)), last, runs)
+
 
 #: Solvers that may run in this process: our own, without loops that may hang, and fast on most maps.
 FAST = ("straight-line", "eight-direction", "lazy-theta-star", "cgla", "dijkstra", "fast-marching", "visibility-graph")
@@ -103,7 +164,7 @@ class Planner:
             with unwarned():
                 answer = _planned(scenario, FULL[self._effort] if full else None)
         except Exception as error:  # noqa: BLE001 - a page that is worked on survives any draft
-            answer = nothing(sentence(error))
+            answer = nothing(reason(error))
         seconds = time.perf_counter() - began
         if full and seconds > LONG:
             self._effort = min(self._effort + 1, len(FULL) - 1)
@@ -117,7 +178,7 @@ class Planner:
         try:
             scenario = self.live.drawn(draft)
         except Exception as error:  # noqa: BLE001 - the same
-            return nothing(sentence(error))
+            return nothing(reason(error))
         with unwarned():
             solution = runner.run(runner.Ground.lay(scenario, None), entrant, None)
         if time.perf_counter() - began > SLOW:
@@ -135,12 +196,17 @@ def nothing(error: str) -> dict[str, Any]:
     return {"error": error, "path": [], "tube": None, "message": "", **numbers}
 
 
+def _with_path(path: FloatArray, found: Solution | Evaluation) -> dict[str, Any]:
+    numbers = {name: json_number(getattr(found, name)) for name in ("cost", "length", "risk", "clearance")}
+    return {**nothing(""), "error": None, "path": flat(path), **numbers}
+
+
 def _planned(scenario: Scenario, effort: Effort | None) -> dict[str, Any]:
     problem = scenario.problem
     found = solve(problem, QUICK if effort is None else effort.search)
     has_path = found.status.has_path
     if effort is None:
-        proof = one_grid.prove(problem, found.cost if has_path else math.inf)
+        proof = prove_on_one_grid(problem, found.cost if has_path else math.inf)
         bound, last, runs = proof
     else:
         certificate = lower_bound(
@@ -154,14 +220,8 @@ def _planned(scenario: Scenario, effort: Effort | None) -> dict[str, Any]:
             "There is no path: the goal is closed off." if closed else f"No path was found: {found.message}."
         )
     return {
-        **nothing(""),
-        "error": None,
-        "path": flat(found.path),
-        "cost": found.cost,
-        "length": found.length,
-        "risk": found.risk,
-        "clearance": finite(found.clearance),
-        "bound": finite(scenario.bound_on_earth(bound)),
+        **_with_path(found.path, found),
+        "bound": json_number(scenario.bound_on_earth(bound)),
         "tube": None if last is None or runs is None else _tube(problem, last, runs),
     }
 
@@ -193,34 +253,9 @@ def solved(scenario: Scenario, solution: Solution) -> dict[str, Any]:
     """Return a solver's answer."""
     if not solution.status.has_path:
         why = solution.message or solution.status.value
-        return {**nothing(why), "seconds": finite(solution.seconds)}
-    judged = scenario.problem.evaluate(solution.path)
-    return {
-        **nothing(""),
-        "error": None,
-        "path": flat(solution.path),
-        "cost": judged.cost,
-        "length": judged.length,
-        "risk": judged.risk,
-        "clearance": finite(judged.clearance),
-        "seconds": finite(solution.seconds + (solution.build_seconds if math.isfinite(solution.build_seconds) else 0)),
-        "message": solution.message,
-    }
-
-
-def entrant_of(text: str) -> Entrant:
-    """
-    Read a solver as the page names it.
-
-    Raises
-    ------
-    CglaError
-        If there is none, or it is hybrid, which is always there.
-    """
-    if len(text) > 200:  # noqa: PLR2004 - letters: no solver's name is as long
-        msg = "that is no solver's name"
-        raise CglaError(msg)
-    return Entrant.parse(text)
+        return {**nothing(why), "seconds": json_number(solution.seconds)}
+    found = _with_path(solution.path, scenario.problem.evaluate(solution.path))
+    return {**found, "seconds": json_number(solution.total_seconds), "message": solution.message}
 
 
 def offered() -> list[dict[str, Any]]:

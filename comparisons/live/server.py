@@ -17,10 +17,12 @@ from pydantic import Field
 
 from cgla_graph.comparisons import console, loopback
 from cgla_graph.comparisons.live.desk import Desk
-from cgla_graph.comparisons.live.draft import Draft, LiveMap, Part, read_part, sentence
-from cgla_graph.comparisons.live.planning import Planner, entrant_of, offered
+from cgla_graph.comparisons.live.draft import Draft, LiveMap, Part, read_part
+from cgla_graph.comparisons.live.planning import Planner, offered
 from cgla_graph.comparisons.live.saving import default_file, save
 from cgla_graph.comparisons.loopback import HTML, JSON, LoopbackHandler, LoopbackServer, Response, refusal
+from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.runner import reason
 from cgla_graph.errors import CglaError, OutputError
 
 #: Longest body of a request, bytes.
@@ -172,12 +174,12 @@ class _Handler(LoopbackHandler):
         try:
             return act(self.rfile.read(int(length)))
         except CglaError as error:
-            return _json(HTTPStatus.BAD_REQUEST, {"error": sentence(error)})
+            return _json(HTTPStatus.BAD_REQUEST, {"error": reason(error)})
         except ConnectionError:
             raise
         except Exception as error:  # noqa: BLE001 - one request that fails does not end the service
             console.say(f"cgla live: {type(error).__name__}: {error}")
-            return _json(HTTPStatus.INTERNAL_SERVER_ERROR, {"error": sentence(error)})
+            return _json(HTTPStatus.INTERNAL_SERVER_ERROR, {"error": reason(error)})
 
     def _path(self, body: bytes) -> Response:
         asked = read_part(PathRequest, body)
@@ -186,7 +188,7 @@ class _Handler(LoopbackHandler):
 
     def _solver(self, body: bytes) -> Response:
         asked = read_part(SolverRequest, body)
-        answer = self.server.desk.solver(asked.page, asked.number, asked.draft, entrant_of(asked.solver))
+        answer = self.server.desk.solver(asked.page, asked.number, asked.draft, Entrant.parse(asked.solver))
         return _json(HTTPStatus.OK, answer.result())
 
     def _save(self, body: bytes) -> Response:
@@ -196,7 +198,7 @@ class _Handler(LoopbackHandler):
         try:
             path = save(self.server.live, asked.draft, asked.name, overwrite=asked.overwrite)
         except OutputError as error:
-            return _json(HTTPStatus.CONFLICT, {"error": sentence(error)})
+            return _json(HTTPStatus.CONFLICT, {"error": reason(error)})
         return _json(HTTPStatus.OK, {"saved": str(path)})
 
 

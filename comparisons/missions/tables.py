@@ -1,7 +1,7 @@
 """Tables of flights for the terminal: a line a UAV, and a line a variant."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from cgla_graph.comparisons.missions.files import team_totals
 from cgla_graph.comparisons.numbers import duration, figure
@@ -10,17 +10,28 @@ from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.mission.metrics import EXPOSED_ABOVE
 from cgla_graph.mission.records import MissionStatus, UavFlight
 
-_HEADS = (
-    "ticks",
-    "length",
-    "risk",
-    "risk sum",
-    "max F",
-    "exposure",
-    "replans",
-    "known",
-    "cost",
-)
+#: The columns of `flight_table`, and those of `variants_table`.
+_COLUMNS: Mapping[str, Callable[[UavFlight], str]] = {
+    "ticks": lambda uav: str(uav.ended - uav.departed),
+    "length": lambda uav: figure(uav.length, 6),
+    "risk": lambda uav: figure(uav.risk, 4),
+    "risk sum": lambda uav: figure(uav.risk_sum, 4),
+    "max F": lambda uav: figure(uav.max_risk, 3),
+    "exposure": lambda uav: figure(uav.exposure, 3),
+    "replans": lambda uav: str(len(uav.replans)),
+    "known": lambda uav: str(len(uav.knowledge_at(uav.ended).threats) + len(uav.knowledge_at(uav.ended).areas)),
+    "cost": lambda uav: figure(uav.cost, 6),
+}
+_TEAM_COLUMNS: Mapping[str, Callable[[MissionRun], str]] = {
+    "arrived": lambda flown: f"{flown.n_arrived}/{len(flown.flight.uavs)}",
+    "ticks": lambda flown: str(flown.flight.ticks),
+    "least separation": lambda flown: figure(flown.flight.least_separation, 4),
+    "length": lambda flown: figure(team_totals(flown.flight)["length"], 6),
+    "risk": lambda flown: figure(team_totals(flown.flight)["risk"], 4),
+    "risk sum": lambda flown: figure(team_totals(flown.flight)["risk_sum"], 4),
+    "cost": lambda flown: figure(flown.flight.cost, 6),
+    "replans": lambda flown: str(sum(len(uav.replans) for uav in flown.flight.uavs.values())),
+}
 #: What a narrow terminal does without, the first first.
 _SPARE = ("exposure", "known", "max F", "risk sum", "replans", "ticks", "risk")
 _SPARE_OF_VARIANTS = ("risk sum", "replans", "ticks", "risk", "length")
@@ -34,8 +45,8 @@ def heading(flown: MissionRun) -> str:
 
 def flight_table(flown: MissionRun) -> FittedTable:
     """Show one flight: a line a UAV."""
-    rows: list[Sequence[str]] = [_cells(uav) for uav in flown.flight.uavs.values()]
-    return FittedTable(flown.variant or flown.name, ("UAV", "status"), _HEADS, _SPARE, rows=rows)
+    words: dict[str, Callable[[UavFlight], str]] = {"UAV": lambda uav: uav.name, "status": lambda uav: uav.status.label}
+    return FittedTable.of(flown.variant or flown.name, flown.flight.uavs.values(), words, _COLUMNS, _SPARE)
 
 
 def flight_notes(flown: MissionRun) -> list[str]:
@@ -144,39 +155,5 @@ def _ratio(value: float) -> str:
 
 def variants_table(flights: Sequence[MissionRun]) -> FittedTable:
     """Show the variants of a mission beside each other: a line a variant."""
-    heads = ("arrived", "ticks", "least separation", "length", "risk", "risk sum", "cost", "replans")
     title = f"{flights[0].name}: all variants, all UAVs together"
-    rows: list[Sequence[str]] = [[flown.variant, *team_cells(flown)] for flown in flights]
-    return FittedTable(title, ("variant",), heads, _SPARE_OF_VARIANTS, rows=rows)
-
-
-def team_cells(flown: MissionRun) -> list[str]:
-    """Return what a flight came to, as the cells of a line: arrived, ticks, separation, and the sums over all UAVs."""
-    flight, totals = flown.flight, team_totals(flown.flight)
-    return [
-        f"{flown.n_arrived}/{len(flight.uavs)}",
-        str(flight.ticks),
-        figure(flight.least_separation, 4),
-        figure(totals["length"], 6),
-        figure(totals["risk"], 4),
-        figure(totals["risk_sum"], 4),
-        figure(totals["cost"], 6),
-        str(sum(len(uav.replans) for uav in flight.uavs.values())),
-    ]
-
-
-def _cells(uav: UavFlight) -> list[str]:
-    known = uav.knowledge_at(uav.ended)
-    return [
-        uav.name,
-        uav.status.label,
-        str(uav.ended - uav.departed),
-        figure(uav.length, 6),
-        figure(uav.risk, 4),
-        figure(uav.risk_sum, 4),
-        figure(uav.max_risk, 3),
-        figure(uav.exposure, 3),
-        str(len(uav.replans)),
-        str(len(known.threats) + len(known.areas)),
-        figure(uav.cost, 6),
-    ]
+    return FittedTable.of(title, flights, {"variant": lambda flown: flown.variant}, _TEAM_COLUMNS, _SPARE_OF_VARIANTS)

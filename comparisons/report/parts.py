@@ -4,8 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from cgla_graph.comparisons.leaderboard.failures import failed, failure_groups
-from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
+from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, failed, failure_groups
 from cgla_graph.comparisons.numbers import DASH, Cell, counted, listed, p_equals
 from cgla_graph.comparisons.statistics.ranking import Ranking, too_few_note
 from cgla_graph.comparisons.study.runner import Run

@@ -8,21 +8,21 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.leaderboard.failures import failed
-from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, leaderboard_of
+from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, failed, leaderboard_of
 from cgla_graph.comparisons.leaderboard.regression import Regression, regression
 from cgla_graph.comparisons.numbers import counted, json_number
 from cgla_graph.comparisons.results import exports
 from cgla_graph.comparisons.results.filters import Filters
-from cgla_graph.comparisons.results.regression_table import regression_table, summary_line
 from cgla_graph.comparisons.results.rerun import Rerun, rerun_table
 from cgla_graph.comparisons.results.rerun import rerun as run_again
 from cgla_graph.comparisons.results.tables import (
     failure_lines,
     leaderboard_table,
     overview_lines,
+    regression_table,
     runs_table,
     solver_table,
+    summary_line,
 )
 from cgla_graph.comparisons.study.flight_run import FlightRun
 from cgla_graph.comparisons.study.runner import Run

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
@@ -18,7 +19,7 @@ from cgla_graph.comparisons.study.store import Stored
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError
-from cgla_graph.model.solution import Status
+from cgla_graph.model.solution import Solution, Status
 
 #: Runs that something stopped from outside.
 _KILLED = {Status.TIMED_OUT, Status.OUT_OF_MEMORY, Status.CRASHED}
@@ -114,15 +115,26 @@ def find(stored: Stored, number: int) -> Run:
     return by_number[number]
 
 
+_NUMBERS: Mapping[str, Callable[[Solution], str]] = {
+    "status": lambda found: found.status.label,
+    "cost": lambda found: figure(found.cost, 12),
+    "gap": lambda found: percent(found.gap) if found.status.has_path else "-",
+    "length": lambda found: figure(found.length, 12),
+    "risk": lambda found: figure(found.risk, 12),
+    "clearance": lambda found: figure(found.clearance, 6),
+    "waypoints": lambda found: str(len(found.path)),
+    "time": lambda found: duration(found.seconds),
+    "build": lambda found: duration(found.build_seconds),
+    "evaluations": lambda found: f"{found.evaluations:,.0f}" if math.isfinite(found.evaluations) else "-",
+}
+
+
 def rerun_table(both: Rerun) -> FittedTable:
     """Show the numbers of both runs beside each other."""
     stored, now = both.stored, both.now
     seed = "" if stored.seed is None else f", seed {stored.seed}"
     title = f"run {stored.number}: {stored.solver} on {stored.scenario.name}{seed}"
-    columns = [_cells(stored), _cells(now)]
-    rows = [
-        [name, before, after] for (name, before), after in zip(columns[0].items(), columns[1].values(), strict=True)
-    ]
+    rows = [[name, write(stored.solution), write(now.solution)] for name, write in _NUMBERS.items()]
     settings = ", ".join(f"{key}={value}" for key, value in stored.settings.items())
     messages = [f"{name}: {run.solution.message}" for name, run in (("stored", stored), ("now", now))]
     notes = [
@@ -131,19 +143,3 @@ def rerun_table(both: Rerun) -> FittedTable:
         *(note for note, run in zip(messages, (stored, now), strict=True) if run.solution.message),
     ]
     return FittedTable(title, ("",), ("stored", "now"), rows=list(rows), notes=notes)
-
-
-def _cells(run: Run) -> dict[str, str]:
-    solution = run.solution
-    return {
-        "status": solution.status.label,
-        "cost": figure(solution.cost, 12),
-        "gap": percent(solution.gap) if solution.status.has_path else "-",
-        "length": figure(solution.length, 12),
-        "risk": figure(solution.risk, 12),
-        "clearance": figure(solution.clearance, 6),
-        "waypoints": str(len(solution.path)),
-        "time": duration(solution.seconds),
-        "build": duration(solution.build_seconds),
-        "evaluations": f"{solution.evaluations:,.0f}" if math.isfinite(solution.evaluations) else "-",
-    }

@@ -3,10 +3,20 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from cgla_graph.comparisons.leaderboard.failures import FailureGroup, failure_groups
-from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
-from cgla_graph.comparisons.numbers import DASH, counted, duration, figure, listed, percent
-from cgla_graph.comparisons.study.rows import SHOWN, Format, RunColumn, Summary, by_scenario, row, summaries
+from cgla_graph.comparisons.leaderboard.leaderboard import FailureGroup, LeaderboardRow, failure_groups
+from cgla_graph.comparisons.leaderboard.regression import SIGNIFICANT, Change, Regression, RunKey, Verdict
+from cgla_graph.comparisons.numbers import (
+    DASH,
+    counted,
+    duration,
+    estimate_cell,
+    figure,
+    listed,
+    p_value,
+    percent,
+    ratio,
+)
+from cgla_graph.comparisons.study.rows import SHOWN, Format, RunColumn, by_scenario, row, summaries
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.comparisons.tables.leaderboard_columns import (
@@ -16,12 +26,12 @@ from cgla_graph.comparisons.tables.leaderboard_columns import (
     leaderboard_notes,
 )
 from cgla_graph.comparisons.tables.overview import Overview
+from cgla_graph.comparisons.tables.tables import SUMMARY_COLUMNS
 from cgla_graph.model.solution import Status
 
 #: So many messages of a solver are shown for each way to fail.
 _MOST_MESSAGES = 3
 
-_SOLVER_HEADS = ("runs", "cost", "gap", "length", "risk", "clearance", "time", "build", "seed spread")
 _SOLVER_SPARE = ("clearance", "build", "seed spread", "risk", "length", "runs", "time", "gap")
 #: The columns of single runs that stand on the left.
 _RUN_LEFT = ("number", "scenario", "solver", "status")
@@ -52,33 +62,15 @@ def leaderboard_table(title: str, found: Sequence[LeaderboardRow]) -> FittedTabl
 
 def solver_table(runs: Sequence[Run]) -> FittedTable:
     """Show each solver on each scenario: a line each, those of one solver together."""
-    lines: dict[str, list[Sequence[str]]] = {}
-    for group in by_scenario(runs):
-        counts: dict[str, int] = {}
-        for run in group:
-            counts[run.solver] = counts.get(run.solver, 0) + 1
-        for summary in summaries(group):
-            cells = _scenario_cells(group[0].scenario.name, counts[summary.solver], summary)
-            lines.setdefault(summary.solver, []).append([summary.solver, *cells])
-    rows = [line for solver in dict.fromkeys(run.solver for run in runs) for line in lines[solver]]
+    found = [(group[0].scenario.name, one) for group in by_scenario(runs) for one in summaries(group)]
+    order = list(dict.fromkeys(run.solver for run in runs))
+    heads = ("runs", "cost", "gap", "length", "risk", "clearance", "time", "build", "seed spread")
     words = ("solver", "scenario", "status")
-    return FittedTable("scenario by scenario", words, _SOLVER_HEADS, _SOLVER_SPARE, rows=rows)
-
-
-def _scenario_cells(scenario: str, n_runs: int, summary: Summary) -> list[str]:
-    return [
-        scenario,
-        summary.status,
-        f"{summary.n_paths}/{n_runs}",
-        figure(summary.cost, 6),
-        percent(summary.gap),
-        figure(summary.length, 6),
-        figure(summary.risk, 4),
-        figure(summary.clearance, 3),
-        duration(summary.seconds),
-        duration(summary.build_seconds) if summary.build_seconds else "-",
-        percent(summary.spread),
+    rows: list[Sequence[str]] = [
+        [one.solver, scenario, one.status, *(SUMMARY_COLUMNS[head](one) for head in heads)]
+        for scenario, one in sorted(found, key=lambda named: order.index(named[1].solver))
     ]
+    return FittedTable("scenario by scenario", words, heads, _SOLVER_SPARE, rows=rows)
 
 
 def runs_table(title: str, runs: Sequence[Run]) -> FittedTable:
@@ -127,3 +119,73 @@ def _failure_line(group: FailureGroup) -> str:
     again = "" if number is None else f" (--rerun {number})"
     where = f"{counted(len(group.runs), 'run')} on {listed(group.scenarios)}"
     return f"{group.solver}: {group.status.label} in {where}{again}{f': {group.message}' if group.message else ''}"
+
+
+_CHANGE_SPARE = (
+    *("p time", "equal", "cheaper", "more expensive", "p paths", "found", "time ratio", "lost", "pairs", "p cost"),
+)
+_WORDS = {
+    Verdict.IDENTICAL: "identical",
+    Verdict.BETTER: "better",
+    Verdict.WORSE: "worse",
+    Verdict.SAME: "no difference shown",
+}
+_CHANGE_COLUMNS: Mapping[str, Callable[[Change], str]] = {
+    "pairs": lambda change: str(change.n),
+    "cost ratio": lambda change: estimate_cell(change.cost.ratio, ratio, least=0.0).lines,
+    "p cost": lambda change: p_value(change.cost.p_holm),
+    "cheaper": lambda change: str(change.cost.wins),
+    "more expensive": lambda change: str(change.cost.losses),
+    "equal": lambda change: str(change.cost.ties),
+    "found": lambda change: str(change.cost.only_solver),
+    "lost": lambda change: str(change.cost.only_reference),
+    "p paths": lambda change: p_value(change.cost.p_success),
+    "time ratio": lambda change: estimate_cell(change.seconds.ratio, ratio, least=0.0).lines,
+    "p time": lambda change: p_value(change.seconds.p_holm),
+}
+_NOTES = (
+    "cost ratio, time ratio: new over old, run by run (Hodges-Lehmann), with 95 % intervals; below 1 is better",
+    "p cost, p time: Wilcoxon's signed ranks, after Holm; times of other or busier machines differ by themselves",
+    "found, lost: runs with a path only in the new study, only in the old one; p paths: McNemar, exact, not adjusted",
+)
+
+
+def regression_table(title: str, found: Regression) -> FittedTable:
+    """Show what changed: a line a solver, and below what could not be paired."""
+    notes = [*(_NOTES if found.changes else ["no run is in both studies"]), *_unpaired_lines(found)]
+    words = {"solver": lambda change: change.solver, "verdict": lambda change: _WORDS[change.verdict]}
+    return FittedTable.of(title, found.changes, words, _CHANGE_COLUMNS, _CHANGE_SPARE, notes)
+
+
+def _unpaired_lines(found: Regression) -> list[str]:
+    """Name what could not be paired, and whose settings changed."""
+    lines = []
+    settings = [change.solver for change in found.changes if change.settings_differ]
+    if settings:
+        lines.append(f"run with other settings than before: {listed(settings)}")
+    if found.changed_scenarios:
+        lines.append(f"not paired, as the scenario is another one now: {listed(found.changed_scenarios)}")
+    for which, keys in (("old", found.only_old), ("new", found.only_new)):
+        if keys:
+            where = f"{counted(len(keys), 'run')}: {_where(keys)}"
+            lines.append(f"not paired, as only the {which} study has them: {where}")
+    return lines
+
+
+def _where(keys: Sequence[RunKey]) -> str:
+    """Name the runs that have no like, whole solvers in one word."""
+    by_solver: dict[str, list[RunKey]] = {}
+    for key in keys:
+        by_solver.setdefault(key.solver, []).append(key)
+    return listed([f"{solver} on {listed(_scenarios(group), 3)}" for solver, group in by_solver.items()])
+
+
+def _scenarios(keys: Sequence[RunKey]) -> list[str]:
+    return list(dict.fromkeys(key.scenario for key in keys))
+
+
+def summary_line(found: Regression) -> str:
+    """Say in one line how many solvers became better, worse, or neither."""
+    counts = {verdict: sum(change.verdict is verdict for change in found.changes) for verdict in Verdict}
+    parts = [f"{count} {_WORDS[verdict]}" for verdict, count in counts.items() if count]
+    return f"solvers: {', '.join(parts)} (of {len(found.changes)}; a difference is p < {SIGNIFICANT:g} after Holm)"

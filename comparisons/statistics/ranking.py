@@ -10,9 +10,8 @@ import scipy
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.numbers import counted, p_value
-from cgla_graph.comparisons.statistics.cost_table import cost_table, log_ratios, same_cost
 from cgla_graph.comparisons.statistics.intervals import CONFIDENCE
-from cgla_graph.comparisons.statistics.paired import holm, signed_rank
+from cgla_graph.comparisons.statistics.paired import cost_table, holm, log_ratios, same_cost, signed_rank
 
 #: An adjusted p-value below this is a difference beyond chance.
 LEVEL = 1.0 - CONFIDENCE

@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from cgla_graph.comparisons.numbers import json_number
+from cgla_graph.comparisons.numbers import duration, json_number, rounded_down
 from cgla_graph.comparisons.statistics.intervals import path_cost
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status
@@ -299,8 +299,8 @@ class Summary:
         The entrant's label.
     status
         The common status, or how many of the runs found a path.
-    n_paths
-        How many of the runs found a path.
+    n_runs, n_paths
+        How many runs there were, and how many of them found a path.
     cost, length, risk, clearance
         Of its path. The cost is infinite and the others NaN where the median run has none that may be flown; of a
         solver that found none in any run, they are those of the path that may not.
@@ -318,6 +318,7 @@ class Summary:
 
     solver: str
     status: str
+    n_runs: int
     n_paths: int
     cost: float
     gap: float
@@ -363,6 +364,7 @@ def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
     return Summary(
         solver=solver,
         status=labels.pop() if len(labels) == 1 else f"found {n_paths}/{len(solutions)}",
+        n_runs=len(solutions),
         n_paths=n_paths,
         cost=cost,
         gap=path.gap if n_paths else math.nan,
@@ -375,4 +377,22 @@ def _summary(solver: str, runs: Sequence[Run], best: float) -> Summary:
         evaluations=median.evaluations,
         spread=spread,
         message=next((str(solution.message) for solution in solutions if solution.message), ""),
+    )
+
+
+def bound_note(runs: Sequence[Run], unit: str = "") -> str:
+    """Say in one line what gaps of a scenario are relative to; empty where no bound is known and none was asked for."""
+    bound = scenario_bound(runs)
+    proof = next((run.certificate for run in runs if run.certificate is not None), None)
+    if proof is None:
+        known = f"how far above the lower bound {rounded_down(bound, 6)}{unit} that a solver proved"
+        return "" if math.isnan(bound) else known
+    if math.isnan(proof.lower_bound):
+        return f"not known, as no lower bound could be proven: {proof.message}"
+    if math.isinf(proof.lower_bound):
+        return f"none, as it is proven that there is no path: {proof.message}"
+    grid = f"grid step {proof.spacing:.3g}{unit}, " if proof.spacing > 0.0 else ""
+    missed = "" if proof.reached else f"; not as tight as asked for: {proof.message}"
+    return (
+        f"how far above the proven lower bound {rounded_down(bound, 6)}{unit} ({grid}{duration(proof.seconds)}){missed}"
     )

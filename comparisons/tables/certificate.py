@@ -1,7 +1,7 @@
 """What is proven of a path, in words and as a table: how the bracket closed, grid by grid."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
 from typing import Any
 
 from cgla_graph._types import WholeArray
@@ -59,20 +59,16 @@ def verdict(run: Run, *, digits: int = 9, scale: float = 1.0, unit: str = "") ->
 def certificate_table(run: Run) -> FittedTable:
     """Show how the bracket closed: a line a grid, coarse to fine."""
     unit = "m" if run.scenario.projection else "map units"
-    heads = ("grid step", f"in {unit}", "cells", "lower bound", "upper bound", "gap at most")
-    rows: list[Sequence[str]] = [
-        [
-            f"1/{max(grid.last)}",
-            figure(grid.spacing, 3),
-            f"{n_cells(grid.runs):,}",
-            rounded_down(grid.lower_bound, 7),
-            figure(grid.upper_bound, 7),
-            at_most(_gap(grid)),
-        ]
-        for grid in proof_of(run).grids
-    ]
+    columns: dict[str, Callable[[Grid], str]] = {
+        "grid step": lambda grid: f"1/{max(grid.last)}",
+        f"in {unit}": lambda grid: figure(grid.spacing, 3),
+        "cells": lambda grid: f"{n_cells(grid.runs):,}",
+        "lower bound": lambda grid: rounded_down(grid.lower_bound, 7),
+        "upper bound": lambda grid: figure(grid.upper_bound, 7),
+        "gap at most": lambda grid: at_most(_gap(grid)),
+    }
     notes = ("grid step: as a part of the map's longer side", "cells: the tube, which no better path leaves")
-    return FittedTable("", (), heads, (heads[1], heads[2]), notes, rows)
+    return FittedTable.of("", proof_of(run).grids, {}, columns, (f"in {unit}", "cells"), notes)
 
 
 def _gap(grid: Grid) -> float:

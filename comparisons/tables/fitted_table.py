@@ -1,13 +1,15 @@
 """Tables that fit the terminal: they leave out whole columns, and say so, but cut no number in two."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Self, TypeVar
 
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions
 from rich.table import Table
 from rich.text import Text
 
+T = TypeVar("T")
 #: Columns of words are folded to this many characters before a column of numbers is left out, ...
 _FOLDED = 20
 #: ... and to this many where all is left out that can be.
@@ -53,6 +55,27 @@ class FittedTable:
     spare: Sequence[str] = ()
     notes: Sequence[str] = ()
     rows: list[Sequence[str]] = field(default_factory=list)
+
+    @classmethod
+    def of(
+        cls,
+        title: str,
+        items: Iterable[T],
+        left: Mapping[str, Callable[[T], str]],
+        right: Mapping[str, Callable[[T], str]],
+        spare: Sequence[str] = (),
+        notes: Sequence[str] = (),
+    ) -> Self:
+        """
+        Make a table with a line an item; columns are heads with functions that write an item's cell.
+
+        Examples
+        --------
+        >>> FittedTable.of("t", [1.5], {"name": str}, {"half": lambda value: f"{value / 2:g}"}).rows
+        [['1.5', '0.75']]
+        """
+        writers = [*left.values(), *right.values()]
+        return cls(title, (*left,), (*right,), spare, notes, [[write(item) for write in writers] for item in items])
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table]:
         """Yield the table with as many columns as there is room for."""

@@ -1,7 +1,7 @@
 """Tables for the terminal."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from cgla_graph.comparisons.leaderboard.performance import TARGET_PERCENTS, Performance
 from cgla_graph.comparisons.numbers import (
@@ -15,12 +15,25 @@ from cgla_graph.comparisons.numbers import (
     rounded_down,
 )
 from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS
-from cgla_graph.comparisons.study.rows import Summary, summaries
+from cgla_graph.comparisons.study.rows import Summary, bound_note, summaries
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.tables.bound_note import bound_note
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.scenarios.scenario import Scenario
 
+#: The columns of numbers of one solver on one scenario.
+SUMMARY_COLUMNS: Mapping[str, Callable[[Summary], str]] = {
+    "runs": lambda one: f"{one.n_paths}/{one.n_runs}",
+    "cost": lambda one: figure(one.cost, 6),
+    "gap": lambda one: percent(one.gap),
+    "excess": lambda one: percent(one.excess),
+    "length": lambda one: figure(one.length, 6),
+    "risk": lambda one: figure(one.risk, 4),
+    "clearance": lambda one: figure(one.clearance, 3),
+    "time": lambda one: duration(one.seconds),
+    "build": lambda one: duration(one.build_seconds) if one.build_seconds else DASH,
+    "evaluations": lambda one: f"{one.evaluations:,.0f}",
+    "seed spread": lambda one: percent(one.spread),
+}
 #: What a narrow terminal does without of `comparison_table`, the first first.
 _SPARE = ("evaluations", "clearance", "seed spread", "build", "excess", "risk", "length", "time", "gap")
 
@@ -29,17 +42,18 @@ def comparison_table(scenario: Scenario, runs: Sequence[Run], notes: Sequence[st
     """Show one scenario: a line a solver, the least gap first; below, what the columns say, and `notes`."""
     unit = "m" if scenario.projection else "map units"
     title = f"{scenario.full_title} (k = {scenario.problem.k:g}, lengths in {unit})"
-    heads = ("cost", "gap", "excess", "length", "risk", "clearance", "time", "build", "evaluations", "seed spread")
     found = summaries(runs)
-    rows: list[Sequence[str]] = [_cells(summary) for summary in found]
-    remarks = [f"{one.solver}: {one.message}" for one in found if one.message and not _is_quiet(one)]
+    quiet = {"optimal", "found"}
+    remarks = [f"{one.solver}: {one.message}" for one in found if one.message and one.status not in quiet]
     explained = [
         f"gap: {bound_note(runs) or 'not known, as no lower bound was asked for'}",
         "excess: over the best exact optimum on the lattice; time: to solve; build: to weigh and hand over the graph",
         "evaluations: pairs of points whose cost was asked for",
         "of several seeds: the median run; seed spread: how much more the most expensive costs than the cheapest",
     ]
-    return FittedTable(title, ("solver", "status"), heads, _SPARE, [*explained, *notes, *remarks], rows)
+    words = {"solver": lambda one: one.solver, "status": lambda one: one.status}
+    numbers = {head: write for head, write in SUMMARY_COLUMNS.items() if head != "runs"}
+    return FittedTable.of(title, found, words, numbers, _SPARE, [*explained, *notes, *remarks])
 
 
 def performance_table(found: Sequence[Performance]) -> FittedTable:
@@ -74,25 +88,3 @@ def performance_table(found: Sequence[Performance]) -> FittedTable:
         notes.append(f"intervals of medians need at least {FEWEST_RUNS} runs (--seeds {FEWEST_RUNS})")
     title = f"{first.scenario}: how soon, in milliseconds"
     return FittedTable(title, ("solver",), heads, spare, notes, rows)
-
-
-def _is_quiet(summary: Summary) -> bool:
-    """Say whether an answer needs no remark."""
-    return summary.status in {"optimal", "found"}
-
-
-def _cells(summary: Summary) -> list[str]:
-    return [
-        summary.solver,
-        summary.status,
-        figure(summary.cost, 6),
-        percent(summary.gap),
-        percent(summary.excess),
-        figure(summary.length, 6),
-        figure(summary.risk, 4),
-        figure(summary.clearance, 3),
-        duration(summary.seconds),
-        duration(summary.build_seconds) if summary.build_seconds else DASH,
-        f"{summary.evaluations:,.0f}",
-        percent(summary.spread),
-    ]

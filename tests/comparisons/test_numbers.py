@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cgla_graph.comparisons.leaderboard.failures import failed, failure_groups
+from cgla_graph.comparisons.leaderboard.leaderboard import failed, failure_groups
 from cgla_graph.comparisons.numbers import (
     DASH,
     at_most,

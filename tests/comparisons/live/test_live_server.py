@@ -20,10 +20,9 @@ from strategies import examples
 
 from cgla_graph.certificate import certificate, subsolution
 from cgla_graph.certificate.certificate import lower_bound
-from cgla_graph.comparisons.live import one_grid
 from cgla_graph.comparisons.live.desk import QUICK, REPLACED, Desk, Line
 from cgla_graph.comparisons.live.draft import Draft, DraftThreat, LiveMap, unwarned
-from cgla_graph.comparisons.live.planning import Planner, entrant_of, nothing, offered
+from cgla_graph.comparisons.live.planning import Planner, nothing, offered, prove_on_one_grid
 from cgla_graph.comparisons.live.saving import draft_toml, save
 from cgla_graph.comparisons.live.server import MOST_BYTES, LiveServer
 from cgla_graph.comparisons.study.entrant import Entrant
@@ -229,7 +228,7 @@ def test_one_grid_proves_what_the_certificate_does(name: str, monkeypatch: pytes
     problem = load_scenario(name).problem
     rough = solve(problem, Hybrid(points=225, tolerance=None))
     best = solve(problem, Hybrid(tolerance=None))
-    proof = one_grid.prove(problem, rough.cost)
+    proof = prove_on_one_grid(problem, rough.cost)
     first, *_ = lower_bound(problem, 1e-4, path=rough.path, max_cells=128**2).grids
     assert proof.lower_bound == pytest.approx(first.lower_bound, rel=2e-3)
     assert proof.lower_bound <= best.cost
@@ -294,15 +293,15 @@ class Hanging(Planner):
 def test_a_solver_that_hangs_is_a_row_and_blocks_nothing() -> None:
     desk = Desk(Hanging(LIVE), Limits(seconds=1.0, megabytes=2048.0))
     try:
-        entrant = entrant_of("rrt-star:iterations=None:seconds=600")
+        entrant = Entrant.parse("rrt-star:iterations=None:seconds=600")
         late = desk.solver("page", 1, LIVE.first, entrant)
         answer = desk.path("page", 1, LIVE.first, full=False).result(60)
         assert answer["error"] is None
         assert not late.done()
         assert "1 s" in late.result(120)["error"]
         # and the next one is made all the same
-        assert desk.solver("page", 1, LIVE.first, entrant_of("cgla")).result(120)["cost"] == pytest.approx(
-            Planner(LIVE).solver(LIVE.first, entrant_of("cgla"))["cost"]
+        assert desk.solver("page", 1, LIVE.first, Entrant.parse("cgla")).result(120)["cost"] == pytest.approx(
+            Planner(LIVE).solver(LIVE.first, Entrant.parse("cgla"))["cost"]
         )
     finally:
         desk.close()
@@ -313,13 +312,13 @@ def test_fast_solvers_run_here_until_they_are_slow(monkeypatch: pytest.MonkeyPat
     names = [one["name"] for one in offered() if one["fast"]]
     assert names
     for name in names:
-        answer = planner.solver(LIVE.first, entrant_of(name))
+        answer = planner.solver(LIVE.first, Entrant.parse(name))
         assert answer["error"] is None, (name, answer)
-    assert planner.is_fast(entrant_of("cgla"))
-    assert not planner.is_fast(entrant_of("rrt-star"))
+    assert planner.is_fast(Entrant.parse("cgla"))
+    assert not planner.is_fast(Entrant.parse("rrt-star"))
     monkeypatch.setattr("cgla_graph.comparisons.live.planning.SLOW", -1.0)
-    planner.solver(LIVE.first, entrant_of("cgla"))
-    assert not planner.is_fast(entrant_of("cgla"))
+    planner.solver(LIVE.first, Entrant.parse("cgla"))
+    assert not planner.is_fast(Entrant.parse("cgla"))
 
 
 def test_saving_never_replaces_what_nobody_meant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

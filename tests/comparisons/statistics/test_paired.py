@@ -12,13 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import costs, usual
 
-from cgla_graph.comparisons.statistics.cost_table import cost_table, log_ratios, same_cost
 from cgla_graph.comparisons.statistics.paired import (
     SignedRank,
     against,
     compare_costs,
+    cost_table,
     holm,
+    log_ratios,
     mcnemar,
+    same_cost,
     signed_rank,
 )
 from cgla_graph.comparisons.statistics.ranking import ranking

@@ -15,8 +15,8 @@ from rich.table import Table
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.leaderboard.performance import performances
 from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.rows import bound_note
 from cgla_graph.comparisons.study.runner import Run, compare
-from cgla_graph.comparisons.tables.bound_note import bound_note
 from cgla_graph.comparisons.tables.listing import listing
 from cgla_graph.comparisons.tables.tables import comparison_table, performance_table
 from cgla_graph.model.solution import Solution, Status
