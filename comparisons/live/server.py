@@ -15,12 +15,12 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from cgla_graph.comparisons import console, loopback
+from cgla_graph.comparisons import console
 from cgla_graph.comparisons.live.desk import Desk
 from cgla_graph.comparisons.live.draft import Draft, LiveMap, Part, read_part
 from cgla_graph.comparisons.live.planning import Planner, offered
 from cgla_graph.comparisons.live.saving import default_file, save
-from cgla_graph.comparisons.loopback import HTML, JSON, LoopbackHandler, LoopbackServer, Response, refusal
+from cgla_graph.comparisons.report.loopback import HTML, JSON, LoopbackHandler, LoopbackServer, Response, refusal
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import reason
 from cgla_graph.errors import CglaError, OutputError
@@ -117,6 +117,7 @@ class _Handler(LoopbackHandler):
 
     server: LiveServer
     policy = POLICY
+    allowed = ("GET", "HEAD", "POST")
 
     def do_GET(self) -> None:  # noqa: N802 - http.server's name
         """Send a part of the page."""
@@ -127,13 +128,6 @@ class _Handler(LoopbackHandler):
     def do_POST(self) -> None:  # noqa: N802 - the same
         """Plan, or save."""
         self.send(self.misdirected() or self._foreign() or self._done())
-
-    def _not_allowed(self) -> None:
-        self.send(
-            refusal(HTTPStatus.METHOD_NOT_ALLOWED, "only GET, HEAD and POST are answered"), Allow="GET, HEAD, POST"
-        )
-
-    do_PUT = do_PATCH = do_DELETE = do_OPTIONS = do_TRACE = do_CONNECT = _not_allowed  # noqa: N815 - the same
 
     def _asked(self) -> str | None:
         """Return what is asked for, behind the token; None without the token."""
@@ -232,11 +226,4 @@ def serve(spec: str, *, port: int = 0, open_browser: bool = False) -> None:
     with console.running_solvers():
         planner.warm_up()
     with LiveServer(live, port, desk=Desk(planner)) as server:
-        try:
-            console.out(f"{live.scenario.name} is at {server.url} (Ctrl-C ends it)\n")
-            if open_browser:
-                loopback.open_browser(server.url, "cgla live")
-            server.serve_forever()
-        except KeyboardInterrupt:
-            # the way to end it
-            return
+        server.serve_until_interrupted(f"{live.scenario.name} is at {server.url}", open_browser=open_browser)

@@ -15,8 +15,8 @@ from http import HTTPStatus
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from cgla_graph.comparisons import console, loopback
-from cgla_graph.comparisons.loopback import HTML, JSON, LoopbackHandler, LoopbackServer, Response, refusal
+from cgla_graph.comparisons import console
+from cgla_graph.comparisons.report.loopback import HTML, JSON, LoopbackHandler, LoopbackServer, Response, refusal
 from cgla_graph.errors import CglaError, OutputError
 
 #: Seconds from one state of a running study to the next one that is shown, at least.
@@ -261,11 +261,6 @@ class _Handler(LoopbackHandler):
             return refusal(HTTPStatus.INTERNAL_SERVER_ERROR, f"the report cannot be made: {error}")
         return refusal(HTTPStatus.NOT_FOUND, "there is only / and /state")
 
-    def _not_allowed(self) -> None:
-        self.send(refusal(HTTPStatus.METHOD_NOT_ALLOWED, "only GET and HEAD are answered"), Allow="GET, HEAD")
-
-    do_POST = do_PUT = do_PATCH = do_DELETE = do_OPTIONS = do_TRACE = do_CONNECT = _not_allowed  # noqa: N815 - the same
-
 
 def serve(folder: Path, *, port: int = 0, open_browser: bool = False) -> None:
     """
@@ -291,13 +286,6 @@ def serve(folder: Path, *, port: int = 0, open_browser: bool = False) -> None:
         msg = f"{folder}: there is no such folder; give that of a study, which cgla compare FILE --out FOLDER makes"
         raise OutputError(msg)
     with ViewServer(Viewed(folder), port) as server:
-        try:
-            console.out(f"{folder} is shown at {server.url} (Ctrl-C ends it)\n")
-            if not read_state(folder).stamp:
-                console.say(f"cgla view: there is no study in {folder} yet; the page waits for it")
-            if open_browser:
-                loopback.open_browser(server.url, "cgla view")
-            server.serve_forever()
-        except KeyboardInterrupt:
-            # the way to end it
-            return
+        if not read_state(folder).stamp:
+            console.say(f"cgla view: there is no study in {folder} yet; the page waits for it")
+        server.serve_until_interrupted(f"{folder} is shown at {server.url}", open_browser=open_browser)

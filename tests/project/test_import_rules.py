@@ -41,7 +41,6 @@ FLOORS = (
     ("solvers", "solvers.checks", "solvers.write_listing"),
     ("solvers.trade_off",),
     ("comparisons.files", "comparisons.console", "comparisons.numbers", "comparisons.store"),
-    ("comparisons.loopback",),
     ("comparisons.risk_samples",),
     ("comparisons.workers",),
     ("comparisons.statistics",),

@@ -21,8 +21,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from studies_small import add_run, runs_of, small_study, write_study
 
-from cgla_graph.comparisons import loopback
-from cgla_graph.comparisons.report import view
+from cgla_graph.comparisons.report import loopback, view
 from cgla_graph.comparisons.report.view import Page, State, Viewed, ViewServer, read_state
 from cgla_graph.comparisons.study.store import FILE, StudyStore
 from cgla_graph.errors import CglaError, OutputError

@@ -5,7 +5,7 @@ import socketserver
 import sys
 import threading
 import webbrowser
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -81,6 +81,21 @@ class LoopbackServer(ThreadingHTTPServer):
         """Where it is."""
         return f"http://{HOST}:{self.server_port}/"
 
+    def serve_until_interrupted(self, announcement: str, *, open_browser: bool) -> None:
+        """Say where the page is, open it if asked to, and serve until Ctrl-C."""
+        try:
+            console.out(f"{announcement} (Ctrl-C ends it)\n")
+            if open_browser:
+                # the command may return only when its user leaves
+                threading.Thread(target=self._open_browser, daemon=True).start()
+            self.serve_forever()
+        except KeyboardInterrupt:
+            return
+
+    def _open_browser(self) -> None:
+        if not webbrowser.open(self.url):
+            console.say(f"{self.command}: no browser was found; open {self.url} in yours")
+
     def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401, ARG002 - as the base class
         """Pass over browsers that went away; what else goes wrong with a request is said in one line."""
         error = sys.exc_info()[1]
@@ -100,6 +115,8 @@ class LoopbackHandler(BaseHTTPRequestHandler):
     }
     #: What a page may do.
     policy = "default-src 'none'"
+    #: The methods that are answered.
+    allowed: ClassVar[Sequence[str]] = ("GET", "HEAD")
     timeout = _LONGEST_REQUEST
     # even a request that names no version gets an answer with headers
     default_request_version = "HTTP/1.0"
@@ -114,6 +131,13 @@ class LoopbackHandler(BaseHTTPRequestHandler):
         self.end_headers()
         if self.command != "HEAD":
             self.wfile.write(response.body)
+
+    def _not_allowed(self) -> None:
+        *most, last = self.allowed
+        words = f"only {', '.join(most)} and {last} are answered"
+        self.send(refusal(HTTPStatus.METHOD_NOT_ALLOWED, words), Allow=", ".join(self.allowed))
+
+    do_POST = do_PUT = do_PATCH = do_DELETE = do_OPTIONS = do_TRACE = do_CONNECT = _not_allowed  # noqa: N815 - http.server's names
 
     def misdirected(self) -> Response | None:
         """Refuse a page from elsewhere whose name was made to point here (DNS rebinding)."""
@@ -135,13 +159,3 @@ class LoopbackHandler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002, ANN401 - as the base class
         """Log nothing: a browser asks every two seconds, or more often."""
-
-
-def open_browser(url: str, command: str) -> None:
-    """Open a page in the user's browser, whose command may return only when its user leaves."""
-
-    def open_it() -> None:
-        if not webbrowser.open(url):
-            console.say(f"{command}: no browser was found; open {url} in yours")
-
-    threading.Thread(target=open_it, daemon=True).start()
