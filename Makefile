@@ -1,12 +1,12 @@
-# make compare: from a map to a fair comparison.  make test: the tests, but for slow ones and half of all random examples.
+# make compare: from a map to a fair comparison.  make test: all tests but the slow ones, with fewer random examples.
 # make check: all that has to pass.  make fuzz: property-based tests on new random examples.
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/installed
-# a file's tests in one process: kernels are compiled once, and what tests share is made once, the longest files first
-# (tests/conftest.py). Some wait for processes and browsers: three share two cores
-PYTEST := $(BIN)/python -m pytest --numprocesses 3 --dist loadfile --no-loadscope-reorder --quiet
+# a file's tests run in one process, so that kernels are compiled once and fixtures are made once
+WORKERS ?= 2
+PYTEST := $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadfile --quiet
 export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels
 # tests start hundreds of processes: what Python has compiled is kept, whatever the environment says
 export PYTHONDONTWRITEBYTECODE :=
@@ -17,7 +17,7 @@ compare: $(INSTALLED)
 	$(BIN)/cgla compare --out results --overwrite
 
 test: $(INSTALLED)
-	CGLA_HALF=1 $(PYTEST) -m "not slow"
+	CGLA_EXAMPLES=0.25 $(PYTEST) -m "not slow" --ignore=tests/benchmarks
 
 # every run draws other examples, twenty times as many; a failure prints the example and the line that brings it back.
 # make fuzz TESTS=tests/model/test_risk.py: only those

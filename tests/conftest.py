@@ -18,38 +18,6 @@ if hasattr(signal, "SIGHUP"):
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
-#: Files of tests that take longest: they are begun first, so that none of them is left alone at the end.
-LONGEST = (
-    "project/test_readme.py",
-    "comparisons/cli/test_app.py",
-    "scenarios/test_mission_file.py",
-    "cost_to_go/test_repair.py",
-    "fusion/test_fusion.py",
-    "solvers/test_rasters.py",
-    "certificate/test_certificate.py",
-    "mission/test_mission.py",
-    "eikonal/test_mesh.py",
-    "certificate/test_corners.py",
-    "certificate/test_tips.py",
-    "motion/test_space_time.py",
-    "comparisons/workers/test_cluster.py",
-    "comparisons/claims/test_claims_command.py",
-    "comparisons/claims/test_obstacle_claims.py",
-    "comparisons/report/test_report_browser.py",
-    "solvers/grid/test_skimage_route.py",
-    "test_kernel.py",
-)
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the longest files; workers take files in the order in which they are collected."""
-    ranks = {Path(__file__).parent / name: rank for rank, name in enumerate(LONGEST)}
-    if gone := [path for path in ranks if not path.exists()]:
-        msg = f"{gone[0]} is not there; mend LONGEST"
-        raise pytest.UsageError(msg)
-    items.sort(key=lambda item: ranks.get(item.path, len(ranks)))
-
-
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
     """Keep what collecting makes from being looked through for garbage, then and again and again while tests run."""

@@ -102,6 +102,7 @@ def test_what_python_needs_for_a_call_is_compiled_only_where_there_is_one(
 BOTH = "import outer_kernels as kernels; print(kernels.outer(1.0), kernels.inner(1.0))"
 
 
+@pytest.mark.slow
 def test_where_nothing_can_be_written_neither_is_taken_for_the_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -128,7 +128,7 @@ class SolverTable(Table):
     """A solver with settings: all other keys."""
 
     model_config = ConfigDict(extra="allow")
-    __pydantic_extra__: dict[str, Setting] = Field(init=False)
+    __pydantic_extra__: dict[str, Setting]
 
     name: str = Field(min_length=1, description="as cgla solvers lists them")
     label: Line | None = Field(None, min_length=1, description="what tables call it (default: NAME:SETTING=VALUE…)")

@@ -654,6 +654,7 @@ def test_on_crowded_maps_every_tolerance_is_reached(seed: int, tolerance: float)
     assert lower_bound(cg.Problem((0.05, 0.1), (0.95, 0.85), field, k=40.0), tolerance).reached
 
 
+@pytest.mark.slow
 def test_past_narrow_threats_few_cells_are_enough() -> None:
     """
     The foot of a threat is narrower than a cell of a coarse grid; there, paths cost no less than in clear air.
@@ -721,6 +722,7 @@ def test_the_bracket_closes_grid_by_grid() -> None:
     assert all((a.lower_bound <= b.upper_bound) for a, b in itertools.product(found.grids, repeat=2))
 
 
+@pytest.mark.slow
 def test_a_grid_is_no_finer_than_the_tolerance_takes() -> None:
     path = cg.solve(SMOOTH, "hybrid", tolerance=None).path
     for grid in lower_bound(SMOOTH, 1e-4, path=path).grids[1:-1]:
@@ -733,7 +735,12 @@ def test_a_grid_is_no_finer_than_the_tolerance_takes() -> None:
 
 @pytest.mark.parametrize(
     ("seed", "orders", "interpolation"),
-    [(16, 10, "nearest"), (10, 40, "nearest"), (11, 80, "nearest"), (47, 80, "bilinear")],
+    [
+        (16, 10, "nearest"),
+        pytest.param(10, 40, "nearest", marks=pytest.mark.slow),
+        pytest.param(11, 80, "nearest", marks=pytest.mark.slow),
+        pytest.param(47, 80, "bilinear", marks=pytest.mark.slow),
+    ],
 )
 def test_risk_of_many_orders_of_magnitude_breaks_no_proof(
     seed: int, orders: int, interpolation: Literal["nearest", "bilinear"]
@@ -746,6 +753,7 @@ def test_risk_of_many_orders_of_magnitude_breaks_no_proof(
     assert np.isfinite([grid.lower_bound for grid in found.grids]).all()
 
 
+@pytest.mark.slow
 def test_cells_that_are_allowed_are_used() -> None:
     path = cg.solve(SMOOTH, "hybrid", tolerance=None).path
     allowed = (25_000, 35_000, 50_000, 70_000, 100_000)
@@ -806,6 +814,7 @@ def same_whichever_is_slow(monkeypatch: pytest.MonkeyPatch) -> bool:
     return [grid.lower_bound for grid in one.grids] == [grid.lower_bound for grid in two.grids]
 
 
+@pytest.mark.slow
 def test_which_bound_is_sooner_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     """The other one stops, wherever it is by then, and what it has found by then does not count."""
     monkeypatch.setattr(subsolution, "LARGE", 0)
@@ -889,6 +898,7 @@ def test_no_way_leads_around_a_wall_beyond_the_bounds(goal: tuple[float, float])
     assert found.reached
 
 
+@pytest.mark.slow
 def test_along_slanted_walls_the_bound_rises_to_the_best_path() -> None:
     """Nodes in the steps of such a wall come too late, unless fronts come past their diagonal neighbours."""
     area = shapely.Polygon([(0.3, 0.62), (0.28, 0.3), (0.464, 0.162), (0.826, 0.391), (0.496, 0.735)])
@@ -944,6 +954,7 @@ def test_no_way_leads_through_a_wall_of_a_5000th_of_the_map() -> None:
     assert lower_bound(problem, 0.005, path=path, max_cells=2 * FEW_CELLS).reached
 
 
+@pytest.mark.slow
 def test_around_areas_over_a_flat_part_of_a_raster_the_bound_rises() -> None:
     """No cost there can be lowered without going below the floor of a cell: the floors have to go."""
     town = cg.RasterRisk([[0, 0, 0], [0, 9, 0], [0, 0, 0]], bounds=(0, 0, 3, 3))

@@ -201,12 +201,14 @@ def test_fronts_bend_around_corners_and_do_not_cut_them(cells: int) -> None:
     assert fan_errors(cells, bends=False)[0] < -2.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "cells"), [("maze", 1_500_000), ("thin-wall", 1_500_000), ("finland", 1_500_000)])
 def test_shipped_maps_with_areas_are_proven_to_a_twentieth_of_a_percent(name: str, cells: int) -> None:
     proof = cg.lower_bound(cg.load_scenario(name).problem, 5e-4, max_cells=cells)
     assert proof.reached, proof.message
 
 
+@pytest.mark.slow
 def test_around_corners_bounds_are_of_higher_order() -> None:
     problem = cg.load_scenario("maze").problem
     cost, missing = cg.solve(problem, "visibility-graph").cost, []

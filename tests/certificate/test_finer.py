@@ -154,6 +154,7 @@ def check_some(times: float = 1.15) -> None:
     assert sum(check_charges(problem, times) for problem in (chevron(), blunt(), *map(steep_corner, BENT))) > len(BENT)
 
 
+@pytest.mark.slow
 def test_a_front_that_is_too_late_does_no_harm_if_it_is_checked(monkeypatch: pytest.MonkeyPatch) -> None:
     costs = finer.costs_to_solve_for
     monkeypatch.setattr(finer, "costs_to_solve_for", lambda *given: 1.5 * costs(*given))
@@ -164,6 +165,7 @@ def test_a_front_that_is_too_late_does_no_harm_if_it_is_checked(monkeypatch: pyt
         check_some(1.5)
 
 
+@pytest.mark.slow
 def test_a_charge_without_ways_that_leave_the_box_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     check_some()
     excess = Finer._excess
@@ -172,6 +174,7 @@ def test_a_charge_without_ways_that_leave_the_box_is_caught(monkeypatch: pytest.
         check_some()
 
 
+@pytest.mark.slow
 def test_where_the_cost_is_steep_at_a_corner_a_finer_grid_there_helps(monkeypatch: pytest.MonkeyPatch) -> None:
     gaps, problem = [], steep_corner(2)
     for look in (True, False):
@@ -230,6 +233,7 @@ def test_there_is_no_block_where_a_path_hardly_turns() -> None:
     assert (blocks(0.01, -0.1), blocks(-0.05, -0.1)) == (0, 1)
 
 
+@pytest.mark.slow
 def test_the_parts_of_a_rim_are_at_one_place_on_both_grids() -> None:
     found = [laid for seed in BENT if (laid := steep_level(steep_corner(seed)))]
     assert found

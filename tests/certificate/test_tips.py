@@ -175,6 +175,7 @@ def test_a_closer_look_keeps_what_the_formula_loses() -> None:
     assert (close_kept - plain_kept).max() > 0.1
 
 
+@pytest.mark.slow
 def test_long_maps_with_steep_ends_are_proven_on_few_cells() -> None:
     threats = [cg.Threat(1.0 * i + 0.5, 0.5 + 0.3 * (-1) ** i, spread=0.15) for i in range(14)]
     problem = cg.Problem((0.4, 0.6), (13.3, 0.3), cg.RiskField(threats), k=150.0, bounds=(0, 0, 14, 1))

@@ -190,6 +190,7 @@ def never_falls(*_: object) -> ModelChange:
     return dataclasses.replace(ModelChange.between(CostModel(), CostModel()), weights_only_grow=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "broken"),
     [

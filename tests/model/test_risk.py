@@ -109,7 +109,7 @@ def error_in_spreads(field: RiskField, spot: Point, n: int, seed: int) -> float:
 
 
 @pytest.mark.parametrize("peak", [1.0, 0.3, 0.05, 1e-3])
-@pytest.mark.parametrize("n", [2, 5, 10, 20, 50, 100])
+@pytest.mark.parametrize("n", [2, 10, 20, *(pytest.param(n, marks=pytest.mark.slow) for n in (5, 50, 100))])
 def test_threats_on_one_spot_are_integrated_as_exactly_as_promised(n: int, peak: float) -> None:
     field = RiskField([Threat(0.5, 0.5, spread=0.1, peak=peak)] * n)
     assert error_in_spreads(field, (0.5, 0.5), 300, seed=n) <= 4e-12

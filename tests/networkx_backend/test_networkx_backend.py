@@ -147,6 +147,7 @@ def test_whole_weights_give_whole_lengths() -> None:
     assert nx.shortest_path_length(graph, 0, 2, weight="weight", backend="cgla") == 2.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("large", "step"), [(0, 13), (1000, 1)], ids=["restricted", "led by the straight line"])
 def test_a_search_for_one_target_finds_the_optimum(large: int, step: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(functions, "LARGE", large)

@@ -28,7 +28,7 @@ Gradient = Callable[[FloatArray, float, Any, FloatArray], float]
 
 ONE_THREAT = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField([cg.Threat(0.55, 0.5, spread=0.1)]), k=10.0)
 # No budget of time: the same run gives the same path.
-SMALL = {"iterations": 300, "samples": 300, "milestones": 300}
+SMALL = {"iterations": 200, "samples": 200, "milestones": 200, "generations": 10}
 UNCERTIFIED = {"hybrid": {"tolerance": None}}
 
 # The derivative
@@ -407,6 +407,7 @@ def test_the_solver_refines_names_solvers_and_paths() -> None:
     assert "not start and goal" in stray.message
 
 
+@pytest.mark.slow
 @pytest.mark.ompl
 def test_the_seed_goes_to_the_base() -> None:
     if (missing := registry.missing("rrt-star")) is not None:

@@ -161,6 +161,7 @@ def scaled_bounds(which: str) -> Callable[..., Any]:
     return bounds_at
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", ["to the goal", "from the start", "difference", "raster", "margin", "primitive"])
 def test_a_bound_that_is_too_high_is_caught(which: str, monkeypatch: pytest.MonkeyPatch) -> None:
     # what is left out must not be the optimum that is known already
@@ -195,6 +196,7 @@ def test_on_rasters_it_is_the_optimum_of_the_full_matrix(seed: int, side: int) -
     check(with_raster(random_problem(seed), seed).on_lattice(side))
 
 
+@pytest.mark.slow
 def test_a_raster_that_counts_for_less_than_it_may_cost_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     """Sums of values at nodes are no bound: between them, the raster may be lower."""
     honest = restricted.restricted_kernels.cost_rasters

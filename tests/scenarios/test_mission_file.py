@@ -230,6 +230,7 @@ def test_fig6_shows_that_much_k_escapes_farther_and_safer() -> None:
         assert (1, len(flight.mission.world.field)) in seen, "the sudden threat is seen as soon as it is there"
 
 
+@pytest.mark.slow
 def test_fig7_shows_that_three_steps_ahead_are_best() -> None:
     distances = [flight.least_separation for flight in flights_of("fig7").values()]
     collision = next(iter(flights_of("fig7").values())).mission.collision_distance

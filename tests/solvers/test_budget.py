@@ -195,6 +195,7 @@ def test_an_offer_that_does_not_stand_makes_the_run_fail(
 # the solvers
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("evaluations", [1, 30, 1000, 8000])
 @pytest.mark.parametrize("name", COUNTED)
 def test_evaluations_are_not_exceeded(name: str, evaluations: int) -> None:

@@ -55,6 +55,7 @@ def test_a_mission_far_from_the_origin_is_flown(name: str) -> None:
     assert flown.status.label == "arrived", flown.message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PLANNERS)
 def test_threats_that_are_nowhere_on_the_map_change_nothing_to_speak_of(name: str) -> None:
     start, goal, wall = (0.1, 0.1), (0.9, 0.9), shapely.box(0.2, 0.3, 0.35, 0.4)

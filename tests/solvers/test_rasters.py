@@ -46,8 +46,15 @@ def of(name: str, problem: cg.Problem) -> Solution:
 
 
 @pytest.mark.parametrize("name", SEEING)
-@pytest.mark.parametrize("interpolation", ["bilinear", "nearest"])
-@pytest.mark.parametrize("threats", [(), (cg.Threat(0.5, 0.8, 0.05),)], ids=["alone", "with a threat"])
+@pytest.mark.parametrize(
+    ("interpolation", "threats"),
+    [
+        ("nearest", ()),
+        pytest.param("bilinear", (), marks=pytest.mark.slow),
+        pytest.param("nearest", (cg.Threat(0.5, 0.8, 0.05),), marks=pytest.mark.slow),
+        pytest.param("bilinear", (cg.Threat(0.5, 0.8, 0.05),), marks=pytest.mark.slow),
+    ],
+)
 def test_a_block_is_seen(name: str, interpolation: str, threats: tuple[cg.Threat, ...]) -> None:
     problem = block(interpolation, *threats)
     answer = of(name, problem)
@@ -112,6 +119,7 @@ def test_a_threshold_of_risk_rises_as_far_as_the_raster_does() -> None:
     assert answer.status is Status.FOUND, answer.message
 
 
+@pytest.mark.slow
 @pytest.mark.ompl
 def test_bit_star_ends_where_its_bounds_are_the_costs_of_huge_risk() -> None:
     """Its bounds keep away from the costs by more than their rounding, which grows with the greatest risk."""
@@ -135,6 +143,7 @@ def test_a_field_with_a_large_raster_is_sent_at_little_cost() -> None:
 # Trade-offs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("interpolation", ["bilinear", "nearest"])
 def test_every_trade_off_sees_the_raster(interpolation: str) -> None:
     problem = block(interpolation)

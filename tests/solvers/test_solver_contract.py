@@ -16,15 +16,15 @@ from cgla_graph.solvers.continuous.straight_line import StraightLine
 from cgla_graph.solvers.exact.cgla import Cgla
 
 QUICK: dict[str, dict[str, Any]] = {
-    "rrt-star": {"iterations": 300},
-    "informed-rrt-star": {"iterations": 300},
-    "sorrt-star": {"iterations": 300},
+    "rrt-star": {"iterations": 100},
+    "informed-rrt-star": {"iterations": 100},
+    "sorrt-star": {"iterations": 100},
     "bit-star": {"iterations": 2000},
-    "fmt-star": {"samples": 300},
-    "bfmt-star": {"samples": 300},
-    "prm-star": {"milestones": 300},
-    "ompl-prm-star": {"milestones": 300},
-    "evolutionary": {"generations": 25},
+    "fmt-star": {"samples": 100},
+    "bfmt-star": {"samples": 100},
+    "prm-star": {"milestones": 100},
+    "ompl-prm-star": {"milestones": 100},
+    "evolutionary": {"generations": 10},
     "hybrid": {"tolerance": 0.05},
 }
 VARIANTS = [
@@ -32,10 +32,10 @@ VARIANTS = [
     ("cgla", {"schedule": "synchronous"}),
     ("cgla", {"schedule": "sweeps"}),
     ("cgla", {"early_stop": False}),
-    ("rrt-star", {"iterations": 300, "seed": 7, "rewire_factor": 0.5}),
-    ("rrt-star", {"iterations": None, "evaluations": 20_000}),
+    ("rrt-star", {"iterations": 100, "seed": 7, "rewire_factor": 0.5}),
+    ("rrt-star", {"iterations": None, "evaluations": 5_000}),
     ("bit-star", {"iterations": None, "evaluations": 1000, "samples_per_batch": 50}),
-    ("prm-star", {"milestones": None, "evaluations": 20_000, "seed": 0, "radius_factor": 0.8}),
+    ("prm-star", {"milestones": None, "evaluations": 5_000, "seed": 0, "radius_factor": 0.8}),
     ("eight-direction", {"resolution": 15, "corner_rule": "both-free"}),
 ]
 

@@ -93,6 +93,7 @@ print(*kind, sorted(loaded() - before), sorted({name for _, name, _ in before} &
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scenario", "told"),
     [
@@ -148,6 +149,7 @@ def test_what_evaluates_paths_is_loaded_for_solvers_of_others_too() -> None:
     assert done.stdout == "1 1\n"
 
 
+@pytest.mark.slow
 def test_the_process_that_compiles_beside_ends_well() -> None:
     """Nobody reads what it says."""
     done = subprocess.run(

@@ -23,8 +23,8 @@ Segment: TypeAlias = tuple[FloatArray, FloatArray]
 
 #: Whether examples are drawn at random, as `make fuzz` does.
 FUZZING = bool(os.environ.get("CGLA_FUZZ"))
-#: How many times as many examples are drawn then; `make test` draws half of those that `make check` does.
-TIMES = 20.0 if FUZZING else 0.5 if os.environ.get("CGLA_HALF") else 1.0
+#: How many times as many examples are drawn then; `make test` and CI draw a part of those that `make check` does.
+TIMES = 20.0 if FUZZING else float(os.environ.get("CGLA_EXAMPLES", "1"))
 
 
 def _times(number: int) -> int:
@@ -52,7 +52,7 @@ settings.load_profile("fuzz" if FUZZING else "same")
 
 
 def examples(number: int) -> settings:
-    """Draw so many examples, half of them in `make test`, or many more in `make fuzz`."""
+    """Draw so many examples, fewer in `make test`, many more in `make fuzz`."""
     return settings(max_examples=_times(number))
 
 

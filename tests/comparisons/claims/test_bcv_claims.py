@@ -221,6 +221,7 @@ def shown() -> Mapping[tuple[str, str, float], UavFlight]:
         return trapped_flights.__wrapped__()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("maps", [3, 30])
 def test_the_figure_has_both_objectives_and_the_printed_ratios(
     maps: int, shown: Mapping[tuple[str, str, float], UavFlight], monkeypatch: pytest.MonkeyPatch

@@ -94,6 +94,7 @@ def test_what_does_not_fit_is_refused(cgla: Call, words: tuple[object, ...], sai
     cgla("claims", *words).refused(*said)
 
 
+@pytest.mark.slow
 def test_the_report_and_the_figures_of_a_claim(cgla: Call, tmp_path: Path) -> None:
     answer = cgla("claims", "C26", "C16", "--quick", "--out", "out", "--workers", 0)
     assert answer.code == 0, answer.err

@@ -76,6 +76,7 @@ def test_the_rule_is_not_kept_by_a_program_that_takes_all_measures_for_one(monke
         assert_honest(made)
 
 
+@pytest.mark.slow
 def test_the_reconstructed_map_is_called_selected(tables: dict[str, Comparison]) -> None:
     assert "selected to agree" in tables["Table 1"].caption
     assert all("ours" in table.caption for table in tables.values())

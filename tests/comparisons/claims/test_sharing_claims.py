@@ -140,6 +140,7 @@ def test_a_matrix_each_is_better_or_not_for_each_delay(effects: Effects, found: 
     assert [part.condition for part in finding.parts[1:4]] == [f"if reports take {delay} ticks" for delay in DELAYS]
 
 
+@pytest.mark.slow
 def test_a_matrix_out_of_reach_is_no_evidence() -> None:
     for factor in (0.3, 1.0, 5.0):
         world = shared({"unreachable": factor}, {"unreachable": factor}, maps=8)

@@ -211,6 +211,7 @@ def test_effects_stand_beside_the_papers_own() -> None:
     assert (int(risk.effect.split()[0][0]), "% more, 95 %" in length.effect) in {(4, True), (5, True)}
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("once")
 def test_a_map_that_was_selected_is_no_evidence(monkeypatch: pytest.MonkeyPatch) -> None:
     world = online_world(1, risk=1.0, length=1.0)

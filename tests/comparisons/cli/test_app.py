@@ -150,6 +150,7 @@ def test_no_garbage_is_looked_for_at_the_end() -> None:
     assert done.stdout.splitlines()[-2:] == ["left: 0 True", "frozen: True"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(importlib.util.find_spec("ompl") is None, reason="needs ompl")
 def test_a_command_that_loads_ompl_ends_without_its_complaints() -> None:
     words = [sys.executable, "-m", "cgla_graph.comparisons", "plan", "one-threat", "--solver", "ompl-prm-star"]
@@ -427,6 +428,7 @@ def unlucky(problem: Problem) -> Solution:
     return Solution(Status.NOT_FOUND, seconds=0.1)
 
 
+@pytest.mark.slow
 def test_how_soon_stands_in_a_table_a_list_and_a_file(cgla: Call, small: Path, tmp_path: Path) -> None:
     pytest.importorskip("ompl")
     solvers = "cgla,rrt-star:iterations=300,straight-line"

@@ -307,6 +307,7 @@ def grids_of(run: Run) -> tuple[Grid, ...]:
     return run.certificate.grids
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("height", [0.7, 1.0, 4.0])
 def test_nothing_overlaps(run: Run, height: float) -> None:
     problem = replace(run.scenario.problem, bounds=(0.0, 0.0, 2.0, height))

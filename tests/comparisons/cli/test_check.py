@@ -115,6 +115,7 @@ def test_the_bound_is_one_for_all_paths(cgla: Call) -> None:
         assert found.cost >= found.proof.lower_bound
 
 
+@pytest.mark.slow
 def test_ways_around_the_map_that_is_laid_are_not_denied(cgla: Call, tmp_path: Path) -> None:
     """A wall cuts the map around the plan in two; the way around its end, far outside, costs no less than the bound."""
     wall = shapely.box(24.94, 59.5, 24.96, 60.3)

@@ -156,6 +156,7 @@ def test_exit_codes_and_lists(call: Call, awkward: Path) -> None:
     call("conform", "--timeout", "0", "--", "true").refused("--timeout", "0")
 
 
+@pytest.mark.slow
 def test_from_python_it_is_one_call(tmp_path: Path) -> None:
     """Results come in the order asked for, whatever ends first; what is wrong is said before anything starts."""
     planner = tmp_path / "planner.py"

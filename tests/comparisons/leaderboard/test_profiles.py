@@ -87,6 +87,7 @@ def test_the_band_holds_the_whole_curve(n: int, reach: float) -> None:
     assert holds_all_over(n, runs, reach) > 0.95 - 3.0 * math.sqrt(0.95 * 0.05 / runs)
 
 
+@pytest.mark.slow
 def test_a_narrower_band_would_not_hold_it() -> None:
     assert holds_all_over(10, 500, 1.0, narrowed=0.75) < 0.9
 

@@ -67,6 +67,7 @@ def test_a_copy_from_elsewhere_says_how_it_is_drawn() -> None:
     assert PROBLEM.plot(copy, ax=Figure().add_subplot()).has_data()
 
 
+@pytest.mark.slow
 def test_the_film_is_written_as_the_command_writes_it(tmp_path: Path) -> None:
     mission = cg.Mission(cg.World(), [cg.Uav("a", (0.1, 0.1), (0.3, 0.3), 0.2)], cg.solvers.get("cgla"))
     film = mission.fly().animate(ax=Figure().add_subplot())

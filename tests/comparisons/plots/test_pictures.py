@@ -14,7 +14,7 @@ from figures import HOSTILE, assert_tidy
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import FillBetweenPolyCollection
+from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
@@ -518,8 +518,8 @@ def test_a_trace_is_a_step_line_over_logarithmic_time() -> None:
     assert_tidy(figure)
 
 
-def bands(figure: Figure) -> list[FillBetweenPolyCollection]:
-    return [part for part in figure.axes[0].collections if isinstance(part, FillBetweenPolyCollection)]
+def bands(figure: Figure) -> list[PolyCollection]:
+    return [part for part in figure.axes[0].collections if isinstance(part, PolyCollection)]
 
 
 def band_at(figure: Figure, seconds: float) -> tuple[float, float]:

@@ -188,6 +188,7 @@ def test_a_crowd_keeps_its_colours_apart() -> None:
     assert len(looks) == 60
 
 
+@pytest.mark.slow
 def test_a_picture_is_the_same_every_time(told: MissionRun, tmp_path: Path) -> None:
     first, second = (pictures.save(flight_figure([told]), tmp_path / f"{i}.svg").read_bytes() for i in range(2))
     assert first == second

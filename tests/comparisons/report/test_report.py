@@ -152,6 +152,7 @@ def test_parts_that_are_swapped_have_ids_of_their_own(page: Page) -> None:
     assert len(ids) == len(set(ids))
 
 
+@pytest.mark.slow
 def test_the_same_study_gives_the_same_page(stored: Stored) -> None:
     assert report_html(stored) == report_html(stored)
 

@@ -373,6 +373,7 @@ def with_solution(both: Rerun, **changes: object) -> Rerun:
     return Rerun(both.stored, now)
 
 
+@pytest.mark.slow
 def test_what_differs_is_named(solved: Path) -> None:
     both = lookup.look_up(solved, rerun=1).rerun
     assert both is not None

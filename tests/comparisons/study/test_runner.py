@@ -215,6 +215,7 @@ def test_a_row_off_the_lattice_between_others(tmp_path: Path) -> None:
 # Start is goal, and no path
 
 
+@pytest.mark.slow
 def test_start_equal_to_goal_is_an_answer_of_every_solver() -> None:
     scenario = scenario_from_toml(SMALL.replace("0.9, 0.9", "0.1, 0.1") + LATTICE + WALL, "stay")
     for run in runs_of([scenario], *registry.names()):

@@ -167,6 +167,7 @@ def test_limits_without_a_limit(awkward: ModuleType) -> None:
             pass
 
 
+@pytest.mark.slow
 def test_an_alarm_that_a_call_leaves_does_not_go_off_in_the_next(awkward: ModuleType) -> None:
     assert [outcome.failure for outcome in ends((awkward.arm,), (awkward.nap, 0.6))] == [None, None]
 
@@ -288,6 +289,7 @@ def test_modules_are_loaded_once_for_all_workers(script: Path, tmp_path: Path) -
     assert (tmp_path / "loaded").read_text() == "x"
 
 
+@pytest.mark.slow
 def test_what_a_call_prints_goes_to_standard_error(script: Path) -> None:
     with started(script, "talk") as program:
         out, err = program.communicate(timeout=60.0)
@@ -367,6 +369,7 @@ def test_a_script_that_guards_nothing_is_told_so(script: Path) -> None:
     assert "__main__" in last
 
 
+@pytest.mark.slow
 def test_functions_of_the_script_itself(script: Path) -> None:
     script.write_text(
         textwrap.dedent("""

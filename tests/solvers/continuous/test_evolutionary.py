@@ -109,6 +109,7 @@ def test_a_map_of_another_size_has_the_same_path(scale: float) -> None:
     assert np.allclose(paths[1] / scale, paths[0])
 
 
+@pytest.mark.slow
 def test_it_comes_near_the_optimum_around_one_threat() -> None:
     problem = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField([cg.Threat(0.5, 0.5, 0.1)]), 10.0)
     best = cg.solve(problem, "fast-marching").cost

@@ -82,6 +82,7 @@ def test_on_random_maps_a_refined_complete_graph_is_hardly_better(seed: int) -> 
     assert cg.solve(problem, QUICK).cost <= refined.cost * 1.001
 
 
+@pytest.mark.slow
 def test_it_takes_more_than_the_best_guess_of_the_lattice() -> None:
     """A coarse lattice's best path is not always the one that refines best: one candidate is too few."""
     gains = []
@@ -130,6 +131,7 @@ def test_cells_that_touch_at_a_corner_leave_a_way_through_it() -> None:
     assert found.cost == pytest.approx(np.hypot(0.8, 0.8), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_map_of_a_thousand_corners(tmp_path: Any) -> None:  # noqa: ANN401 - pytest's
     """A grid map of 128 x 128 cells with a fifth of 4 x 4 blocks taken: about the mark of eight-direction's path."""
     rng = np.random.default_rng(0)
@@ -197,6 +199,7 @@ def test_it_is_the_default() -> None:
     assert cg.solve(cg.GraphProblem(chain, 0, 2)).solver == "cgla"
 
 
+@pytest.mark.slow
 def test_the_certificate_is_reported_and_not_timed(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
@@ -273,6 +276,7 @@ def test_wrong_settings_are_named(wrong: dict[str, Any], word: str) -> None:
         Hybrid(**wrong)
 
 
+@pytest.mark.slow
 def test_odd_maps() -> None:
     """Long and thin, far from the origin, huge, with ends on the border: the contract's checks hold at any setting."""
     check_solver(Hybrid(points=30, radius=1, candidates=1, tolerance=None))

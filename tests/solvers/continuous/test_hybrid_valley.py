@@ -37,6 +37,7 @@ def excess(problem: cg.Problem) -> float | None:
         return answer.cost / QUICK.solve(problem).cost - 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drawn", [random_map, steep_ends])
 @given(seed=strategies.seeds)
 @examples(25)

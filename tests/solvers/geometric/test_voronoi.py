@@ -249,6 +249,7 @@ def test_a_map_drawn_larger_elsewhere_gives_the_same_path_there() -> None:
         assert other.risk == pytest.approx(8.0 * one.risk, rel=1e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("areas", [0, 4])
 def test_it_flies_missions(areas: int) -> None:
     for seed in range(2):

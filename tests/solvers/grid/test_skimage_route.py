@@ -49,6 +49,7 @@ def test_it_is_route_through_array(fully_connected: bool, geometric: bool, seed:
         assert answer.cost == pytest.approx(cost, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_cells_wider_than_high_count_as_what_they_are() -> None:
     values = np.ones((40, 10))
     values[10:30, 4:6] = 5.0
@@ -190,6 +191,7 @@ def test_settings_are_checked(settings: dict[str, Any]) -> None:
         SkimageRoute(**settings)
 
 
+@pytest.mark.slow
 def test_scikit_image_is_loaded_by_the_first_run_only() -> None:
     code = (
         "import sys; from cgla_graph.solvers import registry; "

@@ -142,6 +142,7 @@ def test_after_steps_that_bring_too_little_it_puts_a_virtual_goal() -> None:
         assert _with_target(around, replace(memory, left=steps[:-1])).virtual is None
 
 
+@pytest.mark.slow
 def test_aversion_to_risk_lowers_the_risk() -> None:
     """Over maps on which both arrive; without it the behaviours alone already avoid the centres of threats."""
     averse, blind = BcvStyle(), BcvStyle(risk_aversion=0)

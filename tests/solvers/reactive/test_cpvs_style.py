@@ -159,6 +159,7 @@ def test_a_risky_goal_is_no_reason_for_detours() -> None:
     assert cg.solve(problem, CpvsStyle()).status is Status.FOUND
 
 
+@pytest.mark.slow
 def test_the_default_is_the_better_choice_of_sub_goals() -> None:
     found = {
         onward: [cg.solve(random_scenario(seed).problem, CpvsStyle(onward=onward)) for seed in range(12)]

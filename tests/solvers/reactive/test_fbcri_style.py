@@ -248,6 +248,7 @@ def test_evaluations_count_points_of_the_field(solver: FbcriStyle | CpvsStyle, m
     assert answer.evaluations == asked - (len(answer.path) - 1) > 0
 
 
+@pytest.mark.slow
 @BOTH
 def test_missions_arrive_on_what_they_sense(solver: FbcriStyle | CpvsStyle) -> None:
     for seed in range(6):

@@ -136,6 +136,7 @@ def test_paths_stand_up_to_the_oracle(seed: int) -> None:
     assert (np.hypot(*np.diff(answer.path, axis=0).T) <= 0.02 * (1.0 + 1e-9)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [0.25, 1024.0])
 def test_a_map_of_another_size_has_the_same_path(scale: float) -> None:
     problem = random_scenario(3, threats=3).problem

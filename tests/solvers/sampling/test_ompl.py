@@ -247,6 +247,7 @@ class Deaf(ompl_run.Watch):
         return False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ANYTIME)
 def test_stopping_for_paths_does_not_change_the_search(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     solver = quick(name, iterations=500)
