@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from cgla_graph.airspace.flight_plans.plan import Waypoint as Waypoint
     from cgla_graph.airspace.zones.reading import read_zones as read_zones
     from cgla_graph.certificate.certificate import Certificate as Certificate
-    from cgla_graph.certificate.certificate import lower_bound as lower_bound
     from cgla_graph.cost_to_go.cost_matrix import CostMatrix as CostMatrix
     from cgla_graph.cost_to_go.cost_matrix import cost_matrix as cost_matrix
     from cgla_graph.cost_to_go.theorem_1 import check_theorem_1 as check_theorem_1
@@ -50,6 +49,7 @@ if TYPE_CHECKING:
     from cgla_graph.scenarios.scenario import Scenario as Scenario
     from cgla_graph.scenarios.scenario import load_scenario as load_scenario
     from cgla_graph.scenarios.writing import write_scenario as write_scenario
+    from cgla_graph.solvers.solving import lower_bound as lower_bound
     from cgla_graph.solvers.solving import solve as solve
     from cgla_graph.solvers.trade_off.constrained import plan_within_length as plan_within_length
     from cgla_graph.solvers.trade_off.constrained import plan_within_risk as plan_within_risk
@@ -94,7 +94,7 @@ _HOMES = {
     "ground_risk": "model.ground_risk",
     "load_mission": "scenarios.mission_file",
     "load_scenario": "scenarios.scenario",
-    "lower_bound": "certificate.certificate",
+    "lower_bound": "solvers.solving",
     "pareto": "solvers.trade_off.pareto",
     "plan_within_length": "solvers.trade_off.constrained",
     "plan_within_risk": "solvers.trade_off.constrained",

@@ -1,22 +1,27 @@
-"""`solve`: one problem, one solver, one answer that the oracle has judged."""
+"""`solve` and `lower_bound`: one answer that the oracle has judged, and the proof of how good it is."""
 
 import dataclasses
+import math
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from cgla_graph._progress import showing
 from cgla_graph._text import shown
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.lattice import Lattice
-from cgla_graph.model.problem import FULL_UP_TO, GraphProblem, Problem
+from cgla_graph.model.problem import BOUND_TOLERANCE, FULL_UP_TO, GraphProblem, Problem
 from cgla_graph.model.small_problem import MapKind
-from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.model.solution import TOLERANCE, Solution, Status, TracePoint
 from cgla_graph.model.solver import Solver, Traits, run, stay
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.warm_up import warm_up, warm_up_restricted
+
+if TYPE_CHECKING:
+    from cgla_graph.certificate.certificate import Certificate
 
 
 def solve(
@@ -107,6 +112,129 @@ def solve(
         return refined(problem, answer) if refine else answer
 
 
+def lower_bound(
+    problem: Problem, tolerance: float = TOLERANCE, *, path: ArrayLike | None = None, max_cells: int | None = None
+) -> "Certificate":
+    """
+    Bound the cost of every path from below.
+
+    Parameters
+    ----------
+    problem
+        The problem; its no-fly area counts, and its clearance.
+    tolerance
+        Refine the grid until ``upper_bound / lower_bound - 1`` is at most this.
+    path
+        A feasible path from start to goal, shape ``(m, 2)``, that the bound is held against. None: that of the
+        `hybrid` solver, or a better one that the proof finds.
+    max_cells
+        Cells of a grid, at most, about 300 bytes each; None: 2.5 million.
+
+    Returns
+    -------
+    certificate
+        The bound, proven whether or not the tolerance was reached; its message says why it ended. For fields with
+        peaks above 1 there is no bound: it is NaN. `solve` with `hybrid` proves just this of its own path.
+
+    Raises
+    ------
+    ProblemError
+        If the tolerance is not positive, `max_cells` is below 16 384, or the path is not feasible from start to goal.
+
+    Examples
+    --------
+    >>> import cgla_graph as cg
+    >>> field = cg.RiskField([cg.Threat(x=0.5, y=0.5, spread=0.1, peak=0.9)])
+    >>> problem = cg.Problem(start=(0.1, 0.1), goal=(0.9, 0.9), field=field, k=10.0)
+    >>> certificate = cg.lower_bound(problem)
+    >>> certificate.reached, certificate.lower_bound <= certificate.upper_bound
+    (True, True)
+    >>> best = cg.solve(problem)
+    >>> cg.lower_bound(problem, path=best.path).lower_bound == best.lower_bound
+    True
+    """
+    from cgla_graph.certificate import certificate  # noqa: PLC0415 - who solves on a graph alone needs no proof
+
+    most = certificate.MAX_CELLS if max_cells is None else max_cells
+    certificate.check_settings(tolerance, most)
+    if path is not None:
+        return certificate.prove(problem, path, tolerance=tolerance, max_cells=most)
+    found = solve(problem, "hybrid", tolerance=None)
+    held = found.path if found.status.has_path else None
+    proof = certificate.prove(problem, held, tolerance=tolerance, max_cells=most, keeps_path=False)
+    return dataclasses.replace(proof, seconds=proof.seconds + found.total_seconds)
+
+
+def proven(
+    problem: Problem, solution: Solution, tolerance: float = TOLERANCE, *, max_cells: int | None = None
+) -> Solution:
+    """
+    Prove how good a judged answer is: `lower_bound` with its path in hand.
+
+    Parameters
+    ----------
+    problem
+        The problem that was solved.
+    solution
+        The oracle's word on it; without a path the bound holds all the same.
+    tolerance, max_cells
+        As `lower_bound` takes them.
+
+    Returns
+    -------
+    solution
+        With the `certificate`, and its bound where that is better than the solver's own. What the solver has proven of
+        this path under the same tolerance is not proven again.
+
+    Raises
+    ------
+    ProblemError
+        As `lower_bound`.
+
+    Examples
+    --------
+    >>> import cgla_graph as cg
+    >>> problem = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField([cg.Threat(0.5, 0.5, 0.1)]), k=10.0)
+    >>> on_lattice = proven(problem, cg.solve(problem, "cgla"))
+    >>> bool(on_lattice.lower_bound == on_lattice.certificate.lower_bound < on_lattice.cost)
+    True
+    """
+    own = solution.certificate
+    known = own is not None and own.tolerance == tolerance and max_cells is None
+    if not (known and np.array_equal(own.path, solution.path)):
+        path = solution.path if solution.status.has_path else None
+        own = lower_bound(problem, tolerance, path=path, max_cells=max_cells)
+        solution = dataclasses.replace(solution, certificate_seconds=own.seconds)
+    return bounded(solution, own)
+
+
+def bounded(solution: Solution, certificate: "Certificate | None") -> Solution:
+    """
+    Attach what is proven of every path to an answer, which must not undercut it.
+
+    Examples
+    --------
+    >>> import cgla_graph as cg
+    >>> problem = cg.Problem((0.1, 0.1), (0.9, 0.1))
+    >>> straight = cg.solve(problem, "straight-line")
+    >>> bounded(straight, cg.lower_bound(problem, path=straight.path)).gap
+    0.0
+    """
+    solution = dataclasses.replace(solution, certificate=certificate)
+    if certificate is None or math.isnan(certificate.lower_bound):
+        return solution
+    if not solution.lower_bound >= certificate.lower_bound:
+        solution = dataclasses.replace(solution, lower_bound=certificate.lower_bound)
+    cost = solution.cost
+    if solution.status.has_path and certificate.lower_bound > cost + BOUND_TOLERANCE * abs(cost):
+        message = (
+            f"its path costs {cost:.9g}, but the certificate says that none costs less than "
+            f"{certificate.lower_bound:.9g}; one of the two is wrong"
+        )
+        return dataclasses.replace(solution, status=Status.FAILED, message=message)
+    return solution
+
+
 def refined(problem: Problem, solution: Solution, *, tolerance: float = 1e-6, max_points: int = 1000) -> Solution:
     """
     Refine the path of a judged solution, and judge it again.
@@ -166,7 +294,9 @@ def _solve_in_plane(
     laid = time.perf_counter() - began
     warm_up_restricted(chosen, graph_problem.graph.n_nodes, MapKind.of(problem.model))
     answer = run(chosen, graph_problem)
-    return problem.judge(dataclasses.replace(answer, build_seconds=laid + answer.build_seconds))
+    # what a solver proves of the paths on a graph does not hold for those in the plane
+    build_seconds = laid + answer.build_seconds
+    return problem.judge(dataclasses.replace(answer, build_seconds=build_seconds, lower_bound=math.nan))
 
 
 def weighed(problem: GraphProblem) -> GraphProblem:

@@ -29,14 +29,12 @@ from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
 from cgla_graph.certificate import corners
 from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, first_grid, halo, next_grid
-from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
-from cgla_graph.eikonal.mesh import corners as corners_of_area
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.small_problem import SMALL_PATH, MapKind, small_problem
-from cgla_graph.model.solution import NEGATIVE_WEIGHTS
+from cgla_graph.model.solution import NEGATIVE_WEIGHTS, TOLERANCE
 from cgla_graph.refine.refine import refine_path
 
 #: Cells of a grid, unless told otherwise: about 750 MB.
@@ -56,8 +54,6 @@ AIMED_AT, MOST_ORDER, ROOM = 0.85, 1.5, 0.99
 LEAST_SHRINK = 0.99
 #: Cells along the longer side of the grid on which another path is looked for, and how many times as many next time.
 SECOND_LOOK, LOOKS_APART = 4 * FIRST_CELLS, 4
-#: The lattice of the path that a bound is held against if none is given, and corners of areas that join it.
-OWN_LATTICE, MOST_CORNERS = 20, 400
 #: What a path may lose to waypoints that are too far apart, relatively, and how many it has then at most. A closer
 #: proof wants a hundredth of its tolerance, but never less than the last of these.
 LOSS, POINTS, LEAST_LOSS = 1e-6, 512, 1e-9
@@ -153,24 +149,30 @@ class Certificate(Drawn):
         return self.gap <= self.tolerance
 
 
-def lower_bound(
-    problem: Problem, tolerance: float = 0.01, *, path: ArrayLike | None = None, max_cells: int = MAX_CELLS
+def prove(
+    problem: Problem,
+    path: ArrayLike | None = None,
+    *,
+    tolerance: float = TOLERANCE,
+    max_cells: int = MAX_CELLS,
+    keeps_path: bool = True,
 ) -> Certificate:
     """
-    Bound the cost of every path from below.
+    Bound the cost of every path from below, with one in hand; `cgla_graph.lower_bound` finds one first.
 
     Parameters
     ----------
     problem
         The problem; its no-fly area counts, and its clearance.
+    path
+        A feasible path from start to goal, shape ``(m, 2)``, that the bound is held against. None: the steepest
+        descent of the costs-to-go, refined, where the first grid finds one.
     tolerance
         Refine the grid until ``upper_bound / lower_bound - 1`` is at most this.
-    path
-        A feasible path from start to goal, shape ``(m, 2)``, that the bound is held against. None: the optimum of a
-        lattice of 20 x 20 points and the corners of the area, refined; and should the bound stay too far below it,
-        the steepest descent of the costs-to-go, refined.
     max_cells
         Cells of a grid, at most, those of its rim included: about 300 bytes each.
+    keeps_path
+        Whether the bound is held against `path` even where the proof finds a better one.
 
     Returns
     -------
@@ -189,16 +191,31 @@ def lower_bound(
     >>> from cgla_graph.model.risk import RiskField, Threat
     >>> field = RiskField([Threat(x=0.5, y=0.5, spread=0.1, peak=0.9)])
     >>> problem = Problem(start=(0.1, 0.1), goal=(0.9, 0.9), field=field, k=10.0)
-    >>> certificate = lower_bound(problem, tolerance=0.005)
+    >>> certificate = prove(problem, [(0.1, 0.1), (0.3, 0.7), (0.9, 0.9)], tolerance=0.05)
     >>> certificate.reached, certificate.lower_bound <= certificate.upper_bound
     (True, True)
     """
-    tolerance = positive_number("tolerance", tolerance)
-    most = non_negative_number("max_cells", max_cells)
-    if most < FIRST_CELLS**2:
+    check_settings(tolerance, max_cells)
+    return _proven(problem, tolerance, path, max_cells, keeps_path=keeps_path and path is not None)[0]
+
+
+def check_settings(tolerance: float, max_cells: int) -> None:
+    """
+    Check what a proof is asked for.
+
+    Raises
+    ------
+    ProblemError
+        If the tolerance is not positive, or `max_cells` is below 16 384.
+
+    Examples
+    --------
+    >>> check_settings(0.01, MAX_CELLS)
+    """
+    positive_number("tolerance", tolerance)
+    if non_negative_number("max_cells", max_cells) < FIRST_CELLS**2:
         msg = f"max_cells is {shown(max_cells)}; give at least {FIRST_CELLS**2}, the cells of the first grid"
         raise ProblemError(msg)
-    return _proven(problem, tolerance, path, max_cells, keeps_path=path is not None)[0]
 
 
 def improved(problem: Problem, path: ArrayLike, tolerance: float) -> tuple[Certificate, float]:
@@ -212,12 +229,12 @@ def improved(problem: Problem, path: ArrayLike, tolerance: float) -> tuple[Certi
     path
         A feasible path from start to goal, shape ``(m, 2)``, map units.
     tolerance
-        As `lower_bound` takes it.
+        As `prove` takes it.
 
     Returns
     -------
     certificate
-        Its path is the best one known.
+        Its path is the best one known, and its bound what `prove` says with that path in hand.
     seconds
         The part of the certificate's time after which this was known; 0 for the path that was given.
 
@@ -234,7 +251,11 @@ def improved(problem: Problem, path: ArrayLike, tolerance: float) -> tuple[Certi
     >>> certificate.reached, bool(certificate.path[:, 1].max() < 0.6), 0.0 < seconds < certificate.seconds
     (True, True, True)
     """
-    return _proven(problem, tolerance, path, MAX_CELLS, keeps_path=False)
+    found, known_after = _proven(problem, tolerance, path, MAX_CELLS, keeps_path=False)
+    if known_after == 0.0:
+        return found, 0.0
+    again = prove(problem, found.path, tolerance=tolerance)
+    return replace(again, seconds=found.seconds + again.seconds), known_after
 
 
 def _proven(
@@ -245,9 +266,9 @@ def _proven(
         none = f"no bound: {NEGATIVE_WEIGHTS}"
         return Certificate(math.nan, math.inf, tolerance, 0.0, 0, none, 0.0, problem=problem), 0.0
     with showing("proof") as tell:
-        load_kernels(MapKind.of(problem.model), alone=path is None)
+        load_kernels(MapKind.of(problem.model))
         began = time.perf_counter()
-        held = _given(problem, path) if path is not None else _own(problem, tolerance)
+        held = _Way() if path is None else _given(problem, path)
         search = _Search(problem, tolerance, max_cells, held, keeps_path)
         found = search.run(tell)
     known_after = search.improved_at - began if search.improved_at else 0.0
@@ -255,11 +276,11 @@ def _proven(
 
 
 @cache
-def load_kernels(kind: MapKind, *, alone: bool = False) -> None:
+def load_kernels(kind: MapKind) -> None:
     """
     Have the kernels compiled, or loaded, once in a process: the time of a proof is that of proving.
 
-    What other kinds of maps need is left alone; so is, unless the proof is `alone`, what finds it a path.
+    What other kinds of maps need is left alone.
 
     Examples
     --------
@@ -272,7 +293,7 @@ def load_kernels(kind: MapKind, *, alone: bool = False) -> None:
     level.load_checks()
     if kind.walls:
         corners.load_kernels()
-    held = _own(problem, 0.1) if alone else _refined(problem, np.array(SMALL_PATH), 0.1)
+    held = _refined(problem, np.array(SMALL_PATH), 0.1)
     if bounds := level.both(aim=0.0):
         level.kept(*bounds, math.inf)
         _Search(problem, 0.1, 0, held, keeps_path=False).improve(level, bounds[0])
@@ -302,17 +323,6 @@ def _given(problem: Problem, path: ArrayLike) -> _Way:
         msg = f"the path joins {waypoints[0].tolist()} and {waypoints[-1].tolist()}; it has to join start and goal"
         raise ProblemError(msg)
     return _Way.of(found.cost, waypoints)
-
-
-def _own(problem: Problem, tolerance: float) -> _Way:
-    """Return the lattice optimum, refined, if the lattice has a path."""
-    if problem.start == problem.goal:
-        return _Way.of(0.0, np.array([problem.start]))
-    points = corners_of_area(problem.model.area, problem.bounds)[:MOST_CORNERS]
-    # all weights at once, on all cores
-    on = problem.on_lattice(OWN_LATTICE, extra=map(tuple, points.tolist())).weighed()
-    nodes = cost_matrix(on.graph, on.target).path_from(on.source)
-    return _refined(problem, np.asarray(on.graph.positions)[np.array(nodes, dtype=np.int64)], tolerance)
 
 
 def _refined(problem: Problem, path: FloatArray, tolerance: float) -> _Way:

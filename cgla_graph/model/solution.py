@@ -79,6 +79,8 @@ class TracePoint:
     cost: float
 
 
+#: How close to each other a lower bound and the path it is held against shall be, as a ratio, unless asked otherwise.
+TOLERANCE = 0.005
 #: Why no search answers where the assumption of Theorem 1 fails.
 NEGATIVE_WEIGHTS = "weights below 0, where no search is known to end at the optimum (Theorem 1 needs positive ones)"
 
@@ -122,6 +124,8 @@ class Solution(Drawn):
         What else there is to say, in one line.
     problem
         The `Problem` or `GraphProblem` that it answers, for pictures; None in a copy from another process or a file.
+    certificate
+        The `cgla_graph.Certificate` that `lower_bound` is of; None where there is none, and in such a copy.
     projection
         How longitude and latitude became map units; None on a map in the plane.
     """
@@ -142,6 +146,7 @@ class Solution(Drawn):
     trace: tuple[TracePoint, ...] = ()
     message: str = ""
     problem: Any = field(default=None, repr=False, kw_only=True)
+    certificate: Any = field(default=None, repr=False, kw_only=True)
     projection: LocalProjection | None = field(default=None, repr=False)
 
     @property
@@ -243,8 +248,8 @@ class Solution(Drawn):
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave the problem out of copies for other processes, which have it; its maps may be large."""
-        return {name: value for name, value in self.__dict__.items() if name != "problem"}
+        """Leave problem and certificate out of copies for other processes: their maps and grids may be large."""
+        return {name: value for name, value in self.__dict__.items() if name not in {"problem", "certificate"}}
 
     @property
     def gap(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import finite_number, positive_number
-from cgla_graph.certificate.certificate import lower_bound
+from cgla_graph.certificate.certificate import prove
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Evaluation, Problem
 from cgla_graph.model.small_problem import MapKind, small_problem
@@ -182,12 +182,13 @@ def flyable(
         return replace(blank, seconds=seconds, message=why)
     judged = _judged(problem, found)
     began = time.perf_counter()
-    if certify and math.isnan(bound):
-        bound = lower_bound(problem).lower_bound
     answer = replace(blank, status=Status.FOUND, curve=found, path=np.array([problem.start]))
+    waypoints = answer.waypoints(CHORD * radius)[0]
+    if certify and math.isnan(bound):
+        bound = prove(problem, waypoints).lower_bound
     return replace(
         answer,
-        path=answer.waypoints(CHORD * radius)[0],
+        path=waypoints,
         cost=judged.cost,
         length=judged.length,
         risk=judged.risk,

@@ -14,7 +14,7 @@ from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import positive_number
 from cgla_graph.airspace.flight_plans.formats import read_plan
-from cgla_graph.certificate.certificate import MAX_CELLS, lower_bound
+from cgla_graph.certificate.certificate import MAX_CELLS
 from cgla_graph.certificate.subsolution import FIRST_CELLS
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.cli import output
@@ -30,7 +30,7 @@ from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.scenarios.text_files import read_text
 from cgla_graph.solvers import registry
-from cgla_graph.solvers.solving import solve
+from cgla_graph.solvers.solving import lower_bound, solve
 
 #: The solver whose path the bound is held against unless a file gives one.
 SOLVER = "hybrid"
@@ -53,7 +53,7 @@ def certify(
     file
         Waypoints, as `read_path` takes them; None: the path of `SOLVER`.
     tolerance, max_cells
-        As `cgla_graph.certificate.certificate.lower_bound` takes them.
+        As `cgla_graph.lower_bound` takes them.
 
     Returns
     -------

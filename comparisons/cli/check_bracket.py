@@ -9,12 +9,13 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray
-from cgla_graph.certificate.certificate import Certificate, lower_bound
+from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.cli.check_map import WIDER, CheckMap, least_outside, wide_bounds, widened
 from cgla_graph.comparisons.study import earth
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
+from cgla_graph.solvers.solving import lower_bound
 
 #: Areas of more corners are simplified for the bracket, by this part of the map's longer side.
 MOST_CORNERS, _COARSE = 5000, 5e-4

@@ -17,7 +17,7 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import FloatArray
-from cgla_graph.certificate.certificate import lower_bound
+from cgla_graph.certificate.certificate import prove
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.conformance.documents import VERSION
 from cgla_graph.comparisons.conformance.families import Draft, drafts
@@ -53,7 +53,7 @@ def instance_of(draft: Draft) -> Instance:
     """
     problem = draft.problem.build()
     path = best_path(problem)
-    proof = lower_bound(problem, TOLERANCE, path=path, max_cells=MAX_CELLS)
+    proof = prove(problem, path, tolerance=TOLERANCE, max_cells=MAX_CELLS)
     if path is None or not math.isfinite(proof.lower_bound):
         if path is None and proof.lower_bound == math.inf:
             return Instance(

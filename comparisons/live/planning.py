@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cgla_graph._types import FloatArray, WholeArray
-from cgla_graph.certificate.certificate import LEAST_SHRINK, Grid, load_kernels, lower_bound, rounding
+from cgla_graph.certificate.certificate import LEAST_SHRINK, Grid, load_kernels, prove, rounding
 from cgla_graph.certificate.subsolution import Level, first_grid
 from cgla_graph.comparisons.live.draft import Draft, LiveMap, flat, unwarned
 from cgla_graph.comparisons.numbers import json_number
@@ -209,9 +209,8 @@ def _planned(scenario: Scenario, effort: Effort | None) -> dict[str, Any]:
         proof = prove_on_one_grid(problem, found.cost if has_path else math.inf)
         bound, last, runs = proof
     else:
-        certificate = lower_bound(
-            problem, effort.tolerance, path=found.path if has_path else None, max_cells=effort.max_cells
-        )
+        held = found.path if has_path else None
+        certificate = prove(problem, held, tolerance=effort.tolerance, max_cells=effort.max_cells)
         bound = certificate.lower_bound
         last, runs = _finest(certificate.grids)
     if not has_path:

@@ -11,7 +11,6 @@ import numpy as np
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.numbers import duration, figure, percent
-from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.rows import row
 from cgla_graph.comparisons.study.runner import Run
@@ -20,6 +19,7 @@ from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError
 from cgla_graph.model.solution import Solution, Status
+from cgla_graph.solvers.solving import bounded
 
 #: Runs that something stopped from outside.
 _KILLED = {Status.TIMED_OUT, Status.OUT_OF_MEMORY, Status.CRASHED}
@@ -101,7 +101,7 @@ def rerun(stored: Stored, number: int) -> Rerun:
     alone = Study([before.scenario], [stored.entrants[before.solver]], seeds, tolerance=None, limits=stored.limits)
     with console.running_solvers(), closing(run_study(alone, workers=1)) as runs:
         now = next(runs)
-    solution = runner.bounded(now.solution, before.certificate)
+    solution = bounded(now.solution, before.certificate)
     return Rerun(before, dataclasses.replace(now, solution=solution, certificate=before.certificate))
 
 

@@ -11,22 +11,19 @@ from typing import Any
 
 from cgla_graph._progress import waiting
 from cgla_graph._text import ShortRepr
-from cgla_graph.certificate.certificate import Certificate, load_kernels, lower_bound
+from cgla_graph.certificate.certificate import Certificate, load_kernels, prove
 from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
 from cgla_graph.errors import CglaError
-from cgla_graph.model.problem import BOUND_TOLERANCE, GraphProblem, Problem
+from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.small_problem import MapKind
-from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.solution import TOLERANCE, Solution, Status
 from cgla_graph.scenarios.scenario import Scenario, as_scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.continuous.hybrid import Hybrid
-from cgla_graph.solvers.solving import solve, weighed
+from cgla_graph.solvers.solving import bounded, solve, weighed
 from cgla_graph.solvers.warm_up import warm_up as warm_up_solver
 from cgla_graph.solvers.warm_up import warm_up_restricted
-
-#: How close to each other the lower bound of a scenario and its best path shall be, as a ratio, unless told otherwise.
-TOLERANCE = 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +89,7 @@ def compare(
     n_seeds
         At least 1.
     tolerance
-        Of the lower bound (see `cgla_graph.certificate.certificate.lower_bound`), above 0; None for no bound.
+        Of the lower bound (see `cgla_graph.lower_bound`), above 0; None for no bound.
 
     Yields
     ------
@@ -180,7 +177,7 @@ def certify(scenario: Scenario, tolerance: float, known: Solution | None = None)
             best = solve(scenario.problem, Hybrid(tolerance=None))
         path = best.path if best.status.has_path else None
         on_plane = earth.plane_tolerance(scenario, tolerance, best.cost)
-        proof = lower_bound(scenario.problem, on_plane, path=path)
+        proof = prove(scenario.problem, path, tolerance=on_plane)
         found = earth.certificate_on_earth(scenario, proof, tolerance)
         return dataclasses.replace(found, seconds=time.perf_counter() - began)
     except Exception as error:  # noqa: BLE001 - a comparison survives any certificate
@@ -204,22 +201,6 @@ def reason(error: BaseException) -> str:
     """Put an exception into one line: an error of ours is its message, any other one begins with its kind."""
     text = str(error) if isinstance(error, CglaError) else f"{type(error).__name__}: {error}"
     return next(iter(text.splitlines()), "")
-
-
-def bounded(solution: Solution, certificate: Certificate | None) -> Solution:
-    """Attach the scenario's lower bound to an answer, which must not undercut it."""
-    if certificate is None or math.isnan(certificate.lower_bound):
-        return solution
-    if not solution.lower_bound >= certificate.lower_bound:
-        solution = dataclasses.replace(solution, lower_bound=certificate.lower_bound)
-    cost = solution.cost
-    if solution.status.has_path and certificate.lower_bound > cost + BOUND_TOLERANCE * abs(cost):
-        message = (
-            f"its path costs {cost:.9g}, but the certificate says that none costs less than "
-            f"{certificate.lower_bound:.9g}; one of the two is wrong"
-        )
-        return dataclasses.replace(solution, status=Status.FAILED, message=message)
-    return solution
 
 
 @dataclass(eq=False)
@@ -267,10 +248,7 @@ def run(ground: Ground, entrant: Entrant, seed: int | None) -> Solution:
             solution = _solve(problem, entrant, settings, resolution=lattice)
             return earth.solution_on_earth(ground.scenario, solution)
         solution = _solve(problem, entrant, settings, on=ground.graph())
-        # what a solver proves of the paths on a graph does not hold for those in the plane
-        bound = 0.0 if problem.start == problem.goal else math.nan
-        build_seconds = ground.build_seconds + solution.build_seconds
-        return dataclasses.replace(solution, build_seconds=build_seconds, lower_bound=bound)
+        return dataclasses.replace(solution, build_seconds=ground.build_seconds + solution.build_seconds)
     except MemoryError as error:
         return Solution(Status.OUT_OF_MEMORY, solver=entrant.name, message=reason(error))
     except (Exception, SystemExit) as error:  # noqa: BLE001 - a comparison survives any solver

@@ -9,10 +9,10 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
 
 from cgla_graph.comparisons.study.entrant import BUDGETS, Entrant
-from cgla_graph.comparisons.study.runner import TOLERANCE
 from cgla_graph.comparisons.study.study import SEEDS
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import StudyError
+from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios import random_map
 from cgla_graph.scenarios.area_tables import Pair, Table
 from cgla_graph.scenarios.map_tables import Range

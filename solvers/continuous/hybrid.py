@@ -16,7 +16,7 @@ from cgla_graph.certificate.certificate import improved
 from cgla_graph.certificate.subsolution import in_line
 from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.problem import Problem
-from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.model.solution import TOLERANCE, Solution, Status, TracePoint
 from cgla_graph.model.solver import Traits
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers.base import whole_setting
@@ -92,7 +92,7 @@ class Hybrid:
     points: int = 1600
     radius: int = 3
     candidates: int = 12
-    tolerance: float | None = 0.01
+    tolerance: float | None = TOLERANCE
 
     traits: ClassVar[Traits] = Traits(
         "hybrid",
@@ -121,7 +121,9 @@ class Hybrid:
             return answer
         certificate, known_after = improved(problem, answer.path, self.tolerance)
         seconds = certificate.seconds - known_after
-        answer = dataclasses.replace(answer, lower_bound=certificate.lower_bound, certificate_seconds=seconds)
+        answer = dataclasses.replace(
+            answer, lower_bound=certificate.lower_bound, certificate_seconds=seconds, certificate=certificate
+        )
         if certificate.path is None or not certificate.upper_bound < answer.cost:
             return answer
         moment = TracePoint(answer.trace[-1].seconds + known_after, answer.evaluations, certificate.upper_bound)

@@ -12,7 +12,7 @@ from cgla_graph._progress import showing
 from cgla_graph._text import ShortRepr
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
-from cgla_graph.certificate.certificate import lower_bound
+from cgla_graph.certificate.certificate import prove
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Evaluation, Problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, Solution, Status
@@ -124,7 +124,7 @@ def plan_within_risk(
     resolution
         For solvers that need a lattice, as in `solve`.
     tolerance
-        Ratio above 0 that the lower bound of the cost (`cgla_graph.certificate.certificate.lower_bound`) aims at, with
+        Ratio above 0 that the lower bound of the cost (`cgla_graph.lower_bound`) aims at, with
         a solver that is not exact on a lattice. None: prove only what the straight line does.
     **settings
         Settings of a solver given by name.
@@ -291,7 +291,7 @@ class _Search:
         weighted = dataclasses.replace(self.problem, k=k)
         paths = [found.path for found in self.reweighed.solved.values() if found.status.has_path]
         path = min(paths, key=lambda path: weighted.evaluate(path).cost)
-        return max(straight, lower_bound(weighted, self.tolerance, path=path).lower_bound)
+        return max(straight, prove(weighted, path, tolerance=self.tolerance).lower_bound)
 
     def _on_lattice(self, kept: Solution) -> PlanWithin:
         """Search by labels for what no risk weight finds."""

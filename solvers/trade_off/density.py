@@ -12,7 +12,7 @@ import shapely
 from cgla_graph._progress import waiting
 from cgla_graph._text import ShortRepr
 from cgla_graph._validate import non_negative_number, number_array, whole_number
-from cgla_graph.certificate.certificate import lower_bound
+from cgla_graph.certificate.certificate import prove
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk_raster import RasterRisk
@@ -190,7 +190,7 @@ def is_proven_closed(problem: Problem) -> bool:
     >>> is_proven_closed(Problem((0.1, 0.1), (0.9, 0.9)))
     False
     """
-    return math.isinf(lower_bound(problem, ANY_PATH).lower_bound)
+    return math.isinf(prove(problem, tolerance=ANY_PATH).lower_bound)
 
 
 def _spread(

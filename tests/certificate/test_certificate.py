@@ -29,7 +29,7 @@ from strategies import examples
 import cgla_graph as cg
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph.certificate import certificate_kernels, costs, subsolution
-from cgla_graph.certificate.certificate import FIRST_CELLS, Certificate, lower_bound
+from cgla_graph.certificate.certificate import FIRST_CELLS, Certificate
 from cgla_graph.certificate.subsolution import Block, Level
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal import mesh as mesh_module
@@ -41,6 +41,7 @@ from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.scenarios.random_map import random_scenario
+from cgla_graph.solvers.solving import lower_bound
 from cgla_graph.solvers.trade_off.density import below_density
 
 ROUNDING = 1e-9

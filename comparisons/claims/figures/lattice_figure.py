@@ -6,7 +6,6 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter
 
 from cgla_graph._types import FloatArray
-from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.comparisons.claims.artefact import Picture, artefact
 from cgla_graph.comparisons.claims.claim import require
 from cgla_graph.comparisons.claims.figures.figure_page import WIDE, Key, finish, page, picture
@@ -17,6 +16,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers import solve
+from cgla_graph.solvers.solving import lower_bound
 
 #: Points a side: the complete graph of the last one has 5e11 edges.
 SIZES = (10, 20, 40, 100, 200, 400, 1000)

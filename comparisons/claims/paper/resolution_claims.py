@@ -8,7 +8,6 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import FloatArray
-from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.comparisons.claims.claim import Entry, Finding, Kind, Part, Table, Verdict, claim, require
 from cgla_graph.comparisons.claims.contrasts import (
     CELLS,
@@ -29,6 +28,7 @@ from cgla_graph.comparisons.statistics.intervals import estimate
 from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers import solve
+from cgla_graph.solvers.solving import lower_bound
 
 #: Fig. 11: points a side, and K. The second sizes divide each other, so that one lattice holds the other's points.
 SIZES = (15, 20, 25)

@@ -19,7 +19,6 @@ from hypothesis import strategies as st
 from strategies import examples
 
 from cgla_graph.certificate import certificate, subsolution
-from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.comparisons.live.desk import QUICK, REPLACED, Desk, Line
 from cgla_graph.comparisons.live.draft import Draft, DraftThreat, LiveMap, unwarned
 from cgla_graph.comparisons.live.planning import Planner, nothing, offered, prove_on_one_grid
@@ -30,7 +29,7 @@ from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import OutputError, ScenarioError
 from cgla_graph.scenarios.scenario import load_scenario, scenario_from_toml
 from cgla_graph.solvers.continuous.hybrid import Hybrid
-from cgla_graph.solvers.solving import solve
+from cgla_graph.solvers.solving import lower_bound, solve
 
 LIVE = LiveMap.open("one-threat")
 DRAFT = LIVE.first.model_dump()

@@ -15,13 +15,14 @@ from hypothesis import strategies as st
 from map_files import AREAS, name_of
 from strategies import few
 
-from cgla_graph.certificate.certificate import Certificate, Grid, lower_bound
+from cgla_graph.certificate.certificate import Certificate, Grid
 from cgla_graph.comparisons.cli.certify import certify
 from cgla_graph.comparisons.study import earth, runner
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
+from cgla_graph.solvers.solving import lower_bound
 from cgla_graph.solvers.trade_off.constrained import PlanWithin
 
 GEOD = pyproj.Geod(ellps="WGS84")

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import usual
 
-from cgla_graph.comparisons.study import runner, study_file
+from cgla_graph.comparisons.study import study_file
 from cgla_graph.comparisons.study.entrant import Entrant, every_solver
 from cgla_graph.comparisons.study.options import number_names
 from cgla_graph.comparisons.study.study import SEEDS, Study
@@ -26,6 +26,7 @@ from cgla_graph.comparisons.study.study_file import (
 )
 from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError, StudyError
+from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios.random_map import difficulty, random_scenario
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml, shipped
 
@@ -77,7 +78,7 @@ def test_the_least_file() -> None:
     study = study_from_toml("scenarios = ['paper']", where="some/mine.toml")
     assert names(study) == ["paper"]
     assert labels(study) == [entrant.label for entrant in every_solver()]
-    assert (list(study.seeds), study.tolerance, study.limits) == (list(SEEDS), runner.TOLERANCE, Limits())
+    assert (list(study.seeds), study.tolerance, study.limits) == (list(SEEDS), TOLERANCE, Limits())
     assert (study.title, study.source) == ("mine", "scenarios = ['paper']")
 
 

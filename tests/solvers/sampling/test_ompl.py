@@ -22,7 +22,6 @@ from hypothesis import strategies as st
 from strategies import few, fields, points, usual
 
 import cgla_graph as cg
-from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import compare
 from cgla_graph.model import isolated
@@ -30,6 +29,7 @@ from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.budget import Budget
+from cgla_graph.solvers.solving import lower_bound
 
 pytest.importorskip("ompl")
 pytestmark = pytest.mark.ompl

@@ -17,12 +17,12 @@ from strategies import boxes, few, fields, points, polygons, seeds
 
 import cgla_graph as cg
 from cgla_graph._types import Bounds, Point
-from cgla_graph.certificate.certificate import lower_bound
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.solution import Status
 from cgla_graph.solvers.budget import Budget
 from cgla_graph.solvers.sampling import prm_star
 from cgla_graph.solvers.sampling.prm_star import PrmStar, Roadmap
+from cgla_graph.solvers.solving import lower_bound
 
 FIELD = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=0.9), cg.Threat(0.3, 0.7, 0.05)])
 PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), FIELD, k=10.0, no_fly=shapely.box(0.6, 0.2, 0.7, 0.6))
