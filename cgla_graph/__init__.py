@@ -8,6 +8,8 @@ The names below are the toolkit's face. They are imported when first used, so th
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from cgla_graph import _display
+
 if TYPE_CHECKING:
     from cgla_graph import comparisons as comparisons
     from cgla_graph import solvers as solvers
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
     from cgla_graph.airspace.flight_plans.plan import Waypoint as Waypoint
     from cgla_graph.airspace.zones.reading import read_zones as read_zones
     from cgla_graph.certificate.certificate import Certificate as Certificate
+    from cgla_graph.comparisons.plots.drawing import animate as animate
+    from cgla_graph.comparisons.plots.drawing import plot as plot
     from cgla_graph.cost_to_go.cost_matrix import CostMatrix as CostMatrix
     from cgla_graph.cost_to_go.cost_matrix import cost_matrix as cost_matrix
     from cgla_graph.cost_to_go.theorem_1 import check_theorem_1 as check_theorem_1
@@ -56,6 +60,7 @@ if TYPE_CHECKING:
     from cgla_graph.solvers.trade_off.density import below_density as below_density
     from cgla_graph.solvers.trade_off.density import density_front as density_front
     from cgla_graph.solvers.trade_off.pareto import pareto as pareto
+    from cgla_graph.turning.flyable import flyable as flyable
 
 __version__ = "0.1.0"
 
@@ -87,10 +92,12 @@ _HOMES = {
     "VirtualObstacle": "mission.virtual_obstacle",
     "Waypoint": "airspace.flight_plans.plan",
     "World": "mission.world",
+    "animate": "comparisons.plots.drawing",
     "below_density": "solvers.trade_off.density",
     "check_theorem_1": "cost_to_go.theorem_1",
     "cost_matrix": "cost_to_go.cost_matrix",
     "density_front": "solvers.trade_off.density",
+    "flyable": "turning.flyable",
     "ground_risk": "model.ground_risk",
     "load_mission": "scenarios.mission_file",
     "load_scenario": "scenarios.scenario",
@@ -98,6 +105,7 @@ _HOMES = {
     "pareto": "solvers.trade_off.pareto",
     "plan_within_length": "solvers.trade_off.constrained",
     "plan_within_risk": "solvers.trade_off.constrained",
+    "plot": "comparisons.plots.drawing",
     "progress": "_progress",
     "read_plan": "airspace.flight_plans.formats",
     "read_zones": "airspace.zones.reading",
@@ -120,6 +128,19 @@ def __getattr__(name: str) -> Any:  # noqa: ANN401 - any of the names above
         return importlib.import_module(f"cgla_graph.{name}")
     msg = f"module 'cgla_graph' has no attribute {name!r}"
     raise AttributeError(msg)
+
+
+_INTERNAL = {"html": "comparisons.plots.notebook"}
+
+
+def _import_for_objects(name: str) -> Any:  # noqa: ANN401 - a function
+    """Import what objects call that stand below it, as `Problem.plot` calls `plot`."""
+    if name in _INTERNAL:
+        return getattr(importlib.import_module(f"cgla_graph.{_INTERNAL[name]}"), name)
+    return __getattr__(name)
+
+
+_display.set_importer(_import_for_objects)
 
 
 def __dir__() -> list[str]:

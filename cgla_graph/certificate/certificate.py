@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cgla_graph._drawn import Drawn
+from cgla_graph._display import Plottable
 from cgla_graph._progress import Tell, showing
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, WholeArray
@@ -85,7 +85,7 @@ class Grid:
 
 
 @dataclass(frozen=True, eq=False)
-class Certificate(Drawn):
+class Certificate(Plottable):
     """
     A number that no path inside the bounds can beat, and what it took to prove it.
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._drawn import Drawn, pictures
+from cgla_graph._display import Plottable, function_above
 from cgla_graph._text import ShortRepr
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.mission.metrics import Measures
@@ -246,7 +246,7 @@ class UavFlight(ShortRepr, Measures):
 
 
 @dataclass(frozen=True, eq=False)
-class Flight(Drawn):
+class Flight(Plottable):
     """
     What a mission came to.
 
@@ -296,7 +296,7 @@ class Flight(Drawn):
 
     def animate(self, *, ax: "Axes | None" = None) -> "FuncAnimation":
         """
-        Draw it as a film: what is true, what each UAV knows of it, and what it is going to do.
+        Draw it as a film, as `cgla_graph.animate` does.
 
         Parameters
         ----------
@@ -309,7 +309,7 @@ class Flight(Drawn):
             Notebooks show it. ``animation.save("flight.gif")`` (or ``.mp4``, where ffmpeg is installed) writes what
             `cgla fly` writes.
         """
-        animation: FuncAnimation = pictures().animate_flight(self, ax=ax)
+        animation: FuncAnimation = function_above("animate")(self, ax=ax)
         return animation
 
     def fly_informed(self) -> "Flight":

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._drawn import Drawn, pictures
+from cgla_graph._display import Plottable, function_above
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
 from cgla_graph._validate import bounds_box, non_negative_number, point, point_array
@@ -68,7 +68,7 @@ class Evaluation(ShortRepr):
 
 
 @dataclass(frozen=True)
-class Problem(Drawn):
+class Problem(Plottable):
     """
     A path to plan in the plane: from start to goal, at least cost ``length + k * risk``.
 
@@ -332,7 +332,7 @@ class Problem(Drawn):
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('x', 'y')
         """
-        axes: Axes = pictures().plot_problem(self, solutions, ax=ax)
+        axes: Axes = function_above("plot")(self, ax=ax, solutions=solutions)
         return axes
 
     def on_lattice(
@@ -381,7 +381,7 @@ class Problem(Drawn):
 
 
 @dataclass(frozen=True, eq=False)
-class GraphProblem(Drawn):
+class GraphProblem(Plottable):
     """
     A path to plan on a graph: from source to target, at least total weight.
 

@@ -5,19 +5,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from cgla_graph._drawn import Drawn, flying
+from cgla_graph._display import Plottable, function_above
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.adjacency import Node
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.path_file import degrees_of, save_path
-
-if TYPE_CHECKING:
-    from cgla_graph._drawn import Flyable
 
 
 class Status(Enum):
@@ -90,7 +87,7 @@ def _no_waypoints() -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Solution(Drawn):
+class Solution(Plottable):
     """
     The answer of a solver; every number in it that says how good the path is comes from the oracle.
 
@@ -171,45 +168,18 @@ class Solution(Drawn):
 
     def flyable(
         self, turn_radius: float, *, start_heading: float | None = None, goal_heading: float | None = None
-    ) -> "Flyable":
+    ) -> Any:  # noqa: ANN401 - a `Flyable`, which is a solution: its module stands above this one
         """
-        Plan a path of lines and arcs that turns no tighter than a radius, beginning from this one.
-
-        It is tangent everywhere, inside the bounds, outside of the no-fly area and as far from it as the clearance, and
-        bent until it costs least. As `lower_bound` holds for every path, it holds for this one: its gap is proven.
-
-        Parameters
-        ----------
-        turn_radius
-            Map units (metres on a map in longitude and latitude), above 0.
-        start_heading, goal_heading
-            Where it leads at its ends, degrees clockwise from north (the y axis); None: anywhere.
-
-        Returns
-        -------
-        flyable
-            A solution whose numbers are those of its lines and arcs. If none was found, its status is ``NOT_FOUND``,
-            and its message says how far the search came.
-
-        Raises
-        ------
-        ProblemError
-            If the radius is not positive, a heading is not finite, risk has peaks above 1, or this solution is of a
-            graph or has lost its problem.
+        Plan a path of lines and arcs that turns no tighter than a radius, as `cgla_graph.flyable` does.
 
         Examples
         --------
         >>> import cgla_graph as cg
-        >>> import shapely
-        >>> problem = cg.Problem((0.1, 0.1), (0.9, 0.1), no_fly=shapely.box(0.4, -0.1, 0.6, 0.5))
-        >>> found = cg.solve(problem).flyable(turn_radius=0.1)
-        >>> found.status.label, bool(found.lower_bound <= found.cost <= 1.2 * found.lower_bound)
-        ('found', True)
+        >>> cg.solve(cg.Problem((0.1, 0.1), (0.9, 0.9))).flyable(turn_radius=0.1).status.label
+        'found'
         """
-        found: Flyable = flying().flyable_from(
-            self, turn_radius, start_heading=start_heading, goal_heading=goal_heading
-        )
-        return found
+        make = function_above("flyable")
+        return make(self, turn_radius, start_heading=start_heading, goal_heading=goal_heading)
 
     def save(self, file: str | os.PathLike[str]) -> Path:
         """

@@ -77,7 +77,7 @@ class Flyable(Solution):
         --------
         >>> import shapely
         >>> problem = Problem((0.1, 0.1), (0.9, 0.1), no_fly=shapely.box(0.4, -0.1, 0.6, 0.5))
-        >>> found = flyable(problem, np.empty((0, 2)), 0.1)
+        >>> found = plan_flyable(problem, np.empty((0, 2)), 0.1)
         >>> waypoints, tolerance = found.waypoints()
         >>> tolerance, problem.evaluate(waypoints).feasible
         (0.001, True)
@@ -106,7 +106,7 @@ class Flyable(Solution):
 
         Examples
         --------
-        >>> path = flyable(Problem((0, 0), (100, 0), bounds=(0, -9, 100, 9)), np.empty((0, 2)), 1)
+        >>> path = plan_flyable(Problem((0, 0), (100, 0), bounds=(0, -9, 100, 9)), np.empty((0, 2)), 1)
         >>> round(path.timed(10, wind=(-5, 0), power=360).energy, 6)
         2.0
         """
@@ -114,6 +114,62 @@ class Flyable(Solution):
 
 
 def flyable(
+    solution: Solution, turn_radius: float, *, start_heading: float | None = None, goal_heading: float | None = None
+) -> Flyable:
+    """
+    Plan a path of lines and arcs that turns no tighter than a radius, beginning from the path of a solution.
+
+    It is tangent everywhere, inside the bounds, outside of the no-fly area and as far from it as the clearance, and
+    bent until it costs least. As the `lower_bound` of the solution holds for every path, it holds for this one: its
+    gap is proven.
+
+    Parameters
+    ----------
+    solution
+        The answer of a solver to a `Problem`; where it has no path, the search begins without one.
+    turn_radius
+        Map units (metres on a map in longitude and latitude), above 0.
+    start_heading, goal_heading
+        Where it leads at its ends, degrees clockwise from north (the y axis); None: anywhere.
+
+    Returns
+    -------
+    flyable
+        A solution whose numbers are those of its lines and arcs. If none was found, its status is ``NOT_FOUND``, and
+        its message says how far the search came: that is no proof that there is none.
+
+    Raises
+    ------
+    ProblemError
+        If the radius is not positive, a heading is not finite, risk has peaks above 1, or the solution is of a graph
+        or has lost its problem.
+
+    Examples
+    --------
+    >>> import cgla_graph as cg
+    >>> import shapely
+    >>> problem = cg.Problem((0.1, 0.1), (0.9, 0.1), no_fly=shapely.box(0.4, -0.1, 0.6, 0.5))
+    >>> found = cg.flyable(cg.solve(problem), turn_radius=0.1)
+    >>> found.status.label, bool(found.lower_bound <= found.cost <= 1.2 * found.lower_bound)
+    ('found', True)
+    """
+    problem = solution.problem
+    if not isinstance(problem, Problem):
+        what = "has lost its problem on the way from another process" if problem is None else "is one on a graph"
+        msg = f"this solution {what}; solve the Problem itself: cgla_graph.flyable(cgla_graph.solve(problem), …)"
+        raise ProblemError(msg)
+    path = solution.path if solution.status.has_path else np.empty((0, 2))
+    return plan_flyable(
+        problem,
+        path,
+        turn_radius,
+        start_heading=start_heading,
+        goal_heading=goal_heading,
+        bound=solution.lower_bound,
+    )
+
+
+def plan_flyable(
     problem: Problem,
     path: FloatArray,
     turn_radius: float,
@@ -156,7 +212,7 @@ def flyable(
     --------
     >>> import shapely
     >>> problem = Problem((0.1, 0.1), (0.9, 0.1), no_fly=shapely.box(0.4, -0.1, 0.6, 0.5))
-    >>> found = flyable(problem, np.empty((0, 2)), 0.1)
+    >>> found = plan_flyable(problem, np.empty((0, 2)), 0.1)
     >>> found.status.label, found.curve.least_radius, bool(0.0 < found.gap < 0.2)
     ('found', 0.1, True)
     """
@@ -243,39 +299,6 @@ def _found(
             if judged.feasible and judged.cost < (1.0 + 2.0 * IDLE) * cost:
                 found, cost = bend, judged.cost
     return found, why
-
-
-def flyable_from(
-    solution: Solution, turn_radius: float, *, start_heading: float | None = None, goal_heading: float | None = None
-) -> Flyable:
-    """
-    Plan a flyable path from the answer of a solver, and keep its bound (see `Solution.flyable`).
-
-    Raises
-    ------
-    ProblemError
-        As `flyable`, or if the solution is of a graph, or has no problem.
-
-    Examples
-    --------
-    >>> problem = Problem((0, 0), (1, 1))
-    >>> flyable_from(Solution(Status.NO_PATH, problem=problem), 0.1).status.label
-    'found'
-    """
-    problem = solution.problem
-    if not isinstance(problem, Problem):
-        what = "has lost its problem on the way from another process" if problem is None else "is one on a graph"
-        msg = f"this solution {what}; solve the Problem itself: cgla_graph.solve(problem).flyable(…)"
-        raise ProblemError(msg)
-    path = solution.path if solution.status.has_path else np.empty((0, 2))
-    return flyable(
-        problem,
-        path,
-        turn_radius,
-        start_heading=start_heading,
-        goal_heading=goal_heading,
-        bound=solution.lower_bound,
-    )
 
 
 def _judged(problem: Problem, curve: Curve) -> Evaluation:

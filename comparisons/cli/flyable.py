@@ -154,9 +154,9 @@ def flown(run: Run, asked: Flying) -> Run:
     """
     if asked.turn_radius is None:
         return run
-    from cgla_graph.turning.flyable import flyable  # noqa: PLC0415 - few paths are made flyable
+    from cgla_graph.turning.flyable import plan_flyable  # noqa: PLC0415 - few paths are made flyable
 
-    curve = flyable(
+    curve = plan_flyable(
         run.scenario.problem,
         run.solution.path if run.solution.status.has_path else np.empty((0, 2)),
         asked.turn_radius,

@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.plots.animation import DPI, Film, frame_ticks
-from cgla_graph.comparisons.plots.animation_file import animate, frame_milliseconds
+from cgla_graph.comparisons.plots.animation_file import animate as write_animation
+from cgla_graph.comparisons.plots.animation_file import frame_milliseconds
 from cgla_graph.comparisons.plots.certificate import certificate_figure, draw_certificate
 from cgla_graph.comparisons.plots.flight import draw_flight, flight_figure
 from cgla_graph.comparisons.plots.looks import COLOURS
@@ -34,7 +35,7 @@ from cgla_graph.scenarios.scenario import Scenario
 _MOST_EDGES = 2000
 
 
-def plot(thing: object, *, ax: Axes | None = None) -> Axes:
+def plot(thing: object, ax: Axes | None = None, *, solutions: Iterable[Solution] = ()) -> Axes:
     """
     Draw what has a picture on axes, or on a new figure.
 
@@ -45,7 +46,7 @@ def plot(thing: object, *, ax: Axes | None = None) -> Axes:
     """
     match thing:
         case Problem():
-            return plot_problem(thing, (), ax=ax)
+            return plot_problem(thing, solutions, ax=ax)
         case GraphProblem():
             return _plot_graph(thing, None, ax)
         case Solution():
@@ -227,7 +228,7 @@ class FlightAnimation(FuncAnimation):
         """
         if not arguments and not settings and Path(filename).suffix.lower() in {".gif", ".mp4"}:
             self._draw_was_started = True  # or matplotlib warns that nobody looked at it
-            animate(self._view, [Path(filename)])
+            write_animation(self._view, [Path(filename)])
             return
         super().save(str(filename), *arguments, **settings)
 
@@ -235,12 +236,12 @@ class FlightAnimation(FuncAnimation):
         """Show it in a notebook, as an image that repeats."""
         self._draw_was_started = True
         with tempfile.TemporaryDirectory() as folder:
-            (file,) = animate(self._view, [Path(folder, "flight.gif")], small=True)
+            (file,) = write_animation(self._view, [Path(folder, "flight.gif")], small=True)
             data = base64.b64encode(file.read_bytes()).decode()
         return f'<img alt="the flight, tick by tick" style="max-width:100%" src="data:image/gif;base64,{data}">'
 
 
-def animate_flight(flight: Flight, *, ax: Axes | None = None) -> FlightAnimation:
+def animate(flight: Flight, *, ax: Axes | None = None) -> FlightAnimation:
     """Return the film of a flight (see `cgla_graph.Flight.animate`)."""
     if not flight.uavs:
         msg = "nobody flies, so that there is nothing to show"

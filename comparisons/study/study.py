@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from cgla_graph._drawn import Shown
+from cgla_graph._display import NotebookRepr
 from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
 from cgla_graph.comparisons.study.flight_run import ComparedMission
 from cgla_graph.comparisons.study.runner import seeds_of
@@ -35,7 +35,7 @@ class FlightCell(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Study(Shown):
+class Study(NotebookRepr):
     """
     A comparison as it was asked for.
 

@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import inspect
 import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -14,7 +15,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 #: What stands on which floor, the lowest first: modules import only from their own floor and from those below it.
 FLOORS = (
-    ("errors", "_types", "_kernel", "_text", "_validate", "_drawn", "_progress", "_files"),
+    ("errors", "_types", "_kernel", "_text", "_validate", "_display", "_progress", "_files"),
     ("untrusted",),
     ("model",),
     ("airspace.flight_plans",),
@@ -64,11 +65,8 @@ FLOORS = (
     ("steps", "random_map"),
 )
 FLOOR_OF = {f"cgla_graph.{name}": floor for floor, names in enumerate(FLOORS) for name in names}
-#: The one door up: pictures of what the model computes are imported when they are asked for.
-DOOR = "cgla_graph._drawn"
-DRAWN_BY = {"cgla_graph.comparisons.plots.drawing", "cgla_graph.comparisons.plots.notebook"}
-#: And what makes a solution flyable, which needs its certificate.
-FLYING = {"cgla_graph.turning.flyable", "cgla_graph.turning.flyable.Flyable"}
+#: What the face imports at once: the hook by which objects reach functions that stand above them.
+HOOK = "cgla_graph._display"
 BARE = {"solvers", "comparisons"}
 #: Every module by its full name; what is reached through the links in the package counts where it really is.
 MODULES = {
@@ -117,7 +115,7 @@ def faults(names: Iterable[str], module: str) -> list[str]:
     found = []
     for name in names:
         home = module_of(name)
-        up = floor_of(home) > floor and module != DOOR if home.count(".") else False
+        up = floor_of(home) > floor if home.count(".") else False
         # of the face, everybody may know the version and where it is
         face = home == "cgla_graph" and name not in {"cgla_graph", "cgla_graph.__version__"}
         if name.startswith(".") or name.split(".")[0] in BARE or up or face:
@@ -133,24 +131,15 @@ def test_imports_run_down_the_floors() -> None:
 def test_the_face_imports_when_it_is_asked() -> None:
     """It hands on names of all floors, to type checkers and when they are first used."""
     body = ast.parse(MODULES["cgla_graph"].read_text(encoding="utf-8")).body
-    assert all(isinstance(node, ast.If) or not any(map(module_of, imported(node))) for node in body)
-
-
-def test_the_door_to_pictures_opens_when_it_is_asked() -> None:
-    """At the top of its file, nothing of ours is imported but what is below it."""
-    tree = ast.parse(MODULES[DOOR].read_text(encoding="utf-8"))
-    top = [node for node in tree.body if isinstance(node, ast.Import | ast.ImportFrom)]
-    assert {module_of(name) for node in top for name in imported(node)} <= {"", "cgla_graph._text"}
-    doors = {name for name in imported(tree) if module_of(name)}
-    assert doors - {"cgla_graph._text.ShortRepr"} == DRAWN_BY | FLYING
+    eager = {module_of(name) for node in body if not isinstance(node, ast.If) for name in imported(node)}
+    assert eager <= {"", HOOK}
 
 
 def test_no_file_is_in_a_circle() -> None:
     graph = nx.DiGraph()
     for module in MODULES:
         names = {module_of(name) for name in imports_of(module)}
-        if module != DOOR:
-            graph.add_edges_from((module, name) for name in names - {"", "cgla_graph", module})
+        graph.add_edges_from((module, name) for name in names - {"", "cgla_graph", module})
     circles = [sorted(circle) for circle in nx.strongly_connected_components(graph) if len(circle) > 1]
     assert circles == []
 
@@ -213,11 +202,12 @@ def test_the_links_lead_to_the_folders(layer: str) -> None:
     assert not link.readlink().is_absolute()
 
 
-@pytest.mark.parametrize("name", ["cgla_graph", "cgla_graph.solvers", "cgla_graph.comparisons"])
-def test_no_name_of_a_package_is_that_of_a_module_in_it(name: str) -> None:
-    # importing the module would put it in the name's place
-    package = importlib.import_module(name)
-    folder = Path(str(package.__file__)).parent
-    modules = {path.stem for path in folder.iterdir() if path.suffix == ".py" or path.is_dir()}
-    # the face hands on whole packages, too
-    assert modules & set(package.__all__) <= {"solvers", "comparisons"}
+def test_no_name_of_a_package_is_that_of_a_module_in_it() -> None:
+    """Importing the module would put it in the name's place."""
+    for name, file in MODULES.items():
+        if file.name == "__init__.py":
+            package = importlib.import_module(name)
+            inside = {path.stem for path in file.parent.iterdir() if path.suffix == ".py" or any(path.glob("*.py"))}
+            names = {one for one, value in vars(package).items() if not inspect.ismodule(value)}
+            # the face hands on whole packages, too
+            assert inside & {*names, *getattr(package, "__all__", ())} <= {"solvers", "comparisons"}, name

@@ -12,7 +12,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.turning import dubins_kernels
 from cgla_graph.turning.curve import Curve
 from cgla_graph.turning.curve_kernels import N_COLUMNS
-from cgla_graph.turning.flyable import flyable
+from cgla_graph.turning.flyable import plan_flyable
 
 angles = st.floats(-math.pi, math.pi)
 poses = st.tuples(points, angles).map(lambda pose: (*pose[0], pose[1]))
@@ -76,7 +76,7 @@ def test_on_an_empty_map_a_flyable_path_is_the_shortest_word(seed: int) -> None:
     headings = rng.uniform(-360.0, 360.0, 2)
     radius = 10.0 ** rng.uniform(-2.0, -0.3)
     problem = Problem(start, goal, bounds=(0, 0, 10, 10))
-    found = flyable(problem, np.array([start, goal]), radius, start_heading=headings[0], goal_heading=headings[1])
+    found = plan_flyable(problem, np.array([start, goal]), radius, start_heading=headings[0], goal_heading=headings[1])
     east = np.radians(90.0 - headings)
     shortest = dubins_kernels.shortest((*start, east[0]), (*goal, east[1]), radius)[1]
     assert found.cost == pytest.approx(shortest, rel=1e-9)

@@ -18,7 +18,7 @@ from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.turning import bending, fillet_kernels
 from cgla_graph.turning.curve import Curve
-from cgla_graph.turning.flyable import Flyable, flyable
+from cgla_graph.turning.flyable import Flyable, plan_flyable
 
 bearings = st.one_of(st.none(), st.floats(0.0, 360.0))
 
@@ -60,7 +60,7 @@ def test_what_is_found_may_be_flown(
     headings = {"start_heading": start_heading, "goal_heading": goal_heading}
     # (a search that ends in vain takes seconds)
     with mock.patch.object(bending, "MOST_POSES", 50_000):
-        found = flyable(problem, np.array([problem.start, problem.goal]), radius, **headings, bound=0.0)
+        found = plan_flyable(problem, np.array([problem.start, problem.goal]), radius, **headings, bound=0.0)
     if found.status.has_path and problem.start != problem.goal:
         assert_flyable(problem, found)
     else:
