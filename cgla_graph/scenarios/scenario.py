@@ -12,7 +12,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph._validate import four_numbers, non_negative_number, point
-from cgla_graph.airspace.zones.account import ZoneAccount
+from cgla_graph.airspace.zones.zone_account import ZoneAccount
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
@@ -372,5 +372,5 @@ def scenario_of(
         projection=builder.on_earth,
         notes=table.notes,
         areas=builder.named_areas,
-        zones=None if builder.zones is None else builder.zones.account(),
+        zones=None if builder.zones is None else builder.zones.zone_account(),
     )

@@ -10,7 +10,7 @@ import numpy as np
 from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference
 from cgla_graph.airspace.flight_plans.profile import Heights, Profile, profile_of
-from cgla_graph.airspace.flight_plans.together import WHOLE, Shares
+from cgla_graph.airspace.flight_plans.simultaneous_areas import WHOLE, Shares
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.heights import GEOID
 from cgla_graph.airspace.zones.zone import Limit
@@ -211,7 +211,7 @@ class PlanHeights:
         """Tell whether it goes up or down there."""
         return self.profile.places[place] is not None
 
-    def give_up(self, leg: int) -> None:
+    def note_all_count(self, leg: int) -> None:
         """Take note that on a leg there is too much to tell: all areas on it count."""
         self._note("there are too many of them to tell apart", leg, -1)
 

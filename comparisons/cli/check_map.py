@@ -12,8 +12,9 @@ import numpy as np
 
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph._validate import non_negative_number
+from cgla_graph.airspace.flight_plans.area_outline import ClosedArea
 from cgla_graph.airspace.flight_plans.plan import FlightPlan
-from cgla_graph.airspace.flight_plans.walls import ClosedArea
+from cgla_graph.airspace.lonlat_box import bounds_of, box_around
 from cgla_graph.airspace.zones.applying import Applied, Verdict
 from cgla_graph.airspace.zones.ground import Ground, read_ground
 from cgla_graph.airspace.zones.reading import read_zones
@@ -27,7 +28,6 @@ from cgla_graph.model.earth import LocalProjection, geodesic_length, project_are
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.scenarios.loading import AREAS, RASTERS, holds_areas
-from cgla_graph.scenarios.lonlat_box import bounds_of, box_around
 from cgla_graph.scenarios.scenario import Scenario
 
 #: A map that is laid around a plan holds every path at most so many times as long as the plan, and as the way between

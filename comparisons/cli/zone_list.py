@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph._text import shown
-from cgla_graph.airspace.zones.account import ZoneRecord
+from cgla_graph.airspace.zones.zone_account import ZoneRecord
 from cgla_graph.comparisons import console, files
 from cgla_graph.errors import CglaError
 from cgla_graph.scenarios.loading import RASTERS

@@ -16,8 +16,8 @@ from shapely.geometry import LineString
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, IntArray, Point
-from cgla_graph.airspace.flight_plans.together import InHeight, Together
-from cgla_graph.airspace.flight_plans.walls import ClosedArea, Piece, Walls
+from cgla_graph.airspace.flight_plans.area_outline import ClosedArea, Outline, Piece
+from cgla_graph.airspace.flight_plans.simultaneous_areas import InHeight, SimultaneousAreas
 
 #: So many legs are looked at closely; of more, those that cross count, even by a rounding only, and are not listed.
 MOST_LISTED = 10_000
@@ -117,25 +117,27 @@ def crossings_of(
     """
     starts, ends = (route, route) if len(route) == 1 else (route[:-1], route[1:])
     before = np.concatenate([[0.0], np.cumsum(np.hypot(*(ends - starts).T))])
-    # two areas side by side leave no way between them: what counts is what is inside of all of them together
-    walls = Walls(shapely.GeometryCollection([one.shape for one in areas]))
+    # two areas side by side leave no way between them: what counts is what is inside the union of all of them
+    outline = Outline(shapely.GeometryCollection([one.shape for one in areas]))
     named = _Named(areas)
-    if walls.area.is_empty:
+    if outline.area.is_empty:
         return Crossings((), _NONE, _NONE, np.full(len(starts), np.inf))
-    crosses = np.asarray(walls.area.crosses(starts, ends))
+    crosses = np.asarray(outline.area.crosses(starts, ends))
     clearances = np.zeros(len(starts))
-    clearances[~crosses] = walls.distances(starts[~crosses], ends[~crosses])
-    together = Together(areas, walls, heights)
-    crosses = together.may_cross(crosses)
+    clearances[~crosses] = outline.distances(starts[~crosses], ends[~crosses])
+    simultaneous = SimultaneousAreas(areas, outline, heights)
+    crosses = simultaneous.may_cross(crosses)
     hit = np.nonzero(crosses)[0]
     found: list[Crossing] = []
     crossing, rounded = hit[MOST_LISTED:].tolist(), []
     for leg in hit[:MOST_LISTED].tolist():
         inside: list[tuple[int, Piece]] = []
         is_inside = is_dodged = False
-        for part in together.parts(leg, starts[leg], ends[leg]):
-            pieces = part.walls.pieces(part.start, part.end) if part.walls.area.crosses(part.start, part.end) else []
-            kept = part.walls.without_roundings(pieces, rounding)
+        for part in simultaneous.parts(leg, starts[leg], ends[leg]):
+            pieces = (
+                part.outline.pieces(part.start, part.end) if part.outline.area.crosses(part.start, part.end) else []
+            )
+            kept = part.outline.without_roundings(pieces, rounding)
             inside += named.parts(kept, part.areas)
             is_inside |= bool(kept)
             is_dodged |= len(kept) < len(pieces)
@@ -143,8 +145,8 @@ def crossings_of(
         crossing += [leg] if is_inside else []
         rounded += [leg] if is_dodged and not is_inside else []
     legs = np.sort(np.array(crossing, dtype=np.int64))
-    together.tell_clearances(starts, ends, np.setdiff1d(np.arange(len(starts)), legs), crosses, clearances)
-    found += _uprights(route, before, together, found, rounding)
+    simultaneous.widen_clearances(starts, ends, np.setdiff1d(np.arange(len(starts)), legs), crosses, clearances)
+    found += _uprights(route, before, simultaneous, found, rounding)
     found += named.circles(route, radii, before, rounding, heights)
     found.sort(key=lambda one: (one.along, one.area))
     return Crossings(tuple(found), legs, np.array(rounded, dtype=np.int64), clearances)
@@ -174,12 +176,12 @@ def _joined(inside: list[tuple[int, Piece]]) -> list[tuple[int, Piece]]:
 
 
 def _uprights(
-    route: FloatArray, before: FloatArray, together: Together, found: Sequence[Crossing], rounding: float
+    route: FloatArray, before: FloatArray, simultaneous: SimultaneousAreas, found: Sequence[Crossing], rounding: float
 ) -> list[Crossing]:
     """Return where the aircraft goes up or down inside an area, unless a leg is inside of it there."""
     seen = {(one.area, place) for one in found for place in (one.entry, one.exit)}
     crossings = []
-    for index, areas in together.uprights(route, rounding):
+    for index, areas in simultaneous.uprights(route, rounding):
         at, far = (float(route[index, 0]), float(route[index, 1])), float(before[index])
         crossings += [
             Crossing(index, area, at, at, (far, far), 0.0, is_upright=True) for area in areas if (area, at) not in seen
@@ -193,7 +195,7 @@ class _Named:
     def __init__(self, areas: Sequence[ClosedArea]) -> None:
         self.areas = areas
         self.tree = shapely.STRtree([one.shape for one in areas])
-        self.walls: dict[int, Walls] = {}
+        self.outlines: dict[int, Outline] = {}
 
     def near(self, shape: BaseGeometry) -> list[int]:
         """Return the areas that a shape meets."""
@@ -206,9 +208,11 @@ class _Named:
             parts = []
             near = self.tree.query(piece).tolist()
             for number in sorted(near if among is None else set(near) & set(among)):
-                walls = self.walls.get(number) or self.walls.setdefault(number, Walls(self.areas[number].shape))
-                if walls.area.crosses(first, last):
-                    parts += [(number, part) for part in walls.pieces(np.array(first), np.array(last))]
+                outline = self.outlines.get(number) or self.outlines.setdefault(
+                    number, Outline(self.areas[number].shape)
+                )
+                if outline.area.crosses(first, last):
+                    parts += [(number, part) for part in outline.pieces(np.array(first), np.array(last))]
             if not parts:
                 on_border = self.near(piece) if among is None else sorted(among)
                 parts = [(number, (first, last)) for number in on_border]

@@ -7,7 +7,7 @@ from typing import Final
 
 from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, Waypoint, decimal, fault
-from cgla_graph.airspace.flight_plans.tagged import (
+from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     NAMES,
     assembled,
     number_of,

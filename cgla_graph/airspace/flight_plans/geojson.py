@@ -11,7 +11,7 @@ from typing import Any
 
 from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, Waypoint, fault
-from cgla_graph.airspace.flight_plans.tagged import (
+from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     ALTITUDE,
     REFERENCE,
     ROLE,

@@ -14,7 +14,7 @@ from cgla_graph.airspace.flight_plans.plan import (
     fault,
     few_written,
 )
-from cgla_graph.airspace.flight_plans.tagged import (
+from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     ALTITUDE,
     HOME,
     NAMES,

@@ -5,7 +5,7 @@ from typing import Any
 
 from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Waypoint, fault
-from cgla_graph.airspace.flight_plans.tagged import assembled, number_of, place_of
+from cgla_graph.airspace.flight_plans.tagged_waypoints import assembled, number_of, place_of
 
 #: Where such files have degrees, and map units.
 KEYS = ("path_lonlat", "path")

@@ -22,7 +22,15 @@ from cgla_graph.airspace.flight_plans.plan import (
     fault,
     few_written,
 )
-from cgla_graph.airspace.flight_plans.tagged import ALTITUDE, NAMES, REFERENCE, ROLE, place_of, text_tags, waypoint_of
+from cgla_graph.airspace.flight_plans.tagged_waypoints import (
+    ALTITUDE,
+    NAMES,
+    REFERENCE,
+    ROLE,
+    place_of,
+    text_tags,
+    waypoint_of,
+)
 from cgla_graph.untrusted.xml_files import tag_of
 
 #: How KML says what its altitudes are measured from, and how it does not: on the ground they count for nothing.

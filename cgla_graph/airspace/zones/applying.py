@@ -8,13 +8,13 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import Bounds
-from cgla_graph.airspace.zones.account import State, ZoneAccount, ZoneRecord
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.heights import Altitude, meets
 from cgla_graph.airspace.zones.periods import moment_from
 from cgla_graph.airspace.zones.shapes import AreaShape, joined, part_near, short
 from cgla_graph.airspace.zones.sun import around, sun_over
 from cgla_graph.airspace.zones.zone import SPELLINGS, TREATMENTS, Format, NoArea, Validity, Zone
+from cgla_graph.airspace.zones.zone_account import State, ZoneAccount, ZoneRecord
 from cgla_graph.errors import FileFormatError
 from cgla_graph.model.earth import LocalProjection, project_area
 

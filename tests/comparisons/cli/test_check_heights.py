@@ -16,12 +16,12 @@ from mutations import damaged, damaged_json, tried
 from strategies import examples, few, seeds
 from zone_files import data_of, ed269, volume
 
-from cgla_graph.airspace.flight_plans import together
+from cgla_graph.airspace.flight_plans import simultaneous_areas
+from cgla_graph.airspace.flight_plans.area_outline import ClosedArea
 from cgla_graph.airspace.flight_plans.crossings import crossings_of
 from cgla_graph.airspace.flight_plans.formats import plan_of_bytes, text_of_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Reference, Waypoint
 from cgla_graph.airspace.flight_plans.profile import profile_of
-from cgla_graph.airspace.flight_plans.walls import ClosedArea
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.zone import Limit
 from cgla_graph.comparisons.cli.check import Checked, check_plan
@@ -298,7 +298,7 @@ def test_too_much_to_tell_is_closed_and_told(checked: Check, monkeypatch: pytest
     assert checked(through(100, 100), *layers).is_clean
     for limit in ("MOST_PAIRS", "MOST_BUILT"):
         with monkeypatch.context() as context:
-            context.setattr(together, limit, 1)
+            context.setattr(simultaneous_areas, limit, 1)
             found = checked(through(100, 80), *layers)
             assert longitudes(found)[0] == pytest.approx([LOW, HIGH], abs=1e-5)
             assert found.on.heights is not None

@@ -48,7 +48,7 @@ def point_of(place: FloatArray) -> Point:
     return float(place[0]), float(place[1])
 
 
-class Walls:
+class Outline:
     """
     The outline of an area, looked up edge by edge.
 
@@ -59,7 +59,7 @@ class Walls:
 
     Examples
     --------
-    >>> Walls(shapely.box(4, 0, 5, 9)).pieces(np.array([0.0, 5.0]), np.array([9.0, 5.0]))
+    >>> Outline(shapely.box(4, 0, 5, 9)).pieces(np.array([0.0, 5.0]), np.array([9.0, 5.0]))
     [((4.0, 5.0), (5.0, 5.0))]
     """
 

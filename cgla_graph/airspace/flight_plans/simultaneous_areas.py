@@ -1,4 +1,4 @@
-"""Which areas count together on which parts of a leg, where the aircraft is at their heights on some parts only."""
+"""Which areas count at the same time on which parts of a leg, as the aircraft is at their heights on some parts only."""
 
 import itertools
 from collections.abc import Iterator, Sequence
@@ -10,12 +10,12 @@ import shapely
 from shapely.geometry import LineString
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray
-from cgla_graph.airspace.flight_plans.walls import ClosedArea, Walls
+from cgla_graph.airspace.flight_plans.area_outline import ClosedArea, Outline
 
 #: Parts of a leg, as shares of it from 0 to 1, in order: where each begins and ends.
 Shares: TypeAlias = Sequence[tuple[float, float]]
 WHOLE: Final[Shares] = ((0.0, 1.0),)
-#: Corners of all sets of areas that count together, and parts of legs times areas; after that, areas count at all
+#: Corners of all sets of areas that count at the same time, and parts of legs times areas; after that, areas count at all
 #: heights.
 MOST_BUILT, MOST_PAIRS = 1_000_000, 3_000_000
 #: Areas that are put into groups one by one.
@@ -36,7 +36,7 @@ class InHeight(Protocol):
     def goes_upright(self, place: int) -> bool:
         """Tell whether it goes up or down there."""
 
-    def give_up(self, leg: int) -> None:
+    def note_all_count(self, leg: int) -> None:
         """Take note that on a leg there is too much to tell: all areas on it count."""
 
     def kinds(self) -> tuple[IntArray, BoolArray] | None:
@@ -56,7 +56,7 @@ class Part:
     ----------
     start, end
         Its ends, map units.
-    walls
+    outline
         The areas that count, or more of them elsewhere.
     areas
         Which they are; None for all.
@@ -64,29 +64,29 @@ class Part:
 
     start: FloatArray
     end: FloatArray
-    walls: Walls
+    outline: Outline
     areas: frozenset[int] | None
 
 
-class Together:
+class SimultaneousAreas:
     """
-    Sets of areas that count together.
+    Sets of areas that count at the same time on a part of a leg.
 
     Parameters
     ----------
     areas
         All of them.
-    walls
+    outline
         Of all of them.
     heights
         None where all of them count everywhere.
     """
 
-    def __init__(self, areas: Sequence[ClosedArea], walls: Walls, heights: InHeight | None) -> None:
-        self.areas, self.walls, self.heights = areas, walls, heights
+    def __init__(self, areas: Sequence[ClosedArea], outline: Outline, heights: InHeight | None) -> None:
+        self.areas, self.outline, self.heights = areas, outline, heights
         self.shapes = np.array([one.shape for one in areas], dtype=object)
         self.tree = shapely.STRtree(self.shapes)
-        self.sets: dict[frozenset[int], Walls] = {}
+        self.sets: dict[frozenset[int], Outline] = {}
         self.met: dict[tuple[int, int], bool] = {}
         self.built = self.pairs = 0
         #: Of legs that were looked at, the areas beside and on them, and how far those that count are from them.
@@ -95,15 +95,15 @@ class Together:
     def _near(self, shape: shapely.Geometry) -> list[int]:
         return sorted(self.tree.query(shape, predicate="intersects").tolist())
 
-    def _walls_of(self, numbers: frozenset[int]) -> Walls | None:
-        """Return the outline of some areas together; nothing if too much has been built already."""
+    def _outline_of(self, numbers: frozenset[int]) -> Outline | None:
+        """Return the outline of the union of some areas; nothing if too much has been built already."""
         if numbers not in self.sets:
             shapes = [self.areas[number].shape for number in sorted(numbers)]
             corners = int(shapely.get_num_coordinates(shapes).sum())
             if self.built + corners > MOST_BUILT:
                 return None
             self.built += corners
-            self.sets[numbers] = Walls(shapely.GeometryCollection(shapes))
+            self.sets[numbers] = Outline(shapely.GeometryCollection(shapes))
         return self.sets[numbers]
 
     def may_cross(self, crosses: BoolArray) -> BoolArray:
@@ -113,7 +113,7 @@ class Together:
 
     def parts(self, leg: int, start: FloatArray, end: FloatArray) -> list[Part]:
         """Return the parts of a leg on which areas count, in order; parts of no length as well."""
-        everything = [Part(start, end, self.walls, None)]
+        everything = [Part(start, end, self.outline, None)]
         if self.heights is None:
             return everything
         near = self._near(LineString([start, end]))
@@ -123,7 +123,7 @@ class Together:
         shares = {share for span in spans.values() for one in span for share in one}
         self.pairs += len(near) * (len(shares) + 1)
         if self.pairs > MOST_PAIRS:
-            self.heights.give_up(leg)
+            self.heights.note_all_count(leg)
             return everything
         cuts = sorted({0.0, 1.0, *shares})
         points = {one[0] for span in spans.values() for one in span if one[0] == one[1]}
@@ -136,11 +136,11 @@ class Together:
             away = shapely.distance(LineString(here), self.shapes[counts])
             nearest = min(nearest, float(away.min()))
             for numbers in self._side_by_side([n for n, far in zip(counts, away.tolist(), strict=True) if far == 0.0]):
-                walls = self._walls_of(numbers)
-                if walls is None:
-                    self.heights.give_up(leg)
+                outline = self._outline_of(numbers)
+                if outline is None:
+                    self.heights.note_all_count(leg)
                     return everything
-                found.append(Part(*here, walls, numbers))
+                found.append(Part(*here, outline, numbers))
         self.beside[leg] = frozenset(near), nearest
         return found
 
@@ -167,14 +167,14 @@ class Together:
             return
         for index in filter(heights.goes_upright, range(len(route))):
             numbers = frozenset(n for n in self._near(shapely.Point(route[index])) if heights.at_place(index, n))
-            walls = self._walls_of(numbers) if numbers else None
+            outline = self._outline_of(numbers) if numbers else None
             if not numbers:
                 continue
-            inside = (walls or self.walls).area.contains(route[index])
-            if inside and (walls or self.walls).distances(route[index][None], route[index][None])[0] > rounding:
+            inside = (outline or self.outline).area.contains(route[index])
+            if inside and (outline or self.outline).distances(route[index][None], route[index][None])[0] > rounding:
                 yield index, sorted(numbers)
 
-    def tell_clearances(
+    def widen_clearances(
         self, starts: FloatArray, ends: FloatArray, clean: IntArray, crosses: BoolArray, clearances: FloatArray
     ) -> None:
         """
@@ -206,10 +206,10 @@ class Together:
             numbers = frozenset(np.nonzero(counts)[0].tolist())
             away = np.full(len(legs), np.inf)
             if numbers:
-                walls = self._walls_of(numbers)
-                if walls is None:
+                outline = self._outline_of(numbers)
+                if outline is None:
                     continue
-                away = walls.distances(starts[legs], ends[legs])
+                away = outline.distances(starts[legs], ends[legs])
             own = np.array([self.beside[leg][1] if leg in self.beside else np.inf for leg in legs])
             clearances[legs] = np.minimum(away, own)
 
