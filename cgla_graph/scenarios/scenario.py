@@ -372,5 +372,5 @@ def scenario_of(
         projection=builder.on_earth,
         notes=table.notes,
         areas=builder.named_areas,
-        zones=None if builder.zones is None else builder.zones.zone_account(),
+        zones=None if builder.zones is None else builder.zones.account(),
     )

@@ -1,4 +1,4 @@
-"""Which areas count at the same time on which parts of a leg, as the aircraft is at their heights on some parts only."""
+"""Which areas count at the same time on which parts of a leg, where heights differ along it."""
 
 import itertools
 from collections.abc import Iterator, Sequence
@@ -15,8 +15,8 @@ from cgla_graph.airspace.flight_plans.area_outline import ClosedArea, Outline
 #: Parts of a leg, as shares of it from 0 to 1, in order: where each begins and ends.
 Shares: TypeAlias = Sequence[tuple[float, float]]
 WHOLE: Final[Shares] = ((0.0, 1.0),)
-#: Corners of all sets of areas that count at the same time, and parts of legs times areas; after that, areas count at all
-#: heights.
+#: Corners of all sets of areas that count at the same time, and parts of legs times areas; beyond, all
+#: areas count at all heights.
 MOST_BUILT, MOST_PAIRS = 1_000_000, 3_000_000
 #: Areas that are put into groups one by one.
 MOST_GROUPED: Final = 100
