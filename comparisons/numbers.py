@@ -1,9 +1,11 @@
 """How numbers, names and intervals are written: the same on the terminal, in files, in pictures and in the report."""
 
+import dataclasses
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from decimal import ROUND_FLOOR, Decimal
-from typing import NamedTuple
+from enum import Enum
+from typing import Any, NamedTuple
 
 from cgla_graph._text import counted as counted  # noqa: PLC0414 - handed on
 from cgla_graph._text import listed as listed  # noqa: PLC0414 - handed on
@@ -18,6 +20,30 @@ _SMALLEST_P = 0.001
 def json_number(value: float) -> float | None:
     """Return a number that JSON knows; None for NaN and infinity, which it does not."""
     return float(value) if math.isfinite(value) else None
+
+
+def plain_json(value: Any) -> Any:  # noqa: ANN401 - any JSON
+    """
+    Return records, named tuples, enumerations, arrays and sets as JSON; numbers that are not finite become None.
+
+    Examples
+    --------
+    >>> plain_json({"at": (0.5, math.nan), "cell": Cell("1"), "n": {3}})
+    {'at': [0.5, None], 'cell': {'value': '1', 'interval': ''}, 'n': [3]}
+    """
+    if isinstance(value, Enum):
+        return getattr(value, "label", value.name.lower())
+    if dataclasses.is_dataclass(value):
+        value = {one.name: getattr(value, one.name) for one in dataclasses.fields(value)}
+    elif hasattr(value, "_asdict"):
+        value = value._asdict()
+    elif hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {plain_json(key) if isinstance(key, Enum) else str(key): plain_json(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain_json(item) for item in value]
+    return json_number(value) if isinstance(value, float) else value
 
 
 def rounded(value: float, digits: int = 5) -> float | None:
@@ -62,6 +88,20 @@ def figure(value: float, digits: int) -> str:
     return f"{value:.0f}" if "e+" in text and abs(value) < MOST_DIGITS else text
 
 
+def floored(bound: float, digits: int) -> float:
+    """
+    Shorten a bound to some significant digits, never above what is proven.
+
+    Examples
+    --------
+    >>> floored(1.23456789987, 9)
+    1.23456789
+    """
+    exact = Decimal(bound)
+    unit = Decimal(1).scaleb(exact.adjusted() + 1 - digits)
+    return float(exact.quantize(unit, rounding=ROUND_FLOOR))
+
+
 def rounded_down(value: float, digits: int) -> str:
     """
     Write a bound with some significant digits, never above what is proven.
@@ -73,9 +113,7 @@ def rounded_down(value: float, digits: int) -> str:
     """
     if value == 0.0 or not math.isfinite(value):
         return figure(value, digits)
-    exact = Decimal(value)
-    unit = Decimal(1).scaleb(exact.adjusted() + 1 - digits)
-    return figure(float(exact.quantize(unit, rounding=ROUND_FLOOR)), digits)
+    return figure(floored(value, digits), digits)
 
 
 def percent(value: float) -> str:

@@ -10,7 +10,6 @@ import math
 import sys
 import time
 from collections.abc import Iterator
-from decimal import ROUND_FLOOR, Decimal
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +21,7 @@ from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.conformance.documents import VERSION
 from cgla_graph.comparisons.conformance.families import Draft, drafts
 from cgla_graph.comparisons.conformance.suite import WIDEST, Instance
+from cgla_graph.comparisons.numbers import floored
 from cgla_graph.errors import CglaError
 from cgla_graph.model.problem import Problem
 from cgla_graph.solvers.solving import solve
@@ -56,29 +56,15 @@ def instance_of(draft: Draft) -> Instance:
     proof = prove(problem, path, tolerance=TOLERANCE, max_cells=MAX_CELLS)
     if path is None or not math.isfinite(proof.lower_bound):
         if path is None and proof.lower_bound == math.inf:
-            return Instance(
-                family=draft.family,
-                title=draft.title,
-                problem=draft.problem,
-                lower_bound=None,
-                upper_bound=None,
-                path=None,
-            )
+            return Instance(**draft._asdict(), lower_bound=None, upper_bound=None, path=None)
         msg = f"{draft.problem.name}: {'no path' if path is None else 'a path'}, but the bound says {proof.message}"
         raise CglaError(msg)
     cost = problem.evaluate(path).cost
-    proven = floored(proof.lower_bound)
+    proven = floored(proof.lower_bound, BOUND_DIGITS)
     if cost > proven * (1.0 + WIDEST):
         msg = f"{draft.problem.name}: the path costs {cost:.9g}, the bound is {proven:.9g}: {proof.message}"
         raise CglaError(msg)
-    return Instance(
-        family=draft.family,
-        title=draft.title,
-        problem=draft.problem,
-        lower_bound=proven,
-        upper_bound=cost,
-        path=path.tolist(),
-    )
+    return Instance(**draft._asdict(), lower_bound=proven, upper_bound=cost, path=path.tolist())
 
 
 def best_path(problem: Problem) -> FloatArray | None:
@@ -104,20 +90,6 @@ def shortened(problem: Problem, path: FloatArray) -> FloatArray:
     found = problem.evaluate(rounded)
     # a path along the edge of two cells must not leave it
     return rounded if found.feasible and found.cost <= problem.evaluate(path).cost * (1.0 + 2.0 * SPENT) else best
-
-
-def floored(bound: float) -> float:
-    """
-    Shorten a bound, never above what is proven.
-
-    Examples
-    --------
-    >>> floored(1.23456789987)
-    1.23456789
-    """
-    exact = Decimal(bound)
-    unit = Decimal(1).scaleb(exact.adjusted() + 1 - BOUND_DIGITS)
-    return float(exact.quantize(unit, rounding=ROUND_FLOOR))
 
 
 def text_of(instances: list[Instance]) -> str:

@@ -121,9 +121,10 @@ def judged(instance: Instance, answer: AnswerDocument, seconds: float = math.nan
     if fault := _fault(problem, path):
         return Result(instance, Verdict.WRONG, fault, seconds)
     found = problem.evaluate(path)
-    numbers = Result(instance, Verdict.FEASIBLE, "", seconds, found.cost, found.length, found.risk, waypoints=len(path))
     verdict, message = _claims(instance, answer, found.cost)
-    return _with(numbers, verdict, message)
+    # numbers of a wrong answer do not count
+    numbers = () if verdict is Verdict.WRONG else (found.cost, found.length, found.risk, len(path))
+    return Result(instance, verdict, message, seconds, *numbers)
 
 
 def _claims(instance: Instance, answer: AnswerDocument, cost: float) -> tuple[Verdict, str]:
@@ -139,15 +140,6 @@ def _claims(instance: Instance, answer: AnswerDocument, cost: float) -> tuple[Ve
     if answer.cost is not None and not abs(answer.cost - cost) <= COST_TOLERANCE * cost + 1e-12:
         return Verdict.FEASIBLE, f"it says that its path costs {answer.cost:.9g}; it costs {cost:.9g}"
     return Verdict.FEASIBLE, ""
-
-
-def _with(result: Result, verdict: Verdict, message: str) -> Result:
-    """Return the same numbers with another verdict; those of a wrong answer do not count."""
-    if verdict is Verdict.WRONG:
-        return Result(result.instance, verdict, message, result.seconds)
-    return Result(
-        result.instance, verdict, message, result.seconds, result.cost, result.length, result.risk, result.waypoints
-    )
 
 
 def _fault(problem: Problem, path: FloatArray) -> str:

@@ -8,7 +8,8 @@ from typing import Any
 
 import shapely
 
-from cgla_graph.comparisons.missions.files import plain_json, team_totals
+from cgla_graph.comparisons.missions.files import team_totals
+from cgla_graph.comparisons.numbers import plain_json
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.flight_run import FlightRun, Track
 from cgla_graph.comparisons.study.options import number_names

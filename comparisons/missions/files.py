@@ -1,17 +1,15 @@
 """Files of flights: the log as JSON Lines, traces as CSV, flown paths as GeoJSON, and all in one JSON document."""
 
-import csv
 import dataclasses
-import io
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-import numpy as np
 import shapely
 
-from cgla_graph.comparisons.numbers import json_number
+from cgla_graph.comparisons.files import csv_text
+from cgla_graph.comparisons.numbers import plain_json
 from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 from cgla_graph.errors import OutputError
 from cgla_graph.mission.mission import Mission
@@ -26,22 +24,9 @@ TRACE_COLUMNS = ("uav", "tick", "x", "y", "risk", "known_threats", "known_areas"
 _NO_SETTINGS = ("world", "uavs", "solver", "resolution", "sharing", "virtual_obstacle")
 
 
-def plain_json(value: Any) -> Any:  # noqa: ANN401 - any JSON
-    """
-    Return a value as what JSON knows: numbers that are not finite become None, tuples and arrays lists.
-
-    Examples
-    --------
-    >>> plain_json({"at": (0.5, math.nan), "n": np.int64(3)})
-    {'at': [0.5, None], 'n': 3}
-    """
-    if isinstance(value, Mapping):
-        return {str(key): plain_json(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return plain_json(value.tolist())
-    if isinstance(value, list | tuple | set | frozenset):
-        return [plain_json(item) for item in value]
-    return json_number(value) if isinstance(value, float) else value
+def _plain(document: Mapping[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = plain_json(document)
+    return found
 
 
 def settings_document(mission: Mission) -> dict[str, Any]:
@@ -52,8 +37,7 @@ def settings_document(mission: Mission) -> dict[str, Any]:
     obstacle = None if rule is None else dataclasses.asdict(rule)
     lattice = {"shape": list(mission.lattice.shape), "kind": mission.lattice.kind}
     rules = {**plain, "sharing": sharing, "virtual_obstacle": obstacle, "lattice": lattice}
-    found: dict[str, Any] = plain_json(rules)
-    return found
+    return _plain(rules)
 
 
 def header_document(spec: MissionSpec) -> dict[str, Any]:
@@ -83,8 +67,7 @@ def header_document(spec: MissionSpec) -> dict[str, Any]:
         "uavs": uavs,
         **_world_document(mission.world),
     }
-    found: dict[str, Any] = plain_json(header)
-    return found
+    return _plain(header)
 
 
 def _world_document(world: World) -> dict[str, Any]:
@@ -159,8 +142,7 @@ def _uav_line(spec: MissionSpec, uav: UavFlight, tick: int) -> dict[str, Any]:
     plans = [waypoints for since, waypoints in uav.plans if since == tick]
     if plans:
         line["plan"] = plans[-1]
-    found: dict[str, Any] = plain_json(line)
-    return found
+    return _plain(line)
 
 
 def whole_log(flown: MissionRun) -> Iterator[dict[str, Any]]:
@@ -181,15 +163,10 @@ def whole_log(flown: MissionRun) -> Iterator[dict[str, Any]]:
 def trace_csv(flown: MissionRun) -> str:
     """Write where each UAV was at each tick as CSV."""
     columns = TRACE_COLUMNS if flown.projection is None else (*TRACE_COLUMNS, "longitude", "latitude")
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    for uav in flown.flight.uavs.values():
-        for tick in _ticks_in_air(uav):
-            line = _uav_line(flown, uav, tick)
-            counted = {"known_threats": len(line["threats"]), "known_areas": len(line["areas"])}
-            writer.writerow([{**line, **counted}[column] for column in columns])
-    return text.getvalue()
+    lines = [_uav_line(flown, uav, tick) for uav in flown.flight.uavs.values() for tick in _ticks_in_air(uav)]
+    counts = [{"known_threats": len(line["threats"]), "known_areas": len(line["areas"])} for line in lines]
+    rows = [{column: (line | count)[column] for column in columns} for line, count in zip(lines, counts, strict=True)]
+    return csv_text(rows, columns)
 
 
 def flight_geojson(flown: MissionRun) -> str:
@@ -241,8 +218,7 @@ def summary_document(flown: MissionRun) -> dict[str, Any]:
         "seconds": flown.seconds,
         "uavs": [_uav_document(flown, uav) for uav in flight.uavs.values()],
     }
-    found: dict[str, Any] = plain_json(summary)
-    return found
+    return _plain(summary)
 
 
 def team_totals(flight: Flight) -> dict[str, float]:
@@ -262,7 +238,7 @@ def flight_document(flown: MissionRun) -> dict[str, Any]:
         known = [{"tick": one.tick, "threats": list(one.threats), "areas": list(one.areas)} for one in uav.knowledge]
         plans = [{"tick": tick, "waypoints": waypoints} for tick, waypoints in uav.plans]
         uavs.append({**summary, **paths, "knowledge": known, "plans": plans})
-    found: dict[str, Any] = plain_json(
+    return _plain(
         {
             **summary_document(flown),
             "settings": settings_document(flown.mission),
@@ -271,7 +247,6 @@ def flight_document(flown: MissionRun) -> dict[str, Any]:
             "events": [event.document() for event in flown.flight.events],
         }
     )
-    return found
 
 
 def _separation(pair: Separation) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.risk_samples import risk_samples
+from cgla_graph.comparisons.risk_samples import risk_samples, sample_edges
 from cgla_graph.model.problem import Problem
 from cgla_graph.scenarios.scenario import Scenario
 
@@ -86,10 +86,8 @@ def _no_fly(problem: Problem) -> dict[str, Any]:
     if problem.no_fly is None:
         return {"no_fly": [], "walls": None}
     area = shapely.intersection(shapely.force_2d(problem.area.geometry), shapely.box(*problem.bounds))
-    simple = shapely.simplify(area, SLACK * _side(problem))
-    if shapely.get_num_coordinates(simple) > MOST_CORNERS:
-        return {"no_fly": [], "walls": _walls(area, problem)}
-    return {"no_fly": [steps_of(shapely.get_coordinates(ring), problem) for ring in _rings(simple)], "walls": None}
+    outlines = _outlines(area, problem)
+    return {"no_fly": outlines or [], "walls": _walls(area, problem) if outlines is None else None}
 
 
 def _margin(problem: Problem) -> list[list[int]]:
@@ -97,9 +95,14 @@ def _margin(problem: Problem) -> list[list[int]]:
     if problem.clearance <= 0.0 or problem.area.is_empty:
         return []
     area = shapely.intersection(problem.model.area.geometry, shapely.box(*problem.bounds))
+    return _outlines(area, problem) or []
+
+
+def _outlines(area: BaseGeometry, problem: Problem) -> list[list[int]] | None:
+    """Return the rings of an area, simplified, as steps; None where they have too many corners."""
     simple = shapely.simplify(area, SLACK * _side(problem))
     if shapely.get_num_coordinates(simple) > MOST_CORNERS:
-        return []
+        return None
     return [steps_of(shapely.get_coordinates(ring), problem) for ring in _rings(simple)]
 
 
@@ -111,22 +114,13 @@ def _rings(area: BaseGeometry) -> Iterator[BaseGeometry]:
 
 def _walls(area: BaseGeometry, problem: Problem) -> dict[str, Any]:
     """Say how much of each cell may not be flown, in quarters, rows from the least y on: of 4 points, those inside."""
-    x, y = (np.repeat(centres, 2) for centres in _centres(problem, WALL_CELLS))
+    x, y = (np.repeat(0.5 * (edges[1:] + edges[:-1]), 2) for edges in sample_edges(problem, WALL_CELLS))
     step = _side(problem) / WALL_CELLS / 4.0
     x, y = (centres + np.tile([-step, step], len(centres) // 2) for centres in (x, y))
     shapely.prepare(area)
     inside = shapely.contains_xy(area, *np.meshgrid(x, y))
     quarters = inside.reshape(len(y) // 2, 2, len(x) // 2, 2).sum(axis=(1, 3), dtype=np.uint8)
     return {"rows": len(y) // 2, "columns": len(x) // 2, "quarters": _base64(quarters)}
-
-
-def _centres(problem: Problem, n: int) -> list[FloatArray]:
-    """Return the x and the y of the centres of cells, `n` of them along the longer side."""
-    x_min, y_min, x_max, y_max = problem.bounds
-    step = _side(problem) / n
-    sides = ((x_min, x_max), (y_min, y_max))
-    counts = [max(2, round((high - low) / step)) for low, high in sides]
-    return [low + (np.arange(m) + 0.5) * (high - low) / m for (low, high), m in zip(sides, counts, strict=True)]
 
 
 def _base64(levels: NDArray[np.uint8]) -> str:

@@ -1,12 +1,7 @@
 """Missions in the report: a table a variant, and what each solver's UAVs flew, drawn as SVG."""
 
 from collections.abc import Iterator, Sequence
-from functools import cache
-from importlib import resources
 from typing import Any
-
-import jinja2
-from markupsafe import Markup
 
 from cgla_graph.comparisons.study.flight_run import ComparedMission, FlightRun
 from cgla_graph.comparisons.study.store import Stored
@@ -18,9 +13,9 @@ MOST_MAPS = 12
 _SIDE = 230.0
 
 
-def missions_section(stored: Stored) -> Markup:
+def missions_part(stored: Stored) -> dict[str, Any] | None:
     """
-    Write the part of the report about missions; empty for a study without any.
+    Return the part of the report about missions for its template; None for a study without any.
 
     Parameters
     ----------
@@ -28,12 +23,11 @@ def missions_section(stored: Stored) -> Markup:
         The study, finished or not.
     """
     if not stored.missions:
-        return Markup()
+        return None
     failed = sum(not flight.all_arrived for flight in stored.flights)
     headline = f"{len(stored.flights):,} of {stored.n_flights:,} flights are done"
     headline += f"; in {failed:,} of them not all UAVs arrived." if failed else ", and all UAVs arrived."
-    text = _template().render(headline=headline, variants=list(_variants(stored)), alone=not stored.scenarios)
-    return Markup(text)  # noqa: S704 - what was not ours in it is escaped
+    return {"headline": headline, "variants": list(_variants(stored)), "alone": not stored.scenarios}
 
 
 def _variants(stored: Stored) -> Iterator[dict[str, Any]]:
@@ -83,10 +77,3 @@ def _map(mission: ComparedMission, flight: FlightRun) -> dict[str, Any]:
             if len(track.path)
         ],
     }
-
-
-@cache
-def _template() -> jinja2.Template:
-    text = resources.files("cgla_graph.comparisons.report").joinpath("templates", "missions.html")
-    how = {"autoescape": True, "undefined": jinja2.StrictUndefined, "trim_blocks": True, "lstrip_blocks": True}
-    return jinja2.Environment(**how).from_string(text.read_text(encoding="utf-8"))  # type: ignore[arg-type]  # noqa: S701 - it escapes

@@ -16,8 +16,8 @@ from markupsafe import Markup
 from cgla_graph.comparisons.files import write_text
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, leaderboard_of
 from cgla_graph.comparisons.leaderboard.profiles import instance_costs, performance_profile, success_curve
-from cgla_graph.comparisons.numbers import rounded_all
-from cgla_graph.comparisons.report.missions import missions_section
+from cgla_graph.comparisons.numbers import counted, rounded_all
+from cgla_graph.comparisons.report.missions import missions_part
 from cgla_graph.comparisons.report.parts import failure_grid, failures, rank_picture, ranking_table
 from cgla_graph.comparisons.report.payload import (
     MOST_POINTS_OVERALL,
@@ -86,7 +86,7 @@ def report_html(stored: Stored, *, live: bool = False) -> str:
             n_cells=stored.n_cells + stored.n_flights,
             progress=_progress(stored),
             overview=overview(found, len(stored.scenarios)),
-            missions=missions_section(stored),
+            missions=missions_part(stored),
             ranking=ranking_table(found, ranks),
             ranks=rank_picture(ranks),
             failures=failures(runs),
@@ -174,18 +174,14 @@ def _facts(stored: Stored) -> list[str]:
 def _progress(stored: Stored) -> str:
     done, what = [], []
     if stored.scenarios or not stored.missions:
-        done.append(f"{len(stored.runs):,} of {_several(stored.n_cells, 'run')}")
-        what.append(_several(len(stored.scenarios), "scenario"))
+        done.append(f"{len(stored.runs):,} of {counted(stored.n_cells, 'run')}")
+        what.append(counted(len(stored.scenarios), "scenario"))
     if stored.missions:
-        done.append(f"{len(stored.flights):,} of {_several(stored.n_flights, 'flight')}")
-        what.append(_several(len(stored.missions), "mission"))
+        done.append(f"{len(stored.flights):,} of {counted(stored.n_flights, 'flight')}")
+        what.append(counted(len(stored.missions), "mission"))
     so_far = "" if stored.is_complete else " so far"
-    what.append(_several(len(stored.solvers), "solver"))
+    what.append(counted(len(stored.solvers), "solver"))
     return f"{', '.join(done)}{so_far}; {', '.join(what)}"
-
-
-def _several(number: int, word: str) -> str:
-    return f"{number:,} {word}{'s' * (number != 1)}"
 
 
 def _session(session: Session) -> list[tuple[str, str]]:

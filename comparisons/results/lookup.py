@@ -1,16 +1,15 @@
 """The command `results`: what a study found, what changed since another one, one row once more, and exports."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 from pathlib import Path
 from typing import Any
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, failed, leaderboard_of
 from cgla_graph.comparisons.leaderboard.regression import Regression, regression
-from cgla_graph.comparisons.numbers import counted, json_number
+from cgla_graph.comparisons.numbers import counted, plain_json
 from cgla_graph.comparisons.results import exports
 from cgla_graph.comparisons.results.filters import Filters
 from cgla_graph.comparisons.results.rerun import Rerun, rerun_table
@@ -30,7 +29,6 @@ from cgla_graph.comparisons.study.store import Stored, load
 from cgla_graph.comparisons.tables.flights import print_flights
 from cgla_graph.comparisons.tables.overview import overview
 from cgla_graph.errors import CglaError
-from cgla_graph.model.solution import Status
 
 #: Tables of single solvers are shown up to so many lines, unless solvers are asked for by name.
 MOST_LINES = 120
@@ -243,36 +241,14 @@ def document(found: Results) -> dict[str, Any]:
         "runs": len(stored.runs),
         "cells": stored.n_cells,
         "complete": stored.is_complete,
-        "sessions": plain(stored.sessions),
-        "filters": plain(found.filters),
+        "sessions": plain_json(stored.sessions),
+        "filters": plain_json(found.filters),
         "kept": len(found.runs),
-        "standings": None if found.leaderboard is None else plain(found.leaderboard),
+        "standings": None if found.leaderboard is None else plain_json(found.leaderboard),
         "against": None if found.old is None else str(found.old.folder),
-        "regression": None if found.regression is None else plain(found.regression),
+        "regression": None if found.regression is None else plain_json(found.regression),
         "failures": exports.run_rows(failed(found.runs), stored.runs),
         "rows": exports.run_rows(found.runs, stored.runs) if found.lists_runs else None,
         "flights": [flight.row() for flight in found.flights],
         "files": [str(path) for path in found.written],
     }
-
-
-def plain(value: Any) -> Any:  # noqa: ANN401 - any value, and any JSON
-    """
-    Turn records, named tuples and enumerations into JSON.
-
-    Examples
-    --------
-    >>> plain({Status.TIMED_OUT: [float("inf"), 1.0]})
-    {'timed-out': [None, 1.0]}
-    """
-    if isinstance(value, Enum):
-        return value.label if isinstance(value, Status) else value.name.lower()
-    if isinstance(value, float):
-        return json_number(value)
-    if dataclasses.is_dataclass(value):
-        value = {one.name: getattr(value, one.name) for one in dataclasses.fields(value)}
-    elif isinstance(value, tuple) and hasattr(value, "_asdict"):
-        value = value._asdict()
-    if isinstance(value, Mapping):
-        return {plain(key): plain(item) for key, item in value.items()}
-    return [plain(item) for item in value] if isinstance(value, (list, tuple)) else value

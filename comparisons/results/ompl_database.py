@@ -18,6 +18,7 @@ from typing import Any
 
 import shapely
 
+from cgla_graph.comparisons.numbers import json_number
 from cgla_graph.comparisons.statistics.intervals import progress
 from cgla_graph.comparisons.study.documents import dumps, entrant_document
 from cgla_graph.comparisons.study.provenance import Session, visible
@@ -140,8 +141,8 @@ def _experiment(scenario: Scenario, session: Session, stored: Stored) -> dict[st
     return {
         "name": visible(scenario.name),
         "totaltime": 0.0,
-        "timelimit": _finite(stored.limits.seconds),
-        "memorylimit": _finite(stored.limits.megabytes),
+        "timelimit": json_number(stored.limits.seconds),
+        "memorylimit": json_number(stored.limits.megabytes),
         "runcount": 0,
         "version": session.label,
         "hostname": session.host,
@@ -175,10 +176,10 @@ def run_row(run: Run) -> tuple[float | int | None, ...]:
     solution = run.solution
     is_path = solution.status.has_path
     of_path = (solution.length, solution.cost, solution.risk, solution.clearance)
-    length, cost, risk, clearance = (_finite(value) if is_path else None for value in of_path)
+    length, cost, risk, clearance = (json_number(value) if is_path else None for value in of_path)
     return (
-        _finite(solution.total_seconds),
-        _finite(run.megabytes),
+        json_number(solution.total_seconds),
+        json_number(run.megabytes),
         STATUS[solution.status],
         # both alike: a path that may not be flown solves nothing
         int(is_path),
@@ -187,10 +188,10 @@ def run_row(run: Run) -> tuple[float | int | None, ...]:
         cost,
         risk,
         clearance,
-        _finite(solution.lower_bound),
-        _finite(solution.gap) if is_path else None,
-        _finite(solution.seconds),
-        _finite(solution.build_seconds),
+        json_number(solution.lower_bound),
+        json_number(solution.gap) if is_path else None,
+        json_number(solution.seconds),
+        json_number(solution.build_seconds),
         _whole(solution.evaluations),
         len(solution.path) if is_path else 0,
         _whole(run.seed),
@@ -217,10 +218,6 @@ def progress_rows(solution: Solution) -> list[tuple[float, float, int]]:
     # of one moment, the last row counts, which has the least cost
     by_moment = {seconds: (cost, count) for seconds, count, cost in steps.tolist() if math.isfinite(seconds + cost)}
     return [(seconds, cost, int(count)) for seconds, (cost, count) in by_moment.items()]
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 def _whole(value: int | None) -> int | None:

@@ -22,8 +22,9 @@ from missions_small import CROSSING, DEGREES, flown_of
 from rich.console import Console
 
 from cgla_graph.comparisons.missions import fly
-from cgla_graph.comparisons.missions.files import plain_json, whole_log
+from cgla_graph.comparisons.missions.files import whole_log
 from cgla_graph.comparisons.missions.tables import closest_note, flight_table, variants_table
+from cgla_graph.comparisons.numbers import plain_json
 from cgla_graph.comparisons.plots import animation_file, pictures
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
