@@ -1,6 +1,7 @@
 """The problems of the suite: 40 of eight families, from a free field to a goal behind walls."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import shapely
@@ -58,109 +59,58 @@ def drafts() -> Iterator[Draft]:
         yield from family()
 
 
-def _draft(
-    family: str, name: str, title: str, walls: Sequence[BaseGeometry] = (), *, k: float = 10.0, **keys: object
-) -> Draft:
+def _draft(family: str, name: str, title: str, walls: Sequence[BaseGeometry] = (), /, **keys: Any) -> Draft:  # noqa: ANN401 - of a document
     """Put a problem on the unit square together, from the left to the right unless told otherwise."""
-    filled = {"start": [0.05, 0.5], "goal": [0.95, 0.5], "bounds": [0.0, 0.0, 1.0, 1.0], **keys}
+    square = {"start": [0.05, 0.5], "goal": [0.95, 0.5], "bounds": [0.0, 0.0, 1.0, 1.0], "k": 10.0}
     # one area: who tests polygons one by one sees no edge inside of it
     area = rings_of(shapely.union_all(list(walls))) if walls else []
-    document = ProblemDocument.model_validate({"name": f"{family}-{name}", "k": k, "no_fly": area, **filled})
+    document = ProblemDocument.model_validate({"name": f"{family}-{name}", "no_fly": area, **square, **keys})
     return Draft(family, title, document)
 
 
+_ENDS = ((0.05, 0.5), (0.95, 0.5))
+
+
 def _open() -> Iterator[Draft]:
-    yield _draft("open", "straight", "nothing in the way: the straight line is best")
-    yield _draft("open", "one", "one threat on the straight line", threats=[threat(0.5, 0.5, 0.1, 0.9)])
-    yield _draft(
-        "open",
-        "pocket",
-        "a pocket of threats that opens towards the start",
-        k=50.0,
-        threats=[
-            threat(x, y, 0.05)
-            for x, y in (
-                (0.35, 0.7), (0.45, 0.7), (0.55, 0.68), (0.63, 0.6), (0.65, 0.5), (0.63, 0.4), (0.55, 0.32),
-                (0.45, 0.3), (0.35, 0.3),
-            )
-        ],
-    )  # fmt: skip
-    yield _draft(
-        "open",
-        "valley",
-        "a curved valley between two rows of broad threats",
-        k=20.0,
-        start=[0.05, 0.3],
-        goal=[0.95, 0.3],
-        threats=[
-            threat(x, y, 0.09, 0.7)
-            for x, y in (
-                (0.1, 0.62), (0.3, 0.85), (0.5, 0.93), (0.7, 0.85), (0.9, 0.62), (0.3, 0.28), (0.5, 0.4),
-                (0.7, 0.28), (0.5, 0.15),
-            )
-        ],
-    )  # fmt: skip
-    yield _draft(
-        "open",
-        "border",
-        "a threat so strong that the best path keeps to the edge of a map that is no unit square",
-        k=200.0,
-        start=[-400.0, -100.0],
-        goal=[400.0, -80.0],
-        bounds=[-500.0, -250.0, 500.0, 250.0],
-        threats=[threat(0.0, 30.0, 140.0, 0.8)],
+    draft = partial(_draft, "open")
+    yield draft("straight", "nothing in the way: the straight line is best")
+    yield draft("one", "one threat on the straight line", threats=[threat(0.5, 0.5, 0.1, 0.9)])
+    pocket = (
+        *((0.35, 0.7), (0.45, 0.7), (0.55, 0.68), (0.63, 0.6), (0.65, 0.5)),
+        *((0.63, 0.4), (0.55, 0.32), (0.45, 0.3), (0.35, 0.3)),
     )
+    threats = [threat(x, y, 0.05) for x, y in pocket]
+    yield draft("pocket", "a pocket of threats that opens towards the start", k=50.0, threats=threats)
+    rows = (
+        *((0.1, 0.62), (0.3, 0.85), (0.5, 0.93), (0.7, 0.85), (0.9, 0.62)),
+        *((0.3, 0.28), (0.5, 0.4), (0.7, 0.28), (0.5, 0.15)),
+    )
+    ends = {"start": [0.05, 0.3], "goal": [0.95, 0.3]}
+    threats = [threat(x, y, 0.09, 0.7) for x, y in rows]
+    yield draft("valley", "a curved valley between two rows of broad threats", k=20.0, **ends, threats=threats)
+    title = "a threat so strong that the best path keeps to the edge of a map that is no unit square"
+    map_units = {"start": [-400.0, -100.0], "goal": [400.0, -80.0], "bounds": [-500.0, -250.0, 500.0, 250.0]}
+    yield draft("border", title, k=200.0, **map_units, threats=[threat(0.0, 30.0, 140.0, 0.8)])
 
 
 def _walls() -> Iterator[Draft]:
-    yield _draft("walls", "corner", "around one wall: two bends at its corners", [shapely.box(0.45, 0.2, 0.55, 0.75)])
-    yield _draft(
-        "walls",
-        "staggered",
-        "three walls with gaps up and down",
-        [
-            part
-            for x, gap in ((0.25, (0.75, 0.9)), (0.5, (0.1, 0.25)), (0.75, (0.7, 0.8)))
-            for part in upright(x, 0.04, [gap])
-        ],
-    )
-    yield _draft(
-        "walls",
-        "guarded",
-        "a wall with two gaps: the near one is guarded by a threat",
-        upright(0.5, 0.05, [(0.1, 0.2), (0.45, 0.55)]),
-        k=15.0,
-        threats=[threat(0.5, 0.5, 0.08, 0.9)],
-    )
-    yield _draft(
-        "walls",
-        "thin",
-        "a wall too thin for checks of sampled points, and a threat at its short end",
-        [shapely.box(0.499, 0.1, 0.501, 0.62)],
-        k=15.0,
-        threats=[threat(0.5, 0.68, 0.06, 0.9)],
-    )
-    yield _draft(
-        "walls",
-        "along",
-        "start and goal on the corners of a wall: the best path runs along its edge",
-        [shapely.box(0.2, 0.3, 0.8, 0.5)],
-        start=[0.2, 0.5],
-        goal=[0.8, 0.5],
-        threats=[threat(0.5, 0.62, 0.05, 0.5)],
-    )
-    yield _draft(
-        "walls",
-        "slanted",
-        "slanted walls among threats",
-        [
-            turned_box(0.3, 0.45, 0.5, 0.04, 70),
-            turned_box(0.65, 0.6, 0.5, 0.04, -60),
-            turned_box(0.8, 0.2, 0.3, 0.05, 20),
-        ],
-        k=20.0,
-        threats=crowd(5, 16, (0.05, 0.12), ends=[(0.05, 0.5), (0.95, 0.5)]),
-    )
+    draft = partial(_draft, "walls")
+    yield draft("corner", "around one wall: two bends at its corners", [shapely.box(0.45, 0.2, 0.55, 0.75)])
+    gaps = ((0.25, (0.75, 0.9)), (0.5, (0.1, 0.25)), (0.75, (0.7, 0.8)))
+    staggered = [part for x, gap in gaps for part in upright(x, 0.04, [gap])]
+    yield draft("staggered", "three walls with gaps up and down", staggered)
+    guarded = upright(0.5, 0.05, [(0.1, 0.2), (0.45, 0.55)])
+    title = "a wall with two gaps: the near one is guarded by a threat"
+    yield draft("guarded", title, guarded, k=15.0, threats=[threat(0.5, 0.5, 0.08, 0.9)])
+    title = "a wall too thin for checks of sampled points, and a threat at its short end"
+    thin = [shapely.box(0.499, 0.1, 0.501, 0.62)]
+    yield draft("thin", title, thin, k=15.0, threats=[threat(0.5, 0.68, 0.06, 0.9)])
+    title = "start and goal on the corners of a wall: the best path runs along its edge"
+    wall, ends = [shapely.box(0.2, 0.3, 0.8, 0.5)], {"start": [0.2, 0.5], "goal": [0.8, 0.5]}
+    yield draft("along", title, wall, **ends, threats=[threat(0.5, 0.62, 0.05, 0.5)])
+    sizes = ((0.3, 0.45, 0.5, 0.04, 70), (0.65, 0.6, 0.5, 0.04, -60), (0.8, 0.2, 0.3, 0.05, 20))
+    slanted, threats = [turned_box(*size) for size in sizes], crowd(5, 16, (0.05, 0.12), ends=_ENDS)
+    yield draft("slanted", "slanted walls among threats", slanted, k=20.0, threats=threats)
 
 
 def _mazes() -> Iterator[Draft]:
@@ -171,76 +121,43 @@ def _mazes() -> Iterator[Draft]:
         ("risky", "a maze of 7 x 7 rooms with several ways, and threats in it", 4, 7, 0.02, 12, 12),
     ):
         middle = round(0.5 / size, 4)
-        ends = [(middle, middle), (round(1 - middle, 4), round(1 - middle, 4))]
-        yield _draft(
-            "maze",
-            name,
-            title,
-            maze(seed, size, thickness, opened=opened),
-            start=list(ends[0]),
-            goal=list(ends[1]),
-            threats=crowd(seed, risk, (0.03, 0.06), ends=ends) if risk else [],
-        )
+        start, goal = (middle, middle), (round(1 - middle, 4), round(1 - middle, 4))
+        threats = crowd(seed, risk, (0.03, 0.06), ends=(start, goal))
+        walls = maze(seed, size, thickness, opened=opened)
+        yield _draft("maze", name, title, walls, start=list(start), goal=list(goal), threats=threats)
 
 
 def _narrow() -> Iterator[Draft]:
-    yield _draft("narrow", "slit", "a slit of 1/50 in a thick wall", upright(0.5, 0.2, [(0.3, 0.32)]))
-    yield _draft("narrow", "crack", "a slit of 1/1000 in a thin wall", upright(0.5, 0.02, [(0.7, 0.701)]))
-    yield _draft(
-        "narrow",
-        "choice",
-        "a slit of 1/200, or a wide gap behind threats",
-        upright(0.5, 0.1, [(0.2, 0.205), (0.6, 0.9)]),
-        k=20.0,
-        threats=[threat(0.5, 0.7, 0.12, 0.9), threat(0.7, 0.8, 0.1, 0.8)],
+    draft = partial(_draft, "narrow")
+    yield draft("slit", "a slit of 1/50 in a thick wall", upright(0.5, 0.2, [(0.3, 0.32)]))
+    yield draft("crack", "a slit of 1/1000 in a thin wall", upright(0.5, 0.02, [(0.7, 0.701)]))
+    gaps, threats = upright(0.5, 0.1, [(0.2, 0.205), (0.6, 0.9)]), [(0.5, 0.7, 0.12, 0.9), (0.7, 0.8, 0.1, 0.8)]
+    title = "a slit of 1/200, or a wide gap behind threats"
+    yield draft("choice", title, gaps, k=20.0, threats=[threat(*one) for one in threats])
+    corridor = (
+        *((0.02, 0.4, 0.12, 0.6), (0.88, 0.4, 0.98, 0.6), (0.1, 0.49, 0.26, 0.51), (0.24, 0.49, 0.26, 0.8)),
+        *((0.24, 0.78, 0.51, 0.8), (0.49, 0.2, 0.51, 0.8), (0.49, 0.2, 0.75, 0.22), (0.73, 0.2, 0.75, 0.51)),
+        (0.73, 0.49, 0.9, 0.51),
     )
-    yield _draft(
-        "narrow",
-        "zigzag",
-        "a corridor of 1/50 that bends six times",
-        [
-            shapely.box(-0.125, -0.125, 1.125, 1.125).difference(
-                shapely.union_all([
-                    shapely.box(0.02, 0.4, 0.12, 0.6), shapely.box(0.88, 0.4, 0.98, 0.6),
-                    shapely.box(0.1, 0.49, 0.26, 0.51), shapely.box(0.24, 0.49, 0.26, 0.8),
-                    shapely.box(0.24, 0.78, 0.51, 0.8), shapely.box(0.49, 0.2, 0.51, 0.8),
-                    shapely.box(0.49, 0.2, 0.75, 0.22), shapely.box(0.73, 0.2, 0.75, 0.51),
-                    shapely.box(0.73, 0.49, 0.9, 0.51),
-                ])
-            )
-        ],
-    )  # fmt: skip
-    yield _draft(
-        "narrow",
-        "door",
-        "the goal in a round wall with a small door on the far side",
-        [ring_wall(0.7, 0.5, 0.2, 0.03, corners=7, gap=0.25, turned=0.9)],
-        start=[0.1, 0.5],
-        goal=[0.7, 0.5],
-        threats=[threat(0.6, 0.2, 0.1, 0.9)],
-    )
+    free = shapely.union_all([shapely.box(*bounds) for bounds in corridor])
+    rest = shapely.box(-0.125, -0.125, 1.125, 1.125).difference(free)
+    yield draft("zigzag", "a corridor of 1/50 that bends six times", [rest])
+    title = "the goal in a round wall with a small door on the far side"
+    ring, ends = ring_wall(0.7, 0.5, 0.2, 0.03, corners=7, gap=0.25, turned=0.9), {"start": [0.1, 0.5]}
+    yield draft("door", title, [ring], **ends, goal=[0.7, 0.5], threats=[threat(0.6, 0.2, 0.1, 0.9)])
 
 
 def _crowds() -> Iterator[Draft]:
-    ends = [(0.05, 0.5), (0.95, 0.5)]
-    yield _draft("crowd", "10", "10 broad threats", threats=crowd(11, 10, (0.06, 0.15), ends=ends), k=10.0)
-    yield _draft("crowd", "30", "30 threats of medium size", threats=crowd(12, 30, (0.03, 0.08), ends=ends), k=20.0)
-    yield _draft(
-        "crowd", "60", "60 small threats, strongly weighted", threats=crowd(13, 60, (0.02, 0.05), ends=ends), k=60.0
-    )
-    yield _draft("crowd", "120", "120 small threats", threats=crowd(14, 120, (0.015, 0.04), ends=ends), k=25.0)
-    yield _draft(
-        "crowd", "flat", "25 threats, weakly weighted: close to the straight line", k=0.5,
-        threats=crowd(15, 25, (0.05, 0.1), ends=ends),
-    )  # fmt: skip
-    yield _draft(
-        "crowd",
-        "boxes",
-        "20 threats between 18 boxes",
-        boxes(16, 18, (0.06, 0.2), ends, 0.05),
-        k=15.0,
-        threats=crowd(16, 20, (0.03, 0.08), ends=ends),
-    )
+    for name, title, seed, count, spread, k in (
+        ("10", "10 broad threats", 11, 10, (0.06, 0.15), 10.0),
+        ("30", "30 threats of medium size", 12, 30, (0.03, 0.08), 20.0),
+        ("60", "60 small threats, strongly weighted", 13, 60, (0.02, 0.05), 60.0),
+        ("120", "120 small threats", 14, 120, (0.015, 0.04), 25.0),
+        ("flat", "25 threats, weakly weighted: close to the straight line", 15, 25, (0.05, 0.1), 0.5),
+    ):
+        yield _draft("crowd", name, title, threats=crowd(seed, count, spread, ends=_ENDS), k=k)
+    walls, threats = boxes(16, 18, (0.06, 0.2), _ENDS, 0.05), crowd(16, 20, (0.03, 0.08), ends=_ENDS)
+    yield _draft("crowd", "boxes", "20 threats between 18 boxes", walls, k=15.0, threats=threats)
 
 
 def _raster(values: list[list[float]], how: str, bounds: Sequence[float] = (0.0, 0.0, 1.0, 1.0)) -> dict[str, Any]:
@@ -248,35 +165,25 @@ def _raster(values: list[list[float]], how: str, bounds: Sequence[float] = (0.0,
 
 
 def _rasters() -> Iterator[Draft]:
-    smooth, town = hills(21, 24, 14, 1.0), blocks(22, 9, 4, (0.3, 0.5, 0.8))
-    yield _draft("raster", "hills", "smooth hills, 24 x 24 cells, bilinear", rasters=[_raster(smooth, "bilinear")])
-    yield _draft(
-        "raster", "town", "quarters and streets, 9 x 9 cells, nearest: risk jumps", k=4.0, start=[0.1, 0.16],
-        goal=[0.9, 0.7],
-        rasters=[_raster(town, "nearest")],
-    )  # fmt: skip
-    yield _draft(
-        "raster", "streets", "quarters and streets, 16 x 16 cells, bilinear", k=6.0, start=[0.1, 0.1], goal=[0.9, 0.8],
-        rasters=[_raster(blocks(23, 16, 5, (0.3, 0.6, 1.0)), "bilinear")],
-    )  # fmt: skip
-    yield _draft(
-        "raster", "speckled", "10 x 10 cells of three values, nearest", k=3.0,
-        rasters=[_raster(speckled(24, 10, (0.2, 0.5, 1.0)), "nearest")],
-    )  # fmt: skip
-    yield _draft(
-        "raster", "patch", "a raster that covers a part of the map, and threats beside it", k=12.0,
-        rasters=[_raster(island(hills(25, 20, 8, 1.2)), "bilinear", (0.25, 0.2, 0.75, 0.8))],
-        threats=crowd(25, 8, (0.04, 0.09), ends=[(0.05, 0.5), (0.95, 0.5)]),
-    )  # fmt: skip
-    yield _draft(
-        "raster",
-        "walls",
-        "two rasters on top of each other, walls and threats",
-        [*upright(0.35, 0.03, [(0.62, 0.72)]), *upright(0.65, 0.03, [(0.25, 0.4)])],
-        k=8.0,
-        rasters=[_raster(hills(26, 20, 10, 0.8), "bilinear"), _raster(speckled(27, 8, (0.0, 0.2, 0.4)), "bilinear")],
-        threats=crowd(27, 6, (0.05, 0.1), ends=[(0.05, 0.5), (0.95, 0.5)]),
-    )  # fmt: skip
+    draft = partial(_draft, "raster")
+    smooth = _raster(hills(21, 24, 14, 1.0), "bilinear")
+    yield draft("hills", "smooth hills, 24 x 24 cells, bilinear", rasters=[smooth])
+    town, ends = _raster(blocks(22, 9, 4, (0.3, 0.5, 0.8)), "nearest"), {"start": [0.1, 0.16], "goal": [0.9, 0.7]}
+    yield draft("town", "quarters and streets, 9 x 9 cells, nearest: risk jumps", k=4.0, **ends, rasters=[town])
+    streets, ends = _raster(blocks(23, 16, 5, (0.3, 0.6, 1.0)), "bilinear"), {"start": [0.1, 0.1], "goal": [0.9, 0.8]}
+    yield draft("streets", "quarters and streets, 16 x 16 cells, bilinear", k=6.0, **ends, rasters=[streets])
+    cells = _raster(speckled(24, 10, (0.2, 0.5, 1.0)), "nearest")
+    yield draft("speckled", "10 x 10 cells of three values, nearest", k=3.0, rasters=[cells])
+    patch = _raster(island(hills(25, 20, 8, 1.2)), "bilinear", (0.25, 0.2, 0.75, 0.8))
+    title, threats = (
+        "a raster that covers a part of the map, and threats beside it",
+        crowd(25, 8, (0.04, 0.09), ends=_ENDS),
+    )
+    yield draft("patch", title, k=12.0, rasters=[patch], threats=threats)
+    rasters = [_raster(hills(26, 20, 10, 0.8), "bilinear"), _raster(speckled(27, 8, (0.0, 0.2, 0.4)), "bilinear")]
+    walls = [*upright(0.35, 0.03, [(0.62, 0.72)]), *upright(0.65, 0.03, [(0.25, 0.4)])]
+    title, threats = "two rasters on top of each other, walls and threats", crowd(27, 6, (0.05, 0.1), ends=_ENDS)
+    yield draft("walls", title, walls, k=8.0, rasters=rasters, threats=threats)
 
 
 class _Place(NamedTuple):
@@ -362,21 +269,17 @@ def _projected(place: _Place) -> ProblemDocument:
 
 
 def _infeasible() -> Iterator[Draft]:
-    yield _draft("infeasible", "wall", "a wall from border to border", upright(0.6, 0.02))
-    yield _draft(
-        "infeasible", "ring", "the goal inside a ring without a door, the start outside",
-        [ring_wall(0.7, 0.5, 0.2, 0.01, corners=24)], goal=[0.7, 0.5], threats=[threat(0.4, 0.4, 0.1, 0.8)],
-    )  # fmt: skip
-    walls = maze(31, 6, 0.03)
+    draft = partial(_draft, "infeasible")
+    yield draft("wall", "a wall from border to border", upright(0.6, 0.02))
+    title, ring = "the goal inside a ring without a door, the start outside", ring_wall(0.7, 0.5, 0.2, 0.01, corners=24)
+    yield draft("ring", title, [ring], goal=[0.7, 0.5], threats=[threat(0.4, 0.4, 0.1, 0.8)])
     # a closed square of walls around the goal's room
     cell = [shapely.box(0.8, 0.8, 1.1, 0.85), shapely.box(0.8, 0.8, 0.85, 1.1)]
-    yield _draft(
-        "infeasible", "maze", "a maze whose last room has no door", [*walls, *cell], start=[0.0833, 0.0833],
-        goal=[0.93, 0.93],
-    )  # fmt: skip
-    yield _draft(
-        "infeasible", "slanted", "slanted walls that overlap, from border to border, and threats",
-        [turned_box(0.4, 0.2, 0.8, 0.02, 70), turned_box(0.6, 0.8, 0.8, 0.02, 60),
-         turned_box(0.5, 0.5, 0.4, 0.02, 100)],
-        threats=crowd(34, 12, (0.04, 0.1), ends=[(0.05, 0.5), (0.95, 0.5)]),
-    )  # fmt: skip
+    ends = {"start": [0.0833, 0.0833], "goal": [0.93, 0.93]}
+    yield draft("maze", "a maze whose last room has no door", [*maze(31, 6, 0.03), *cell], **ends)
+    sizes = ((0.4, 0.2, 0.8, 0.02, 70), (0.6, 0.8, 0.8, 0.02, 60), (0.5, 0.5, 0.4, 0.02, 100))
+    title, threats = (
+        "slanted walls that overlap, from border to border, and threats",
+        crowd(34, 12, (0.04, 0.1), ends=_ENDS),
+    )
+    yield draft("slanted", title, [turned_box(*size) for size in sizes], threats=threats)
