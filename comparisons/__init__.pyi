@@ -1,0 +1,14 @@
+from cgla_graph.comparisons.conformance.run import conform as conform
+from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
+from cgla_graph.comparisons.leaderboard.performance import performances as performances
+from cgla_graph.comparisons.study.entrant import Entrant as Entrant
+from cgla_graph.comparisons.study.execution import run_study as run_study
+from cgla_graph.comparisons.study.rows import rows_of as rows_of
+from cgla_graph.comparisons.study.rows import summaries as summaries
+from cgla_graph.comparisons.study.runner import Run as Run
+from cgla_graph.comparisons.study.runner import compare as compare
+from cgla_graph.comparisons.study.store import load as load
+from cgla_graph.comparisons.study.study import Study as Study
+
+Contender = Entrant
+standings = leaderboard_of

@@ -1,0 +1,9 @@
+from cgla_graph.model.solver import GraphSolver as GraphSolver
+from cgla_graph.model.solver import PlaneSolver as PlaneSolver
+from cgla_graph.model.solver import Solver as Solver
+from cgla_graph.model.solver import Traits as Traits
+from cgla_graph.solvers.registry import get as get
+from cgla_graph.solvers.registry import missing as missing
+from cgla_graph.solvers.registry import names as names
+from cgla_graph.solvers.registry import traits as traits
+from cgla_graph.solvers.solving import solve as solve
