@@ -75,6 +75,8 @@ class _State:
     line: "_Line | None" = None
     #: The terminal whose last line is taken.
     drawn_on: TextIO | None = None
+    #: In a worker: tells the program that waits for it what is being done.
+    relay: Callable[[str, str], None] | None = None
 
 
 @contextmanager
@@ -109,6 +111,8 @@ def showing(what: str, total: int | None = None, *, done: int = 0, began: float 
     outer = _State.line
     if threading.current_thread() is not threading.main_thread():
         yield _tell_nobody
+    elif _State.relay is not None:
+        yield partial(_relayed, _State.relay, what)
     elif outer is not None:
         before = outer.inner
         try:
@@ -154,6 +158,22 @@ def waiting(what: str, results: Iterable[T], total: int | None = None) -> Iterat
         done = number + 1
 
 
+def relay(say: Callable[[str, str], None]) -> None:
+    """Have progress shown by another process from now on, which is told what is done and how far it is."""
+    _State.relay = say
+
+
+def tell_inside(what: str, text: str) -> None:
+    """Show the progress of a worker that this process waits for."""
+    if _State.line is not None and threading.current_thread() is threading.main_thread():
+        _State.line.tell_inside(what, text)
+
+
+def _relayed(say: Callable[[str, str], None], what: str, text: str, done: float | None = None) -> None:
+    del done
+    say(what, text)
+
+
 def wipe() -> None:
     """Make room on standard error for a line of words; progress goes on below it."""
     if _State.drawn_on is not None:
@@ -171,7 +191,7 @@ _Place = Callable[[], AbstractContextManager[_Show | None]]
 
 def _place() -> _Place | None:
     """Return where somebody looks, if anybody does."""
-    if not _State.on or _is_helper():
+    if not _State.on:
         return None
     if "IPython" in sys.modules and hasattr(cast("Any", sys.modules["IPython"]).get_ipython(), "kernel"):
         return _in_notebook
@@ -181,12 +201,6 @@ def _place() -> _Place | None:
         if stream is not None and stream.isatty():
             return partial(_on_terminal, stream)
     return None
-
-
-def _is_helper() -> bool:
-    """Whether this process works for another one of ours, which shows what there is to be shown."""
-    known = sys.modules.get("multiprocessing.process")
-    return known is not None and cast("Any", known).parent_process() is not None
 
 
 def _is_compiling() -> bool:

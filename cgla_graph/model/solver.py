@@ -53,7 +53,7 @@ class Traits:
         kept from graphs of more than `cgla_graph.model.weights.MOST_HELD` nodes.
     isolated
         Whether it runs compiled code of others that may crash or hang. Then `run` runs it in a process of its own (see
-        `cgla_graph.model.isolated`), to which it and its problem are sent: their classes have to be in modules. A run
+        `cgla_graph.isolation`), to which it and its problem are sent: their classes have to be in modules. A run
         that exceeds its setting ``seconds`` by more than a tenth and 2 s is stopped; one without such a setting, after
         600 s.
     rasters

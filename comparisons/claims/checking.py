@@ -14,8 +14,10 @@ from cgla_graph.comparisons.claims.contrasts import ALPHA, LEVEL, QUICK_ALPHA
 from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.experiment import Record
 from cgla_graph.comparisons.claims.store import FIGURE, FINDING, SAMPLE, Drawn, Found, Measured, Store
-from cgla_graph.comparisons.workers.limits import Limits, Outcome, limited, lost
 from cgla_graph.comparisons.workers.tasks import Key, Results, Task, run_tasks
+from cgla_graph.isolation.limits import Limits, limited
+from cgla_graph.isolation.outcome import Outcome
+from cgla_graph.model.isolated import lost
 
 #: What one map of an experiment, one check or one figure may take.
 LIMITS = Limits(seconds=1800.0)

@@ -28,8 +28,8 @@ from cgla_graph.comparisons.numbers import (
 )
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
-from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError
+from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.solution import Status
 from cgla_graph.solvers.solving import solve
 

@@ -12,13 +12,14 @@ from typing import cast
 from cgla_graph._text import shown
 from cgla_graph._validate import positive_number, whole_number
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.conformance.command import GRACE, MOST_OUTPUT, End, Spoken, ask
 from cgla_graph.comparisons.conformance.documents import read_answer
 from cgla_graph.comparisons.conformance.suite import Instance, chosen
 from cgla_graph.comparisons.conformance.verdict import Result, Verdict, judged
-from cgla_graph.comparisons.workers.limits import Failure, Limits, Outcome
 from cgla_graph.comparisons.workers.pool import Call, isolated
 from cgla_graph.errors import CglaError
+from cgla_graph.isolation.command import GRACE, MOST_OUTPUT, End, Spoken, ask
+from cgla_graph.isolation.limits import Limits
+from cgla_graph.isolation.outcome import Failure, Outcome
 
 #: How long a worker may take on top of a planner's time.
 _PREPARATION = 60.0

@@ -17,10 +17,12 @@ from cgla_graph.comparisons.live.planning import Planner, nothing, solved, with_
 from cgla_graph.comparisons.study import execution
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import reason
-from cgla_graph.comparisons.workers.limits import Limits, Outcome, lost
 from cgla_graph.comparisons.workers.pool import Call, packed
-from cgla_graph.comparisons.workers.process import WorkerProcess
 from cgla_graph.comparisons.workers.tasks import PREPARATION
+from cgla_graph.isolation.limits import Limits
+from cgla_graph.isolation.outcome import Outcome
+from cgla_graph.isolation.process import WorkerProcess
+from cgla_graph.model.isolated import lost
 from cgla_graph.model.solution import Solution
 
 #: What a slow solver may take.

@@ -16,14 +16,16 @@ from cgla_graph.comparisons.study.options import number_names
 from cgla_graph.comparisons.study.runner import reason
 from cgla_graph.comparisons.study.store import FLIGHT
 from cgla_graph.comparisons.study.study import FlightCell, Study
-from cgla_graph.comparisons.workers.limits import Limits, Outcome, limited, lost
-from cgla_graph.comparisons.workers.process import use_up
 from cgla_graph.comparisons.workers.tasks import Results, Task
 from cgla_graph.errors import CglaError
+from cgla_graph.isolation.limits import Limits, limited
+from cgla_graph.isolation.outcome import Outcome
+from cgla_graph.isolation.worker import use_up
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
+from cgla_graph.model.isolated import lost
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.scenarios.mission_file import MissionFile, is_mission_file, load_mission
 from cgla_graph.solvers import registry

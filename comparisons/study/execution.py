@@ -23,9 +23,11 @@ from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import PROOF, RUN
 from cgla_graph.comparisons.study.study import Cell, Study
-from cgla_graph.comparisons.workers.limits import Failure, Limits, Outcome, limited, lost
-from cgla_graph.comparisons.workers.process import use_up
 from cgla_graph.comparisons.workers.tasks import Results, ResultStore, Task, run_tasks
+from cgla_graph.isolation.limits import Limits, limited
+from cgla_graph.isolation.outcome import Failure, Outcome
+from cgla_graph.isolation.worker import use_up
+from cgla_graph.model.isolated import lost
 from cgla_graph.model.problem import FULL_UP_TO
 from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import Solution, Status, TracePoint

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from cgla_graph._text import shown
 from cgla_graph.comparisons.study.entrant import Entrant, check_settings, every_solver, parse_budget
-from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError
+from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios.loading import AREAS, RASTERS, holds_areas, open_scenarios

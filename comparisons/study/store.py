@@ -32,9 +32,9 @@ from cgla_graph.comparisons.study.flight_run import ComparedMission, FlightRun, 
 from cgla_graph.comparisons.study.provenance import Session, session
 from cgla_graph.comparisons.study.runner import Run, seeds_of
 from cgla_graph.comparisons.study.study import Cell, FlightCell, Study, flight_cells
-from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.comparisons.workers.tasks import Key
 from cgla_graph.errors import CglaError, OutputError, StudyError
+from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.scenarios.scenario import Scenario

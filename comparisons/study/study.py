@@ -8,7 +8,7 @@ from cgla_graph._display import NotebookRepr
 from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
 from cgla_graph.comparisons.study.flight_run import ComparedMission
 from cgla_graph.comparisons.study.runner import seeds_of
-from cgla_graph.comparisons.workers.limits import Limits
+from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios.mission_file import MissionFile
 from cgla_graph.scenarios.scenario import Scenario, as_scenario

@@ -12,8 +12,8 @@ from cgla_graph.comparisons.study.entrant import Entrant, every_solver
 from cgla_graph.comparisons.study.options import MapOptions, number_names, open_all
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.study.study_tables import RandomTable, SolverTable, StudyTable, seed_list
-from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError, StudyError
+from cgla_graph.isolation.limits import Limits
 from cgla_graph.scenarios.map_tables import read_table
 from cgla_graph.scenarios.mission_file import is_mission_file
 from cgla_graph.scenarios.mission_tables import MissionTable

@@ -10,8 +10,8 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator,
 
 from cgla_graph.comparisons.study.entrant import BUDGETS, Entrant
 from cgla_graph.comparisons.study.study import SEEDS
-from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import StudyError
+from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios import random_map
 from cgla_graph.scenarios.area_tables import Pair, Table

@@ -6,7 +6,6 @@ workers cannot be killed without losing all that they hold, so none of them make
 has a worker process of ours beside it.
 """
 
-import multiprocessing
 import socket
 import threading
 import uuid
@@ -17,10 +16,10 @@ from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
-from cgla_graph.comparisons.workers.limits import Failure, Outcome
 from cgla_graph.comparisons.workers.pool import AHEAD, Call, NextCall, packed
-from cgla_graph.comparisons.workers.process import Reply, WorkerProcess, one_line
 from cgla_graph.errors import WorkerError
+from cgla_graph.isolation.outcome import Failure, Outcome, Reply, one_line
+from cgla_graph.isolation.process import WorkerProcess
 
 #: How long a scheduler may take to answer, in seconds.
 CONNECT_SECONDS = 10.0
@@ -167,7 +166,6 @@ def _run(study: str, call: bytes, seconds: float, preload: tuple[str, ...]) -> R
     with _lock:
         mine = _processes[study]
         if not mine.over and not mine.free:
-            _let_have_children()
             mine.free.append(WorkerProcess(preload))
             mine.all.append(mine.free[-1])
         worker = mine.free.pop() if mine.free and not mine.over else None
@@ -191,15 +189,3 @@ def _leave(study: str) -> None:
         worker.stop()
     for worker in workers:
         worker.join()
-
-
-def _let_have_children() -> None:
-    """
-    Let this process have processes of its own.
-
-    Dask's nanny marks its workers as daemons, for them to be killed when it ends; and daemons may have no children, as
-    nobody would end those. Ours end by themselves with this process, whatever ended it.
-    """
-    process = multiprocessing.current_process()
-    if process.daemon:
-        process.daemon = False

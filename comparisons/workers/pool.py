@@ -15,8 +15,8 @@ from concurrent.futures import CancelledError
 from contextlib import suppress
 from typing import Any, NamedTuple, TypeAlias
 
-from cgla_graph.comparisons.workers.limits import Failure, Outcome
-from cgla_graph.comparisons.workers.process import Reply, WorkerProcess, one_line
+from cgla_graph.isolation.outcome import Failure, Outcome, Reply, one_line
+from cgla_graph.isolation.process import WorkerProcess
 
 #: How many calls wait for each worker, so that it has something to do while the caller is busy with an outcome.
 AHEAD = 1

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias, cast
 
 from cgla_graph.comparisons.workers.cluster import spread
-from cgla_graph.comparisons.workers.limits import NO_LIMITS, Limits, Outcome
 from cgla_graph.comparisons.workers.pool import Call, NextCall, here, isolated
+from cgla_graph.isolation.limits import NO_LIMITS, Limits
+from cgla_graph.isolation.outcome import Outcome
 
 #: How long a worker may take on top of a task's time limit, to compile kernels for the first time and to load them.
 PREPARATION = 600.0

@@ -22,6 +22,8 @@ from awkward_solvers import Awkward
 
 import cgla_graph as cg
 from cgla_graph.errors import ProblemError, SolverSettingError, WorkerError
+from cgla_graph.isolation import process
+from cgla_graph.isolation.process import WorkerProcess
 from cgla_graph.model import isolated
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.solvers import registry
@@ -36,12 +38,6 @@ def process_of(answer: Solution) -> int:
 
 def solve(does: str = "", **settings: Any) -> Solution:
     return cg.solve(PROBLEM, Awkward(does, **settings))
-
-
-@pytest.fixture
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(isolated, "LONGEST", 0.2)
-    monkeypatch.setattr(isolated, "GRACE", 0.1)
 
 
 # runs that end well
@@ -61,8 +57,7 @@ def test_only_solvers_with_the_trait_go_there() -> None:
 
 
 def test_a_worker_runs_them_itself(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(isolated, "_expendable", False)
-    isolated.run_here()
+    monkeypatch.setattr(isolated, "is_expendable", lambda: True)
     assert process_of(solve()) == os.getpid()
 
 
@@ -111,8 +106,8 @@ def test_large_problems_and_answers_pass() -> None:
 # runs that do not
 
 
-@pytest.mark.usefixtures("impatient")
-def test_whatever_happens_there_is_an_answer_here() -> None:
+def test_a_run_that_crashes_or_hangs_has_an_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(isolated, "GRACE", 0.1)
     crashed = solve("crash")
     assert (crashed.status, crashed.solver, crashed.path.size) == (Status.CRASHED, "awkward", 0)
     assert crashed.message == "its process died of SIGSEGV, and this one goes on; try another solver"
@@ -121,22 +116,24 @@ def test_whatever_happens_there_is_an_answer_here() -> None:
         Status.TIMED_OUT,
         "stopped after 0.21 s, for it did not end after its 0.1 s; try another solver",
     )
-    assert 0.2 < late.seconds < 2.0
+    assert late.seconds == pytest.approx(0.21)
+    # without the time to start another process
     began = time.perf_counter()
-    answer = solve("nap", seconds=60.0)
-    # its own time, without that to start another process
-    assert 0.1 <= answer.seconds < 0.5 * (time.perf_counter() - began)
+    assert 0.1 <= solve("nap").seconds < time.perf_counter() - began
+
+
+def test_a_run_without_seconds_is_stopped_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(isolated, "LONGEST", 0.2)
+    assert "stopped after 0.2 s, the most without a setting `seconds`" in solve("sleep").message
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("impatient")
-def test_a_run_without_seconds_is_stopped_too_and_every_end_is_told() -> None:
-    assert "stopped after 0.2 s, the most without a setting `seconds`" in solve("sleep").message
+def test_a_worker_that_died_between_two_runs_is_replaced() -> None:
     assert "left with the exit code 3" in solve("leave").message
-    # one that died between two runs is no run's fault
-    os.kill(process_of(solve(seconds=60.0)), signal.SIGKILL)
-    isolated._helper._process.wait()  # type: ignore[union-attr]
-    assert solve(seconds=60.0).status is Status.FOUND
+    first = process_of(solve())
+    os.kill(first, signal.SIGKILL)
+    assert until(lambda: not alive(first))
+    assert process_of(solve()) != first
 
 
 def test_what_it_raises_is_raised_here() -> None:
@@ -179,9 +176,10 @@ def test_what_cannot_be_sent_is_refused() -> None:
 
 @pytest.mark.parametrize("program", ["false", "no such program"])
 def test_a_process_that_does_not_start_is_an_error(program: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(isolated, "_helper", isolated._Helper())
-    monkeypatch.setattr(isolated.spawn, "get_executable", lambda: program)
-    with pytest.raises(WorkerError, match=r"exit code 1|does not start"):
+    monkeypatch.setattr(isolated, "_worker", WorkerProcess())
+    monkeypatch.setattr(process, "_servers", {})
+    monkeypatch.setattr(process.spawn, "get_executable", lambda: program)
+    with pytest.raises(WorkerError, match=r"in a row died|does not start"):
         solve()
 
 
@@ -197,7 +195,6 @@ def test_an_interrupt_ends_the_run() -> None:
     assert process_of(solve()) != first
 
 
-@pytest.mark.usefixtures("impatient")
 def test_a_mission_survives_its_solver() -> None:
     uav = cg.Uav("a", (0.1, 0.1), (0.9, 0.9), detection_radius=0.2)
     flight = cg.Mission(cg.World(), [uav], Awkward("crash")).fly()
@@ -222,7 +219,7 @@ def script(tmp_path: Path) -> Iterator[Any]:
             encoding="utf-8",
         )
         paths = os.pathsep.join(map(str, (Path(__file__).parents[1] / "support", os.environ.get("PYTHONPATH", ""))))
-        process = subprocess.Popen(
+        program = subprocess.Popen(
             [sys.executable, "-W", "error", str(file)],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -230,13 +227,13 @@ def script(tmp_path: Path) -> Iterator[Any]:
             # (unset if empty: what is printed has to arrive without)
             env={**os.environ, "PYTHONPATH": paths, "PYTHONUNBUFFERED": ""},
         )
-        started.append(process)
-        return process
+        started.append(program)
+        return program
 
     yield run
-    for process in started:
-        process.kill()
-        process.communicate()
+    for program in started:
+        program.kill()
+        program.communicate()
 
 
 @pytest.mark.slow
@@ -250,14 +247,14 @@ def test_nothing_is_printed_where_results_are(script: Any) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("end", ["", "os._exit(0)", "os.kill(os.getpid(), 9)", "pid('sleep')"])
 def test_it_ends_with_its_parent(end: str, script: Any) -> None:
-    process = script(end)
-    other = int(process.stdout.readline())
+    running = script(end)
+    other = int(running.stdout.readline())
     if end == "pid('sleep')":
         # killed in the middle of a run
         time.sleep(0.5)
         assert alive(other)
-        process.kill()
-    assert process.communicate(timeout=60) == ("", "")
+        running.kill()
+    assert running.communicate(timeout=60) == ("", "")
     assert until(lambda: not alive(other))
 
 

@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FLOORS = (
     ("errors", "_lazy", "_types", "_kernel", "_text", "_validate", "_display", "_progress", "_files"),
     ("untrusted",),
+    ("isolation",),
     ("model",),
     ("airspace.flight_plans",),
     ("cost_to_go",),

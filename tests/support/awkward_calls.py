@@ -21,7 +21,7 @@ import threading
 import time
 from pathlib import Path
 
-from cgla_graph.comparisons.workers.limits import limited
+from cgla_graph.isolation.limits import limited
 
 
 class Unpicklable(Exception):
@@ -210,7 +210,8 @@ def note(folder):
 
 
 def kill_parent():
-    os.kill(multiprocessing.parent_process().pid, signal.SIGKILL)
+    server = Path(f"/proc/{os.getppid()}/stat").read_text().rsplit(")", 1)[1]
+    os.kill(int(server.split()[1]), signal.SIGKILL)
     time.sleep(1000.0)
 '''
 

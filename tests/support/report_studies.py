@@ -13,7 +13,7 @@ from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.provenance import Session
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.comparisons.study.store import Stored
-from cgla_graph.comparisons.workers.limits import Limits
+from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario, load_scenario

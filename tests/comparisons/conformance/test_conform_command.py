@@ -16,8 +16,8 @@ from cgla_graph import comparisons
 from cgla_graph.comparisons.conformance.run import results_of
 from cgla_graph.comparisons.conformance.suite import chosen
 from cgla_graph.comparisons.conformance.verdict import Verdict
-from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError
+from cgla_graph.isolation.limits import Limits
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples" / "conformance"
 #: A planner that does to each instance something else.

@@ -25,8 +25,8 @@ from cgla_graph.comparisons.live.planning import Planner, nothing, offered, prov
 from cgla_graph.comparisons.live.saving import draft_toml, save
 from cgla_graph.comparisons.live.server import MOST_BYTES, LiveServer
 from cgla_graph.comparisons.study.entrant import Entrant
-from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import OutputError, ScenarioError
+from cgla_graph.isolation.limits import Limits
 from cgla_graph.scenarios.scenario import load_scenario, scenario_from_toml
 from cgla_graph.solvers.continuous.hybrid import Hybrid
 from cgla_graph.solvers.solving import lower_bound, solve

@@ -22,9 +22,9 @@ from cgla_graph.comparisons.study.flight_run import COLUMNS, ComparedMission, Fl
 from cgla_graph.comparisons.study.store import load
 from cgla_graph.comparisons.study.study import Study, flight_cells
 from cgla_graph.comparisons.tables import flights as flight_tables
-from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.comparisons.workers.tasks import run_tasks
 from cgla_graph.errors import CglaError
+from cgla_graph.isolation.limits import Limits
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight
 from cgla_graph.scenarios.mission_file import MissionFile, load_mission

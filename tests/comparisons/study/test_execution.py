@@ -15,7 +15,7 @@ from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.comparisons.study.store import StudyStore, load
 from cgla_graph.comparisons.study.study import Study
-from cgla_graph.comparisons.workers.limits import Limits
+from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml
 

@@ -29,8 +29,8 @@ from cgla_graph.comparisons.study.provenance import session as session_here
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import FILE, OMPL_FILE, PROOF, StudyStore, load, load_study
 from cgla_graph.comparisons.study.study import Cell, Study
-from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError, OutputError, StudyError
+from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import RasterRisk

@@ -24,8 +24,8 @@ from cgla_graph.comparisons.study.study_file import (
     study_from_toml,
     study_schema,
 )
-from cgla_graph.comparisons.workers.limits import Limits
 from cgla_graph.errors import CglaError, StudyError
+from cgla_graph.isolation.limits import Limits
 from cgla_graph.model.solution import TOLERANCE
 from cgla_graph.scenarios.random_map import difficulty, random_scenario
 from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml, shipped

@@ -25,9 +25,9 @@ from cgla_graph.comparisons.study.store import StudyStore, load
 from cgla_graph.comparisons.study.study import Cell, Study
 from cgla_graph.comparisons.workers import cluster
 from cgla_graph.comparisons.workers.cluster import CONNECT_SECONDS, spread
-from cgla_graph.comparisons.workers.limits import Failure, Outcome
 from cgla_graph.comparisons.workers.pool import Call, NextCall, isolated
 from cgla_graph.errors import CglaError, WorkerError
+from cgla_graph.isolation.outcome import Failure, Outcome
 from cgla_graph.scenarios.random_map import random_scenario
 
 needs_dask = pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="Dask is not installed")

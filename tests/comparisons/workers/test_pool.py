@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import textwrap
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import closing
@@ -21,10 +20,11 @@ from awkward_calls import alive, until
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cgla_graph.comparisons.workers import process
-from cgla_graph.comparisons.workers.limits import Failure, Outcome, limited
 from cgla_graph.comparisons.workers.pool import Call, NextCall, here, isolated, shares
 from cgla_graph.errors import WorkerError
+from cgla_graph.isolation import process
+from cgla_graph.isolation.limits import limited
+from cgla_graph.isolation.outcome import Failure, Outcome
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="looks at processes as Linux has them")
 
@@ -159,7 +159,7 @@ def test_limits_without_a_limit(awkward: ModuleType) -> None:
     assert ends((awkward.hang_limited, math.inf), seconds=1.0)[0].message == "stopped after 1 s"
     # in the user's own process nothing is limited, only measured (in a new one: what tests leave behind counts, too)
     measuring = "with limited(1e-6, 1e-6) as usage: block = b'x' * (50 * 2**20)\nprint(usage.megabytes)"
-    code = f"from cgla_graph.comparisons.workers.limits import limited\n{measuring}"
+    code = f"from cgla_graph.isolation.limits import limited\n{measuring}"
     measured = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert float(measured) == pytest.approx(50.0, abs=3.0)
     for seconds, megabytes in [(0.0, 1.0), (1.0, -1.0), (math.nan, 1.0), (1.0, math.nan)]:
@@ -236,7 +236,7 @@ def test_here_isolates_nothing(awkward: ModuleType) -> None:
 
 # ---- the program that asks, and how it ends ----
 
-GUARDED = """
+PROGRAM = """
 import sys, importlib
 from cgla_graph.comparisons.workers.pool import Call, isolated
 
@@ -258,7 +258,7 @@ def script(awkward: ModuleType, tmp_path: Path) -> Path:
         f"import os\nwith open({str(tmp_path / 'loaded')!r}, 'a') as file: file.write('x')\n", encoding="utf-8"
     )
     file = tmp_path / "script.py"
-    file.write_text(GUARDED + 'if __name__ == "__main__":\n    main()\n', encoding="utf-8")
+    file.write_text(PROGRAM + 'if __name__ == "__main__":\n    main()\n', encoding="utf-8")
     return file
 
 
@@ -334,61 +334,29 @@ def test_ctrl_c_while_workers_start(script: Path, tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP])
 def test_workers_end_with_a_program_that_was_killed(how: signal.Signals, script: Path, tmp_path: Path) -> None:
+    """Also one whose lock is held by compiled code."""
     folder = tmp_path / "workers"
     folder.mkdir()
-    with started(script, *[f"note:{folder}"] * 2) as program:
-        pids = busy(folder, 2)
+    note = tmp_path / "hung"
+    with started(script, f"note:{folder}", f"hang:{note}") as program:
+        pids = busy(folder, 1)
+        assert until(lambda: note.exists() and bool(note.read_text()), 60.0)
+        pids.append(int(note.read_text()))
         os.kill(program.pid, how)
         program.wait(20.0)
         assert all(gone(pid) for pid in pids)
 
 
 @pytest.mark.slow
-def test_a_worker_that_hears_nothing_ends_at_its_limit(script: Path, tmp_path: Path, awkward: ModuleType) -> None:
-    """Its lock held by compiled code, no thread of it can tell that the program is gone; the alarm still goes off."""
-    note = tmp_path / "hung"
-    file = script.with_name("limited.py")
-    file.write_text(script.read_text().replace("tuple(args)", "(2.0, *args)"), encoding="utf-8")
-    with started(file, f"hang_limited:{note}") as program:
-        assert until(lambda: note.exists() and bool(note.read_text()), 60.0)
-        pid = int(note.read_text())
-        program.kill()
-        program.wait(20.0)
-        assert alive(pid)
-        assert gone(pid, 5.0)
-
-
-@pytest.mark.slow
-def test_a_script_that_guards_nothing_is_told_so(script: Path) -> None:
-    script.write_text(GUARDED + "main()\n", encoding="utf-8")
+def test_a_script_needs_no_guard(script: Path) -> None:
+    script.write_text(PROGRAM + "main()\n", encoding="utf-8")
     with started(script, "where") as program:
-        _, err = program.communicate(timeout=60.0)
-    assert program.returncode == 1
-    last = err.splitlines()[-1]
-    assert last.startswith("cgla_graph.errors.WorkerError: 3 worker processes in a row died")
-    assert "__main__" in last
-
-
-@pytest.mark.slow
-def test_functions_of_the_script_itself(script: Path) -> None:
-    script.write_text(
-        textwrap.dedent("""
-        from cgla_graph.comparisons.workers.pool import Call, isolated
-        def double(x):
-            return 2 * x
-        if __name__ == "__main__":
-            left = iter([Call(1, double, (21,))])
-            for call, outcome in isolated(lambda: next(left, None), workers=1, seconds=60.0):
-                print(outcome.value)
-        """),
-        encoding="utf-8",
-    )
-    with started(script) as program:
-        assert program.communicate(timeout=60.0) == ("42\n", "")
+        out, err = program.communicate(timeout=60.0)
+    assert (program.returncode, out.count("where"), err) == (0, 1, "")
 
 
 @pytest.mark.slow
 def test_workers_that_do_not_start(awkward: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(process, "_begin", awkward.leave)
+    monkeypatch.setattr(process._Process, "is_ready", lambda _: False)
     with pytest.raises(WorkerError, match="3 worker processes in a row died while they started"):
         ends((awkward.where,))

@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import few
 
-from cgla_graph.comparisons.workers.limits import NO_LIMITS, Failure, Limits, Outcome
 from cgla_graph.comparisons.workers.tasks import Key, Results, Task, run_tasks
+from cgla_graph.isolation.limits import NO_LIMITS, Limits
+from cgla_graph.isolation.outcome import Failure, Outcome
 
 
 class Kept(dict[Key, Any]):

@@ -118,7 +118,7 @@ def test_a_goal_that_is_walled_in_is_not_found(name: str) -> None:
 @pytest.mark.parametrize("name", QUICK)
 def test_a_map_without_a_free_place_ends(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ompl_space, "MAX_REJECTIONS", 2000)
-    monkeypatch.setattr(isolated, "_expendable", True)
+    monkeypatch.setattr(isolated, "is_expendable", lambda: True)
     problem = cg.Problem((0.0, 0.0), (1.0, 1.0), no_fly=shapely.box(0, 0, 1, 1))
     answer = cg.solve(problem, name, **QUICK[name])
     assert (answer.status, bool(answer.message)) == (Status.NOT_FOUND, True)
@@ -288,7 +288,7 @@ def broken_cost(monkeypatch: pytest.MonkeyPatch, cost: Callable[..., float]) -> 
         segment_cost = staticmethod(cost)
 
     monkeypatch.setattr(ompl_space, "risk_kernels", Kernels)
-    monkeypatch.setattr(isolated, "_expendable", True)
+    monkeypatch.setattr(isolated, "is_expendable", lambda: True)
 
 
 def raiser(error: BaseException) -> Callable[..., float]:

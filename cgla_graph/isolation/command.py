@@ -1,7 +1,6 @@
 """A planner as a command: it gets a text on its standard input, and nothing that it does harms anybody else."""
 
 import math
-import multiprocessing
 import os
 import selectors
 import signal
@@ -15,8 +14,8 @@ from enum import Enum
 from pathlib import Path
 from typing import IO
 
-from cgla_graph.comparisons.workers.limits import Limits, limited
-from cgla_graph.comparisons.workers.process import use_up
+from cgla_graph.isolation.limits import Limits, is_expendable, limited
+from cgla_graph.isolation.worker import use_up
 
 #: Of standard output, a planner may write so much; of standard error, so much of the end is kept. Bytes.
 MOST_OUTPUT, MOST_COMPLAINT = 4 * 2**20, 4096
@@ -177,7 +176,7 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
     for stream in (process.stdout, process.stderr):
         if stream is not None:
             stream.close()
-    if not _is_expendable():
+    if not is_expendable():
         return
     # some start new ones while others are killed
     for _ in range(100):
@@ -192,17 +191,12 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
 
 def _adopt_orphans() -> None:
     """Become the parent of what a killed child has left behind, where the system (Linux) has that."""
-    if not _is_expendable():
+    if not is_expendable():
         return
     import ctypes  # noqa: PLC0415 - not everywhere
 
     with suppress(OSError, AttributeError, TypeError):
         ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1)
-
-
-def _is_expendable() -> bool:
-    """Tell whether this is a worker: all children of the user's own process are not ours to kill."""
-    return multiprocessing.parent_process() is not None
 
 
 def _children() -> list[int]:

@@ -1,5 +1,5 @@
 """
-What a call may take, how the kernel holds it to that, and what became of a call that did not end well.
+Limits of a call, which the kernel keeps.
 
 Time after which the process dies, and memory that it does not get: `limited` sets both around the part that counts.
 """
@@ -7,16 +7,12 @@ Time after which the process dies, and memory that it does not get: `limited` se
 import math
 import os
 import signal
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
-from enum import Enum
 from importlib import import_module
 from pathlib import Path
 from typing import Any
-
-from cgla_graph.model.solution import Status
 
 #: Limits of a process; Windows has none.
 _resource: Any = None
@@ -28,10 +24,8 @@ MEGABYTE = 2**20
 _PROCESS = Path("/proc/self")
 #: What makes the kernel forget the peak of a process's memory (man 5 proc).
 _FORGET_PEAK = "5"
-#: Whether this process may be killed; it may not where it is the user's own.
-_expendable = False
-#: Where the parent reads until when the body may take (a number that both see, `time.monotonic`; 0: no limit now).
-_deadline: Any = None
+#: In a process that may be killed, a worker: tells its parent how many seconds the body may take (0: no limit now).
+_tell: Callable[[float], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -72,80 +66,6 @@ class Limits:
 NO_LIMITS = Limits(math.inf, math.inf)
 
 
-class Failure(Enum):
-    """Why a call has no value."""
-
-    TIMED_OUT = "it took longer than it may"
-    OUT_OF_MEMORY = "it needed more memory than it may take"
-    CRASHED = "its process died"
-    RAISED = "it raised an exception"
-
-
-_STATUS = {
-    Failure.TIMED_OUT: Status.TIMED_OUT,
-    Failure.OUT_OF_MEMORY: Status.OUT_OF_MEMORY,
-    Failure.CRASHED: Status.CRASHED,
-    Failure.RAISED: Status.FAILED,
-}
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """
-    What came of a call.
-
-    Attributes
-    ----------
-    value
-        What the function returned; None where it failed.
-    failure
-        Why there is no value; None where there is one.
-    message
-        What is known of the failure, in one line.
-
-    Examples
-    --------
-    >>> Outcome(failure=Failure.CRASHED, message="its process died of SIGSEGV").failure.value
-    'its process died'
-    """
-
-    value: Any = None
-    failure: Failure | None = None
-    message: str = ""
-
-
-def lost(outcome: Outcome, limits: Limits) -> tuple[Status, str]:
-    """
-    Say what became of a run that told nothing, and why.
-
-    Parameters
-    ----------
-    outcome
-        With a failure.
-    limits
-        Those that it ran under.
-
-    Raises
-    ------
-    ValueError
-        If it did not fail.
-
-    Examples
-    --------
-    >>> lost(Outcome(failure=Failure.TIMED_OUT), Limits(seconds=2.0))[1]
-    'stopped after 2 s, the limit of a run'
-    """
-    if outcome.failure is None:
-        msg = "the outcome is no failure; take its value"
-        raise ValueError(msg)
-    message = outcome.message
-    if outcome.failure is Failure.TIMED_OUT:
-        message = f"stopped after {limits.seconds:g} s, the limit of a run"
-    elif outcome.failure is Failure.OUT_OF_MEMORY:
-        message = limits.spent_memory(message)
-    return _STATUS[outcome.failure], message
-
-
 @dataclass(eq=False)
 class Usage:
     """
@@ -161,13 +81,25 @@ class Usage:
     megabytes: float = math.nan
 
 
-def set_expendable(deadline: Any) -> None:  # noqa: ANN401 - a number in shared memory
-    """Let `limited` kill this process from now on: it is a worker, whose parent watches the deadline."""
-    global _expendable, _deadline
-    _expendable, _deadline = True, deadline
+def set_expendable(tell: Callable[[float], None]) -> None:
+    """Let `limited` kill this process from now on: it is a worker, whose parent is told of its limits."""
+    global _tell  # noqa: PLW0603 - a property of the process
+    _tell = tell
     if _resource is not None:
         # crashes are expected: no file of the whole memory for each
         _resource.setrlimit(_resource.RLIMIT_CORE, (0, 0))
+
+
+def is_expendable() -> bool:
+    """
+    Tell whether this process may be killed: a worker, and not the user's own.
+
+    Examples
+    --------
+    >>> is_expendable()
+    False
+    """
+    return _tell is not None
 
 
 @contextmanager
@@ -181,8 +113,8 @@ def limited(seconds: float, megabytes: float) -> Iterator[Usage]:
     fail: Python raises MemoryError, C++ throws ``std::bad_alloc``. Memory counts when it is asked for, used or not,
     and includes the stacks of threads.
 
-    Outside of a worker nothing is limited, only measured; as is on systems that have no such alarm (Windows) or limit
-    (macOS).
+    Outside of a worker nothing is limited, only measured. Systems without such an alarm (Windows)
+    have the parent watch the time; those without such a limit (macOS) only measure memory.
 
     Parameters
     ----------
@@ -226,20 +158,29 @@ def limited(seconds: float, megabytes: float) -> Iterator[Usage]:
 @contextmanager
 def _alarm(seconds: float) -> Iterator[None]:
     """Let the kernel kill this process if the body takes longer."""
-    if not _expendable or not hasattr(signal, "setitimer") or math.isinf(seconds):
+    if _tell is None or math.isinf(seconds):
         yield
         return
+    with _timer(seconds) if hasattr(signal, "setitimer") else nullcontext():
+        _tell(seconds)
+        try:
+            yield
+        finally:
+            _tell(0.0)
+
+
+@contextmanager
+def _timer(seconds: float) -> Iterator[None]:
+    """Set the alarm, and take it away at the end."""
     if signal.getitimer(signal.ITIMER_REAL)[0]:
         msg = "a limit within a limit: there is one alarm a process; limit the outer or the inner part"
         raise RuntimeError(msg)
     before = signal.signal(signal.SIGALRM, signal.SIG_DFL)
     # the clock counts microseconds, and 0 would stop it
     signal.setitimer(signal.ITIMER_REAL, max(seconds, 1e-6))
-    _deadline.value = time.monotonic() + seconds
     try:
         yield
     finally:
-        _deadline.value = 0.0
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
 
@@ -248,7 +189,7 @@ def _alarm(seconds: float) -> Iterator[None]:
 def _memory_limit(megabytes: float) -> Iterator[None]:
     """Let allocations of the body fail beyond so much memory on top of what the process has."""
     held = _status("VmData")
-    if not _expendable or _resource is None or not math.isfinite(held + megabytes):
+    if _tell is None or _resource is None or not math.isfinite(held + megabytes):
         yield
         return
     # private memory that can be written: unlike the address space, no file that is mapped and no library counts

@@ -1,0 +1,76 @@
+"""The end of a call in another process: its value, or why it has none."""
+
+import pickle
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, NamedTuple
+
+
+class Failure(Enum):
+    """Why a call has no value."""
+
+    TIMED_OUT = "it took longer than it may"
+    OUT_OF_MEMORY = "it needed more memory than it may take"
+    CRASHED = "its process died"
+    RAISED = "it raised an exception"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """
+    The value of a call, or why it has none.
+
+    Attributes
+    ----------
+    value
+        What the function returned; None where it failed.
+    failure
+        Why there is no value; None where there is one.
+    message
+        What is known of the failure, in one line.
+
+    Examples
+    --------
+    >>> Outcome(failure=Failure.CRASHED, message="its process died of SIGSEGV").failure.value
+    'its process died'
+    """
+
+    value: Any = None
+    failure: Failure | None = None
+    message: str = ""
+
+
+class Reply(NamedTuple):
+    """What a worker answers to a call: the value, pickled, or a failure."""
+
+    body: bytes = b""
+    failure: Failure | None = None
+    message: str = ""
+    #: whether the call may have left something behind that would disturb the next one
+    dirty: bool = False
+
+    def outcome(self) -> Outcome:
+        """Read the value."""
+        if self.failure is not None:
+            return Outcome(None, self.failure, self.message)
+        try:
+            return Outcome(pickle.loads(self.body))  # noqa: S301 - from a process that this one started
+        except Exception as error:  # noqa: BLE001 - a value may be anything
+            return Outcome(None, Failure.RAISED, f"what it returned cannot be read: {one_line(error)}")
+
+
+def one_line(error: BaseException) -> str:
+    r"""
+    Describe an exception in one line.
+
+    Examples
+    --------
+    >>> one_line(ValueError("bad\nworse"))
+    'ValueError: bad'
+    """
+    try:
+        text = str(error)
+    except Exception:  # noqa: BLE001 - an exception may be as broken as what raised it
+        text = ""
+    first = next(iter(text.splitlines()), "")
+    return f"{type(error).__name__}: {first}" if first else type(error).__name__

@@ -1,0 +1,222 @@
+"""
+The other side: a server that forks workers, and a worker that makes calls.
+
+The server has loaded everything, and has no threads and no locks of the program's: a fork of it is there in
+milliseconds. It kills its workers, and all that they started, when the program ends, however that ended.
+"""
+
+import ctypes
+import os
+import pickle
+import signal
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Callable, Collection, Iterable
+from contextlib import suppress
+from importlib import import_module
+from multiprocessing import active_children, connection, reduction
+from typing import Any, NoReturn, TypeAlias
+
+from cgla_graph import _progress
+from cgla_graph.isolation.limits import set_expendable
+from cgla_graph.isolation.outcome import Failure, Reply, one_line
+
+#: One end of a pipe.
+Line: TypeAlias = Any
+#: How often progress is passed on, in seconds.
+EVERY = 0.1
+#: Of prctl: which signal a process gets when its parent dies.
+_PR_SET_PDEATHSIG = 1
+#: Whether this process, a worker, is to be replaced after the call that is under way.
+_used_up = False
+
+
+# ---- the server ----
+
+
+def serve(descriptor: int) -> NoReturn:
+    """
+    Fork a worker for each request on a line, until that is closed.
+
+    A request is the search path, modules to load and cores, then both descriptors that the worker needs: of its line,
+    and of a pipe on which the server tells its process and, later, its exit code.
+    """
+    control: Line = connection.Connection(descriptor)
+    _print_to_standard_error()
+    ended, noticed = os.pipe()
+    for end in (ended, noticed):
+        os.set_blocking(end, False)
+    signal.set_wakeup_fd(noticed)
+    signal.signal(signal.SIGCHLD, lambda *_: None)
+    workers: dict[int, Line] = {}
+    try:
+        while True:
+            for ready in connection.wait([control, ended]):
+                if ready is control:
+                    _fork(control, workers, (ended, noticed))
+                else:
+                    os.read(ended, 4096)
+                    _report(workers)
+    except (EOFError, OSError):
+        pass
+    finally:
+        for pid in workers:
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(pid, signal.SIGKILL)
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(pid, signal.SIGKILL)
+        os._exit(0)
+
+
+def _fork(control: Line, workers: dict[int, Line], descriptors: tuple[int, int]) -> None:
+    """Start the worker of the next request."""
+    path, preload, cores = control.recv()
+    line, report = (connection.Connection(reduction.recv_handle(control)) for _ in range(2))
+    _set_up(path, preload, cores)
+    with warnings.catch_warnings():
+        # libraries that count cores may have threads, which no worker needs
+        warnings.simplefilter("ignore")
+        pid = os.fork()
+    if pid == 0:
+        try:
+            signal.set_wakeup_fd(-1)
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            for each in (control, report, *workers.values()):
+                each.close()
+            for descriptor in descriptors:
+                os.close(descriptor)
+            _end_with_parent()
+            work(line, path, (), cores)
+        finally:
+            os._exit(1)
+    line.close()
+    workers[pid] = report
+    # the program may have given it up
+    with suppress(OSError):
+        report.send(pid)
+
+
+def _report(workers: dict[int, Line]) -> None:
+    """Tell the exit codes of workers that have died."""
+    for pid in list(workers):
+        ended, status = os.waitpid(pid, os.WNOHANG)
+        if ended:
+            with suppress(OSError), workers.pop(pid) as report:
+                report.send(os.waitstatus_to_exitcode(status))
+
+
+def _end_with_parent() -> None:
+    """Die when the server does, even where a call has stopped this process (on Linux)."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL))
+
+
+# ---- a worker ----
+
+
+def work(line: Line, path: Iterable[str], preload: Iterable[str], cores: Collection[int] | None) -> None:
+    """Make calls, one after the other, until the line is closed."""
+    if hasattr(os, "setsid"):
+        # calls may start processes: those can be found by the session, and killed with it
+        os.setsid()
+    # on Windows, Ctrl-C reaches all processes; the program decides
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _print_to_standard_error()
+    _set_up(path, preload, cores)
+    speaking = threading.Lock()
+
+    def say(*words: Any) -> None:  # noqa: ANN401 - of each kind of message
+        with speaking, suppress(OSError):
+            line.send(words)
+
+    set_expendable(lambda seconds: say("limit", seconds))
+    _progress.relay(_seldom(lambda what, text: say("progress", what, text)))
+    say("ready")
+    while True:
+        try:
+            path, call = line.recv()
+        except (EOFError, OSError):
+            os._exit(0)
+        sys.path[:] = path
+        say("begun")
+        line.send(("reply", *_reply(call)))
+
+
+def _set_up(path: Iterable[str], preload: Iterable[str], cores: Collection[int] | None) -> None:
+    """Stay on some cores, and load modules; libraries count the cores when they are loaded."""
+    if cores is not None and hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, cores)
+    sys.path[:] = path
+    for module in preload:
+        # what is wrong with it is said by the call that needs it
+        with suppress(Exception):
+            import_module(module)
+
+
+def _print_to_standard_error() -> None:
+    """Make standard output the standard error: the program's is for results."""
+    with suppress(OSError):
+        os.dup2(2, 1)
+    sys.stdout = sys.stderr
+
+
+def _seldom(say: Callable[[str, str], None]) -> Callable[[str, str], None]:
+    """Pass on what is said, but not more often than anyone can read it."""
+    latest = -EVERY
+
+    def say_seldom(what: str, text: str) -> None:
+        nonlocal latest
+        if time.monotonic() - latest >= EVERY:
+            latest = time.monotonic()
+            say(what, text)
+
+    return say_seldom
+
+
+def _reply(call: bytes) -> Reply:
+    """Make a call. Only plain bytes and words leave this process: those can always be sent and read."""
+    process, threads = os.getpid(), threading.active_count()
+    if hasattr(signal, "setitimer"):
+        # an alarm that the call before has set would go off in this one
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+    reply = make_call(call)
+    if os.getpid() != process:
+        # a fork that came back from the call: one of the two is enough
+        os._exit(1)
+    return reply._replace(dirty=_used_up or threading.active_count() > threads or _has_children())
+
+
+def make_call(call: bytes) -> Reply:
+    """Make a call, given function and arguments, pickled; whatever it raises becomes a failure."""
+    try:
+        function: Callable[..., Any]
+        function, args = pickle.loads(call)  # noqa: S301 - from the process that started this one
+        return Reply(pickle.dumps(function(*args), pickle.HIGHEST_PROTOCOL))
+    except MemoryError as error:
+        return Reply(failure=Failure.OUT_OF_MEMORY, message=one_line(error))
+    except BaseException as error:  # noqa: BLE001 - whatever a call does, the next one is made
+        return Reply(failure=Failure.RAISED, message=one_line(error))
+
+
+def use_up() -> None:
+    """
+    Have this worker replaced after the call that is under way.
+
+    For calls of code that may leave anything behind: another folder, other signals, closed files, changed modules.
+    Outside of a worker it does nothing.
+    """
+    global _used_up  # noqa: PLW0603 - a property of the process
+    _used_up = True
+
+
+def _has_children() -> bool:
+    """Tell whether this process has children, alive or not waited for."""
+    if not hasattr(os, "waitid"):
+        return bool(active_children())
+    try:
+        os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+    except ChildProcessError:
+        return False
+    return True
