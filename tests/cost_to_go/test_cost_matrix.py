@@ -141,6 +141,12 @@ def test_near_ties_are_no_ties(n: int, data: st.DataObject) -> None:
     assert (np.diff(matrix.values[matrix.order]) >= 0.0).all()
     for node, delta in zip(matrix.order.tolist(), matrix.delta_sets, strict=True):
         assert (matrix.values[delta] == matrix.values[node]).all()
+    # an early stop waits for the source itself, not for a node that is almost as near
+    for source in range(n):
+        first = next(number for number, delta in enumerate(matrix.delta_sets) if source in delta)
+        for held in (graph, graph.from_sparse(graph.to_csgraph())):
+            early = cost_matrix(held, target, source=source)
+            assert (early.rounds, early.values[source]) == (first, matrix.values[source])
 
 
 @usual
@@ -362,6 +368,7 @@ def test_an_early_stop_finds_the_final_value_and_path(case: Case) -> None:
         assert source in sets[early.rounds]
         assert all(source not in delta for delta in sets[: early.rounds])
         assert source not in early.order
+        assert not early.converged
         assert [set(delta.tolist()) for delta in early.delta_sets] == sets[: early.rounds]
 
 
@@ -515,6 +522,7 @@ def test_eq1_as_printed_breaks_theorem_1() -> None:
     assert graph.weight_matrix().min() < 0.0
     settled = cost_matrix(graph, 0)
     assert settled.residual() > 0.0
+    assert not settled.converged
     assert not cost_matrix(graph, 0, schedule="synchronous").converged
 
 
