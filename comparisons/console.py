@@ -1,12 +1,14 @@
 """Standard output and standard error: results go to the one, progress and words to the other."""
 
 import gc
+import json
 import os
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, redirect_stdout, suppress
-from typing import TYPE_CHECKING, cast
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
     import subprocess
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
     from cgla_graph.model.cost_model import CostModel
 
 
+#: Exit statuses: done, a result is missing or a claim does not hold, wrong input, Ctrl-C.
+DONE, MISSING, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 #: Width and height of what is written where there is no terminal.
 PAGE = (160, 50)
 #: What is said where kernels are missing.
@@ -59,6 +63,22 @@ def out(text: str) -> None:
         sys.stdout.flush()
     except BrokenPipeError as error:
         raise ReaderGoneError from error
+
+
+def out_json(document: Any) -> None:  # noqa: ANN401 - any JSON
+    """Write a JSON document to standard output (errors as `out`)."""
+    out(json_text(document))
+
+
+def json_text(document: Any) -> str:  # noqa: ANN401 - any JSON
+    """Write a JSON document as text, with a line a value."""
+    return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+
+
+def out_files(written: Sequence[Path], folder: Path | None = None) -> None:
+    """Name the files that were written to a folder, by default that of the first one (errors as `out`)."""
+    if written:
+        out(f"written to {folder or written[0].parent}: {', '.join(path.name for path in written)}\n")
 
 
 def out_table(table: "RenderableType") -> None:

@@ -101,7 +101,7 @@ class GraphFile:
         for tail, head, weight in [] if below_zero else self.below_zero()[:1]:
             msg = (
                 f"{self.file}: the edge from {label_text(tail)} to {label_text(head)} has weight {weight:g}; weights "
-                "must be at least 0 (Theorem 1): cgla check-graph says what holds without"
+                "must be at least 0 (Theorem 1): cgla graph check says what holds without"
             )
             raise ScenarioError(msg)
         return GeometricGraph(

@@ -238,8 +238,8 @@ def write_certificate(folder: Path, run: Run, formats: Sequence[str] = ("png", "
     OutputError
         If a file cannot be written.
     """
-    from cgla_graph.comparisons.plots import pictures  # noqa: PLC0415 - matplotlib only where something is drawn
-    from cgla_graph.comparisons.plots.certificate import certificate_figure  # noqa: PLC0415 - the same
+    from cgla_graph.comparisons.plots import pictures
+    from cgla_graph.comparisons.plots.certificate import certificate_figure
 
     stem = output.stem_of(folder, run.scenario, run.solver.removesuffix(".csv"), "certificate")
     table = files.csv_text(grid_rows(proof_of(run)), COLUMNS)

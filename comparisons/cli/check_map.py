@@ -20,9 +20,8 @@ from cgla_graph.airspace.zones.ground import Ground, read_ground
 from cgla_graph.airspace.zones.reading import read_zones
 from cgla_graph.airspace.zones.shapes import AreaShape, joined, part_near
 from cgla_graph.airspace.zones.zone import NoArea
-from cgla_graph.comparisons.cli import one_map
 from cgla_graph.comparisons.cli.check_heights import Limits, PlanHeights
-from cgla_graph.comparisons.study.options import is_raster
+from cgla_graph.comparisons.study.options import MapOptions, is_raster, open_one
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
 from cgla_graph.model.earth import LocalProjection, geodesic_length, project_area
 from cgla_graph.model.lattice import Lattice
@@ -94,7 +93,7 @@ class MapRequest:
     zones
         Files of zones.
     settings
-        What is said of zones, as `cgla_graph.comparisons.cli.zone_list.chosen` gives it.
+        What is said of zones, as `cgla_graph.comparisons.cli.options.ZoneOptions.settings` gives it.
     k, clearance, bounds
         Instead of the map's own; None for these.
     raster
@@ -289,9 +288,8 @@ def _opened(flown: FloatArray, name: str, request: MapRequest) -> Scenario:
         k = 0.0 if k is None else k
         ends = {end: ",".join(map(repr, flown[at].tolist())) for end, at in (("start", 0), ("goal", -1))}
     try:
-        return one_map.open_map(
-            "check", spec, k=k, clearance=request.clearance, bounds=request.bounds, raster=request.raster, **ends
-        )
+        changes = MapOptions(k=k, clearance=request.clearance, bounds=request.bounds, raster=request.raster, **ends)
+        return open_one("check", spec, changes)
     except ScenarioError as error:
         if not ends:
             raise

@@ -325,8 +325,8 @@ def write_checked(folder: Path, checked: Checked, formats: Sequence[str] = ("png
     OutputError
         If it cannot be written.
     """
-    from cgla_graph.comparisons.plots import pictures  # noqa: PLC0415 - matplotlib only where something is drawn
-    from cgla_graph.comparisons.plots.check import check_figure  # noqa: PLC0415 - the same
+    from cgla_graph.comparisons.plots import pictures
+    from cgla_graph.comparisons.plots.check import check_figure
 
     on = checked.on
     stem = output.stem_of(folder, dataclasses.replace(on.scenario, name=Path(checked.file).stem), "check")

@@ -1,331 +1,124 @@
-"""The command `compare`: what was asked for becomes a study, whose runs and flights are made, kept and shown."""
+"""The command `compare`: every solver on any maps and missions."""
 
-from collections.abc import Sequence
-from contextlib import closing, nullcontext
-from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Any, cast
+import dataclasses
+import shlex
+import sys
+from typing import Annotated
+
+import typer
 
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.cli import study_output
-from cgla_graph.comparisons.cli.output import certificate_document
-from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
-from cgla_graph.comparisons.leaderboard.performance import performances
-from cgla_graph.comparisons.missions import compare as mission_compare
-from cgla_graph.comparisons.results.lookup import print_leaderboard
-from cgla_graph.comparisons.study import execution, options
-from cgla_graph.comparisons.study.flight_run import ComparedMission, FlightRun
-from cgla_graph.comparisons.study.rows import by_scenario, rows_of
-from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.study.store import FILE, PROOF, StudyStore, load, load_study
-from cgla_graph.comparisons.study.study import Study
-from cgla_graph.comparisons.study.study_file import is_study_file, read_study
-from cgla_graph.comparisons.tables.flights import print_flights
-from cgla_graph.comparisons.workers.tasks import run_tasks
-from cgla_graph.errors import CglaError
-from cgla_graph.model.cost_model import n_cores
-
-#: Of a study without a file, this many scenarios get pictures of their own, unless told otherwise.
-PICTURES = 20
+from cgla_graph.comparisons.cli.options import (
+    JsonOption,
+    MapOptions,
+    MissionsArg,
+    ProofOptions,
+    RasterOptions,
+    RefineOption,
+    SolversOption,
+    StudyOptions,
+    ZoneOptions,
+    map_changes,
+    naming_graphs,
+)
 
 
-@dataclass(frozen=True, eq=False)
-class Request:
+def compare(
+    study: StudyOptions,
+    proof: ProofOptions,
+    maps: MapOptions,
+    zones: ZoneOptions,
+    raster: RasterOptions,
+    scenarios: MissionsArg = None,
+    solvers: SolversOption = None,
+    seeds: Annotated[
+        int | None,
+        typer.Option("--seeds", metavar="N", min=1, help="runs of each solver that draws random numbers (default: 3)"),
+    ] = None,
+    budget: Annotated[
+        str | None,
+        typer.Option(
+            "--budget", metavar="seconds=S,…", help="seconds, iterations or evaluations, for all solvers that take it"
+        ),
+    ] = None,
+    limits: Annotated[
+        str | None,
+        typer.Option(
+            "--limits", metavar="seconds=S,memory=MB", help="what kills a run (default: 600 seconds, 4096 megabytes)"
+        ),
+    ] = None,
+    refine: RefineOption = False,
+    pictures: Annotated[
+        int | None,
+        typer.Option("--pictures", metavar="N", min=0, help="draw the first N scenarios (default: 20; of a study: 0)"),
+    ] = None,
+    highlight: Annotated[
+        str | None,
+        typer.Option(
+            "--highlight", metavar="A,B", help="draw these in colour, too (default: the best 5 of more than 8)"
+        ),
+    ] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a run has no path")] = False,
+    example: Annotated[bool, typer.Option("--example", help="print a study file as a start for your own")] = False,
+    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of study files")] = False,
+    as_json: JsonOption = False,
+) -> None:
     """
-    What is to be compared.
+    Compare all solvers on any maps.
 
-    Attributes
-    ----------
-    study
-        Solvers on maps, and on missions.
-    pictures
-        How many scenarios get pictures of their own; the report has a map of each.
-    highlighted
-        Labels of solvers that stand out in pictures in any case.
-    is_file
-        Whether it is a study from a file.
+    Without arguments: every installed solver on the paper's map. Takes a study file (STUDY.toml) as well. Prints
+    tables: how far each path is from the best possible, and how soon solvers that draw random numbers or improve with
+    time get there. Runs are made in processes apart: one that hangs, crashes or takes too much memory is a row that
+    says so. With --out, runs are kept as they end (study.jsonl), and a report (report.html), rows (JSON Lines, CSV),
+    OMPL's database (study.db) and pictures are written. A mission is flown with each solver in turn; unless --solvers
+    names some, with those that need no other package and are fast enough to plan dozens of times. On the file of a
+    graph: cgla graph compare. Ctrl-C keeps what is done.
     """
+    if example or schema:
+        from cgla_graph.comparisons.study.study_file import EXAMPLE, study_schema
 
-    study: Study
-    pictures: int = PICTURES
-    highlighted: frozenset[str] = frozenset()
-    is_file: bool = False
+        console.out(EXAMPLE) if example else console.out_json(study_schema())
+        return
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.results import study_run
+    from cgla_graph.comparisons.tables.zone_list import print_zones
 
-
-@dataclass(frozen=True)
-class How:
-    """
-    How runs are made and kept.
-
-    Attributes
-    ----------
-    folder
-        Where results go, or None.
-    resume, overwrite
-        Whether to go on with the study that is there, or to replace it; a study that is there is refused otherwise.
-    workers
-        Processes that make runs; 0 for this one.
-    scheduler
-        Of a Dask cluster, or None.
-    command
-        What the user typed.
-    """
-
-    folder: Path | None = None
-    resume: bool = False
-    overwrite: bool = False
-    workers: int = field(default_factory=n_cores)
-    scheduler: str | None = None
-    command: str = ""
-
-
-@dataclass(eq=False)
-class Compared:
-    """
-    What is done.
-
-    Attributes
-    ----------
-    runs
-        Runs on maps, in the order of the study; those of earlier sessions too.
-    missions, flights
-        Missions, and their flights; those of earlier sessions too.
-    written
-        Files.
-    interrupted
-        Whether Ctrl-C ended it.
-    left
-        How many runs and flights of the study in the folder are still to be made.
-    """
-
-    runs: list[Run] = field(default_factory=list)
-    missions: list[ComparedMission] = field(default_factory=list)
-    flights: list[FlightRun] = field(default_factory=list)
-    written: list[Path] = field(default_factory=list)
-    interrupted: bool = False
-    left: int = 0
-
-    @property
-    def all_found(self) -> bool:
-        """Whether every run found a path, and every UAV arrived."""
-        return all(run.solution.status.has_path for run in self.runs) and all(
-            flight.all_arrived for flight in self.flights
-        )
-
-
-def read_request(
-    specs: Sequence[str],
-    *,
-    solvers: str | None = None,
-    seeds: int | None = None,
-    pictures: int | None = None,
-    highlight: str | None = None,
-    limits: str | None = None,
-    how: How | None = None,
-    **more: Any,  # noqa: ANN401 - options, see below
-) -> Request:
-    """
-    Read what the user asked for.
-
-    Parameters
-    ----------
-    specs
-        Scenarios, missions, or one study file; none for the study that is gone on with, else for the paper's map.
-    solvers, seeds, limits
-        As on the command line; None where they were left out.
-    pictures
-        How many scenarios get pictures of their own; None for the usual number.
-    highlight
-        Solvers that stand out in pictures in any case (see `options.read_highlighted`).
-    how
-        Where from to go on, if at all.
-    more
-        The other options: maps (as `options.MapOptions`), budget, refine, tolerance, certify.
-
-    Raises
-    ------
-    CglaError
-        If anything is wrong with any of it.
-    """
-    how = how or How()
-    if how.folder is None and (how.resume or how.overwrite):
-        msg = f"{'--resume' if how.resume else '--overwrite'} needs the folder of the study: --out DIR"
-        raise CglaError(msg)
-    if how.resume and how.overwrite:
-        msg = "--resume goes on with a study, --overwrite starts anew; give one of them"
-        raise CglaError(msg)
-    studies = [spec for spec in specs if is_study_file(spec)]
-    if studies:
-        others = [spec for spec in specs if spec != studies[0]]
-        _refuse_beside_a_file([studies[0], *others], solvers=solvers, seeds=seeds, limits=limits, **more)
-        return _of_study(read_study(Path(studies[0])), pictures, highlight)
-    if how.resume and how.folder is not None and not specs:
-        _refuse_beside_a_file([how.folder / FILE], solvers=solvers, seeds=seeds, limits=limits, **more)
-        return _of_study(load_study(how.folder), pictures, highlight)
-    request = _request(specs, solvers, 3 if seeds is None else seeds, pictures, limits, how.command, **more)
-    return replace(request, highlighted=options.read_highlighted(highlight, request.study.entrants))
-
-
-def _of_study(study: Study, pictures: int | None, highlight: str | None) -> Request:
-    """Ask for a study that is in a file."""
-    highlighted = options.read_highlighted(highlight, study.entrants)
-    return Request(study, pictures=pictures or 0, highlighted=highlighted, is_file=True)
-
-
-def _request(
-    specs: Sequence[str],
-    solvers: str | None,
-    n_seeds: int,
-    pictures: int | None,
-    limits: str | None,
-    command: str,
-    *,
-    budget: str | None = None,
-    maps: options.MapOptions | None = None,
-    refine: bool = False,
-    tolerance: float | None = None,
-    certify: bool = True,
-) -> Request:
-    """Make a study of options."""
-    bound = options.read_tolerance(tolerance, certify=certify)
-    entrants = options.read_entrants(solvers, budget=budget, refine=refine)
-    how = maps or options.MapOptions()
-    for_maps = [*how.given, *(["--refine"] if refine else [])]
-    named, missions = mission_compare.split(specs or ["paper"], for_maps)
-    opened = options.open_all(named, how)
-    study = Study(
-        scenarios=options.number_names(opened),
-        entrants=entrants,
-        seeds=range(1, n_seeds + 1),
-        tolerance=bound,
-        limits=options.read_limits(limits),
-        title=" ".join([*named, *(mission.name for mission in missions)]),
-        source=command,
-        missions=missions,
-        mission_entrants=mission_compare.mission_entrants(entrants, chosen=solvers is not None) if missions else (),
+    how = study_run.RunOptions(
+        folder=study.out,
+        resume=study.resume,
+        overwrite=study.overwrite,
+        scheduler=study.dask,
+        command=shlex.join(["cgla", *sys.argv[1:]]),
     )
-    return Request(study, PICTURES if pictures is None else pictures)
-
-
-def _refuse_beside_a_file(specs: Sequence[object], **given: object) -> None:
-    """Refuse what a study says itself."""
-    if len(specs) > 1:
-        msg = f"{specs[0]} is a study, which is compared alone; name {specs[1]} among its scenarios"
-        raise CglaError(msg)
-    maps = given.pop("maps", None)
-    said = {f"--{name}": value for name, value in given.items() if name != "certify"}
-    beside = [name for name, value in said.items() if value is not None and value is not False]
-    beside += [] if maps is None else list(cast("options.MapOptions", maps).given)
-    if not given.get("certify", True):
-        beside.append("--no-certificate")
-    if beside:
-        word = beside[0]
-        msg = f"{word} beside a study: {specs[0]} says that itself; change it there"
-        raise CglaError(msg)
-
-
-def compare_all(request: Request, how: How) -> Compared:
-    """
-    Make all runs and flights that are not done yet; after Ctrl-C, what is done is kept and shown.
-
-    Raises
-    ------
-    OutputError
-        If something cannot be written, or another process writes the same study.
-    CglaError
-        If the study that is there is another one, or the cluster cannot be reached.
-    """
-    done, study = Compared(), request.study
-    cells, flights = list(study.cells()), list(study.flights())
-    workers = min(how.workers, len(cells) + len(flights))
-    with _store(study, how, workers) or nullcontext() as store:
-        tasks = [*execution.study_tasks(study, store), *mission_compare.flight_tasks(study)]
-        total = sum(bool(task.key[0] != PROOF and (store is None or task.key not in store)) for task in tasks)
-        made = run_tasks(
-            tasks,
-            store,
-            limits=study.limits,
-            workers=workers,
-            scheduler=how.scheduler,
-            preload=(*execution.PRELOAD, *(mission_compare.PRELOAD if flights else ())),
+    if study.workers is not None:
+        how = dataclasses.replace(how, workers=study.workers)
+    with naming_graphs("compare", scenarios or ()):
+        request = study_run.read_request(
+            scenarios or [],
+            solvers=solvers,
+            seeds=seeds,
+            pictures=pictures,
+            highlight=highlight,
+            limits=limits,
+            how=how,
+            budget=budget,
+            maps=map_changes(maps, zones, raster),
+            refine=refine,
+            tolerance=proof.tolerance,
+            certify=not proof.no_certificate,
         )
-        try:
-            with console.running_solvers(), console.progress(total) as tick, closing(made):
-                for task, result in made:
-                    if isinstance(result, Run):
-                        done.runs.append(result)
-                    elif isinstance(result, FlightRun):
-                        done.flights.append(result)
-                    if task.key[0] != PROOF:
-                        tick(": ".join((task.key[1], task.key[-2])))
-        except KeyboardInterrupt:
-            done.interrupted = True
-    if how.folder is not None:
-        stored = load(how.folder)
-        done.runs, done.missions, done.flights = stored.runs, stored.missions, stored.flights
-        done.left = stored.n_cells + stored.n_flights - len(stored.runs) - len(stored.flights)
-        done.written += [how.folder / FILE, *study_output.write_study(stored)]
-        if not done.interrupted:
-            done.written += study_output.write_all_pictures(
-                how.folder, done.runs, request.pictures, request.highlighted
-            )
+    zoned = print_zones(request.study.scenarios, zones.zones_list, altitude=zones.altitude, as_json=as_json)
+    if study.out and not study.resume:
+        files.make_folder(study.out)
+    done = study_run.compare_all(request, how)
+    if as_json:
+        console.out_json({**study_run.comparison_document(done), **zoned})
     else:
-        done.missions = [ComparedMission.of(mission) for mission in study.missions]
-        order = {cell: number for number, cell in enumerate([*cells, *flights])}
-        done.runs.sort(key=lambda run: order[run.scenario.name, run.solver, run.seed])
-        done.flights.sort(key=lambda one: order[one.mission, one.variant, one.solver, one.seed])
-    return done
-
-
-def _store(study: Study, how: How, workers: int) -> StudyStore | None:
-    if how.folder is None:
-        return None
-    where: int | str = how.scheduler or workers
-    if how.resume:
-        return StudyStore.resume(how.folder, study, workers=where, command=how.command)
-    return StudyStore.create(how.folder, study, overwrite=how.overwrite, workers=where, command=how.command)
-
-
-def comparison_document(done: Compared) -> dict[str, Any]:
-    """Return all results as one JSON document."""
-    groups = by_scenario(done.runs)
-    return {
-        "rows": rows_of(done.runs),
-        "summary": [one.document() for group in groups for one in performances(group)],
-        "certificates": [certificate_document(group[0]) for group in groups],
-        "flights": [flight.row() for flight in done.flights],
-        "files": [str(path) for path in done.written],
-        "interrupted": done.interrupted,
-    }
-
-
-def print_compared(request: Request, done: Compared) -> None:
-    """Print the tables of each scenario, unless a file names them; what they amount to; and those of missions."""
-    single = len(request.study.scenarios) == 1
-    if not request.is_file or single:
-        study_output.print_comparison(done.runs, request.study.entrants)
-    if done.runs and not single:
-        print_leaderboard(done.runs, leaderboard_of(done.runs))
-    print_flights(done.missions, done.flights)
-
-
-def kept_note(request: Request, how: How, done: Compared) -> str:
-    """Say what an interrupted comparison has done, and how to go on."""
-    n_done = len(done.runs) + len(done.flights)
-    kept = ""
-    if how.folder is not None:
-        kept = f" and kept in {how.folder}"
-        if done.left:
-            kept += f" ({_remedy(how)} goes on)"
-    total = max(sum(1 for _ in (*request.study.cells(), *request.study.flights())), n_done + done.left)
-    return f"{n_done} of {total} run{'s' * (total != 1)} {'is' if n_done == 1 else 'are'} done{kept}"
-
-
-def left_note(how: How, done: Compared) -> str:
-    """Say how to make the runs that the study in the folder has besides; empty where there are none."""
-    runs = "run is" if done.left == 1 else "runs are"
-    return f"{done.left} {runs} left of the study in {how.folder}: {_remedy(how)} goes on" if done.left else ""
-
-
-def _remedy(how: How) -> str:
-    return f"cgla compare --resume --out {how.folder}"
+        study_run.print_compared(request, done)
+        console.out_files(done.written, study.out)
+    if done.interrupted:
+        raise console.InterruptedRunError(study_run.kept_note(request, how, done))
+    if done.left:
+        console.say(study_run.left_note(how, done))
+    if strict and not done.all_found:
+        raise typer.Exit(console.MISSING)

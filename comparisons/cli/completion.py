@@ -26,7 +26,7 @@ def scenarios(incomplete: str) -> list[str]:
     >>> scenarios("pap")
     ['paper']
     """
-    from cgla_graph.scenarios.shipped import SCENARIOS  # noqa: PLC0415 - names of commands need no lists
+    from cgla_graph.scenarios.shipped import SCENARIOS
 
     return [name for name in SCENARIOS.names() if name.startswith(incomplete)]
 
@@ -40,7 +40,7 @@ def missions(incomplete: str) -> list[str]:
     >>> missions("swar")
     ['swarm']
     """
-    from cgla_graph.scenarios.shipped import MISSIONS  # noqa: PLC0415 - names of commands need no lists
+    from cgla_graph.scenarios.shipped import MISSIONS
 
     return [name for name in MISSIONS.names() if name.startswith(incomplete)]
 
@@ -66,7 +66,7 @@ def solvers(incomplete: str) -> list[str]:
     >>> solvers("cgla,dij")
     ['cgla,dijkstra']
     """
-    from cgla_graph.solvers.listing import built_in  # noqa: PLC0415 - names of commands need no lists
+    from cgla_graph.solvers.listing import built_in
 
     before, comma, last = incomplete.rpartition(",")
     return [f"{before}{comma}{name}" for name in built_in() if name.startswith(last)]

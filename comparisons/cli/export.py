@@ -71,7 +71,7 @@ def read_export(
     """
     asked = list(dict.fromkeys(targets or ()))
     if asked:
-        from cgla_graph.airspace.flight_plans.formats import WRITTEN  # noqa: PLC0415 - few plans are exported
+        from cgla_graph.airspace.flight_plans.formats import WRITTEN
     for target in asked:
         kind = target.suffix.lower()
         if kind not in WRITTEN:
@@ -127,8 +127,8 @@ def write_export(
     """
     if not asked.targets or not solution.status.has_path:
         return []
-    from cgla_graph.airspace.flight_plans.formats import text_of_plan  # noqa: PLC0415 - few plans are exported
-    from cgla_graph.turning.flyable import Flyable  # noqa: PLC0415 - the same
+    from cgla_graph.airspace.flight_plans.formats import text_of_plan
+    from cgla_graph.turning.flyable import Flyable
 
     lonlat, name = solution.lonlat, scenario.name
     if isinstance(solution, Flyable) and solution.projection is not None:
@@ -158,8 +158,8 @@ def write_flights(asked: Export, flights: "Sequence[MissionRun]") -> list[Path]:
     CglaError
         If a file cannot hold the plan (then none is written), or cannot be written.
     """
-    from cgla_graph.airspace.flight_plans.formats import text_of_plan  # noqa: PLC0415 - few plans are exported
-    from cgla_graph.mission.records import MissionStatus  # noqa: PLC0415 - the same
+    from cgla_graph.airspace.flight_plans.formats import text_of_plan
+    from cgla_graph.mission.records import MissionStatus
 
     plans: list[tuple[str, FlightPlan]] = []
     taken: set[str] = set()

@@ -60,7 +60,7 @@ class Flying:
         """What says when points on the path, shape ``(n, 2)``, are reached; None where no speed is known."""
         if self.speed is None:
             return None
-        from cgla_graph.turning.timing import times_along  # noqa: PLC0415 - few paths are made flyable
+        from cgla_graph.turning.timing import times_along
 
         return partial(times_along, airspeed=self.speed, wind=self.wind)
 
@@ -124,8 +124,8 @@ def read_flying(
         None if power is None else non_negative_number("--power", power),
     )
     if asked.speed is not None:
-        from cgla_graph.turning.curve import Curve  # noqa: PLC0415 - few paths are made flyable
-        from cgla_graph.turning.timing import timed  # noqa: PLC0415 - the same
+        from cgla_graph.turning.curve import Curve
+        from cgla_graph.turning.timing import timed
 
         # a wind that is too fast is told before the work
         timed(Curve(), asked.speed, wind=asked.wind, power=asked.power)
@@ -154,7 +154,7 @@ def flown(run: Run, asked: Flying) -> Run:
     """
     if asked.turn_radius is None:
         return run
-    from cgla_graph.turning.flyable import plan_flyable  # noqa: PLC0415 - few paths are made flyable
+    from cgla_graph.turning.flyable import plan_flyable
 
     curve = plan_flyable(
         run.scenario.problem,

@@ -11,6 +11,7 @@ from cgla_graph.comparisons.numbers import duration, figure, json_number, percen
 from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.rows import bound_note, row
 from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.comparisons.tables.certificate import certificate_document
 from cgla_graph.errors import CglaError
 from cgla_graph.model.path_file import degrees_of
 from cgla_graph.model.solution import Status
@@ -22,7 +23,7 @@ FORMATS = ("png", "svg", "pdf")
 
 def write_plan(folder: Path, run: Run, formats: Sequence[str] = ("png",)) -> list[Path]:
     """Write one path: waypoints, GeoJSON on lon/lat maps, a picture in some formats (errors as `write_rows`)."""
-    from cgla_graph.comparisons.plots import pictures  # noqa: PLC0415 - matplotlib only where something is drawn
+    from cgla_graph.comparisons.plots import pictures
 
     stem = stem_of(folder, run.scenario, run.solver)
     written = [files.write_text(stem.with_name(stem.name + ".csv"), files.path_csv(run.scenario, run.solution))]
@@ -116,23 +117,4 @@ def plan_document(run: Run) -> dict[str, Any]:
         **in_degrees,
         "certificate": certificate_document(run),
         "stretch": json_number(run.scenario.stretch(run.solution.path)),
-    }
-
-
-def certificate_document(run: Run) -> dict[str, Any] | None:
-    """Return what is proven of a run's scenario as JSON, None where that was not asked for."""
-    proof = run.certificate
-    if proof is None:
-        return None
-    return {
-        "scenario": run.scenario.name,
-        "lower_bound": json_number(proof.lower_bound),
-        "upper_bound": json_number(proof.upper_bound),
-        "gap": json_number(proof.gap),
-        "tolerance": proof.tolerance,
-        "reached": bool(proof.reached),
-        "spacing": json_number(proof.spacing),
-        "cells": int(proof.cells),
-        "seconds": json_number(proof.seconds),
-        "message": str(proof.message),
     }

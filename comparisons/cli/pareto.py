@@ -150,8 +150,8 @@ def write_front(
     OutputError
         If a file cannot be written.
     """
-    from cgla_graph.comparisons.plots import pictures  # noqa: PLC0415 - matplotlib only where something is drawn
-    from cgla_graph.comparisons.plots.pareto import pareto_figure  # noqa: PLC0415 - the same
+    from cgla_graph.comparisons.plots import pictures
+    from cgla_graph.comparisons.plots.pareto import pareto_figure
 
     stem = output.stem_of(folder, scenario, entrant.label, "pareto")
     return [

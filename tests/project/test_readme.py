@@ -43,7 +43,11 @@ OTHER_PROGRAMS = {"git", "cd", "source", "make", "pip"}
 #: Words that this field says in others.
 RIDDLES = re.compile(r"\b(dearer|dearest|for ever|forever|lock each other)\b", re.IGNORECASE)
 
-COMMANDS: dict[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+#: Every command by its words, those of groups too.
+COMMANDS: dict[str, Any] = {}
+for _name, _command in typer.main.get_command(app).commands.items():  # type: ignore[attr-defined]
+    _inner = getattr(_command, "commands", None)
+    COMMANDS.update({_name: _command} if _inner is None else {f"{_name} {one}": _inner[one] for one in _inner})
 
 
 def chosen(language: str) -> list[Any]:
@@ -153,9 +157,11 @@ def test_blocks_have_a_language_and_notes_that_are_known() -> None:
 def test_commands_are_real() -> None:
     """Every command exists and has the options that a page gives it; scenarios are shipped, or files."""
     known = {*shipped(), *shipped_missions()}
-    for place, (name, *rest) in cgla_calls(BLOCKS):
-        if name in {"--help", "--version"}:
+    for place, words in cgla_calls(BLOCKS):
+        if words[0] in {"--help", "--version"}:
             continue
+        n_words = 1 if words[0] in COMMANDS else 2
+        name, rest = " ".join(words[:n_words]), words[n_words:]
         assert name in COMMANDS, place
         given = COMMANDS[name].make_context(name, rest, resilient_parsing="--help" in rest).params
         named = [given.get(name) or () for name in ("scenario", "mission", "scenarios")]

@@ -8,8 +8,8 @@ import plug_ins
 import pytest
 from command_line import Call, caller
 
-from cgla_graph.comparisons.cli import study_output
-from cgla_graph.comparisons.cli.compare import read_request
+from cgla_graph.comparisons.results import study_output
+from cgla_graph.comparisons.results.study_run import read_request
 from cgla_graph.comparisons.study.store import load
 from cgla_graph.comparisons.study.study_file import study_from_toml
 

@@ -35,6 +35,7 @@ def completed(words: str) -> list[str]:
         ("cgla compare paper --solvers cgla,dij", ["cgla,dijkstra"]),
         ("cgla plan paper --solver fast-mar", ["fast-marching"]),
         ("cgla par", ["pareto"]),
+        ("cgla graph che", ["check"]),
     ],
 )
 def test_names_are_completed(words: str, names: list[str]) -> None:

@@ -14,7 +14,7 @@ from scipy import sparse
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.cli import graph_plan
+from cgla_graph.comparisons.results import graph_run
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.graph_file import read_graph
@@ -51,7 +51,7 @@ def write_all(folder: Path, graph: "nx.Graph[Any]") -> list[str]:
 
 
 def test_plan_prints_a_row_for_each_solver(cgla: Call) -> None:
-    answer = cgla("plan", "roads.csv", "--from", "depot", "--to", "hill", "--solver", "cgla,dijkstra")
+    answer = cgla("graph", "plan", "roads.csv", "--from", "depot", "--to", "hill", "--solver", "cgla,dijkstra")
     assert answer.code == 0
     assert "roads.csv: 4 nodes, 4 edges, undirected; from depot to hill" in answer.out
     rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in answer.out.splitlines() if "│" in line]
@@ -61,7 +61,7 @@ def test_plan_prints_a_row_for_each_solver(cgla: Call) -> None:
 
 
 def test_plan_as_json(cgla: Call) -> None:
-    document = cgla("plan", "roads.csv", "--from", "depot", "--to", "hill", "--json").document()
+    document = cgla("graph", "plan", "roads.csv", "--from", "depot", "--to", "hill", "--json").document()
     assert document["graph"] == {"file": "roads.csv", "nodes": 4, "edges": 4, "directed": False}
     (run,) = document["runs"]
     assert (run["solver"], run["from"], run["to"], run["status"]) == ("cgla", "depot", "hill", "optimal")
@@ -79,7 +79,9 @@ def test_every_format_gives_the_same_plans(cgla: Call, tmp_path: Path) -> None:
     way = nx.dijkstra_path(graph, 2, 7)
     names = write_all(tmp_path, graph)
     for name in names:
-        document = cgla("plan", name, "--from", 2, "--to", 7, "--solver", "cgla,networkx,dijkstra", "--json").document()
+        document = cgla(
+            "graph", "plan", name, "--from", 2, "--to", 7, "--solver", "cgla,networkx,dijkstra", "--json"
+        ).document()
         assert document["graph"]["edges"] == 30
         for run in document["runs"]:
             assert run["cost"] == pytest.approx(best, rel=1e-12)
@@ -88,15 +90,17 @@ def test_every_format_gives_the_same_plans(cgla: Call, tmp_path: Path) -> None:
 
 def test_another_weight_and_one_way_roads(cgla: Call) -> None:
     ends = ("--from", "hill", "--to", "depot")
-    assert cgla("plan", "roads.csv", *ends, "--weight", "minutes", "--json").document()["runs"][0]["cost"] == 5.0
-    answer = cgla("plan", "roads.csv", *ends, "--directed")
+    assert (
+        cgla("graph", "plan", "roads.csv", *ends, "--weight", "minutes", "--json").document()["runs"][0]["cost"] == 5.0
+    )
+    answer = cgla("graph", "plan", "roads.csv", *ends, "--directed")
     assert answer.code == 1
     assert "cgla: no path exists on the graph" in answer.out
 
 
 def test_plan_writes_the_nodes_of_paths(cgla: Call, tmp_path: Path) -> None:
     answer = cgla(
-        "plan", "roads.csv", "--from", "depot", "--to", "hill", "--solver", "cgla,dijkstra", "--out", "results"
+        "graph", "plan", "roads.csv", "--from", "depot", "--to", "hill", "--solver", "cgla,dijkstra", "--out", "results"
     )
     assert answer.out.endswith("written to results: roads-cgla.csv, roads-dijkstra.csv\n")
     for name in ("cgla", "dijkstra"):
@@ -107,7 +111,7 @@ def test_plan_writes_the_nodes_of_paths(cgla: Call, tmp_path: Path) -> None:
     nx.set_edge_attributes(graph, 1.0, "weight")
     nx.set_node_attributes(graph, {0: (0.0, 0.5), 1: (1.0, 0.5), 2: (1.0, 1.5)}, "pos")
     (tmp_path / "line.json").write_text(json.dumps(nx.node_link_data(graph, edges="links")), encoding="utf-8")
-    document = cgla("plan", "line.json", "--from", 0, "--to", 2, "--out", "results", "--json").document()
+    document = cgla("graph", "plan", "line.json", "--from", 0, "--to", 2, "--out", "results", "--json").document()
     assert document["runs"][0]["length"] == 2.0
     assert document["files"] == ["results/line-cgla.csv"]
     text = (tmp_path / "results" / "line-cgla.csv").read_text(encoding="utf-8")
@@ -115,7 +119,7 @@ def test_plan_writes_the_nodes_of_paths(cgla: Call, tmp_path: Path) -> None:
 
 
 def test_start_is_goal(cgla: Call) -> None:
-    (run,) = cgla("plan", "one.csv", "--from", "a", "--to", "a", "--json").document()["runs"]
+    (run,) = cgla("graph", "plan", "one.csv", "--from", "a", "--to", "a", "--json").document()["runs"]
     assert (run["status"], run["cost"], run["path"]) == ("optimal", 0.0, ["a"])
 
 
@@ -126,17 +130,17 @@ def test_a_solver_that_fails_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(problem: object, solver: object) -> Solution:
         raise next(errors)
 
-    problem = graph_plan.open_problems("roads.csv", "depot", "hill", weight=None, directed=False)[1][0]
-    (entrant,) = graph_plan.read_graph_entrants("cgla")
-    monkeypatch.setattr(graph_plan, "solve", fail)
-    first, second = (graph_plan._answer(problem, entrant) for _ in range(2))
+    problem = graph_run.open_problems("roads.csv", "depot", "hill", weight=None, directed=False)[1][0]
+    (entrant,) = graph_run.read_graph_entrants("cgla")
+    monkeypatch.setattr(graph_run, "solve", fail)
+    first, second = (graph_run._answer(problem, entrant) for _ in range(2))
     assert (first.status.label, first.message) == ("failed", "RuntimeError: broken")
     assert (second.status.label, second.message) == ("out-of-memory", "MemoryError: too much")
 
 
 def test_a_long_path_is_shortened(cgla: Call, tmp_path: Path) -> None:
     (tmp_path / "long.csv").write_text("".join(f"{i},{i + 1},1\n" for i in range(30)), encoding="utf-8")
-    answer = cgla("plan", "long.csv", "--from", 0, "--to", 30)
+    answer = cgla("graph", "plan", "long.csv", "--from", 0, "--to", 30)
     assert "0 → 1 → 2 → … → 28 → 29 → 30 │    31 │ 30.0000000" in answer.out
 
 
@@ -146,67 +150,63 @@ ENDS = ("--from", "depot", "--to", "hill")
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        pytest.param(["plan", "roads.csv"], "name two of its nodes, --from A --to B", id="no nodes"),
-        pytest.param(["plan", "roads.csv", "--to", "hill"], "name two of its nodes", id="one node"),
-        pytest.param(["plan", "roads.csv", "--from", "depo", "--to", "hill"], "did you mean depot?", id="typo"),
-        pytest.param(["plan", "roads.csv", *ENDS, "--weight", "m"], "no column 'm'", id="column"),
-        pytest.param(["plan", "roads.csv", *ENDS, "--solver", "hybrid"], "in the plane, not on a graph", id="plane"),
-        pytest.param(["plan", "roads.csv", *ENDS, "--solver", "zz"], "unknown solver 'zz'", id="solver"),
-        pytest.param(["plan", "roads.csv", *ENDS, "--solver", ""], "names no solver", id="empty"),
-        pytest.param(["plan", "paper", "--solver", ""], "unknown solver ''", id="empty on a map"),
-        pytest.param(["plan", "nowhere.npz", *ENDS], "there is no such file", id="no file"),
-        pytest.param(["plan", "below.csv", "--from", "a", "--to", "c"], "has weight -1", id="below 0"),
-        *(
-            pytest.param(["plan", "roads.csv", *ENDS, *more], f"leave out {more[0]}", id=more[0])
-            for more in (
-                ["--start", "0,0"],
-                ["--goal", "0,0"],
-                ["--bounds", "0,0,1,1"],
-                ["--resolution", "9"],
-                ["--refine"],
-                ["--tolerance", "0.1"],
-                ["--no-certificate"],
-                ["--max-risk", "1"],
-                ["--max-length", "0"],
-            )
-        ),
-        *(
-            pytest.param([command, "paper", *more], "paper is no file of a graph", id=f"{command} {more[0]}")
-            for command in ("plan", "compare")
-            for more in (["--from", "a"], ["--to", "a"], ["--weight", "m"], ["--directed"])
-        ),
-        pytest.param(["compare", "paper", "--pairs", "2"], "leave out --pairs", id="pairs on a map"),
-        pytest.param(["compare", "roads.csv"], "or --pairs N", id="compare without nodes"),
-        pytest.param(["compare", "roads.csv", *ENDS, "--pairs", "2"], "--pairs draws nodes", id="pairs and nodes"),
-        pytest.param(["compare", "one.csv", "--pairs", "2"], "a single node", id="no pairs"),
-        pytest.param(["compare", "roads.csv", "paper", "--pairs", "2"], "any other argument", id="graph and map"),
-        *(
-            pytest.param(["compare", "roads.csv", *ENDS, *more], f"leave out {more[0]}", id=f"compare {more[0]}")
-            for more in (["--seeds", "2"], ["--budget", "seconds=1"], ["--workers", "2"], ["--pictures", "0"])
-        ),
-        pytest.param(["check-graph", "roads.csv"], "--target", id="no target"),
-        pytest.param(["check-graph", "roads.csv", "--target", "x"], "none of the 4 nodes", id="target"),
+        pytest.param(["graph", "plan", "roads.csv"], "name two of its nodes", id="none"),
+        pytest.param(["graph", "plan", "roads.csv", "--to", "hill"], "name two of its nodes", id="one node"),
         pytest.param(
-            ["check-graph", "roads.csv", "--target", "hill", "--source", "x"], "none of the 4 nodes", id="source"
+            ["graph", "plan", "roads.csv", "--from", "depo", "--to", "hill"], "did you mean depot?", id="typo"
         ),
-        pytest.param(["check-graph", "paper", "--target", "x"], "no file of a graph", id="check a map"),
+        pytest.param(["graph", "plan", "roads.csv", *ENDS, "--weight", "m"], "no column 'm'", id="column"),
+        pytest.param(["graph", "plan", "roads.csv", *ENDS, "--solver", "hybrid"], "not on a graph", id="plane"),
+        pytest.param(["graph", "plan", "roads.csv", *ENDS, "--solver", "zz"], "unknown solver 'zz'", id="solver"),
+        pytest.param(["graph", "plan", "roads.csv", *ENDS, "--solver", ""], "names no solver", id="empty"),
+        pytest.param(["plan", "paper", "--solver", ""], "unknown solver ''", id="empty on a map"),
+        pytest.param(["graph", "plan", "nowhere.npz", *ENDS], "there is no such file", id="no file"),
+        pytest.param(["graph", "plan", "below.csv", "--from", "a", "--to", "c"], "has weight -1", id="below 0"),
+        pytest.param(["graph", "plan", "roads.csv", *ENDS, "--k", "0"], "no such option: --k", id="of maps"),
+        pytest.param(["plan", "roads.csv"], "cgla graph plan roads.csv --from A --to B", id="plan a graph"),
+        pytest.param(["compare", "paper", "roads.csv"], "cgla graph compare roads.csv", id="compare a graph"),
+        pytest.param(["graph", "plan", "paper", *ENDS], "paper: this is no file of a graph", id="a map"),
+        pytest.param(["graph", "compare", "roads.csv"], "or --pairs N", id="compare without nodes"),
+        pytest.param(
+            ["graph", "compare", "roads.csv", *ENDS, "--pairs", "2"], "--pairs draws nodes", id="pairs and nodes"
+        ),
+        pytest.param(["graph", "compare", "one.csv", "--pairs", "2"], "a single node", id="no pairs"),
+        pytest.param(["graph", "check", "roads.csv"], "--target", id="no target"),
+        pytest.param(["graph", "check", "roads.csv", "--target", "x"], "none of the 4 nodes", id="target"),
+        pytest.param(
+            ["graph", "check", "roads.csv", "--target", "hill", "--source", "x"], "none of the 4 nodes", id="source"
+        ),
+        pytest.param(["graph", "check", "paper", "--target", "x"], "no file of a graph", id="check a map"),
     ],
 )
 def test_wrong_input_is_one_line(words: list[str], says: str, cgla: Call) -> None:
     cgla(*words).refused(says)
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (["plan", "--from", "depot", "roads.csv", "--to=hill"], ["plan", "roads.csv", *ENDS]),
+        (["check-graph", "roads.csv", "--target", "hill"], ["check", "roads.csv", "--target", "hill"]),
+    ],
+)
+def test_old_names_of_commands_do_the_same_and_say_the_new_one(old: list[str], new: list[str], cgla: Call) -> None:
+    answer = cgla(*old, "--json").document()
+    assert [*answer] == [*cgla("graph", *new, "--json").document()]
+    assert f"is now cgla graph {new[0]}" in cgla(*old).err
+
+
 # compare
 
 
 def test_compare_between_two_nodes_takes_all_solvers_for_graphs(cgla: Call) -> None:
-    runs = cgla("compare", "roads.csv", *ENDS, "--json").document()["runs"]
+    runs = cgla("graph", "compare", "roads.csv", *ENDS, "--json").document()["runs"]
     assert {"cgla", "dijkstra", "networkx", "networkx-astar"} <= {run["solver"] for run in runs}
     assert {(run["status"], run["cost"]) for run in runs} == {("optimal", 5.0)}
 
 
 def test_compare_over_pairs(cgla: Call, tmp_path: Path) -> None:
-    words = ("compare", "roads.csv", "--pairs", 30, "--solvers", "cgla,dijkstra")
+    words = ("graph", "compare", "roads.csv", "--pairs", 30, "--solvers", "cgla,dijkstra")
     runs = cgla(*words, "--json").document()["runs"]
     assert len(runs) == 60
     assert [(run["from"], run["to"], run["cost"]) for run in runs[:30]] == [
@@ -220,30 +220,30 @@ def test_compare_over_pairs(cgla: Call, tmp_path: Path) -> None:
     assert rows == [["cgla", "30", "+0.00 %"], ["dijkstra", "30", "+0.00 %"]]
     with (tmp_path / "results" / "roads-rows.csv").open(encoding="utf-8", newline="") as file:
         table = [*csv.DictReader(file)]
-    assert tuple(table[0]) == graph_plan.COLUMNS
+    assert tuple(table[0]) == graph_run.COLUMNS
     assert [(row["from"], float(row["cost"])) for row in table] == [(run["from"], run["cost"]) for run in runs]
 
 
 def test_compare_says_what_is_missing_where_strict(cgla: Call) -> None:
-    words = ("compare", "island.csv", "--from", "a", "--to", "d", "--solvers", "cgla,dijkstra")
+    words = ("graph", "compare", "island.csv", "--from", "a", "--to", "d", "--solvers", "cgla,dijkstra")
     assert (cgla(*words).code, cgla(*words, "--strict").code) == (0, 1)
-    assert cgla("compare", "roads.csv", *ENDS, "--strict").code == 0
+    assert cgla("graph", "compare", "roads.csv", *ENDS, "--strict").code == 0
 
 
 @pytest.mark.usefixtures("cgla")
 def test_excess_is_above_the_cheapest_path_of_each_pair() -> None:
     """A path of cost 0 cannot be undercut, and is infinitely far below any other."""
-    opened, problems = graph_plan.open_problems("roads.csv", None, None, 2, weight=None, directed=False)
-    run = graph_plan.plan_all(opened, problems, graph_plan.read_graph_entrants("cgla,dijkstra"))
+    opened, problems = graph_run.open_problems("roads.csv", None, None, 2, weight=None, directed=False)
+    run = graph_run.plan_all(opened, problems, graph_run.read_graph_entrants("cgla,dijkstra"))
     good = [dataclasses.replace(one, cost=cost) for one, cost in zip(run.solutions["cgla"], (2.0, 4.0), strict=True)]
     bad = [dataclasses.replace(one, cost=cost) for one, cost in zip(run.solutions["cgla"], (3.0, 4.4), strict=True)]
     free = [dataclasses.replace(one, cost=0.0) for one in good]
     for solutions, said in [((good, bad), "+50.00 %"), ((free, free), "+0.00 %"), ((free, bad), "-")]:
         mixed = dataclasses.replace(run, solutions=dict(zip("ab", solutions, strict=True)))
-        assert graph_plan._many_pairs(mixed, ()).rows[1][2] == said
+        assert graph_run._many_pairs(mixed, ()).rows[1][2] == said
 
 
-# check-graph
+# graph check
 
 
 def verdicts(answer: Answer) -> dict[str, bool | None]:
@@ -251,7 +251,7 @@ def verdicts(answer: Answer) -> dict[str, bool | None]:
 
 
 def test_check_graph_prints_a_line_for_each_check(cgla: Call) -> None:
-    answer = cgla("check-graph", "roads.csv", "--target", "hill", "--source", "depot", "--strict")
+    answer = cgla("graph", "check", "roads.csv", "--target", "hill", "--source", "depot", "--strict")
     first, *lines = answer.out.splitlines()
     assert first == "roads.csv: 4 nodes, 4 edges, undirected; target hill, source depot"
     assert [line[47:51].strip() for line in lines] == ["yes", "yes", "yes", "no", "yes", "yes", "yes", "yes", ""]
@@ -291,7 +291,7 @@ def test_check_graph_prints_a_line_for_each_check(cgla: Call) -> None:
 def test_what_holds_and_what_does_not(
     words: list[str], failed: set[str], open_: set[str], code: int, cgla: Call
 ) -> None:
-    answer = cgla("check-graph", *words, "--json", "--strict")
+    answer = cgla("graph", "check", *words, "--json", "--strict")
     opened = read_graph(Path(words[0]), directed="--directed" in words)
     ends = [opened.node(words[at + 1]) for at in range(len(words)) if words[at] in {"--target", "--source"}]
     in_python = cg.check_theorem_1(opened.graph(below_zero=True), *ends).document()
@@ -301,4 +301,4 @@ def test_what_holds_and_what_does_not(
     assert {name for name, holds in found.items() if holds is None} == open_
     assert len(found) == 8
     assert answer.code == code
-    assert cgla("check-graph", *words).code == 0
+    assert cgla("graph", "check", *words).code == 0

@@ -2,15 +2,21 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from cgla_graph.comparisons.cli.one_map import open_map
+from cgla_graph.comparisons.study.options import MapOptions, open_one
 from cgla_graph.errors import CglaError
+from cgla_graph.scenarios.scenario import Scenario
 
 ASC = "ncols 3\nnrows 2\nxllcorner 10\nyllcorner 20\ncellsize 10\nNODATA_value -9\n1 2 -9\n4 5 6\n"
 ENDS = {"start": "12,22", "goal": "38,38"}
+
+
+def open_map(spec: str | list[str], **changes: Any) -> Scenario:  # noqa: ANN401 - fields of MapOptions
+    return open_one("plan", spec, MapOptions(**changes))
 
 
 @pytest.fixture
@@ -21,15 +27,15 @@ def file(tmp_path: Path) -> str:
 
 def test_a_raster_with_all_of_its_options(file: str) -> None:
     raster = {"kind": "count", "scale": 50.0, "nodata": 0.0, "interpolation": "nearest"}
-    scenario = open_map("plan", file, **ENDS, k=4.0, raster=raster, resolution=7, bounds="5,15,45,45")
+    scenario = open_map(file, **ENDS, k=4.0, raster=raster, resolution=7, bounds="5,15,45,45")
     problem = scenario.problem
     assert (problem.k, problem.bounds, scenario.lattice.shape) == (4.0, (5.0, 15.0, 45.0, 45.0), (7, 7))
     assert problem.field.rasters[0].greatest == pytest.approx(3.0)
 
 
 def test_any_map_takes_another_weight() -> None:
-    assert open_map("plan", "paper", k=0.0).problem.k == 0.0
-    assert open_map("plan", "paper").problem.k == 10.0
+    assert open_map("paper", k=0.0).problem.k == 0.0
+    assert open_map("paper").problem.k == 10.0
 
 
 @pytest.mark.parametrize(
@@ -46,14 +52,14 @@ def test_any_map_takes_another_weight() -> None:
 )
 def test_faults(file: str, changes: dict[str, object], wrong: str) -> None:
     with pytest.raises(CglaError, match=wrong):
-        open_map("plan", file, **{**ENDS, "k": 4.0, **changes})
+        open_map(file, **{**ENDS, "k": 4.0, **changes})
 
 
 def test_options_of_rasters_are_for_rasters() -> None:
     with pytest.raises(CglaError, match=r"paper is no raster .* leave out --kind"):
-        open_map("plan", "paper", raster={"kind": "count"})
+        open_map("paper", raster={"kind": "count"})
     with pytest.raises(CglaError, match=r"no_fly.geojson .* holds longitudes and latitudes"):
-        open_map("plan", "paper", no_fly=Path("areas.geojson"))
+        open_map("paper", no_fly=[Path("areas.geojson")])
 
 
 def test_a_raster_in_degrees_without_saying_so(tmp_path: Path) -> None:
@@ -61,8 +67,7 @@ def test_a_raster_in_degrees_without_saying_so(tmp_path: Path) -> None:
     said = {"start": "24.9,60.1", "goal": "24.6,60.3", "bounds": "24,60,25,60.5", "k": 2.0}
     spec = str(tmp_path / "a.npy")
     upper, lower = (
-        open_map("plan", spec, **said, raster={"coordinates": "lonlat", "origin": origin})
-        for origin in ("upper", "lower")
+        open_map(spec, **said, raster={"coordinates": "lonlat", "origin": origin}) for origin in ("upper", "lower")
     )
     assert upper.projection is not None
     middle = [
@@ -70,7 +75,7 @@ def test_a_raster_in_degrees_without_saying_so(tmp_path: Path) -> None:
     ]
     assert [round(float(value)) for value in middle] == [1, 3]
     with pytest.raises(CglaError, match=r"coordinates.* 'metres'"):
-        open_map("plan", spec, **said, raster={"coordinates": "metres"})
+        open_map(spec, **said, raster={"coordinates": "metres"})
 
 
 def ring(west: float) -> str:
@@ -82,21 +87,21 @@ def test_several_geojson_files_are_one_map(tmp_path: Path) -> None:
     files = [tmp_path / f"{number}.geojson" for number in range(3)]
     for number, file in enumerate(files):
         file.write_text(ring(24.0 + 0.2 * number))
-    joined = open_map("plan", [str(file) for file in files], clearance=250.0)
-    beside = open_map("plan", str(files[0]), no_fly=files[1:], clearance=250.0)
+    joined = open_map([str(file) for file in files], clearance=250.0)
+    beside = open_map(str(files[0]), no_fly=files[1:], clearance=250.0)
     assert joined.problem == beside.problem
     assert (len(joined.problem.area.geometry.geoms), joined.problem.clearance) == (3, 250.0)
     assert joined.title == "3 no-fly areas of 0.geojson, 1.geojson, 2.geojson"
     with pytest.raises(CglaError, match="several files of areas or zones as one, and paper is none"):
-        open_map("plan", [str(files[0]), "paper"])
+        open_map([str(files[0]), "paper"])
 
 
 @pytest.mark.parametrize("spec", ["maze", "small.map"])
 def test_any_map_takes_a_clearance(spec: str, tmp_path: Path) -> None:
     (tmp_path / "small.map").write_text("type octile\nheight 4\nwidth 4\nmap\n....\n.@@.\n....\n....\n")
     path = spec if spec == "maze" else str(tmp_path / spec)
-    assert open_map("plan", path, clearance=0.01).problem.clearance == 0.01
+    assert open_map(path, clearance=0.01).problem.clearance == 0.01
     with pytest.raises(CglaError, match="--clearance is -1"):
-        open_map("plan", path, clearance=-1.0)
+        open_map(path, clearance=-1.0)
     with pytest.raises(CglaError, match=r"from the no-fly area.*, and the clearance is 3"):
-        open_map("plan", path, clearance=3.0)
+        open_map(path, clearance=3.0)

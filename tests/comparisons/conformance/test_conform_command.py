@@ -189,7 +189,7 @@ def test_a_tolerance_refuses_paths_that_cost_too_much(call: Call) -> None:
 
 def test_a_contradiction_is_loud(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     """A bound that is false on purpose."""
-    from cgla_graph.comparisons.cli import conform as command  # noqa: PLC0415 - what is patched
+    from cgla_graph.comparisons.conformance import report as command  # noqa: PLC0415 - what is patched
 
     (one,) = chosen(["open-straight"])
     false = one.model_copy(update={"lower_bound": 2.0, "upper_bound": 2.0})

@@ -21,8 +21,8 @@ from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.claims import terminal
 from cgla_graph.comparisons.claims.claim import Table
-from cgla_graph.comparisons.cli import study_output
 from cgla_graph.comparisons.cli.pareto import front_table
+from cgla_graph.comparisons.results import study_output
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable

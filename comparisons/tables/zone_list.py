@@ -1,4 +1,4 @@
-"""What commands say of zones: which options choose, how many are closed, open and left out, and the list of them."""
+"""The zones of maps: how many are closed, open and left out, and the list of them."""
 
 import csv
 import io
@@ -7,66 +7,29 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from cgla_graph._text import shown
 from cgla_graph.airspace.zones.zone_account import ZoneRecord
 from cgla_graph.comparisons import console, files
 from cgla_graph.errors import CglaError
 from cgla_graph.scenarios.loading import RASTERS
 from cgla_graph.scenarios.scenario import Scenario
 
-#: What `--above` says, as heights of zones are written.
-ABOVE = {"ground": "AGL", "sea": "AMSL", "home": "HOME"}
 #: Columns of the list.
 COLUMNS = ("scenario", *ZoneRecord.__dataclass_fields__)
 
 
-def chosen(
-    altitude: float | None, above: str | None, at: str | None, treat: Sequence[str] | None, ground: Path | None
-) -> dict[str, Any]:
-    """
-    Gather what is said of zones, as `cgla_graph.scenarios.loading.open_scenarios` takes it; None where nothing is.
-
-    Raises
-    ------
-    CglaError
-        If one of them is malformed.
-
-    Examples
-    --------
-    >>> chosen(450.0, "sea", None, ["CONDITIONAL=open"], None)["altitude"]
-    '450 AMSL'
-    """
-    if above is not None and above not in ABOVE:
-        msg = f"--above is {shown(above)}; give one of {', '.join(ABOVE)}"
-        raise CglaError(msg)
-    treated = {}
-    for text in treat or ():
-        kind, equals, value = (part.strip() for part in text.partition("="))
-        if not equals or value.lower() not in {"closed", "open"}:
-            msg = f"--treat is {shown(text)}; give KIND=closed or KIND=open, as CONDITIONAL=open"
-            raise CglaError(msg)
-        treated[kind.upper()] = value.lower()
-    return {
-        "altitude": None if altitude is None else f"{altitude:.12g} {ABOVE[above or 'ground']}",
-        "at": at,
-        "treat": treated or None,
-        "ground": None if ground is None else str(ground.absolute()),
-    }
-
-
-def may_be(spec: str, no_fly: Sequence[Path] | None) -> bool:
+def may_have_zones(spec: str, no_fly: Sequence[Path] | None) -> bool:
     """
     Tell whether a map may have zones, before it is opened.
 
     Examples
     --------
-    >>> may_be("paper", None), may_be("zones.json", None)
+    >>> may_have_zones("paper", None), may_have_zones("zones.json", None)
     (False, True)
     """
     return bool(no_fly) or Path(spec).suffix.lower() not in {"", ".geojson", *RASTERS}
 
 
-def told(
+def print_zones(
     scenarios: Iterable[Scenario], target: Path | None, *, altitude: float | None, two: bool = False, as_json: bool
 ) -> dict[str, Any]:
     """

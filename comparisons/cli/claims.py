@@ -1,0 +1,64 @@
+"""The command `claims`: the claims of the paper, checked."""
+
+import dataclasses
+from typing import Annotated
+
+import typer
+
+from cgla_graph.comparisons import console
+from cgla_graph.comparisons.cli.options import JsonOption, StudyOptions
+
+
+def claims(
+    study: StudyOptions,
+    ids: Annotated[
+        list[str] | None, typer.Argument(metavar="ID", help="claims, as C28, or C17-C19 for a range (default: all)")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="on a few maps only: minutes instead of an hour")] = False,
+    maps: Annotated[
+        int | None, typer.Option("--maps", metavar="N", min=1, help="random maps a cell (default: 200)")
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", metavar="S", min=0, help="of all that is drawn")] = 1,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="exit with 1 unless every claim is proved or supported")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Check the claims of the paper.
+
+    Prints a verdict for each, of up to three claims with all the evidence. With --out, writes a report (report.html,
+    report.md), the paper's figures and tables remade, the counterexamples, and all numbers (claims.json); what is
+    measured is kept as it comes (claims.jsonl), so that an interrupted study can go on. Ctrl-C keeps what is done.
+    """
+    from cgla_graph.comparisons.claims import catalogue, command, terminal, wording
+    from cgla_graph.comparisons.claims.evidence import Scale
+    from cgla_graph.errors import CglaError
+
+    if quick and maps is not None:
+        msg = "--quick chooses the number of maps itself; leave out --maps, or --quick"
+        raise CglaError(msg)
+    if (study.resume or study.overwrite) and study.out is None:
+        msg = f"{'--resume' if study.resume else '--overwrite'} needs the folder of the study (--out)"
+        raise CglaError(msg)
+    scale = Scale(Scale().maps if maps is None else maps, seed, quick)
+    request = command.Request(
+        catalogue.chosen(ids or []), scale, study.out, study.resume, study.overwrite, scheduler=study.dask
+    )
+    if study.workers is not None:
+        request = dataclasses.replace(request, workers=study.workers)
+    done = command.check_all(request)
+    if as_json:
+        console.out_json(wording.results_document(done.results, scale))
+    else:
+        terminal.print_results(done.results, scale)
+        console.out_files(done.written)
+    if done.interrupted:
+        kept = f"; go on with --out {study.out} --resume" if study.out else ""
+        msg = f"{len(done.results)} of {len(request.claims)} claims are checked{kept}"
+        raise console.InterruptedRunError(msg)
+    for shown in done.shown:
+        if shown.failed:
+            console.say(f"{shown.artefact.label} could not be made: {shown.failed}")
+    if not done.is_whole or (strict and not done.all_hold):
+        raise typer.Exit(console.MISSING)

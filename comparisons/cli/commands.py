@@ -1,0 +1,83 @@
+"""The commands and where they are: each is a function in a file of its own, imported when it is asked for."""
+
+import importlib
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Any, TypeAlias, cast
+
+import typer
+from typer.core import TyperGroup
+
+from cgla_graph.comparisons import console
+from cgla_graph.comparisons.cli.options import flattened
+
+#: Options of graphs in version 0.1, where `plan` and `compare` took their files.
+_OF_GRAPHS = {"--from", "--to", "--pairs", "--weight", "--directed"}
+#: Where commands are: the module and the function; of a group of commands, its help and the commands.
+Place: TypeAlias = "str | tuple[str, dict[str, Place]]"
+COMMANDS: "dict[str, Place]" = {
+    "compare": "compare:compare",
+    "plan": "plan:plan",
+    "graph": (
+        "Plan on a graph of your own: the nodes and edges of a file.",
+        {"plan": "graph:plan", "compare": "graph:compare", "check": "graph:check"},
+    ),
+    "pareto": "proofs:pareto",
+    "certify": "proofs:certify",
+    "check": "proofs:check",
+    "conform": "conform:conform",
+    "answer": "conform:answer",
+    "fly": "fly:fly",
+    "results": "results:results",
+    "view": "results:view",
+    "live": "results:live",
+    "claims": "claims:claims",
+    "solvers": "listings:solvers",
+    "scenarios": "listings:scenarios",
+    "missions": "listings:missions",
+}
+
+
+class Commands(Mapping[str, Any]):
+    """Commands by name, each imported when it is looked up."""
+
+    def __init__(self, places: "dict[str, Place]") -> None:
+        self.places = places
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self.places)
+
+    def __len__(self) -> int:
+        """Count the commands."""
+        return len(self.places)
+
+    def __getitem__(self, name: str) -> Any:  # noqa: ANN401 - a command, or a group of them
+        """Return a command, as click has it."""
+        place = self.places[name]
+        if isinstance(place, str):
+            return _imported(name, place)
+        text, inner = place
+        return TyperGroup(name=name, help=text, commands=cast("Any", Commands(inner)), rich_markup_mode=None)
+
+
+@cache
+def _imported(name: str, place: str) -> Any:  # noqa: ANN401 - click's, which typer holds in itself
+    """Import the function of a command, and read its options."""
+    module, _, function = place.partition(":")
+    home = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+    # what follows the planner's name is the planner's
+    register = home.command(name, context_settings={"allow_interspersed_args": name != "conform"})
+    register(flattened(getattr(importlib.import_module(f"cgla_graph.comparisons.cli.{module}"), function)))
+    return typer.main.get_command(home)
+
+
+def renamed(words: list[str]) -> list[str]:
+    """Replace the names that commands on graphs had in version 0.1, and say so."""
+    old, new = words[:1], ["graph", *words[:1]]
+    if old == ["check-graph"]:
+        new = ["graph", "check"]
+    elif old not in (["plan"], ["compare"]) or not {word.partition("=")[0] for word in words} & _OF_GRAPHS:
+        return words
+    console.say(f"cgla: cgla {old[0]} on a graph is now cgla {' '.join(new)}; the old name goes with version 0.3")
+    return [*new, *words[1:]]

@@ -1,0 +1,79 @@
+"""The command `fly`: a mission of several UAVs."""
+
+from typing import Annotated
+
+import typer
+
+from cgla_graph.comparisons import console
+from cgla_graph.comparisons.cli import completion
+from cgla_graph.comparisons.cli.options import ClearanceOption, ExportOptions, JsonOption, OutOption
+
+
+def fly(
+    export: ExportOptions,
+    mission: Annotated[
+        str,
+        typer.Argument(
+            metavar="[MISSION]",
+            autocompletion=completion.missions,
+            help="shipped name, or .toml (cgla missions lists them)",
+        ),
+    ] = "fig8",
+    solver: Annotated[
+        str | None,
+        typer.Option(
+            "--solver",
+            metavar="NAME",
+            autocompletion=completion.solvers,
+            help="name, with settings as NAME:A=1:B=2 (default: the mission's)",
+        ),
+    ] = None,
+    variant: Annotated[
+        str | None, typer.Option("--variant", metavar="NAME", help="fly only this variant (default: all)")
+    ] = None,
+    max_ticks: Annotated[int | None, typer.Option("--max-ticks", metavar="N", min=1, help="stop after N ticks")] = None,
+    clearance: ClearanceOption = None,
+    value: Annotated[
+        bool,
+        typer.Option(help="fly again with full knowledge, and without sharing, to see what these are worth"),
+    ] = True,
+    animation: Annotated[bool, typer.Option(help="with --out: draw animations as well as pictures")] = True,
+    out: OutOption = None,
+    strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a UAV does not arrive")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Fly a mission of several UAVs.
+
+    Without arguments: Fig. 8 of the paper, two UAVs that meet unless virtual obstacles keep them apart. Prints a table
+    a variant; with --out, writes a log (JSON Lines), traces (CSV), pictures and animations; with --export, what each
+    UAV flew as a plan (NAME-UAV.plan). Ctrl-C keeps what is flown.
+    """
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.cli import export as exports
+    from cgla_graph.comparisons.missions import fly as flights
+
+    exported = exports.read_export(export.export, export.altitude, export.above, export.speed)
+    opened, specs = flights.open_mission(
+        mission, solver=solver, variant=variant, max_ticks=max_ticks, clearance=clearance
+    )
+    for spec in specs:
+        exports.check_map(exported, spec)
+    folder = files.make_folder(out) if out else None
+    with console.running_solvers(), console.progress(None) as tick:
+        done = flights.fly_all(specs, folder, value=value, animation=animation, step=tick)
+    plans = exports.write_flights(exported, done.flown)
+    if as_json:
+        document = flights.flights_document(opened, done)
+        console.out_json({**document, "files": [*document["files"], *map(str, plans)]})
+    else:
+        flights.print_flights(done.flown)
+        console.out_files(done.written)
+        for file in plans:
+            console.out_files([file])
+    if done.failure is not None:
+        raise done.failure
+    if done.interrupted:
+        raise console.InterruptedRunError(flights.kept_note(done, len(specs), folder))
+    if strict and not all(flown.flight.all_arrived for flown in done.flown):
+        raise typer.Exit(console.MISSING)

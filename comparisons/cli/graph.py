@@ -1,0 +1,136 @@
+"""The commands `graph plan`, `graph compare` and `graph check`: on the file of a graph of the user's own."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cgla_graph.comparisons import console
+from cgla_graph.comparisons.cli import completion
+from cgla_graph.comparisons.cli.options import GraphArg, GraphOptions, JsonOption, OutOption, SolversOption
+
+if TYPE_CHECKING:
+    from cgla_graph.comparisons.results.graph_run import GraphRun
+
+FromOption = Annotated[str | None, typer.Option("--from", metavar="A", help="the node to start at")]
+ToOption = Annotated[str | None, typer.Option("--to", metavar="B", help="the node to get to")]
+
+
+def plan(
+    graph: GraphArg,
+    options: GraphOptions,
+    source: FromOption = None,
+    target: ToOption = None,
+    solver: Annotated[
+        str,
+        typer.Option(
+            "--solver",
+            metavar="A,B",
+            autocompletion=completion.solvers,
+            help="one or more, with settings as NAME:A=1:B=2",
+        ),
+    ] = "cgla",
+    out: OutOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Plan between two nodes of a graph.
+
+    Prints the path that each solver finds; with --out, writes its nodes as CSV. Exits with 1 if there is no path.
+    """
+    run = _planned(graph, options, solver, source, target)
+    _answer(run, out, as_json=as_json)
+    if not run.all_found:
+        raise typer.Exit(console.MISSING)
+
+
+def compare(
+    graph: GraphArg,
+    options: GraphOptions,
+    source: FromOption = None,
+    target: ToOption = None,
+    pairs: Annotated[
+        int | None, typer.Option("--pairs", metavar="N", min=1, help="draw N pairs of nodes instead")
+    ] = None,
+    solvers: SolversOption = None,
+    strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a run has no path")] = False,
+    out: OutOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Compare solvers between two nodes of a graph, or many pairs of them.
+
+    Runs are made one after the other, in this process. With --out, writes each path, or of several pairs a row a run.
+    """
+    run = _planned(graph, options, solvers, source, target, pairs)
+    _answer(run, out, as_json=as_json)
+    if strict and not run.all_found:
+        raise typer.Exit(console.MISSING)
+
+
+def _planned(
+    graph: str,
+    options: GraphOptions,
+    solvers: str | None,
+    source: str | None,
+    target: str | None,
+    pairs: int | None = None,
+) -> "GraphRun":
+    """Open a graph, and run solvers on it."""
+    from cgla_graph.comparisons.results import graph_run
+
+    entrants = graph_run.read_graph_entrants(solvers)
+    opened, problems = graph_run.open_problems(
+        graph, source, target, pairs, weight=options.weight, directed=options.directed
+    )
+    with console.running_solvers():
+        return graph_run.plan_all(opened, problems, entrants)
+
+
+def _answer(run: "GraphRun", out: Path | None, *, as_json: bool) -> None:
+    """Write and print the paths."""
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.results import graph_run
+
+    written = graph_run.write_graph_run(files.make_folder(out), run) if out else []
+    if as_json:
+        console.out_json({**graph_run.graph_run_document(run), "files": [*map(str, written)]})
+    else:
+        graph_run.print_graph_run(run)
+        console.out_files(written)
+
+
+def check(
+    graph: GraphArg,
+    options: GraphOptions,
+    target: Annotated[str, typer.Option("--target", metavar="T", help="the node whose costs-to-go are computed")],
+    source: Annotated[
+        str | None, typer.Option("--source", metavar="S", help="the node at which the search may stop (default: any)")
+    ] = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="exit with 1 if something does not hold that Theorem 1 is about")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Check whether Theorem 1 holds on a graph of your own.
+
+    Prints what it assumes (weights, ways to the target) and what it says, round by round of Eq. 9: Lemma 1, that n
+    rounds give the least costs, that settled values stay, when the source comes into Delta; and the ties in Delta.
+    """
+    from cgla_graph.comparisons.results.graph_run import graph_document, graph_title
+    from cgla_graph.cost_to_go.theorem_1 import check_theorem_1
+    from cgla_graph.model.adjacency import label_text
+    from cgla_graph.scenarios.graph_file import read_graph
+
+    with console.running_solvers():
+        opened = read_graph(Path(graph), weight=options.weight, directed=options.directed)
+        ends = opened.node(target), None if source is None else opened.node(source)
+        checked = check_theorem_1(opened.graph(below_zero=True), *ends)
+    if as_json:
+        console.out_json({"graph": graph_document(opened), **checked.document()})
+    else:
+        said = "" if checked.source is None else f", source {label_text(checked.source)}"
+        console.out(f"{graph_title(opened)}; target {label_text(checked.target)}{said}\n{checked}\n")
+    if strict and not checked.all_hold:
+        raise typer.Exit(console.MISSING)

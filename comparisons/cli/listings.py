@@ -1,0 +1,94 @@
+"""The commands `solvers`, `scenarios` and `missions`, which list what is there."""
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
+
+import typer
+
+from cgla_graph.comparisons import console
+from cgla_graph.comparisons.cli.options import JsonOption
+
+
+def solvers(as_json: JsonOption = False) -> None:
+    """
+    List the solvers.
+
+    Says what each is and promises, its settings, and what is missing where one cannot run.
+    """
+    from cgla_graph.solvers import listing
+
+    lines = [listing.describe(name) for name in listing.built_in()]
+    for name in listing.plug_ins():
+        from cgla_graph.solvers import registry
+
+        lines.append(registry.describe(name))
+    _print_listing("solvers", list(lines[0]), lines, as_json)
+
+
+def scenarios(
+    show: Annotated[
+        str | None, typer.Option("--show", metavar="NAME", help="print the file of a shipped scenario")
+    ] = None,
+    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of scenario files")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    List the shipped scenarios.
+
+    With --show, prints the file of one as a start for your own; with --schema, the JSON schema of such files.
+    """
+    from cgla_graph.scenarios import shipped
+
+    if schema:
+        from cgla_graph.scenarios.scenario import schema as schema_of
+
+        console.out_json(schema_of())
+    elif show is not None:
+        console.out(shipped.shipped_scenario(show))
+    else:
+        _print_listing("scenarios", ["name", "title"], shipped.scenario_list(), as_json)
+
+
+def missions(
+    show: Annotated[
+        str | None, typer.Option("--show", metavar="NAME", help="print the file of a shipped mission")
+    ] = None,
+    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of mission files")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    List the shipped missions.
+
+    With --show, prints the file of one as a start for your own; with --schema, the JSON schema of such files.
+    """
+    from cgla_graph.scenarios import shipped
+
+    if schema:
+        from cgla_graph.scenarios.mission_file import mission_schema
+
+        console.out_json(mission_schema())
+    elif show is not None:
+        console.out(shipped.shipped_mission(show))
+    else:
+        lines = shipped.mission_list()
+        _print_listing("missions", ["name", "title", "uavs", "variants"], lines, as_json, {"title": 30, "variants": 20})
+
+
+def _print_listing(
+    what: str,
+    heads: Sequence[str],
+    lines: Sequence[Mapping[str, Any]],
+    as_json: bool,
+    widest: Mapping[str, int] | None = None,
+) -> None:
+    """Print records: as JSON with all keys, or as a table of the columns `heads`, some no wider than `widest` says."""
+    from cgla_graph.comparisons.tables.listing import listing
+
+    if as_json:
+        console.out_json({what: lines})
+        return
+    plain = [
+        {head: ", ".join(line[head]) if isinstance(line[head], list) else line[head] for head in heads}
+        for line in lines
+    ]
+    console.out_table(listing(what, heads, plain, widest))

@@ -1,0 +1,479 @@
+"""Options of the command line in groups, and the arguments that several commands take."""
+
+import dataclasses
+import functools
+import inspect
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+
+import typer
+
+from cgla_graph.comparisons import console
+from cgla_graph.comparisons.cli import completion
+
+if TYPE_CHECKING:
+    from cgla_graph.comparisons.study.options import MapOptions as MapChanges
+    from cgla_graph.scenarios.scenario import Scenario
+
+#: The words of `--above`, as heights of zones are written.
+ABOVE = {"ground": "AGL", "sea": "AMSL", "home": "HOME"}
+_BY_NAME = inspect.Parameter.KEYWORD_ONLY
+
+MissionsArg = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="SCENARIO",
+        autocompletion=completion.scenarios_and_missions,
+        help="shipped name, mission, .toml, .geojson, zones (.json, .kml, .kmz), .tif, .asc, .map, or .scen "
+        "(FILE.scen:FIRST-LAST)",
+    ),
+]
+ScenarioArg = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="SCENARIO",
+        autocompletion=completion.scenarios,
+        help="shipped name, .toml, .geojson or zones (.json, .kml, .kmz; or several), .tif, .asc, .npy, .map, or "
+        "FILE.scen:ROW",
+    ),
+]
+GraphArg = Annotated[str, typer.Argument(metavar="GRAPH", help=".graphml, .json (node-link), .csv, .mtx or .npz")]
+StudyArg = Annotated[Path, typer.Argument(metavar="DIR", help="folder of a study, as compare --out makes it")]
+SolverOption = Annotated[
+    str,
+    typer.Option(
+        "--solver", metavar="NAME", autocompletion=completion.solvers, help="name, with settings as NAME:A=1:B=2"
+    ),
+]
+SolversOption = Annotated[
+    str | None,
+    typer.Option(
+        "--solvers",
+        metavar="A,B",
+        autocompletion=completion.solvers,
+        help="names, with settings as NAME:A=1:B=2 (default: all)",
+    ),
+]
+CorridorOption = Annotated[
+    float | None, typer.Option("--corridor", metavar="W", help="whole width of the corridor (default: 0), map units")
+]
+RefineOption = Annotated[bool, typer.Option("--refine", help="refine every path in the plane before it counts")]
+ClearanceOption = Annotated[
+    float | None,
+    typer.Option("--clearance", metavar="C", help="stay at least so far from no-fly areas (map units, or metres)"),
+]
+BoundsOption = Annotated[
+    str | None,
+    typer.Option(
+        "--bounds", metavar="W,S,E,N", help="no path leaves these, instead of the map's: least x, y, greatest x, y"
+    ),
+]
+KOption = Annotated[
+    float | None, typer.Option("--k", metavar="K", help="risk weight, instead of the scenario's: length + k * risk")
+]
+AltitudeOption = Annotated[
+    float | None,
+    typer.Option(
+        "--altitude", metavar="M", help="of the flight, metres (see --above): of exported plans, and which zones count"
+    ),
+]
+AboveOption = Annotated[
+    str | None,
+    typer.Option(
+        "--above",
+        metavar="WHAT",
+        help="what --altitude is above: home, ground or sea (default: home in exported plans, ground of zones)",
+    ),
+]
+SpeedOption = Annotated[
+    float | None, typer.Option("--speed", metavar="V", help="of the flight, metres a second (default: left open)")
+]
+OutOption = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="write files and pictures into DIR")]
+FormatsOption = Annotated[
+    str | None,
+    typer.Option("--formats", metavar="A,B", help="with --out: formats of pictures, some of png,svg,pdf"),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON document on standard output, nothing else")]
+PortOption = Annotated[
+    int, typer.Option("--port", metavar="N", min=0, max=65535, help="to listen on (default: one that is free)")
+]
+BrowserOption = Annotated[bool, typer.Option(help="open the page in the browser")]
+
+
+@dataclass(frozen=True)
+class MapOptions:
+    """Changes to a map."""
+
+    start: Annotated[
+        str | None, typer.Option("--start", metavar="X,Y", help="instead of the scenario's (lon,lat on such maps)")
+    ] = None
+    goal: Annotated[
+        str | None, typer.Option("--goal", metavar="X,Y", help="instead of the scenario's (lon,lat on such maps)")
+    ] = None
+    bounds: BoundsOption = None
+    k: KOption = None
+    clearance: ClearanceOption = None
+    no_fly: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--no-fly",
+            metavar="FILE",
+            help="more no-fly areas, on maps in lon/lat: GeoJSON, or zones (ED-269, ED-318, KML, KMZ); may be repeated",
+        ),
+    ] = None
+    resolution: Annotated[
+        int | None, typer.Option("--resolution", metavar="N", help="points a side of a closed lattice")
+    ] = None
+
+
+@dataclass(frozen=True)
+class ZoneOptions:
+    """Which zones count, and where the list of them goes."""
+
+    altitude: AltitudeOption = None
+    above: AboveOption = None
+    at: Annotated[
+        str | None,
+        typer.Option(
+            "--at", metavar="TIME", help="of zones: when the flight is, as 2026-08-01T12:00+02:00 (default: all)"
+        ),
+    ] = None
+    treat: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--treat",
+            metavar="KIND=closed|open",
+            help="of zones: as REQ_AUTHORISATION=open (default: all closed but NO_RESTRICTION); may be repeated",
+        ),
+    ] = None
+    ground: Annotated[
+        Path | None,
+        typer.Option(
+            "--ground", metavar="FILE.tif", help="of zones: elevations, to compare heights above ground and sea"
+        ),
+    ] = None
+    zones_list: Annotated[
+        Path | None,
+        typer.Option("--zones-list", metavar="FILE", help="write what became of each zone, and why: .csv or .json"),
+    ] = None
+
+    def settings(self) -> dict[str, Any]:
+        """
+        Return the settings as `cgla_graph.scenarios.loading.open_scenarios` takes them; None where they are left out.
+
+        Raises
+        ------
+        CglaError
+            If one of them is malformed.
+
+        Examples
+        --------
+        >>> ZoneOptions(450.0, "sea", treat=["CONDITIONAL=open"]).settings()["altitude"]
+        '450 AMSL'
+        """
+        from cgla_graph._text import shown
+        from cgla_graph.errors import CglaError
+
+        if self.above is not None and self.above not in ABOVE:
+            msg = f"--above is {shown(self.above)}; give one of {', '.join(ABOVE)}"
+            raise CglaError(msg)
+        treated = {}
+        for text in self.treat or ():
+            kind, equals, value = (part.strip() for part in text.partition("="))
+            if not equals or value.lower() not in {"closed", "open"}:
+                msg = f"--treat is {shown(text)}; give KIND=closed or KIND=open, as CONDITIONAL=open"
+                raise CglaError(msg)
+            treated[kind.upper()] = value.lower()
+        return {
+            "altitude": None if self.altitude is None else f"{self.altitude:.12g} {ABOVE[self.above or 'ground']}",
+            "at": self.at,
+            "treat": treated or None,
+            "ground": None if self.ground is None else str(self.ground.absolute()),
+        }
+
+
+@dataclass(frozen=True)
+class RasterOptions:
+    """How a raster of risk is read."""
+
+    kind: Annotated[
+        str | None,
+        typer.Option("--kind", metavar="KIND", help="of a raster: density, or count (of each cell, as people)"),
+    ] = None
+    scale: Annotated[
+        float | None, typer.Option("--scale", metavar="S", help="of a raster: what its densities are multiplied by")
+    ] = None
+    nodata: Annotated[
+        float | None, typer.Option("--nodata", metavar="V", help="of a raster: what cells without data stand for")
+    ] = None
+    interpolation: Annotated[
+        str | None, typer.Option("--interpolation", metavar="HOW", help="of a raster: bilinear or nearest")
+    ] = None
+    origin: Annotated[
+        str | None,
+        typer.Option("--origin", metavar="WHERE", help="of a .npy: row 0 is the upper one (default), or lower"),
+    ] = None
+    coordinates: Annotated[
+        str | None,
+        typer.Option("--coordinates", metavar="WHICH", help="of a .npy or .asc: plane (default) or lonlat for degrees"),
+    ] = None
+
+
+@dataclass(frozen=True)
+class GroundRiskOptions:
+    """Prices instead of a risk weight, and limits of the density below."""
+
+    prevented_fatality: Annotated[
+        float | None,
+        typer.Option(
+            "--prevented-fatality", metavar="P", help="what preventing a fatality is worth; with --metre-price"
+        ),
+    ] = None
+    metre_price: Annotated[
+        float | None,
+        typer.Option("--metre-price", metavar="P", help="price of a metre flown: k is the one price over the other"),
+    ] = None
+    max_density: Annotated[
+        float | None,
+        typer.Option("--max-density", metavar="D", help="of rasters: no cell under the corridor is above it"),
+    ] = None
+    corridor: CorridorOption = None
+
+
+@dataclass(frozen=True)
+class ProofOptions:
+    """How tight the lower bound is."""
+
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            "--tolerance", metavar="R", help="how tight the lower bound shall be (default: 0.005; 0: no bound)"
+        ),
+    ] = None
+    no_certificate: Annotated[
+        bool, typer.Option("--no-certificate", help="leave out the lower bound, and so the gaps")
+    ] = False
+
+
+@dataclass(frozen=True)
+class BudgetOptions:
+    """A budget instead of the risk weight."""
+
+    max_risk: Annotated[
+        float | None, typer.Option("--max-risk", metavar="R", help="find the shortest path with at most that risk")
+    ] = None
+    max_length: Annotated[
+        float | None, typer.Option("--max-length", metavar="L", help="find the least risk on a path at most that long")
+    ] = None
+
+
+@dataclass(frozen=True)
+class FlyableOptions:
+    """A path of lines and arcs, and how long it takes to fly it."""
+
+    turn_radius: Annotated[
+        float | None,
+        typer.Option("--turn-radius", metavar="R", help="make the path flyable: lines and arcs, none tighter than R"),
+    ] = None
+    start_heading: Annotated[
+        float | None,
+        typer.Option("--start-heading", metavar="DEG", help="of a flyable path, degrees clockwise from north (y)"),
+    ] = None
+    goal_heading: Annotated[
+        float | None, typer.Option("--goal-heading", metavar="DEG", help="the same at the goal")
+    ] = None
+    arc_tolerance: Annotated[
+        float | None,
+        typer.Option("--arc-tolerance", metavar="D", help="of arcs as exported waypoints (default: R / 100)"),
+    ] = None
+    wind: Annotated[
+        str | None,
+        typer.Option(
+            "--wind", metavar="EAST,NORTH", help="where the air moves to, metres a second, for the time of flight"
+        ),
+    ] = None
+    power: Annotated[
+        float | None,
+        typer.Option("--power", metavar="W", help="what the aircraft draws, watts, for the energy of flight"),
+    ] = None
+    speed: SpeedOption = None
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """Flight plans to write."""
+
+    export: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--export",
+            metavar="NAME.plan",
+            help="write the path to fly it: .plan, .waypoints, .kml, .gpx, .geojson, .csv; may be repeated",
+        ),
+    ] = None
+    altitude: AltitudeOption = None
+    above: AboveOption = None
+    speed: SpeedOption = None
+
+
+@dataclass(frozen=True)
+class GraphOptions:
+    """How the file of a graph is read."""
+
+    weight: Annotated[
+        str | None,
+        typer.Option("--weight", metavar="NAME", help="what holds the weights of the edges (default: weight)"),
+    ] = None
+    directed: Annotated[
+        bool, typer.Option("--directed", help="of a .csv: its edges lead from source to target only")
+    ] = False
+
+
+@dataclass(frozen=True)
+class StudyOptions:
+    """Where a study is kept, and what makes its runs."""
+
+    out: OutOption = None
+    resume: Annotated[
+        bool, typer.Option("--resume", help="go on with the study in --out; nothing that is done is made again")
+    ] = False
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="replace the study that is in --out")] = False
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers", metavar="N", min=0, help="processes that make runs (default: one a core; 0: this one)"
+        ),
+    ] = None
+    dask: Annotated[
+        str | None,
+        typer.Option("--dask", metavar="SCHEDULER", help="make the runs on a Dask cluster, as tcp://HOST:8786"),
+    ] = None
+
+
+@dataclass(frozen=True)
+class OutputOptions:
+    """Where the answer goes."""
+
+    out: OutOption = None
+    formats: FormatsOption = None
+    as_json: JsonOption = False
+
+
+@dataclass(frozen=True)
+class PageOptions:
+    """Where a page is served."""
+
+    port: PortOption = 0
+    browser: BrowserOption = True
+
+
+def flattened(function: Callable[..., None]) -> Callable[..., None]:
+    """
+    Replace each parameter that is a group of options by these options, as typer reads them.
+
+    Groups may share an option: each gets its value.
+
+    Examples
+    --------
+    >>> def plan(scenario: str, export: ExportOptions, zones: ZoneOptions) -> None:
+    ...     print(scenario, export.altitude, zones.altitude, zones.at)
+    >>> flattened(plan)(scenario="paper", altitude=80.0, at="now")
+    paper 80.0 80.0 now
+    >>> list(inspect.signature(flattened(plan)).parameters)[:4]
+    ['scenario', 'export', 'altitude', 'above']
+    """
+    hints = get_type_hints(function, include_extras=True)
+    groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}
+    flat = {}
+    for name, parameter in inspect.signature(function).parameters.items():
+        inner = get_type_hints(groups[name], include_extras=True) if name in groups else hints
+        for one in fields(groups[name]) if name in groups else [parameter]:
+            flat[one.name] = inspect.Parameter(one.name, _BY_NAME, default=one.default, annotation=inner[one.name])
+
+    @functools.wraps(function)
+    def command(**given: Any) -> None:  # noqa: ANN401 - values of any options
+        of_groups = {name: {one.name for one in fields(kind)} & set(given) for name, kind in groups.items()}
+        gathered = {name: groups[name](**{one: given[one] for one in found}) for name, found in of_groups.items()}
+        function(**{name: value for name, value in given.items() if name in hints and name not in groups}, **gathered)
+
+    command.__signature__ = inspect.Signature(list(flat.values()))  # type: ignore[attr-defined]
+    command.__annotations__ = {name: one.annotation for name, one in flat.items()}
+    return command
+
+
+def open_map(
+    command: str,
+    spec: Sequence[str],
+    maps: MapOptions,
+    zones: ZoneOptions,
+    raster: RasterOptions,
+    *,
+    k: float | None = None,
+) -> "Scenario":
+    """
+    Open the one map that a command takes; several files of areas or zones are one map.
+
+    Parameters
+    ----------
+    command, spec
+        Its name, and the map.
+    maps, zones, raster
+        Changes to it.
+    k
+        The risk weight; None for that of `maps`.
+
+    Raises
+    ------
+    CglaError
+        If anything is wrong with any of it.
+    """
+    from cgla_graph.comparisons.study.options import open_one
+
+    # kernels look at a map before any solver does
+    console.compile_beside()
+    with naming_graphs(command, spec):
+        return open_one(
+            command, spec, map_changes(dataclasses.replace(maps, k=maps.k if k is None else k), zones, raster)
+        )
+
+
+def map_changes(maps: MapOptions, zones: ZoneOptions, raster: RasterOptions) -> "MapChanges":
+    """
+    Gather the changes to a map.
+
+    Raises
+    ------
+    CglaError
+        If one of them is malformed.
+    """
+    from cgla_graph.comparisons.study.options import MapOptions as MapChanges
+
+    said = {**vars(maps), "no_fly": maps.no_fly or ()}
+    return MapChanges(**said, zones=zones.settings(), raster=dict(vars(raster)))
+
+
+@contextmanager
+def naming_graphs(command: str, specs: Sequence[str]) -> Iterator[None]:
+    """
+    If no map can be read as one of the arguments is the file of a graph, say which command takes it.
+
+    Raises
+    ------
+    CglaError
+        The error of the body, or one that names the command.
+    """
+    from cgla_graph.errors import CglaError
+
+    try:
+        yield
+    except CglaError as error:
+        from cgla_graph.scenarios.graph_endings import is_graph_file
+
+        for spec in specs:
+            if is_graph_file(spec):
+                msg = f"{spec} is a graph; plan between two of its nodes: cgla graph {command} {spec} --from A --to B"
+                raise CglaError(msg) from error
+        raise

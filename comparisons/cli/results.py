@@ -1,0 +1,86 @@
+"""The commands `results`, `view` and `live`: a study asked again, and pages on this machine."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cgla_graph.comparisons import console
+from cgla_graph.comparisons.cli.options import JsonOption, PageOptions, StudyArg
+
+
+def results(
+    folder: StudyArg,
+    scenario: Annotated[
+        str | None, typer.Option("--scenario", metavar="A,B", help="only these, as random-* too")
+    ] = None,
+    solver: Annotated[str | None, typer.Option("--solver", metavar="A,B", help="only these")] = None,
+    status: Annotated[
+        str | None,
+        typer.Option("--status", metavar="A,B", help="only runs that ended so, as timed-out,stuck"),
+    ] = None,
+    seed: Annotated[int | None, typer.Option("--seed", metavar="N", help="only runs of this seed")] = None,
+    runs: Annotated[bool, typer.Option("--runs", help="list single runs")] = False,
+    against: Annotated[
+        Path | None, typer.Option("--against", metavar="DIR", help="say what changed since an older study")
+    ] = None,
+    rerun: Annotated[
+        int | None, typer.Option("--rerun", metavar="NUMBER", help="make a run once more, and say what is different")
+    ] = None,
+    export: Annotated[
+        list[Path] | None,
+        typer.Option("--export", metavar="FILE", help="write .csv, .jsonl, .parquet, .tex or .db (OMPL's tables)"),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """
+    Show the results of a study.
+
+    Who wins, by how much, how sure that is, and where each solver fails; also while the study runs.
+    """
+    from cgla_graph.comparisons.results import lookup
+
+    with console.running_solvers():
+        found = lookup.look_up(
+            folder,
+            scenario=scenario,
+            solver=solver,
+            status=status,
+            seed=seed,
+            runs=runs,
+            against=against,
+            rerun=rerun,
+            export=export or (),
+        )
+    if as_json:
+        console.out_json(lookup.document(found))
+    else:
+        lookup.print_results(found)
+
+
+def view(folder: StudyArg, page: PageOptions) -> None:
+    """
+    Show the report of a study in a browser.
+
+    Served on this machine only, until Ctrl-C; the page refreshes while the study runs.
+    """
+    from cgla_graph.comparisons.report.view import serve
+
+    serve(folder, port=page.port, open_browser=page.browser)
+
+
+def live(
+    page: PageOptions,
+    scenario: Annotated[
+        str, typer.Argument(metavar="[SCENARIO]", help="shipped name, .toml, .geojson, .map, or FILE.scen:ROW")
+    ] = "paper",
+) -> None:
+    """
+    Drag threats, ends and areas of a map; the path and its proof follow.
+
+    A page on this machine only, until Ctrl-C; its address has a token that every request needs. Other solvers are
+    shown side by side, and the map is saved as a scenario file.
+    """
+    from cgla_graph.comparisons.live.server import serve
+
+    serve(scenario, port=page.port, open_browser=page.browser)
