@@ -8,8 +8,7 @@ The toolkit's names stand in ``__init__.pyi``. They are imported when first used
 from importlib import import_module
 from typing import Any
 
-from cgla_graph import _display
-from cgla_graph._lazy import lazy
+from cgla_graph._lazy import lazy, set_importer
 
 __version__ = "0.1.0"
 
@@ -25,4 +24,4 @@ def _import_for_objects(name: str) -> Any:  # noqa: ANN401 - a function
     return __getattr__(name)
 
 
-_display.set_importer(_import_for_objects)
+set_importer(_import_for_objects)

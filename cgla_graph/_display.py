@@ -1,31 +1,12 @@
-"""The hook by which objects reach functions above them (pictures, HTML, flyable paths); the package's face fills it."""
+"""Pictures and HTML of objects, which functions above them draw (`cgla_graph._lazy.function_above`)."""
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from cgla_graph._lazy import function_above
 from cgla_graph._text import ShortRepr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-_importers: list[Callable[[str], Any]] = []
-
-
-def set_importer(importer: Callable[[str], Any]) -> None:
-    """Set what imports a function of the package by its name; ``cgla_graph`` does it when it is imported."""
-    _importers[:] = [importer]
-
-
-def function_above(name: str) -> Any:  # noqa: ANN401 - `plot`, `animate`, `flyable` or `html`
-    """
-    Import a function that stands above the caller, when it is needed.
-
-    Examples
-    --------
-    >>> function_above("flyable").__module__
-    'cgla_graph.turning.flyable'
-    """
-    return _importers[0](name)
 
 
 class NotebookRepr(ShortRepr):

@@ -1,9 +1,28 @@
-"""Names of a package that are imported when they are first used; its ``__init__.pyi`` says where each one stands."""
+"""Lazy imports: names of a package that its ``__init__.pyi`` lists, and functions above the objects that call them."""
 
 import sys
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any, cast
+
+_importers: list[Callable[[str], Any]] = []
+
+
+def set_importer(importer: Callable[[str], Any]) -> None:
+    """Set what imports a function of the package by its name; ``cgla_graph`` does it when it is imported."""
+    _importers[:] = [importer]
+
+
+def function_above(name: str) -> Any:  # noqa: ANN401 - `plot`, `animate`, `flyable` or `html`
+    """
+    Import a function that stands above the caller, when it is needed.
+
+    Examples
+    --------
+    >>> function_above("flyable").__module__
+    'cgla_graph.turning.flyable'
+    """
+    return _importers[0](name)
 
 
 def lazy(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:

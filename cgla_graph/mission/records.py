@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._display import Plottable, function_above
+from cgla_graph._display import Plottable
+from cgla_graph._lazy import function_above
 from cgla_graph._text import ShortRepr
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.mission.metrics import Measures

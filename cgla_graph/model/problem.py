@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._display import Plottable, function_above
+from cgla_graph._display import Plottable
+from cgla_graph._lazy import function_above
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import BoolArray, Bounds, FloatArray, Point
 from cgla_graph._validate import bounds_box, non_negative_number, point, point_array

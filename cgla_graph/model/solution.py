@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from cgla_graph._display import Plottable, function_above
+from cgla_graph._display import Plottable
+from cgla_graph._lazy import function_above
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.adjacency import Node
