@@ -1,18 +1,17 @@
 """
-How far a long computation is: one line on a terminal or in a notebook after a second, and nothing elsewhere.
+Progress of long computations: one line on a terminal or in a notebook after a second, and nothing elsewhere.
 
-The line is drawn by a thread, since nobody knows beforehand which step takes long, and that thread ends with the `with`
-block that it was started by. It is only started where there is somebody to look.
+A thread of its own draws the line, since the step that takes long is not known beforehand. It ends with its block.
 """
 
-import io
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from contextvars import copy_context
 from functools import partial
+from io import StringIO
 from typing import TYPE_CHECKING, Any, Protocol, TextIO, TypeVar, cast
 
 from cgla_graph._text import shown
@@ -28,15 +27,13 @@ T = TypeVar("T")
 QUIET, EVERY = 1.0, 0.25
 #: Width of the line in a notebook, characters.
 NOTEBOOK_WIDTH = 100
-#: What empties the last line of a terminal.
-CLEAR = "\r\x1b[2K"
 
 
 class Tell(Protocol):
-    """What a computation calls when it has come further."""
+    """A function that a computation calls when it has come further."""
 
     def __call__(self, text: str, done: float | None = None) -> None:
-        """Say what it is at, and how many of its steps are done; None: one more."""
+        """Take the state and the number of steps that are done; None: one more."""
 
 
 def progress(on: bool) -> None:
@@ -69,29 +66,28 @@ def progress(on: bool) -> None:
 
 
 class _State:
-    """What there is one of in a process."""
+    """The switch, the line and the terminal that it is drawn on: one of each in a process."""
 
     on = True
     line: "_Line | None" = None
-    #: The terminal whose last line is taken.
-    drawn_on: TextIO | None = None
-    #: In a worker: tells the program that waits for it what is being done.
+    console: "Console | None" = None
+    #: In a worker: passes its progress to the program that waits for it.
     relay: Callable[[str, str], None] | None = None
 
 
 @contextmanager
 def showing(what: str, total: int | None = None, *, done: int = 0, began: float | None = None) -> Iterator[Tell]:
     """
-    Show how far the body is, should it take longer than a second; inside of another one, that one shows it.
+    Show the progress of the body if it takes longer than a second; a block inside another one adds to its line.
 
-    Only the main thread shows anything: others work for somebody who is not looking here.
+    Only the main thread shows anything.
 
     Parameters
     ----------
     what
-        What the body does.
+        Name of the work.
     total
-        Steps that it takes; None if nobody knows.
+        Steps that it takes; None if that is not known.
     done
         Steps that are done already.
     began
@@ -100,7 +96,7 @@ def showing(what: str, total: int | None = None, *, done: int = 0, began: float 
     Yields
     ------
     tell
-        What the body calls when it has come further.
+        Function that the body calls when it has come further.
 
     Examples
     --------
@@ -110,9 +106,9 @@ def showing(what: str, total: int | None = None, *, done: int = 0, began: float 
     """
     outer = _State.line
     if threading.current_thread() is not threading.main_thread():
-        yield _tell_nobody
-    elif _State.relay is not None:
-        yield partial(_relayed, _State.relay, what)
+        yield _ignore
+    elif (relayed := _State.relay) is not None:
+        yield lambda text, done=None: relayed(what, text)  # noqa: ARG005 - steps are not relayed
     elif outer is not None:
         before = outer.inner
         try:
@@ -120,22 +116,18 @@ def showing(what: str, total: int | None = None, *, done: int = 0, began: float 
             yield partial(outer.tell_inside, what)
         finally:
             outer.inner = before
-    elif (place := _place()) is None:
-        yield _tell_nobody
+    elif not _is_watched():
+        yield _ignore
     else:
         line = _Line(what, total, done, time.monotonic() if began is None else began)
-        over = threading.Event()
-        # (a notebook knows by its context which cell to write to)
-        run = partial(copy_context().run, line.draw, place, over)
-        thread = threading.Thread(target=run, name="cgla-progress", daemon=True)
         try:
             _State.line = line
-            thread.start()
+            line.start()
             yield line.tell
         finally:
             _State.line = None
-            over.set()
-            thread.join()
+            line.over.set()
+            line.join()
 
 
 def waiting(what: str, results: Iterable[T], total: int | None = None) -> Iterator[T]:
@@ -159,7 +151,7 @@ def waiting(what: str, results: Iterable[T], total: int | None = None) -> Iterat
 
 
 def relay(say: Callable[[str, str], None]) -> None:
-    """Have progress shown by another process from now on, which is told what is done and how far it is."""
+    """Have another process show progress from now on: `say` takes the work and its state."""
     _State.relay = say
 
 
@@ -169,133 +161,116 @@ def tell_inside(what: str, text: str) -> None:
         _State.line.tell_inside(what, text)
 
 
-def _relayed(say: Callable[[str, str], None], what: str, text: str, done: float | None = None) -> None:
-    del done
-    say(what, text)
+def say_above(text: str) -> None:
+    """Write a line to standard error, above any progress."""
+    console = _State.console
+    if console is None:
+        sys.stderr.write(f"{text}\n")
+    else:
+        console.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
-def wipe() -> None:
-    """Make room on standard error for a line of words; progress goes on below it."""
-    if _State.drawn_on is not None:
-        _State.drawn_on.write(CLEAR)
+def _ignore(text: str, done: float | None = None) -> None:
+    """Show nothing."""
 
 
-def _tell_nobody(text: str, done: float | None = None) -> None:
-    """Say nothing."""
+def _is_notebook() -> bool:
+    return "IPython" in sys.modules and hasattr(cast("Any", sys.modules["IPython"]).get_ipython(), "kernel")
 
 
-#: Shows a line of progress, again and again.
-_Show = Callable[["Progress"], None]
-_Place = Callable[[], AbstractContextManager[_Show | None]]
-
-
-def _place() -> _Place | None:
-    """Return where somebody looks, if anybody does."""
-    if not _State.on:
-        return None
-    if "IPython" in sys.modules and hasattr(cast("Any", sys.modules["IPython"]).get_ipython(), "kernel"):
-        return _in_notebook
-    stream = cast("TextIO | None", sys.stderr)
-    # it may be closed
+def _is_watched() -> bool:
+    """Whether a user may see the line: a process that works for another one of ours leaves it to that one."""
+    known = sys.modules.get("multiprocessing.process")
+    if not _State.on or (known is not None and cast("Any", known).parent_process() is not None):
+        return False
+    # a stream may be missing or closed
     with suppress(ValueError, AttributeError):
-        if stream is not None and stream.isatty():
-            return partial(_on_terminal, stream)
-    return None
+        return _is_notebook() or sys.stderr.isatty()
+    return False
 
 
 def _is_compiling() -> bool:
-    """Whether kernels are being compiled; what would tell is slow to import, and has been where there are kernels."""
+    """Whether kernels are being compiled; `_kernel` is slow to import, and is loaded where there are kernels."""
     known = sys.modules.get("cgla_graph._kernel")
     return known is not None and bool(cast("Any", known).is_compiling())
 
 
-class _Line:
-    """What is known of a computation: written by it, and read by the thread that draws."""
+class _Line(threading.Thread):
+    """The state of a computation, which writes it, and the thread that draws it."""
 
     def __init__(self, what: str, total: int | None, done: float, began: float) -> None:
+        super().__init__(name="cgla-progress", daemon=True)
         self.what, self.total, self.done, self.began = what, total, done, began
         self.at = self.inner = ""
+        self.over = threading.Event()
+        # (a notebook knows by its context which cell to write to)
+        self.context = copy_context()
 
     def tell(self, text: str, done: float | None = None) -> None:
-        """Take what the computation says."""
+        """Take the state of the computation; None: one more step is done."""
         self.at, self.done = text, self.done + 1 if done is None else done
 
     def tell_inside(self, what: str, text: str, done: float | None = None) -> None:
-        """Take what a computation says that this one is waiting for."""
+        """Take the state of a computation inside this one."""
         del done
         self.inner = f"{what}: {text}"
 
     def text(self) -> str:
-        """Say all of it in one line."""
+        """Return the whole state in one line."""
         doing = "compiling kernels, once after an installation" if _is_compiling() else self.inner
         return ": ".join(filter(None, (self.what, self.at, doing)))
 
-    def draw(self, place: _Place, over: threading.Event) -> None:
-        """Draw the line until it is over, and take it away."""
-        if over.wait(max(self.began + QUIET - time.monotonic(), 0.0)):
-            return
-        # a terminal may have gone
-        with suppress(OSError, ValueError), place() as show:
-            if show is None:
+    def run(self) -> None:
+        """Draw the line until the computation is over, and remove it."""
+        if not self.over.wait(max(self.began + QUIET - time.monotonic(), 0.0)):
+            # a terminal may have gone
+            with suppress(OSError, ValueError):
+                self.context.run(self._in_notebook if _is_notebook() else self._on_terminal)
+
+    def _bar(self, file: TextIO, width: int | None = None) -> "Progress":
+        from rich.console import Console  # noqa: PLC0415 - rich takes a tenth of a second, and few need it
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
+        from rich.table import Column  # noqa: PLC0415
+
+        console = Console(file=file, width=width, force_jupyter=False)
+        counted = () if self.total is None else (MofNCompleteColumn(),)
+        text = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, overflow="ellipsis"))
+        columns = (BarColumn(bar_width=20), *counted, TimeElapsedColumn(), text)
+        # (solvers' output is redirected inside, which a second redirection would undo in the wrong order)
+        plain = {"redirect_stdout": False, "redirect_stderr": False}
+        bar = Progress(*columns, console=console, transient=True, auto_refresh=False, get_time=time.monotonic, **plain)
+        bar.add_task(self.text(), total=self.total, completed=int(self.done))
+        bar.tasks[0].start_time = self.began
+        return bar
+
+    def _steps(self, bar: "Progress") -> Iterator[None]:
+        """Bring the bar up to date, again and again until the computation is over."""
+        while True:
+            bar.update(bar.task_ids[0], completed=self.done, description=self.text())
+            yield
+            if self.over.wait(EVERY):
                 return
-            bar = _bar(self.total, self.began)
-            while True:
-                bar.update(bar.task_ids[0], completed=self.done, description=self.text())
-                show(bar)
-                if over.wait(EVERY):
-                    break
 
+    def _on_terminal(self) -> None:
+        bar = self._bar(sys.stderr)
+        if bar.console.is_dumb_terminal:
+            return
+        with bar:
+            _State.console = bar.console
+            try:
+                for _ in self._steps(bar):
+                    bar.refresh()
+            finally:
+                _State.console = None
 
-def _bar(total: int | None, began: float) -> "Progress":
-    """Return the bar, with what it says beside it; of how many steps, where that is known."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn  # noqa: PLC0415
-    from rich.table import Column  # noqa: PLC0415 - rich takes a tenth of a second, and most never need it
-
-    counted = () if total is None else (MofNCompleteColumn(),)
-    said = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, overflow="ellipsis"))
-    bar = Progress(BarColumn(bar_width=20), *counted, TimeElapsedColumn(), said, get_time=time.monotonic)
-    bar.add_task("", total=total)
-    bar.tasks[0].start_time = began
-    return bar
-
-
-def _line_of(bar: "Progress", console: "Console") -> str:
-    with console.capture() as captured:
-        console.print(bar.get_renderable(), width=console.width - 1, no_wrap=True, overflow="ellipsis")
-    return captured.get().strip("\n")
-
-
-@contextmanager
-def _on_terminal(stream: TextIO) -> Iterator[_Show | None]:
-    """Draw over the last line of a terminal, and leave it empty; on one that cannot do that, draw nothing."""
-    from rich.console import Console  # noqa: PLC0415 - the same
-
-    console = Console(file=stream)
-    if console.is_dumb_terminal or console.legacy_windows or not console.is_terminal:
-        yield None
-        return
-
-    def write(text: str) -> None:
-        stream.write(f"{CLEAR}{text}")
-        stream.flush()
-
-    try:
-        _State.drawn_on = stream
-        yield lambda bar: write(_line_of(bar, console))
-    finally:
-        _State.drawn_on = None
-        write("")
-
-
-@contextmanager
-def _in_notebook() -> Iterator[_Show | None]:
-    """Draw under the cell that runs, and leave that empty; no widgets are needed."""
-    display = cast("Any", sys.modules["IPython"]).display.display
-    from rich.console import Console  # noqa: PLC0415 - the same
-
-    console = Console(file=io.StringIO(), width=NOTEBOOK_WIDTH, force_terminal=False, force_jupyter=False)
-    handle = display({"text/plain": ""}, raw=True, display_id=True)
-    try:
-        yield lambda bar: handle.update({"text/plain": _line_of(bar, console)}, raw=True)
-    finally:
-        handle.update({"text/plain": ""}, raw=True)
+    def _in_notebook(self) -> None:
+        """Draw under the cell that runs; no widgets are needed."""
+        bar = self._bar(StringIO(), NOTEBOOK_WIDTH)
+        handle = cast("Any", sys.modules["IPython"]).display.display({"text/plain": ""}, raw=True, display_id=True)
+        try:
+            for _ in self._steps(bar):
+                with bar.console.capture() as captured:
+                    bar.console.print(bar.get_renderable())
+                handle.update({"text/plain": captured.get().strip("\n")}, raw=True)
+        finally:
+            handle.update({"text/plain": ""}, raw=True)

@@ -99,10 +99,9 @@ def out_table(table: "RenderableType") -> None:
 
 def say(text: str) -> None:
     """Write a line to standard error, above any progress."""
-    from cgla_graph._progress import wipe  # noqa: PLC0415 - TAB completes at once
+    from cgla_graph._progress import say_above  # noqa: PLC0415 - TAB completes at once
 
-    wipe()
-    sys.stderr.write(f"{text}\n")
+    say_above(text)
 
 
 @contextmanager

@@ -14,10 +14,12 @@ import pytest
 
 import cgla_graph as cg
 from cgla_graph import _kernel, _progress
-from cgla_graph._progress import CLEAR, showing, waiting
+from cgla_graph._progress import say_above, showing, waiting
 
 #: Longer than nothing is shown for, in these tests.
 QUIET, LONG = 0.03, 0.3
+#: What empties a line of a terminal.
+CLEAR = "\x1b[2K"
 
 
 class Terminal(io.StringIO):
@@ -66,12 +68,20 @@ def test_calls_inside_of_others_have_no_line_of_their_own(terminal: Terminal) ->
             tell_inside("gap 3 %")
             until(terminal, "study: first: proof: gap 3 %")
         tell("second", 5)
-        until(terminal, f"study: second{CLEAR}")
-    for line in terminal.getvalue().split(CLEAR)[1:]:
-        assert "\n" not in line
-        assert not line or "study: " in line
+        until(terminal, "study: second")
+    assert all("study: " in line for line in terminal.getvalue().split(CLEAR) if "0:00" in line)
     assert "1/7" in terminal.getvalue()
     assert "5/7" in terminal.getvalue()
+
+
+def test_words_stand_above_the_line(terminal: Terminal) -> None:
+    with showing("long"):
+        until(terminal, "long")
+        say_above("words [/] of 3 m")
+        until(terminal, "words [/] of 3 m\n")
+    say_above("later")
+    assert terminal.getvalue().endswith("later\n")
+    terminal.write(CLEAR)
 
 
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
