@@ -39,7 +39,7 @@ def ompl_traits(name: str, summary: str, *, anytime: bool = False) -> Traits:
 @contextmanager
 def settings_of(solver: str) -> Iterator[None]:
     """
-    Say of what is malformed inside that it is a setting of a solver.
+    Turn errors raised inside into a `SolverSettingError`.
 
     Raises
     ------

@@ -81,7 +81,7 @@ def lacking(packages: Iterable[str]) -> str | None:
 
 
 def entry_points(group: str) -> "Iterable[EntryPoint]":
-    """Find entry points of other distributions; to complete built-in names, nobody has to look for them."""
+    """Find entry points of other distributions; completing built-in names does not need them."""
     from importlib import metadata  # noqa: PLC0415 - see above
 
     return metadata.entry_points(group=group)

@@ -99,7 +99,7 @@ def solver_class(name: str) -> type[Solver]:
 
 
 def _load(plug_in: EntryPoint) -> type[Solver]:
-    """Import the class of a plug-in; whatever is wrong with it is its own fault and nobody else's."""
+    """Import a plug-in solver; wrap import errors."""
     place = f"solver {shown(plug_in.name)} ({plug_in.value})"
     try:
         kind = plug_in.load()

@@ -20,7 +20,7 @@ SolverT = TypeVar("SolverT", bound=Solver)
 
 #: Limits of a short run, by the names of settings.
 _SMALL: Mapping[str, float] = {"iterations": 200, "milestones": 100, "samples": 100, "seconds": 0.5, "resolution": 8}
-#: What has been run in this process: classes of solvers, whether with refinement, and on which kind of map.
+#: Runs made in this process: class of solver, with refinement or not, and kind of map.
 _ready: set[tuple[type, bool, MapKind]] = set()
 
 
@@ -49,7 +49,7 @@ def warm_up(solver: Solver, kind: MapKind, *, refine: bool = False) -> None:
     Parameters
     ----------
     solver
-        What is going to be run.
+        The solvers to be run.
     kind
         On what kind of map; kernels that only other kinds need are left alone.
     refine
@@ -66,7 +66,7 @@ def warm_up(solver: Solver, kind: MapKind, *, refine: bool = False) -> None:
         return
     _ready.add((of, refine, kind))
     problem = small_problem(kind)
-    # what is wrong with a solver is told by its own run
+    # errors of a solver are reported by its own run
     with suppress(Exception):
         short: Any = shortened(solver)
         if solver.traits.domain == "graph":

@@ -317,7 +317,7 @@ def _synchronous(graph: GeometricGraph, target: int) -> CostMatrix:
     active = np.zeros(graph.n_nodes, dtype=np.bool_)
     active[target] = True
     rounds = 0
-    # With weights of at least 0, n - 1 rounds are enough; negative ones might go on for ever.
+    # With weights of at least 0, n - 1 rounds are enough; negative ones might never converge.
     while active.any() and rounds < graph.n_nodes:
         before = values.copy()
         changed = np.zeros_like(active)

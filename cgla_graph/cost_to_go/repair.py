@@ -302,7 +302,7 @@ def with_node(graph: GeometricGraph, point: Point) -> tuple[GeometricGraph, Node
 
 
 def _nothing(n_nodes: int) -> repair_kernels.Before:
-    """Say nothing of what was before."""
+    """Return the state of a matrix without a predecessor."""
     # as the values of a cost matrix are
     return fixed(np.zeros(n_nodes)), 1.0, 0.0, np.empty((0, 7)), 0.0, EVERYWHERE
 

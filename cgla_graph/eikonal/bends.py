@@ -24,7 +24,7 @@ class Sight(NamedTuple):
 
 def bends_of(sights: Sequence[Sight], n_nodes: int) -> Bends:
     """
-    Lay out what is in sight of each corner as `march` takes it.
+    Lay out the nodes in sight of each corner as `march` takes them.
 
     Examples
     --------

@@ -1,5 +1,5 @@
 """
-Sets of cells of a square grid, as runs: what is left of a grid where only some of it matters.
+Sets of cells of a square grid, stored as runs: the part of a grid that still matters.
 
 A run is a row of an integer array: ``row, first column, last column + 1``. Merged runs are sorted and do not touch.
 """
@@ -94,7 +94,7 @@ def _touched(index: WholeArray, last: int, finer: int) -> tuple[WholeArray, Whol
 
 def clipped(runs: WholeArray, last: tuple[int, int]) -> WholeArray:
     """
-    Leave out what is below (0, 0) or beyond `last` (column, row).
+    Drop cells below (0, 0) or beyond `last` (column, row).
 
     Examples
     --------

@@ -15,7 +15,7 @@ from cgla_graph.eikonal.mesh_kernels import Outlines
 from cgla_graph.model.cost_model import in_parts
 from cgla_graph.model.no_fly import NoFlyArea
 
-#: Sub-cells along the longer side of the bounds by which pieces of cells are told apart, where there is room for them.
+#: Sub-cells along the longer side of the bounds that separate the pieces of a cell, where memory allows.
 SUB_CELLS = 32_768
 #: Sub-cells in all, unless that would leave fewer than so many along the side of a cell.
 MOST_SUB_CELLS, FEWEST_PARTS = 3_000_000, 4
@@ -39,7 +39,7 @@ class SplineMesh:
 
     The cell of a node is the rectangle of one spacing around it. Where edges of the area cut a cell, its pieces have
     control values of their own, which they share with the pieces of neighbouring cells that they touch. So a spline
-    is continuous wherever a path may go, and free to jump across walls, however thin. Pieces are told apart on a
+    is continuous wherever a path may go, and free to jump across walls, however thin. Pieces are separated on a
     finer raster, in which what an edge meets counts as free: this may join pieces that are apart, never separate what
     is together.
 
@@ -69,7 +69,7 @@ class SplineMesh:
     ends
         The pieces that hold the points asked for; -1 where there is none.
     parts
-        Sub-cells along the side of a cell, by which pieces of a cell that an edge meets are told apart.
+        Sub-cells along the side of a cell, which separate the pieces of a cell that an edge meets.
     sub_cells
         Of each piece the number of its cell, of each cell that of its table or -1, the tables of labels, and of each
         cell its first piece (see `free_parts`).
@@ -137,7 +137,7 @@ class SplineMesh:
         if len(labels):
             mesh_kernels.join_cut_pieces(near, place, labels, first_piece, slots)
         mesh_kernels.find_roots(slots)
-        # what is around takes a lot of memory
+        # distances to everything around take a lot of memory
         del near
         pieces = np.repeat(np.arange(len(columns), dtype=np.int32), counts)
         columns, rows, matters = columns[pieces], rows[pieces], matters[pieces]

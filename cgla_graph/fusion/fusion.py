@@ -38,7 +38,7 @@ Fusion: TypeAlias = Literal["union", "max_integral", "integral_max", "riskiest"]
 #: parts of the segment, which weighs a segment differently there and back.
 Integral: TypeAlias = Literal["exact", "raster"]
 
-#: More parts of a segment than anybody needs.
+#: Upper limit of the parts of a segment.
 MOST_SAMPLES = 10**6
 
 #: Fields whose largest is integrated.
@@ -203,7 +203,7 @@ def proper(fields: Sequence[RiskField]) -> Group:
                 f"field {number} has rasters, which all UAVs know; the other readings of Eq. 5 are about threats alone"
             )
             raise ProblemError(msg)
-    # that nobody knows anything is what one UAV knows that knows nothing
+    # no UAV has seen a threat: use one empty field
     return known or (RiskField(),)
 
 

@@ -94,7 +94,7 @@ class RasterGuide:
     Attributes
     ----------
     model
-        What is known: field, k and no-fly area.
+        The known map: field, k and no-fly area.
     matrix
         The cost matrix of the understated field, a lower bound of G under raster weights.
     samples
@@ -131,7 +131,7 @@ class RasterGuide:
         lattice, goal
             The nodes; the goal is one of its own unless it is on the lattice.
         model
-            What is known.
+            The known map.
         bounds
             Box that later starts are in, map units; None: that of the nodes.
         samples
@@ -153,7 +153,7 @@ class RasterGuide:
 
     def knowing(self, model: CostModel) -> "RasterGuide":
         """
-        Return the guide for what is known now, repaired from this one, which is not changed.
+        Return the guide for the map known now, repaired from this one, which stays as it is.
 
         Raises
         ------
@@ -178,7 +178,7 @@ class RasterGuide:
         start
             Where to plan from, map units; a node for this plan.
         obstacles
-            Threats on top of what is known.
+            Threats on top of the known map.
 
         Returns
         -------
@@ -198,7 +198,7 @@ class RasterGuide:
         The weights are those of `fused_graph` with ``union`` and ``raster``, and the cost is, to rounding, what
         Dijkstra's algorithm finds on them: this is A* with a lower bound. The bound is off by the error of exact
         integrals, 2e-11 of the widest spread at worst; the cost may be above the least by so much times k and the
-        number of segments. What is learned adds 1e-14 of the cost a plan, so small that nothing is searched twice.
+        number of segments. Each plan adds 1e-14 of the cost, too little to search anything twice.
         """
         known = self.model.field
         (everything,) = proper([known.with_threats(obstacles)])

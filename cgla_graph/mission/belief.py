@@ -19,7 +19,7 @@ class Report:
     Attributes
     ----------
     thing
-        What was seen.
+        The things seen.
     content
         The threat as it was seen; None for an area, which has only one place.
     is_there
@@ -123,7 +123,7 @@ class Belief:
             self._newest[thing] = report
 
     def _settle(self, things: set[Thing]) -> None:
-        """Work out what is believed of some things."""
+        """Compute the belief about some things."""
         if not things:
             return
         believed = dict(self._things)
@@ -152,7 +152,7 @@ class Belief:
 
 
 def _is_newer(one: Report, other: Report) -> bool:
-    """Order sightings by time; of two on one tick, always the same one counts, whoever was heard first."""
+    """Order sightings by time; of two on one tick, the same one always counts, in any order of arrival."""
     if one.tick != other.tick:
         return one.tick > other.tick
     if one.origin != other.origin:

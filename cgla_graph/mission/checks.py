@@ -15,7 +15,7 @@ from cgla_graph.model.problem import Problem
 MOST_POINTS = 40_000
 #: Of each setting that is one of some words: which.
 CHOICES = {name: get_args(kind) for name, kind in get_type_hints(Rules).items() if get_origin(kind) is Literal}
-#: Settings that only graph solvers have a choice of, and what is left to the others.
+#: Settings that only graph solvers can choose, and the value for the others.
 OF_GRAPHS = {"fusion": "union", "integral": "exact", "exclude": "none", "start": "exact"}
 #: What planning in space and time leaves no choice of.
 OF_SPACE_TIME = {
@@ -59,7 +59,7 @@ def _check_options(rules: Rules) -> None:
 
 
 def _check_uavs(rules: Rules) -> None:
-    """Refuse UAVs that nobody can tell apart, or that cannot be where they start."""
+    """Refuse UAVs with equal names or with an invalid start."""
     names = [uav.name for uav in rules.uavs]
     if not names:
         msg = "a mission needs at least one UAV; give Uav(name, start, goal, detection_radius, …)"
@@ -85,7 +85,7 @@ def _check_uavs(rules: Rules) -> None:
 
 
 def _check_solver(rules: Rules) -> None:
-    """Refuse what is no solver, and settings that the solver does not have."""
+    """Refuse objects that are not solvers, and settings that the solver lacks."""
     solver = rules.solver
     domain = getattr(getattr(solver, "traits", None), "domain", None)
     # a class has the attributes of its instances, but no settings
@@ -107,7 +107,7 @@ def _check_solver(rules: Rules) -> None:
 
 
 def _check_steps(rules: Rules) -> None:
-    """Refuse a lattice beside the map or too fine to plan on, and steps so small that nobody gets anywhere."""
+    """Refuse a lattice beside the map or too fine to plan on, and steps too small to make progress."""
     lattice, on_lattice = rules.lattice, rules.solver.traits.domain == "graph" or rules.avoidance != "none"
     if on_lattice and lattice.n_points > MOST_POINTS:
         msg = (

@@ -29,7 +29,7 @@ class Measures:
     risk_sum
         The paper's measure: the sum of the true ``F`` over the positions at whole ticks.
     max_risk
-        The greatest true ``F`` met (sampled 16 times a spread or a flown segment, whichever is less).
+        The greatest true ``F`` met (sampled 16 times per spread or per flown segment, the shorter of the two).
     exposure
         The length flown where the true ``F`` is above 0.1, map units (sampled likewise).
 
@@ -63,7 +63,7 @@ def measure(
     trace, departed
         Positions at whole ticks, shape ``(t, 2)``, the first at tick `departed`.
     step
-        What is flown in a tick of waiting, map units: a UAV that waits circles.
+        Length flown in a tick of waiting, map units: a waiting UAV circles.
 
     Returns
     -------

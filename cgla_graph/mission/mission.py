@@ -1,4 +1,4 @@
-"""A mission: UAVs that see only what is near, tell each other, keep their distance and plan again on the way."""
+"""Mission: UAVs with limited sensing that share what they see, keep their distance and replan on the way."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass

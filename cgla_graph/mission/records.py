@@ -367,6 +367,6 @@ class Flight(Plottable):
 
 
 def _last(entries: Sequence[Entry], tick: int, before: Entry) -> Entry:
-    """Return the last of entries that begin with their tick; what was `before`, if there is none yet."""
+    """Return the last entry up to a tick; `before`, if there is none yet."""
     at = bisect_right(entries, tick, key=lambda entry: entry[0])
     return entries[at - 1] if at else before

@@ -33,7 +33,7 @@ ROUNDING = 1e-9
 
 @runtime_checkable
 class CostMatrixReader(Protocol):
-    """A graph solver that reads its path off a cost matrix, whoever computed it."""
+    """A graph solver that reads its path off a given cost matrix."""
 
     traits: ClassVar[Traits]
 
@@ -177,7 +177,7 @@ class Replanner:
 
     def matrix(self, situation: Situation) -> CostMatrix:
         """
-        Return G towards the goal on the union of what is known, repaired from the last one.
+        Return G towards the goal on the union of all known maps, repaired from the last one.
 
         Virtual obstacles are put on top, and forgotten.
         """

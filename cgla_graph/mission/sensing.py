@@ -15,7 +15,7 @@ def sightings(
     world: World, tick: int, belief: Belief, seen_from: FloatArray, radius: float, origin: int
 ) -> list[Report]:
     """
-    Return what is new to a UAV of what it sees.
+    Return the things that a UAV sees and did not know.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def sightings(
     Returns
     -------
     reports
-        What is missing first; threats before areas, in the order of the numbers.
+        Vanished things first; threats before areas, in the order of their numbers.
 
     Examples
     --------

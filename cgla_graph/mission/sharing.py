@@ -31,7 +31,7 @@ class Sharing:
     delay
         Ticks that a message takes, at least 0.
     loss
-        The chance that a message is lost, in [0, 1); what was lost is sent again on the next tick.
+        The chance that a message is lost, in [0, 1); lost messages are sent again on the next tick.
     seed
         Of the losses: the same seed loses the same messages.
 
@@ -111,7 +111,7 @@ class Sharing:
             apart = np.hypot(*(positions[:, None, :] - positions[None, :, :]).transpose(2, 0, 1))
             heard &= apart <= self.radius
         if self.loss > 0.0:
-            # of the tick alone, so that the same messages are lost whatever else happens
+            # of the tick alone, so that the same messages are lost in every run
             heard &= np.random.default_rng([self.seed, tick]).random((n, n)) >= self.loss
         np.fill_diagonal(heard, val=False)
         return heard
@@ -120,7 +120,7 @@ class Sharing:
 @dataclass
 class Radio:
     """
-    The messages of one mission: what each UAV has sent to which, and what is under way.
+    The messages of one mission: sent by each UAV to each other one, and still in flight.
 
     Attributes
     ----------
@@ -154,12 +154,12 @@ class Radio:
         Returns
         -------
         learned
-            ``(receiver, sender, reports)``: what was new to whom, in a fixed order.
+            ``(receiver, sender, reports)``: reports new to the receiver, in a fixed order.
         """
         if self.sharing.is_on and len(beliefs) > 1:
             numbers = list(beliefs)
             heard = self.sharing.heard(tick, np.asarray(positions, dtype=np.float64).reshape(-1, 2))
-            # everybody sends what was known before this tick's messages
+            # every UAV sends its belief from before this tick's messages
             journals = {number: len(belief.journal) for number, belief in beliefs.items()}
             messages: dict[tuple[int, int], tuple[tuple[Report, ...], frozenset[Report]]] = {}
             for i, j in np.argwhere(heard).tolist():
@@ -181,7 +181,7 @@ class Radio:
         return learned
 
     def can_teach(self, beliefs: Mapping[int, Belief]) -> bool:
-        """Return whether a message under way, or yet to be sent, can be new to anybody."""
+        """Return whether a message in flight, or yet to be sent, can be new to its receiver."""
         if not self.sharing.is_on:
             return False
         known = [belief.known for belief in beliefs.values()]

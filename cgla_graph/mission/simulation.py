@@ -50,7 +50,7 @@ class Simulation:
     tick
         How many ticks are done.
     events
-        What has happened so far.
+        The records so far.
     livelock
         The proof that the mission never ends, if there is one.
 
@@ -82,7 +82,7 @@ class Simulation:
             [Disc(uav.goal, mission.terminal_radius) for uav in mission.uavs],
             mission.collision_distance,
         )
-        # each state so far and its tick, by where everybody was: places are soon told apart, whole states are not
+        # states so far with their ticks, indexed by position first: comparing full states is slow
         self._states: dict[tuple[Point, ...], list[tuple[tuple[Any, ...], int]]] = {}
         self._areas: dict[frozenset[int], BaseGeometry | None] = {}
         self._widened: dict[frozenset[int], BaseGeometry] = {}
@@ -121,7 +121,7 @@ class Simulation:
             for agent in self._flying():
                 self._move(agent)
         if self.is_over:
-            # nobody was left to fly this tick
+            # no UAV was left to fly in this tick
             return
         collided = self._meet()
         self.tick += 1
@@ -266,8 +266,8 @@ class Simulation:
         """
         Follow a plan only if it stays clear of what all others are going to fly.
 
-        Whoever keeps the last plan stays clear as well: the others planned around it. So every tick begins with plans
-        for all that keep all safe distances, and no new plan ever gives that up.
+        A UAV that keeps its last plan stays clear as well: the others planned around it. So every tick begins with
+        plans for all that keep all safe distances, and no new plan ever gives that up.
         """
         others = [
             (motion, max(agent.uav.safe_distance, other.uav.safe_distance))
@@ -347,7 +347,7 @@ class Simulation:
         return x, y
 
     def _find_livelock(self) -> None:
-        """End the mission if its whole state has been there before: then it comes back for ever."""
+        """End the mission if its whole state repeats: from then on it would loop."""
         agents = self._flying()
         waiting = any(not agent.is_done and not agent.in_air for agent in self._agents)
         if not agents or waiting or self.tick < max(self.mission.world.changes, default=0):
@@ -355,7 +355,7 @@ class Simulation:
         if self.mission.sharing.loss > 0.0 and self._radio.can_teach({agent.number: agent.belief for agent in agents}):
             # whose message is lost next, the state does not say
             return
-        # journals only grow: equal sizes are equal contents; what was sent meanwhile was new to nobody
+        # journals only grow: equal sizes mean equal contents, and messages in flight carry nothing new
         radio = (
             sum(len(agent.belief.journal) for agent in self._agents),
             tuple((due - self.tick, *ends) for due, *ends, _, _ in self._radio.under_way),

@@ -13,7 +13,7 @@ MOST_TICKS = 1_000_000
 @contextmanager
 def told(place: str = "") -> Iterator[None]:
     """
-    Raise whatever is at fault as a `MissionError` that says where.
+    Turn errors into a `MissionError` that names the place.
 
     Examples
     --------

@@ -29,7 +29,7 @@ class VirtualObstacle:
 
     Farther than the safe distance SD, yet within the detection radius, another UAV is a threat at its position. Nearer
     than SD it is one `stepnum` steps ahead of it, along its last displacement. It is a rule, not a guarantee: UAVs
-    that follow it may still meet, and may block each other for ever (`avoidance="prioritized"` keeps them apart).
+    that follow it may still meet, and may block each other without end (`avoidance="prioritized"` keeps them apart).
 
     Attributes
     ----------

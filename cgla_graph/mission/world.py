@@ -152,16 +152,16 @@ class _State(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class World(ShortRepr):
     """
-    What is true on the map of a mission, whether a UAV knows it or not.
+    The true map of a mission, known to the UAVs or not.
 
     Parameters
     ----------
     field
         The threats that are always there; None: none.
     bounds
-        ``(x_min, y_min, x_max, y_max)``, map units; nobody may leave them.
+        ``(x_min, y_min, x_max, y_max)``, map units; no UAV may leave them.
     no_fly
-        Shapely polygons that nobody may cross, known to all from the start (they are on the chart); None: none.
+        Shapely polygons that no UAV may cross, known to all from the start (they are on the chart); None: none.
     timed
         Threats and areas that come, move or go (`TimedThreat`, `TimedArea`).
 

@@ -107,7 +107,7 @@ def plan_in_space_time(
     answer if it is free. Where several UAVs plan one after the other, each against the commitments of all others, every
     pair keeps its separation.
 
-    What is claimed: a plan keeps the separations. `lower_bound` is a bound for all plans over the moves considered; the
+    A plan keeps the separations. `lower_bound` is a bound for all plans over the moves considered; the
     status says ``OPTIMAL`` if the plan reaches it, and ``NO_PLAN`` if the search proved that there is none. Arrivals at
     a node less than `WINDOW` apart count as one; the first that is left out although it is free gives the bound.
 
@@ -231,7 +231,7 @@ def _crowd(start: Point, others: Others, limits: Limits, farthest: float) -> tup
     """
     Lay the other trajectories end to end, and say if one of them is too close to the start already.
 
-    The distance to keep is a little more than the separation, but no more than what is kept at the start: a UAV that
+    The distance to keep is a little more than the separation, but no more than the distance at the start: a UAV that
     begins where its separation is just kept may fly on.
     """
     here = Trajectory(np.array([limits.start_time]), np.array([start]))

@@ -45,7 +45,7 @@ class Trajectory:
     points: FloatArray
 
     def __init__(self, times: ArrayLike, points: ArrayLike) -> None:
-        """Check both arrays and keep copies that nobody can change."""
+        """Check both arrays and keep read-only copies."""
         when, where = number_array("times", times).copy(), point_array("points", points).copy()
         if when.ndim != 1 or not len(when) or where.shape != (len(when), 2):
             msg = f"times have shape {when.shape}, points {where.shape}; give shapes (m,) and (m, 2) with m >= 1"

@@ -75,7 +75,7 @@ def refine_path(problem: Problem, path: ArrayLike, *, tolerance: float = 1e-6, m
     Stage by stage, waypoints are laid twice as densely where the path bends, and each is shifted along its transversal
     by a projected Newton method with the exact derivative of the cost. How far each may go is such that no segment can
     leave the bounds or cross the no-fly area (see `corridor_kernels`). A polyline of spacing ``h`` costs
-    more than the best curve by a term of order ``h^2``, so that each stage leaves about a quarter of what was left.
+    more than the best curve by a term of order ``h^2``, so that each stage leaves about a quarter of the error.
     Waypoints that gain nothing are dropped, first and last, by dynamic programming over the path's own waypoints and
     the corners near it.
 
@@ -146,7 +146,7 @@ class _Refiner:
             if spacing == 0.0:
                 break
             spacing, message = self._refined(points, spacing, tolerance)
-            # what was too far to be seen from the first guess may now be a shortcut: a corner, a way through a threat
+            # a shortcut out of sight of the first guess may be in sight now: a corner, a way through a threat
             before = self.cost
             points = self._without_detours(self.best, self._near_corners(self.best, spacing))
             self._offer(points)
@@ -166,7 +166,7 @@ class _Refiner:
             points = self._settled(laid, spacing, tolerance, first=stage == 0)
             after = self._offer(points)
             spacing *= 0.5
-            # twice as many where the path bends, until what is left to gain is below the tolerance
+            # twice as many where the path bends, until the gain left is below the tolerance
             coarse = _excess(points) >= 0.5 * tolerance * self.cost / len(points)
             if (stage > 0 and before - after <= tolerance * after) or not coarse.any():
                 return spacing, f"{len(points)} waypoints: finer ones gain less than {tolerance:g}"

@@ -2,9 +2,9 @@
 The cost matrix, restricted to what can be part of the optimum: exact on complete lattice graphs of any size.
 
 A complete graph of ``N x N`` lattice points has about ``N^4 / 2`` edges, each an integral. Nearly all of them are
-proven, by bounds from both ends, to be no part of the optimum; what is left is weighed.
+proven, by bounds from both ends, to be no part of the optimum; only the rest is weighed.
 
-**What is exact.** The cost of the path found is the least over all paths of the graph, by the weights of Eq. 5 as the
+**Exactness.** The cost of the path found is the least over all paths of the graph, by the weights of Eq. 5 as the
 full matrix has them. The argument:
 
 1. ``U`` is the cost of a path of the graph, weighed exactly, and a little more for rounding. Any path would do; a bad
@@ -16,7 +16,7 @@ full matrix has them. The argument:
    kept, and so are the lattice points between them: a segment through further lattice points is the sum of its parts,
    so that only steps ``(a, b)`` without a common divisor count.
 3. Label setting from the target, ``G`` of Eq. 9, over the kept nodes. When ``r`` is settled, the edge to ``i`` matters
-   only if ``G(r) + A(i, r)`` is below ``L = min(what is known to bound G(i) from above, U - S(i))``. It does not if one
+   only if ``G(r) + A(i, r)`` is below ``L = min(upper bound of G(i), U - S(i))``. It does not if one
    of these, all at most ``G(r) + A(i, r)``, is ``L`` or more:
 
    - ``G(r)`` and the length of the segment;
@@ -247,7 +247,7 @@ class _Search:
             timer.cancel()
 
     def run(self) -> Restricted | None:
-        """Refine the tube, then search what is kept."""
+        """Refine the tube, then search the nodes kept."""
         ends = [self.positions[node] for node in (self.source, self.target)]
         if (ends[0] == ends[1]).all():
             return Restricted(np.array(list(dict.fromkeys((self.source, self.target)))), 0.0)
@@ -381,7 +381,7 @@ class _Search:
     def _restricted(
         self, tube: Tube, keep: BoolArray, far: FloatArray, near: tuple[FloatArray, FloatArray]
     ) -> Restricted:
-        """Run the search over what is kept, with all bounds."""
+        """Search the nodes kept, with all bounds."""
         width, height = self.shape
         # the half lattice within a step of a cell that a path of this cost may pass
         cells = tube.cells(self.upper)
@@ -420,7 +420,7 @@ class _Search:
         return bool(self.stop[0]) or time.monotonic() + needed > self.ends_at
 
     def _stopped(self, tube: Tube, found: Restricted | None = None) -> Restricted:
-        """Return the best path when the time was up, and what is proven until then."""
+        """Return the best path at the time limit, with the bound proven until then."""
         found = found or Restricted(self.best, math.inf, cells=tuple(self.cells))
         return replace(found, nodes=self.best, cost=self.upper / (1.0 + SLACK), bound=tube.bound)
 

@@ -102,7 +102,7 @@ def _rounded(problem: Problem, path: FloatArray, radius: float) -> tuple[FloatAr
         left = np.hypot(*np.diff(shifted, axis=0).T) - taken[:-1] - taken[1:]
         worst = int(np.argmin(left))
         if left[worst] <= 0.0:
-            # of the two ends of what is too short, the one that stands out less
+            # of the two ends of a stretch that is too short, the one that stands out less
             ends = [i for i in (worst, worst + 1) if 0 < i < len(points) - 1]
             gone = min(ends, key=lambda i: _height(points, i))
             points, shares = np.delete(points, gone, axis=0), np.delete(shares, gone)
@@ -292,7 +292,7 @@ def _searched_on(
 
 
 def _hindrance(problem: Problem, radius: float, pose: tuple[float, float, float]) -> str:
-    """Say what is in the way of a quarter of a turn to either side, if something is on both."""
+    """Name the obstacles to a quarter turn to the left and to the right, if both are blocked."""
     told = []
     for side, name in ((1.0, "left"), (-1.0, "right")):
         x, y, heading = pose
@@ -456,7 +456,7 @@ def _descended(
 
 
 def _divided(points: FloatArray, radius: float, spacing: float) -> FloatArray:
-    """Put waypoints into what is straight, so that they are `spacing` apart, about: the curve stays the same."""
+    """Add waypoints to straight stretches, about `spacing` apart: the curve stays the same."""
     taken = np.zeros(len(points))
     taken[1:-1] = radius * np.tan(0.5 * np.abs(_turns(points)))
     out = [points[0]]

@@ -142,7 +142,7 @@ class Curve(ShortRepr):
         """
         Return waypoints whose segments are within `tolerance` of the curve, on the outer side of its arcs.
 
-        Segments of `points` cut arcs short; these ones touch them in their middles, so that what is inside of a turn
+        Segments of `points` cut arcs short; these ones touch them in their middles, so that an area inside of a turn
         stays as far away. Arguments and errors as `points`.
 
         Examples

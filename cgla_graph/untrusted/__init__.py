@@ -1,1 +1,1 @@
-"""Files of strangers, read in bounded time and memory: text, JSON, XML, KML and archives of it."""
+"""Bounded readers for untrusted text, JSON, XML, KML and KMZ files."""

@@ -1,4 +1,4 @@
-"""The bytes and the text of a file that somebody else wrote: of bounded size, in a known encoding."""
+"""Bytes and text of untrusted files: bounded in size, in a known encoding."""
 
 import codecs
 import os

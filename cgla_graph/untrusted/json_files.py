@@ -1,4 +1,4 @@
-"""JSON that somebody else wrote: of bounded depth and size, with one value a key, without NaN."""
+"""Untrusted JSON: bounded in depth and size, one value per key, no NaN."""
 
 import json
 import os
@@ -17,7 +17,7 @@ MOST_OBJECTS, MOST_LISTS = 1_000_000, 4_000_000
 
 
 class _RefusedError(Exception):
-    """What is said of a document that is JSON, but is refused."""
+    """Error message for valid JSON that is refused."""
 
 
 def read_json(path: FilePath) -> object:

@@ -1,4 +1,4 @@
-"""KML that somebody else wrote, plain or in an archive (KMZ), of which nothing is written to the disk."""
+"""Untrusted KML, plain or in an archive (KMZ), read without writing to the disk."""
 
 import io
 import os

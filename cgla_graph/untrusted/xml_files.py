@@ -1,4 +1,4 @@
-"""XML that somebody else wrote: without declarations of types or entities, of bounded depth and size."""
+"""Untrusted XML: no declarations of types or entities, bounded in depth and size."""
 
 import os
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder

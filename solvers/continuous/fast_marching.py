@@ -19,7 +19,7 @@ from cgla_graph.solvers.base import whole_setting
 
 #: Spacings from the goal within which costs begin as those of straight lines, and the descent ends.
 NEAR = 4.0
-#: Cells along the longer side of the bounds, where nobody asks for others: usually, and at most.
+#: Cells along the longer side of the bounds, by default and at most.
 CELLS, MOST_CELLS = 256, 2048
 #: Cells over which the cost may change e-fold, at least, without a word about it: with fewer, paths were up to 0.5 %
 #: above the best at ``k = 1000``.

@@ -1,4 +1,4 @@
-"""The solver for people who just want the best path: search widely, then refine what was found."""
+"""The default solver: search widely for candidate paths, then refine the best of them."""
 
 import dataclasses
 import math

@@ -29,7 +29,7 @@ def search(
     Parameters
     ----------
     problem
-        What is asked.
+        The problem to solve.
     library
         Its name.
     bytes_an_edge

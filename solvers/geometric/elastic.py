@@ -31,7 +31,7 @@ class Relaxation:
     Attributes
     ----------
     path
-        Waypoints, shape ``(m, 2)``, map units: the chain's, or the path given, whichever costs less.
+        Waypoints, shape ``(m, 2)``, map units: the chain's or the given path's, the cheaper of the two.
     steps
         Of the integration.
     evaluations
@@ -68,7 +68,7 @@ def relaxed(problem: Problem, path: ArrayLike, *, masses: int = 50) -> Relaxatio
     Parameters
     ----------
     problem
-        What is to be avoided; its field has to be a probability. Its start and goal play no part.
+        The map to avoid; its field has to be a probability. Its start and goal play no part.
     path
         Waypoints, shape ``(m, 2)`` with ``m >= 2``, map units, feasible. All of them become masses.
     masses
@@ -127,7 +127,7 @@ class _Chain:
         fastest = float(np.hypot(*velocity.T).max())
         velocity *= min(1.0, self.furthest / max(fastest, 1e-300))
         self.points, free = self._moved(self.points[1:-1] + velocity)
-        # what is held has no velocity, and its force is borne by what holds it
+        # a held particle has no velocity, and its holder bears its force
         velocity *= free
         force *= free
         self.velocity = velocity

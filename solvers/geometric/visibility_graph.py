@@ -43,7 +43,7 @@ class VisibilityGraph:
     at hand: this is in the style of, and not, the original.
 
     **Known failures.** Risk is all or nothing: the path grazes rims, and takes a long way around a threat that is
-    cheap to cross, whatever `Problem.k` is. Where polygons overlap, a passage is closed although its risk is low.
+    cheap to cross, for every `Problem.k`. Where polygons overlap, a passage is closed although its risk is low.
 
     As `Solution.evaluations` count the segments that were tested for crossing.
 

@@ -19,7 +19,7 @@ class EightDirection:
     Least cost over moves to the eight neighbours of a lattice point.
 
     In free space, between points of a lattice of equal spacing along both sides, its path is at most 1.0824 times as
-    long as the straight line (``1 / cos(pi / 8)``), whatever the resolution; with unequal spacing, up to 1.4142 times.
+    long as the straight line (``1 / cos(pi / 8)``), at every resolution; with unequal spacing, up to 1.4142 times.
     Start and goal off the lattice are joined to the corners of their cell.
 
     Attributes

@@ -33,11 +33,11 @@ class QLearning:
     r"""
     Q-Learning (Watkins 1989; Watkins, Dayan 1992) over moves to the eight neighbours of a lattice point.
 
-    **What is public.** The CGLA paper compares with the Q-Learning planner of Zhang, Mao, Liu, Liu (2013) and prints
+    **Published.** The CGLA paper compares with the Q-Learning planner of Zhang, Mao, Liu, Liu (2013) and prints
     its update (Eq. 4) with a misprint on the left side: it has to be :math:`Q(s_t, a_t)`. Its states are the points of
     a lattice, its moves go in eight directions; its rewards, rates and number of episodes are not public.
 
-    **What is ours.** All the rest: this is a planner in the style of that one, not the original, and its numbers are
+    **Ours.** All the rest: this is a planner in the style of that one, not the original, and its numbers are
     not those of the paper's tables. The states and moves are those of `eight-direction` on the same lattice, whose
     optimum is the best that can be learnt. Each episode begins at a random state that can be reached from the start,
     makes the best move or now and then a random one, and after each move sets

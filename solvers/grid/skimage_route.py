@@ -35,7 +35,7 @@ class SkimageRoute:
 
     The map is cut into cells, each of which costs ``1 + k F`` at its centre for each unit of length. With ``geometric``
     that is scikit-image's ``MCP_Geometric``, which `route_through_array` calls: a move costs its length times the mean
-    of its two cells. Without, it is ``MCP``: the sum of the cells passed, whatever the length of a move, so that
+    of its two cells. Without, it is ``MCP``: the sum of the cells passed, independent of the length of a move, so that
     diagonal ones are too cheap. The path through the cells' centres is judged by the exact cost.
 
     Cells that no-fly areas touch are impassable. Start and goal are joined to their cells' centres, or to the nearest

@@ -28,7 +28,7 @@ SAMPLES = 2
 @dataclass(frozen=True)
 class Walk:
     """
-    A walk along the boundary of what is in the way.
+    A walk along the boundary of the obstacle.
 
     Attributes
     ----------

@@ -84,7 +84,7 @@ class BcvStyle(Reactive[BcvMemory]):
     are in shorter sides of the map. It weighs risk by `risk_aversion`, not by ``k``.
 
     Known failures: it circles in U-shaped traps deeper than its virtual goals reach, it skirts the rims of threats,
-    which keeps it exposed for long, and it takes its side on what is near, with no view of the whole.
+    which keeps it exposed for long, and it chooses its side from local information alone.
 
     As `Solution.evaluations` count the points at which ``F`` was asked for.
 

@@ -53,7 +53,7 @@ class BendyRuler(Reactive[BendyMemory]):
     that of the last bearing. A bearing is good where its probe keeps the margin over the lookahead, and from there one
     of three bends, towards the goal or 45 degrees off, keeps it again. Where none is good, that with the widest margin
     is taken. Margins count up to the lookahead; probes end at the goal, and one that reaches it needs no more margin
-    than the goal itself has. It weighs no risk: ``k`` and what is below the threshold are nothing to it.
+    than the goal itself has. It weighs no risk: it ignores ``k`` and all risk below the threshold.
 
     Known failures: no memory but the last bearing, so that it swings to and fro in dead ends deeper than its
     lookahead; a goal in a closed ring of discs; risk that only adds up over several threats, none of them above the

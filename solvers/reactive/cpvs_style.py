@@ -186,7 +186,7 @@ def _is_clear(around: Surroundings, here: Point, there: Point) -> bool:
     samples = min(2 + math.ceil(math.dist(here, there) / (SPACING * around.side)), MOST_SAMPLES)
     parts = np.linspace(0.0, 1.0, samples)[:, None]
     risks = around.risk((1.0 - parts) * here + parts * there)
-    # what is risky at an end cannot be flown around
+    # risk at an end cannot be flown around
     return bool(risks.max() <= max(BLOCKED, risks[0], risks[-1]))
 
 

@@ -34,7 +34,7 @@ class FbcriStyle(FuzzySteering[FuzzyMemory]):
 
     Known failures: only the nearest threat counts, so that rules give way to one threat and into another where threats
     are dense; a pocket deeper than the 0.2 to a virtual target is not left; virtual targets may lead around in circles;
-    nothing weighs length against risk, whatever ``k`` is, and nothing is optimal. `Solution.evaluations` counts points
+    nothing weighs length against risk, for any ``k``, and nothing is optimal. `Solution.evaluations` counts points
     of ``F``.
 
     Source: the abstract; Zhang, Mao, Liu and Liu, Automatica 50(3), 2014, Section 5.2; virtual targets as in the

@@ -214,7 +214,7 @@ class FuzzySteering(Reactive[F], ABC, Generic[F]):
         )
 
     def _infer(self, around: Surroundings, memory: F, target: Point) -> tuple[float, tuple[Written, ...]]:
-        """Infer the turn, radians, simulate its step, and write rules against what is wrong with it."""
+        """Infer the turn, radians, simulate its step, and write rules against its faults."""
         here, written = memory.position, memory.written
         clearance, place = self._nearest(around, here, target)
         threat = math.degrees(wrapped(place - memory.heading))
@@ -241,7 +241,7 @@ class FuzzySteering(Reactive[F], ABC, Generic[F]):
         return math.radians(turn), written
 
     def _fault(self, around: Surroundings, memory: F, target: Point, turn: float) -> str:
-        """Say what is wrong with a turn, degrees: it ``rises`` into risk or ``loses`` the target; empty if nothing."""
+        """Name the fault of a turn, degrees: it ``rises`` into risk or ``loses`` the target; empty if none."""
         here = memory.position
         ahead = around.spot_ahead(here, memory.heading + math.radians(turn), around.step)
         before, after = around.risk(np.array([here, ahead])).tolist()
@@ -298,7 +298,7 @@ class FuzzySteering(Reactive[F], ABC, Generic[F]):
         return memory
 
     def _placed(self, around: Surroundings, memory: F) -> F:
-        """Place a virtual target beside what is in the way; without a free place for one, there is none."""
+        """Place a virtual target beside the obstacle; None without a free place for one."""
         here = memory.position
         hit = memory.hit if memory.side else memory.least
         first = memory.side or (-1 if memory.turned > 0.0 else 1)

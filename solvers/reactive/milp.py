@@ -20,7 +20,7 @@ from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Su
 REACH = 0.06
 #: Directions from the UAV in which plans may end, at the same distance.
 DIRECTIONS = 32
-#: That distance, over the length of all legs: what is left is for bends.
+#: That distance, over the length of all legs: the rest is for bends.
 ROOM = 0.85
 #: Points of a plan that are nearer than this to each other, relative to a leg, are one.
 SAME = 1e-6
@@ -29,7 +29,7 @@ SAME = 1e-6
 @dataclass(frozen=True)
 class MilpMemory(Memory):
     """
-    What is left of the plan.
+    The rest of the plan.
 
     Attributes
     ----------

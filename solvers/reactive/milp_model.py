@@ -52,7 +52,7 @@ class KeepOut:
 @dataclass(frozen=True, eq=False)
 class Horizon:
     """
-    What is to be decided: a few legs of bounded length, to one of some places.
+    The decision variables: a few legs of bounded length, to one of some places.
 
     Lengths are in a unit of about the size of the map, and places relative to where the path begins.
 

@@ -1,4 +1,4 @@
-"""Planners that see only what is around them: one decision a step, until the goal is reached or nothing helps."""
+"""Planners with local information: one decision a step, until the goal is reached or no step helps."""
 
 import math
 from abc import ABC, abstractmethod
@@ -195,7 +195,7 @@ class Reactive(ABC, Generic[M]):
         """
 
     def remark(self, counts: Mapping[str, int]) -> str:  # noqa: ARG002 - for planners that count
-        """Say in one line what one should know of a run, by what was counted; empty if nothing."""
+        """Describe a run in one line from its counters; empty if there is nothing to say."""
         return ""
 
     def move(self, problem: Problem, memory: Hashable | None, step: float) -> Move:

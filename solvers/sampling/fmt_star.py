@@ -64,7 +64,7 @@ class FmtStar:
 
     def _sized(self, planner: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
         planner.setNumSamples(self.samples)
-        # "extended" goes on sampling, for ever if the goal is walled in
+        # "extended" goes on sampling, without end if the goal is walled in
         planner.setExtendedFMT(False)
         return planner
 

@@ -34,7 +34,7 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
     """
     Eq. 5 as an OMPL objective; every question is charged to the budget, and refused once that is spent.
 
-    What it raises passes through OMPL to whoever runs the planner.
+    Its exceptions pass through OMPL to the caller of the planner.
 
     Some planners draw samples until they have some whose lower bound is below the best cost, without asking whether
     they have to stop. Where those are as good as none, that would never end: so questions of bounds are counted, too.
@@ -94,7 +94,7 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
 
 class PruningCost(SegmentCost):
     """
-    Eq. 5 for BIT*, which prunes whatever its lower bounds say cannot improve the path at hand.
+    Eq. 5 for BIT*, which prunes what its lower bounds exclude.
 
     Where nothing but free space is ahead, the bounds are the costs, up to rounding. BIT* compares them exactly: by one
     rounding it would prune a vertex of its best path, and crash when asked for that path; or search on for something

@@ -200,7 +200,7 @@ class Roadmap:
         """Weigh the segments from each new milestone to the earlier ones in its reach, milestone after milestone."""
         points, old = self.positions, self.n_milestones
         reach = self.radius(np.arange(size) + 1)
-        # a little more than the widest of them: which are near enough is judged below, alike whatever `size` is
+        # a little more than the widest of them: which are near enough is judged below, the same for every `size`
         search = float(reach[old:].max()) * (1.0 + 1e-9)
         near = cKDTree(points[old:size]).sparse_distance_matrix(tree, search, output_type="coo_matrix")
         heads, tails = near.row.astype(np.int64) + old, near.col.astype(np.int64)
