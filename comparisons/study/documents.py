@@ -417,6 +417,7 @@ def run_from(
         evaluations=int(document["evaluations"]),
         trace=tuple([TracePoint(*point) for point in decode(document["trace"])]),
         message=_text(document["message"]),
+        certificate=certificate,
         **numbers,
     )
     return Run(

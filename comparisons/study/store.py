@@ -493,7 +493,8 @@ class StudyStore:
             document, result = certificate_document(result), dataclasses.replace(result, grids=())
         elif kind == RUN:
             document, proof = run_document(result), self._certificates.get(names[0])
-            result = dataclasses.replace(result, number=self._n_runs + 1, certificate=proof)
+            solution = dataclasses.replace(result.solution, certificate=proof)
+            result = dataclasses.replace(result, solution=solution, number=self._n_runs + 1, certificate=proof)
         else:
             document = result.document()
         self._log.append([{"kind": kind, "key": names[0] if kind == PROOF else names, **document}])

@@ -184,27 +184,3 @@ def test_there_and_back(old: list[float], new: list[float], n: int, data: st.Dat
         for runs in (before, after)
     ]
     assert regression(*scaled).changes == (there,)
-
-
-def wrong_verdicts(seeds: int, *, runs: int = 200) -> float:
-    """Say how often a version that draws from the same distribution on every scenario is said to differ."""
-    rng = np.random.default_rng(9)
-    wrong = 0
-    for _ in range(runs):
-        # scenarios are of very different size, and so is what chance does on them
-        size = np.exp(rng.normal(size=6))
-        both = [
-            [
-                run_of(scenario, float(unit * rng.lognormal(0.0, 0.1 * unit)), seed=seed)
-                for scenario, unit in zip(SCENARIOS, size, strict=False)
-                for seed in range(seeds)
-            ]
-            for _ in range(2)
-        ]
-        (change,) = regression(*both).changes
-        wrong += change.verdict is not Verdict.SAME
-    return wrong / runs
-
-
-def test_seeds_of_one_scenario_do_not_make_a_difference_of_none() -> None:
-    assert wrong_verdicts(5) <= 0.05 + 3.0 * math.sqrt(0.05 * 0.95 / 200)

@@ -2,8 +2,6 @@
 
 import csv
 import dataclasses
-import io
-import itertools
 import json
 import math
 import os
@@ -19,10 +17,8 @@ from command_line import Call, caller
 from hypothesis import given
 from hypothesis import strategies as st
 from missions_small import CROSSING, DEGREES, flown_of
-from rich.console import Console
 
 from cgla_graph.comparisons.missions import fly
-from cgla_graph.comparisons.missions.files import whole_log
 from cgla_graph.comparisons.missions.tables import closest_note, flight_table, variants_table
 from cgla_graph.comparisons.numbers import plain_json
 from cgla_graph.comparisons.plots import animation_file, pictures
@@ -196,38 +192,6 @@ def tables_of(flights: list[MissionRun]) -> list[FittedTable]:
     return [*map(flight_table, flights), variants_table(flights)]
 
 
-def test_no_number_is_cut_where_the_terminal_is_narrow(flights: list[MissionRun]) -> None:
-    for table, width in itertools.product(tables_of(flights), range(60, 140)):
-        console = Console(width=width, file=io.StringIO())
-        with console.capture() as capture:
-            console.print(table)
-        lines = capture.get().splitlines()
-        assert all(len(line) <= width for line in lines)
-        assert "…" not in capture.get()
-        heads = [head.strip() for head in lines[2].strip("┃").split("┃")]
-        every = [*table.left, *table.right]
-        missing = [head for head in every if head not in heads]
-        assert heads == [head for head in every if head in heads]
-        # what is left out goes in its order, is named, and there was no room for the last of it
-        assert set(missing) == set(table.spare[: len(missing)])
-        words = " ".join(capture.get().split())
-        assert words.endswith(f"too narrow for: {', '.join(missing)}" if missing else "┘")
-        whole = {tuple(row[every.index(head)] for head in heads) for row in table.rows}
-        assert {tuple(cells) for cells in cells_of(capture.get())} == whole
-        if missing:
-            last = table.spare[len(missing) - 1]
-            cells = [len(last), *(len(row[every.index(last)]) for row in table.rows)]
-            assert len(lines[1].rstrip()) + max(cells) + 3 > width
-
-
-def test_a_wide_terminal_shows_all(flights: list[MissionRun]) -> None:
-    for table in tables_of(flights):
-        console = Console(width=200, file=io.StringIO())
-        with console.capture() as capture:
-            console.print(table)
-        assert "too narrow" not in capture.get()
-
-
 # what is written
 
 
@@ -303,22 +267,6 @@ def test_the_files(cgla: Call, flights: list[MissionRun]) -> None:
     assert {name: Path("out", name).read_bytes() == data for name, data in before.items() if "gif" not in name} == {
         f"small-told.{kind}": True for kind in kinds
     }
-
-
-@pytest.mark.parametrize("what", ["x", "risk", "threats", "plan", "tick", "event"])
-def test_a_wrong_log_is_seen(flights: list[MissionRun], what: str) -> None:
-    lines = [dict(line) for line in whole_log(flights[0])]
-    assert disagreements(lines, flights[0]) == []
-    for i, line in enumerate(lines):
-        if what == "event" and line["type"] == "event" and line["kind"] == "detected":
-            del lines[i]
-            break
-        if line["type"] == "uav" and line["tick"] > 3 and (what != "plan" or "plan" in line):
-            line[what] = {"x": 0.0, "risk": 9.0, "threats": [77], "tick": 0}.get(what)
-            if what == "plan":
-                del line[what]
-            break
-    assert disagreements(lines, flights[0])
 
 
 def test_a_map_in_degrees(cgla: Call, tmp_path: Path) -> None:

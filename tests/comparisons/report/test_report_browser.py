@@ -15,7 +15,6 @@ from typing import Any
 
 import pytest
 import shapely
-from new_column import write_study_with_it
 from report_studies import ODD, failing, odd_runs, small_runs, stored_of
 
 from cgla_graph.comparisons.report.page import report_html, write_report
@@ -371,17 +370,6 @@ def test_sorting(page: WebDriver) -> None:
     assert sort(page, "scenario") == "ascending"
     assert column(page, "scenario") == sorted(column(page, "scenario"))
     assert len(page.find_elements(By.CSS_SELECTOR, "#table th[aria-sort]")) == 1
-
-
-def test_a_new_column_is_shown_and_sorts(chromium: WebDriver, tmp_path: Path) -> None:
-    write_study_with_it(tmp_path)
-    page = opened(chromium, (tmp_path / "report.html").as_uri())
-    costs, halves = column(page, "cost"), column(page, "half")
-    assert [2.0 * half for half in numbers(halves)] == pytest.approx(numbers(costs), rel=1e-4)
-    assert (len(numbers(halves)), halves[2]) == (2, "–")
-    assert sort(page, "half") == "ascending"
-    assert numbers(column(page, "half")) == sorted(numbers(halves))
-    assert logged(page, "browser") == []
 
 
 def test_every_cell_of_a_run_is_written(page: WebDriver, stored: Stored) -> None:

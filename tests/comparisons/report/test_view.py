@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 from studies_small import add_run, runs_of, small_study, write_study
 
 from cgla_graph.comparisons.report import loopback, view
-from cgla_graph.comparisons.report.view import Page, State, Viewed, ViewServer, read_state
+from cgla_graph.comparisons.report.view import Page, Viewed, ViewServer
 from cgla_graph.comparisons.study.store import FILE, StudyStore
 from cgla_graph.errors import CglaError, OutputError
 
@@ -361,13 +361,6 @@ def test_it_grows_while_a_study_is_written(tmp_path: Path) -> None:
             assert f"{number} runs" in ask(server).text
             stamps.append(state["stamp"])
         assert len(set(stamps)) == SIX
-
-
-def test_state_is_what_is_in_the_database(tmp_path: Path) -> None:
-    assert read_state(tmp_path) == State()
-    stored = write_study(tmp_path / "a", STUDY, first=4)
-    state = read_state(tmp_path / "a")
-    assert (state.runs, state.cells, state.complete) == (len(stored.runs), stored.n_cells, stored.is_complete)
 
 
 @pytest.mark.slow

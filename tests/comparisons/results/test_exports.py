@@ -17,11 +17,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import examples
-from studies_small import add_run, by_number, found, small_study, write_study
+from studies_small import by_number, found, small_study, write_study
 
 from cgla_graph.comparisons.results.exports import RUN_COLUMNS, check_targets, export, run_rows
 from cgla_graph.comparisons.study.rows import row
-from cgla_graph.comparisons.study.store import FILE, Stored, StudyStore
+from cgla_graph.comparisons.study.store import FILE, Stored
 from cgla_graph.comparisons.tables.latex import booktabs, latex
 from cgla_graph.errors import CglaError, OutputError
 from cgla_graph.model.solution import Solution, Status, TracePoint
@@ -130,27 +130,6 @@ def test_ompl_database_of_some_runs(stored: Stored, tmp_path: Path) -> None:
         numbers = {number for (number,) in copy.execute("SELECT DISTINCT runid FROM progress")}
         assert numbers == {run.number for run in runs}
         assert copy.execute("PRAGMA foreign_key_check").fetchall() == []
-
-
-def test_ompl_script_reads_the_database(stored: Stored, tmp_path: Path) -> None:
-    script = pytest.importorskip("ompl._benchmark_statistics", reason="OMPL is not installed")
-    file = export(tmp_path / "a.db", stored, stored.runs)
-    script.computeViews(str(file), moveitformat=False)
-    with opened(file) as copy:
-        best = copy.execute("SELECT plannerid, experimentid FROM bestPlannerConfigsPerExperiment").fetchall()
-        assert len(best) == len(stored.scenarios) * len(stored.solvers)
-
-
-def test_the_database_is_exported_while_it_is_written(tmp_path: Path) -> None:
-    study = small_study(["one"], ["prm-star"], seeds=(1, 2, 3))
-    with StudyStore.create(tmp_path / "study", study) as store:
-        for number, run in enumerate(write_study(tmp_path / "other", study).runs, 1):
-            add_run(store, run)
-            from cgla_graph.comparisons.study.store import load  # noqa: PLC0415 - as it is now
-
-            now = load(tmp_path / "study")
-            with opened(export(tmp_path / "a.db", now, now.runs)) as copy:
-                assert copy.execute("SELECT count(*) FROM runs").fetchone() == (number,)
 
 
 # What is refused

@@ -10,8 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from rich.cells import cell_len
 from rich.console import Console
 from studies_small import by_number, named, runs_of, small_study, write_study
@@ -171,28 +169,6 @@ def test_a_status_that_no_run_has_keeps_nothing(folder: Path, capfd: pytest.Capt
 
 
 # Tables that fit
-
-
-@given(
-    names=st.lists(
-        st.text(st.characters(exclude_categories=["C", "Z"]), min_size=1, max_size=60), min_size=1, max_size=4
-    ),
-    width=st.integers(60, 200),
-)
-def test_no_table_cuts_a_number(names: list[str], width: int) -> None:
-    heads = tuple(f"number {index}" for index in range(8))
-    numbers = [[f"{1.234567 * 10**index:.6f}" for index in range(8)] for _ in names]
-    rows = [[name, *line] for name, line in zip(names, numbers, strict=True)]
-    text = shown(FittedTable("t", ("name",), heads, spare=heads[1:], rows=list(rows)), width)
-    assert max(cell_len(line) for line in text.splitlines()) <= width
-    assert "…" not in "".join(cell for line in cells(text) for cell in line[1:])
-    left_out = text.split("too narrow for: ")[1].split(", ") if "too narrow" in text else []
-    here = len(heads) - len(" ".join(left_out).replace("\n", " ").split()) // 2
-    for line in numbers:
-        assert all(number in text for number in line[:1])
-    assert here >= 1
-    first = next(line for line in cells(text) if line[1])
-    assert set(first[1:]) <= set(numbers[0])
 
 
 def test_long_words_fold_before_numbers_go() -> None:

@@ -13,7 +13,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import usual
 
-from cgla_graph.comparisons.study import study_file
 from cgla_graph.comparisons.study.entrant import Entrant, every_solver
 from cgla_graph.comparisons.study.options import number_names
 from cgla_graph.comparisons.study.study import SEEDS, Study
@@ -575,7 +574,3 @@ def test_a_study_is_no_scenario(tmp_path: Path) -> None:
     with pytest.raises(CglaError, match=r"unknown key|needed"):
         load_scenario(file)
     assert "scenarios.0" in message_of("scenarios = ['mine.toml']", tmp_path)
-
-
-def test_the_command_is_that_of_the_example() -> None:
-    assert study_file.COMMAND in message_of("")

@@ -13,6 +13,7 @@ import pytest
 from command_line import Call, caller
 from hypothesis import given
 from hypothesis import strategies as st
+from missions_small import CROSSING, flown_of
 from rich.cells import cell_len
 from rich.console import RenderableType
 from strategies import few
@@ -22,6 +23,7 @@ from cgla_graph.comparisons import console
 from cgla_graph.comparisons.claims import terminal
 from cgla_graph.comparisons.claims.claim import Table
 from cgla_graph.comparisons.cli.pareto import front_table
+from cgla_graph.comparisons.missions.tables import flight_table, variants_table
 from cgla_graph.comparisons.results import study_output
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
@@ -109,18 +111,27 @@ def set_width(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -
     return by_variable if request.param == "COLUMNS" else by_terminal
 
 
-def tables() -> Iterator[FittedTable]:
+def tables(folder: Path) -> Iterator[FittedTable]:
     yield comparison_table(SCENARIO, runs())
     yield front_table(SCENARIO, Entrant.parse("hybrid"), front())
+    flights = flown_of(CROSSING, folder)
+    yield from (*map(flight_table, flights), variants_table(flights))
     rows = [["a cell with many words in it", 200, 0.512345, -5.47512e4, 123456, 0.03, "yes"]] * 3
     heads = ("cell", "maps", "evaded", "95 % from", "greatest of all counts", "p (Holm)", "holds")
     yield terminal._table(Table("a title", heads, rows, "a rule"))
 
 
+@pytest.fixture(scope="module")
+def every_table(tmp_path_factory: pytest.TempPathFactory) -> list[FittedTable]:
+    return list(tables(tmp_path_factory.mktemp("flights")))
+
+
 @pytest.mark.parametrize("width", WIDTHS)
-def test_tables_fit(set_width: Callable[[int], None], width: int, capfd: pytest.CaptureFixture[str]) -> None:
+def test_tables_fit(
+    set_width: Callable[[int], None], width: int, every_table: list[FittedTable], capfd: pytest.CaptureFixture[str]
+) -> None:
     set_width(width)
-    for table in tables():
+    for table in every_table:
         assert_fits(table, shown(capfd, table), width)
 
 
