@@ -5,12 +5,16 @@ The toolkit's names stand in ``__init__.pyi``. They are imported when first used
 ``cgla --help`` cost next to nothing.
 """
 
+import sys
 from importlib import import_module
-from typing import Any
+from typing import Any, cast
 
 from cgla_graph._lazy import lazy, set_importer
+from cgla_graph._moved import OldNames
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
+
+sys.meta_path.insert(0, cast("Any", OldNames))
 
 __getattr__, __dir__, __all__ = lazy(__name__)
 

@@ -5,24 +5,15 @@ import gc
 import io
 import sys
 import warnings
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from typer.core import TyperGroup
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli import completion
-from cgla_graph.comparisons.cli.commands import COMMANDS, Commands, renamed
+from cgla_graph.comparisons.cli.commands import CommandGroup, renamed
 
-
-class _Root(TyperGroup):
-    """All commands."""
-
-    def __init__(self, **settings: Any) -> None:  # noqa: ANN401 - typer's
-        super().__init__(**{**settings, "commands": Commands(COMMANDS)})
-
-
-app = typer.Typer(cls=_Root, rich_markup_mode=None, pretty_exceptions_enable=False)
+app = typer.Typer(cls=CommandGroup, rich_markup_mode=None, pretty_exceptions_enable=False)
 
 
 def _version(asked: bool) -> None:

@@ -58,7 +58,20 @@ class Commands(Mapping[str, Any]):
         if isinstance(place, str):
             return _imported(name, place)
         text, inner = place
-        return TyperGroup(name=name, help=text, commands=cast("Any", Commands(inner)), rich_markup_mode=None)
+        return CommandGroup(inner, name=name, help=text, rich_markup_mode=None)
+
+
+class CommandGroup(TyperGroup):
+    """A group of commands, each imported when it is looked up."""
+
+    def __init__(self, places: "dict[str, Place] | None" = None, **settings: Any) -> None:  # noqa: ANN401 - typer's
+        commands = Commands(COMMANDS if places is None else places)
+        super().__init__(**{**settings, "commands": cast("Any", commands)})
+
+    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ANN401 - click's, which typer holds in itself
+        """List the names, and import none of the commands."""
+        del ctx
+        return list(self.commands)
 
 
 @cache

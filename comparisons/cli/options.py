@@ -5,7 +5,7 @@ import functools
 import inspect
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import Field, dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
@@ -103,7 +103,7 @@ PortOption = Annotated[
 BrowserOption = Annotated[bool, typer.Option(help="open the page in the browser")]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class MapOptions:
     """Changes to a map."""
 
@@ -129,7 +129,7 @@ class MapOptions:
     ] = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class ZoneOptions:
     """Which zones count, and where the list of them goes."""
 
@@ -195,7 +195,7 @@ class ZoneOptions:
         }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class RasterOptions:
     """How a raster of risk is read."""
 
@@ -222,7 +222,7 @@ class RasterOptions:
     ] = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class GroundRiskOptions:
     """Prices instead of a risk weight, and limits of the density below."""
 
@@ -243,7 +243,7 @@ class GroundRiskOptions:
     corridor: CorridorOption = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class ProofOptions:
     """How tight the lower bound is."""
 
@@ -258,7 +258,7 @@ class ProofOptions:
     ] = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class BudgetOptions:
     """A budget instead of the risk weight."""
 
@@ -270,7 +270,7 @@ class BudgetOptions:
     ] = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class FlyableOptions:
     """A path of lines and arcs, and how long it takes to fly it."""
 
@@ -302,7 +302,7 @@ class FlyableOptions:
     speed: SpeedOption = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class ExportOptions:
     """Flight plans to write."""
 
@@ -319,7 +319,7 @@ class ExportOptions:
     speed: SpeedOption = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class GraphOptions:
     """How the file of a graph is read."""
 
@@ -332,7 +332,7 @@ class GraphOptions:
     ] = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class StudyOptions:
     """Where a study is kept, and what makes its runs."""
 
@@ -353,7 +353,7 @@ class StudyOptions:
     ] = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class OutputOptions:
     """Where the answer goes."""
 
@@ -362,7 +362,7 @@ class OutputOptions:
     as_json: JsonOption = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class PageOptions:
     """Where a page is served."""
 
@@ -389,9 +389,10 @@ def flattened(function: Callable[..., None]) -> Callable[..., None]:
     groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}
     flat = {}
     for name, parameter in inspect.signature(function).parameters.items():
-        inner = get_type_hints(groups[name], include_extras=True) if name in groups else hints
-        for one in fields(groups[name]) if name in groups else [parameter]:
-            flat[one.name] = inspect.Parameter(one.name, _BY_NAME, default=one.default, annotation=inner[one.name])
+        kind = groups.get(name)
+        for one in [parameter] if kind is None else fields(kind):
+            annotation = one.type if isinstance(one, Field) else hints[name]
+            flat[one.name] = inspect.Parameter(one.name, _BY_NAME, default=one.default, annotation=annotation)
 
     @functools.wraps(function)
     def command(**given: Any) -> None:  # noqa: ANN401 - values of any options
