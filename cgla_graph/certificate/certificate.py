@@ -9,6 +9,10 @@ Cells where that is more than a known path costs are left out of the next, finer
 **No-fly areas** are used: the mesh is cut open along them (`mesh`), so that ``phi`` may jump across walls.
 Their outline is taken for smaller than it is, by up to a few parts of a cell.
 
+**On a map in degrees**, what is proven is proven of the Earth: each cell has its own scale (`scale`). The path is held
+against it with its cost on the plane, which is no less than on the Earth. As no bound exceeds what the path costs under
+that scale, the distortion of the map may be all that is missing; the message says so then.
+
 **Rounding.** The inequality is checked for the stored numbers; the few operations of each check, and the evaluation
 of ``F``, are accounted for by a factor (`rounding`).
 """
@@ -20,6 +24,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike
 
 from cgla_graph._display import Plottable
@@ -28,10 +33,12 @@ from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
 from cgla_graph.certificate import corners
+from cgla_graph.certificate.scale import least_scale, scale_at
 from cgla_graph.certificate.subsolution import FIRST_CELLS, Level, Subsolution, first_grid, halo, next_grid
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import descent
 from cgla_graph.errors import ProblemError
+from cgla_graph.model.earth import GEODESIC_ERROR
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.small_problem import SMALL_PATH, MapKind, small_problem
 from cgla_graph.model.solution import NEGATIVE_WEIGHTS, TOLERANCE
@@ -50,6 +57,10 @@ MOST_TIMES, LEAST_TIMES, WORTH_LESS = 2.0, 1.25, 1.75
 #: Of what the tolerance allows to be missing, so much is aimed at. What is missing is not trusted to fall by more than
 #: this power of the spacing; a grid that is to be just small enough is made so much coarser.
 AIMED_AT, MOST_ORDER, ROOM = 0.85, 1.5, 0.99
+#: Around so much of the Earth that the least scale is below this, the geodesic alone is a bound.
+LEAST_SCALE = 0.05
+#: Parts of a path on each of which its scale is taken for that in the middle.
+PARTS = 1024
 #: Where rounding would take away more than this leaves of a bound, there is none.
 LEAST_SHRINK = 0.99
 #: Cells along the longer side of the grid on which another path is looked for, and how many times as many next time.
@@ -92,10 +103,11 @@ class Certificate(Plottable):
     Attributes
     ----------
     lower_bound
-        Proven: no path costs less, map units. Infinite where it is proven that there is no path; NaN where there is
-        no bound.
+        Proven: no path costs less, map units. On a map in degrees, no path on the Earth does. Infinite where it is
+        proven that there is no path; NaN where there is no bound.
     upper_bound
-        Cost of the path that the bound is held against, map units; infinite where none is known.
+        Cost of the path that the bound is held against, map units, as the plane measures it; infinite where none is
+        known.
     path
         That path: waypoints, read-only, shape ``(n, 2)``, map units. The one that was given, else the best one that the
         proof knows. None where none is known, and in a certificate that was kept by a study.
@@ -191,7 +203,7 @@ def prove(
     >>> from cgla_graph.model.risk import RiskField, Threat
     >>> field = RiskField([Threat(x=0.5, y=0.5, spread=0.1, peak=0.9)])
     >>> problem = Problem(start=(0.1, 0.1), goal=(0.9, 0.9), field=field, k=10.0)
-    >>> certificate = prove(problem, [(0.1, 0.1), (0.3, 0.7), (0.9, 0.9)], tolerance=0.05)
+    >>> certificate = prove(problem, tolerance=0.005)
     >>> certificate.reached, certificate.lower_bound <= certificate.upper_bound
     (True, True)
     """
@@ -300,17 +312,33 @@ def load_kernels(kind: MapKind) -> None:
 
 
 class _Way(NamedTuple):
-    """A feasible path from start to goal and its cost; none costs infinitely much."""
+    """
+    A feasible path from start to goal and its cost; none costs infinitely much.
+
+    `least` is its cost under the scale of the map, which no bound exceeds: the cost itself in the plane.
+    """
 
     cost: float = math.inf
     path: FloatArray | None = None
+    least: float = math.inf
 
     @classmethod
-    def of(cls, cost: float, path: FloatArray) -> "_Way":
-        """Copy a path: nobody changes what a certificate holds."""
+    def of(cls, problem: Problem, cost: float, path: FloatArray) -> "_Way":
+        """Copy a path, read-only, so that a certificate keeps it."""
         copied = np.array(path)
         copied.flags.writeable = False
-        return cls(cost, copied)
+        return cls(cost, copied, cost if problem.projection is None else min(cost, _scaled_cost(problem, copied)))
+
+
+def _scaled_cost(problem: Problem, path: FloatArray) -> float:
+    """Estimate the cost of a path under the scale of its map."""
+    length = float(np.hypot(*np.diff(path, axis=0).T).sum())
+    if length == 0.0:
+        return 0.0
+    points = shapely.get_coordinates(shapely.segmentize(shapely.LineString(path), length / PARTS))
+    starts, ends = points[:-1], points[1:]
+    costs = np.hypot(*(ends - starts).T) + problem.k * problem.field.line_integral(starts, ends)
+    return float((costs * scale_at(problem, 0.5 * (starts + ends))).sum())
 
 
 def _given(problem: Problem, path: ArrayLike) -> _Way:
@@ -322,7 +350,7 @@ def _given(problem: Problem, path: ArrayLike) -> _Way:
     if tuple(waypoints[0]) != problem.start or tuple(waypoints[-1]) != problem.goal:
         msg = f"the path joins {waypoints[0].tolist()} and {waypoints[-1].tolist()}; it has to join start and goal"
         raise ProblemError(msg)
-    return _Way.of(found.cost, waypoints)
+    return _Way.of(problem, found.cost, waypoints)
 
 
 def _refined(problem: Problem, path: FloatArray, tolerance: float) -> _Way:
@@ -337,7 +365,7 @@ def _refined(problem: Problem, path: FloatArray, tolerance: float) -> _Way:
     loss = min(max(0.01 * tolerance, LEAST_LOSS), LOSS)
     refined = refine_path(problem, path, tolerance=loss, max_points=round(POINTS * math.sqrt(LOSS / loss))).path
     found = problem.evaluate(refined)
-    return _Way.of(found.cost, refined) if found.feasible else _Way()
+    return _Way.of(problem, found.cost, refined) if found.feasible else _Way()
 
 
 def rounding(problem: Problem) -> float:
@@ -345,10 +373,12 @@ def rounding(problem: Problem) -> float:
     Bound the relative rounding errors of a bound.
 
     Each inequality is checked with some ten operations, and ``k F`` is off by a few ulps of ``k`` for each threat,
-    while ``c >= 1``. The risk of rasters is off by a few ulps of itself, and so of the cost.
+    while ``c >= 1``. The risk of rasters is off by a few ulps of itself, and so of the cost. A scale is off by a few
+    ulps of 1, where ``c`` is at least the scale.
     """
     of_rasters = 16.0 * len(problem.field.rasters)
-    return float(2.0**-50 * (16.0 + of_rasters + problem.k * (len(problem.field) + 4.0)))
+    in_plane = float(2.0**-50 * (16.0 + of_rasters + problem.k * (len(problem.field) + 4.0)))
+    return in_plane if problem.projection is None else (in_plane + 2.0**-46) / max(least_scale(problem), LEAST_SCALE)
 
 
 @dataclass
@@ -376,34 +406,32 @@ class _Search:
         self.known = self.held
         shrink = 1.0 - rounding(problem)
         # (of the two ends' distance itself)
-        self.best = math.dist(problem.start, problem.goal) * (1.0 - 2.0**-50)
-        if self._outcome():
-            return self._end("the straight line is no longer than the tolerance allows")
-        if shrink < LEAST_SHRINK:
-            return self._end(f"k = {problem.k:g} is too great for the arithmetic: only the straight line is a bound")
+        self.best = problem.least_length * (1.0 - 2.0**-50)
+        if outcome := self._settled(shrink):
+            return self._end(outcome)
         last = first_grid(problem)
         runs = cell_runs.rectangle(last)
         before, look = -math.inf, SECOND_LOOK
         while True:
-            missing = min(self.known.cost - self.best, self.best)
+            missing = min(self.known.least - self.best, self.best)
             worth = max(FRACTION * self.tolerance * self.best, WORTH * missing)
             level = Level.lay(closed, last, runs, worth, self.known.path)
             self.cells = len(level.mesh.columns)
             self.grids.append(Grid(max(level.mesh.spacing), last, runs, self.best, self.held.cost))
             # (a few ulps more: that it is good enough has to come out in the end)
-            wanted = self.held.cost / (1.0 + self.tolerance) / shrink * (1.0 + 2.0**-50)
-            bounds = level.both(FRACTION * self.tolerance, charge=True, known=self.known.cost, wanted=wanted)
+            wanted = self._wanted() / shrink * (1.0 + 2.0**-50)
+            bounds = level.both(FRACTION * self.tolerance, charge=True, known=self.known.least, wanted=wanted)
             if bounds is None:
                 # what finer grids leave out is more expensive than a known path
-                self.best = self.known.cost
+                self.best = max(self.best, self.known.least)
                 return self._end(self._outcome())
-            here = max(one.bound for one in bounds)
+            here = max(one.bound for one in bounds) - (GEODESIC_ERROR if self.on_earth else 0.0)
             # that of a path that is known to exist is never beaten
-            self.best = max(self.best, min(here * shrink, self.known.cost))
+            self.best = max(self.best, min(here * shrink, self.known.least))
             self.grids[-1] = replace(self.grids[-1], lower_bound=self.best)
             if outcome := self._outcome():
                 return self._end(outcome)
-            gap = 100.0 * (self.held.cost / self.best - 1.0)
+            gap = 100.0 * (self.held.cost / (self.best or math.nan) - 1.0)
             tell(f"gap {gap:.2g} % after {len(self.grids)} grids, {100.0 * self.tolerance:.2g} % asked")
             # a grid of some fineness knows better than the lattice on which side of an obstacle to pass
             if self._looks_stuck(here, here - before) or max(last) >= look:
@@ -411,11 +439,27 @@ class _Search:
             if max(last) >= look:
                 look *= LOOKS_APART
             self.grids[-1] = replace(self.grids[-1], upper_bound=self.held.cost)
-            kept = level.kept(bounds[0], bounds[1], self.known.cost / shrink)
+            kept = level.kept(bounds[0], bounds[1], self.known.least / shrink)
             last, runs, needed = self._finer(last, kept, self._times(before, here))
             before = here
             if outcome := self._outcome() or self._limit(last, needed):
                 return self._end(outcome)
+
+    def _settled(self, shrink: float) -> str:
+        """Say why no grid is laid, if the straight line settles it or nothing more can be proven; else nothing."""
+        if outcome := self._outcome():
+            is_close = self.held.cost <= self.best * (1.0 + self.tolerance)
+            return "the straight line is no longer than the tolerance allows" if is_close else outcome
+        if least_scale(self.problem) < LEAST_SCALE:
+            return "the map reaches so far around the Earth that only the geodesic is a bound"
+        if shrink < LEAST_SHRINK:
+            return f"k = {self.problem.k:g} is too great for the arithmetic: only the straight line is a bound"
+        return ""
+
+    def _wanted(self) -> float:
+        """Return a bound that is good enough."""
+        wanted = self.held.cost / (1.0 + self.tolerance)
+        return min(wanted, self.known.least / (1.0 + self._slack)) if self.on_earth else wanted
 
     def _outcome(self) -> str:
         """Say what has come out, if that is known; else nothing."""
@@ -424,11 +468,32 @@ class _Search:
         held, known, reached = self.held.cost, self.known.cost, self.best * (1.0 + self.tolerance)
         if held <= reached:
             return "the gap is within the tolerance" if self.best < held else "no path is better"
+        if self.known.least > self.best * (1.0 + self._slack):
+            return ""
         # no bound exceeds the cost of any path
-        if known * (1.0 + self.tolerance) < held and known <= reached:
+        if known * (1.0 + self.tolerance) < held:
             less = 100.0 * (1.0 - known / held)
             return f"no bound comes within the tolerance: a path is known that costs {less:.2g} % less"
+        if self.on_earth:
+            much = 100.0 * (known / self.known.least - 1.0)
+            return f"the bound allows {much:.2g} % for the distortion of the flat map"
         return ""
+
+    @property
+    def on_earth(self) -> bool:
+        """Whether the scale of the map changes from place to place."""
+        return self.problem.projection is not None
+
+    @property
+    def _slack(self) -> float:
+        """
+        How close to the least that the known path costs under the scale of the map a bound is to come, as a ratio.
+
+        In the plane, within the tolerance; else within what the distortion leaves of that, but half of it at least.
+        """
+        if not self.on_earth or not 0.0 < self.known.least < math.inf:
+            return self.tolerance
+        return max((1.0 + self.tolerance) * self.known.least / self.known.cost - 1.0, 0.5 * self.tolerance)
 
     def _limit(self, last: tuple[int, int], needed: int) -> str:
         """Say why there is no finer grid, if there is none; else nothing."""
@@ -455,13 +520,13 @@ class _Search:
 
         What is missing from a bound falls like a power of the spacing, which the bounds of the last two grids tell.
         """
-        missed, missing = self.known.cost - before, self.known.cost - here
+        missed, missing = self.known.least - before, self.known.least - here
         if not 0.0 < missing < missed < math.inf:
             return MOST_TIMES
         # (the bound before the first is infinite: there are two grids)
         coarser, last = (max(grid.last) for grid in self.grids[-2:])
         order = min(math.log(missed / missing) / math.log(last / coarser), MOST_ORDER)
-        allowed = AIMED_AT * self.tolerance * self.known.cost / (1.0 + self.tolerance)
+        allowed = AIMED_AT * self._slack * self.known.least / (1.0 + self._slack)
         # (as logarithms: where a bound stands still, its power is too great for a float)
         excess = math.log(missing / allowed)
         if excess > order * math.log(WORTH_LESS):
@@ -475,16 +540,16 @@ class _Search:
         Each grid about halves what is missing from the bound, or better, so that about as much is missing as it has
         just gained; thrice that is allowed for.
         """
-        return self.known.cost > (bound + 3.0 * max(gained, 0.0)) * (1.0 + self.tolerance)
+        return self.known.least > (bound + 3.0 * max(gained, 0.0)) * (1.0 + self._slack)
 
     def improve(self, level: Level, to_goal: Subsolution) -> None:
         """Look for a better path down the costs-to-go."""
         path = descent(self.problem, level.mesh, to_goal.values, radius=level.reach + 1.0)
         found = _refined(self.problem, path, self.tolerance)
-        if found.cost < self.known.cost:
-            self.known, self.improved_at = found, time.perf_counter()
-        if not self.keeps_path:
-            self.held = self.known
+        if found.least < self.known.least:
+            self.known = found
+        if not self.keeps_path and found.cost < self.held.cost:
+            self.held, self.improved_at = found, time.perf_counter()
 
     def _end(self, message: str) -> Certificate:
         spacing = self.grids[-1].spacing if self.grids else 0.0

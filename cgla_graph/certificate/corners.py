@@ -47,6 +47,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.certificate import corner_kernels
+from cgla_graph.certificate.scale import scale_at
 from cgla_graph.certificate.tips import bounds_on_disc
 from cgla_graph.eikonal.bends import Sight, bends_of
 from cgla_graph.eikonal.marching import Links, straight_costs
@@ -401,7 +402,7 @@ class _Grid:
             beside = pieces[np.isin(mesh.controls[pieces, 4], nodes[behind])]
             behind = behind | (close & ~proper & np.isin(nodes, mesh.controls[beside]))
         at = points[behind]
-        return Sight(nodes[behind], straight_costs(self.problem, at, vertex), seen[behind])
+        return Sight(nodes[behind], straight_costs(self.problem, at, vertex) * scale_at(self.problem, at), seen[behind])
 
     def cut_joints(self, nodes: WholeArray) -> WholeArray:
         """List the joints of some nodes as cuts."""

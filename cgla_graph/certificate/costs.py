@@ -1,10 +1,17 @@
-"""What the cost of a unit of length is on the cells of a mesh: proven bounds, and what the equation is solved for."""
+"""
+The cost of a unit of length on the cells of a mesh: proven bounds, and the one that the equation is solved for.
+
+On a map of the Earth, it is the cost of what a unit of the plane is there (`scale`).
+"""
+
+import math
 
 import numpy as np
 import shapely
 
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph.certificate import certificate_kernels
+from cgla_graph.certificate.scale import LEAST_TO_SOLVE_FOR, lower_by_scale, scale_at
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.model.cost_model import in_parts
 from cgla_graph.model.problem import Problem
@@ -25,6 +32,9 @@ def cost_bounds(problem: Problem, mesh: SplineMesh) -> FloatArray:
             certificate_kernels.add_rasters(*cells, problem.bounds, problem.k, rasters, bounds[part])
 
     in_parts(fill, len(bounds))
+    if problem.projection is not None:
+        middles = np.asarray(mesh.origin + np.column_stack([mesh.columns, mesh.rows]) * mesh.spacing, dtype=np.float64)
+        lower_by_scale(problem.projection, middles, 0.5 * math.hypot(*mesh.spacing), bounds)
     return bounds
 
 
@@ -43,7 +53,8 @@ def costs_to_solve_for(problem: Problem, mesh: SplineMesh, bounds: FloatArray) -
     """
     field, costs, asked = problem.field, np.empty(mesh.n_nodes), np.ones(mesh.n_nodes, dtype=np.bool_)
     if not field.rasters:
-        costs[mesh.controls[:, 4]] = bounds[:, 0, certificate_kernels.COST]
+        known = bounds[:, 0, certificate_kernels.COST]
+        costs[mesh.controls[:, 4]] = known if problem.projection is None else np.maximum(known, LEAST_TO_SOLVE_FOR)
         asked[mesh.controls[:, 4]] = False
     inside = _inside(problem, mesh)
     asked[inside] = True
@@ -65,7 +76,8 @@ def costs_to_solve_for(problem: Problem, mesh: SplineMesh, bounds: FloatArray) -
         certificate_kernels.least_around(points, reach, problem.bounds, raster_array(jumping), least)
 
     def fill(part: slice) -> None:
-        costs[nodes[part]] = 1.0 + problem.k * (smooth.density(points[part]) + least[part])
+        risk = smooth.density(points[part]) + least[part]
+        costs[nodes[part]] = (1.0 + problem.k * risk) * scale_at(problem, points[part])
 
     in_parts(fill, len(nodes))
     return costs

@@ -1,7 +1,8 @@
 """
 A proven bound of the cost from everywhere to one end of a problem, on one grid.
 
-**What is proved.** Let ``c = 1 + k F`` be the cost of a unit of length, and ``phi`` a function that is continuously
+**What is proved.** Let ``c = 1 + k F`` be the cost of a unit of length, on a map of the Earth times the least that a
+unit of the plane is long there (`scale`), and ``phi`` a function that is continuously
 differentiable wherever a path may go, with ``|grad phi| <= c`` there. Along any path from ``x`` to ``y``, ``phi``
 changes by at most the integral of ``|grad phi|``, so that the path costs at least ``phi(x) - phi(y)``. Here ``phi``
 is a biquadratic spline through an approximate solution of ``|grad T| = c``, divided by the greatest bound of ``|grad
@@ -43,6 +44,7 @@ from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate.corners import Bent, CornerBlock, corners_of, links_of
 from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
 from cgla_graph.certificate.finer import Finer
+from cgla_graph.certificate.scale import scale_at
 from cgla_graph.certificate.tips import Near, Tip
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go, descent, straight_costs
@@ -504,7 +506,7 @@ def _lost(problem: Problem, end: Point, tip: Tip, rim: float) -> float:
     turn = np.linspace(0.0, 2.0 * math.pi, DIRECTIONS, endpoint=False)
     points = np.clip(end + rim * np.column_stack([np.cos(turn), np.sin(turn)]), *np.reshape(problem.bounds, (2, 2)))
     away = points - end
-    costs = straight_costs(problem, points, end)
+    costs = straight_costs(problem, points, end) * scale_at(problem, points)
     # (an end on the rim of the map is its own neighbour)
     costs[np.hypot(*away.T) < 0.5 * rim] = math.inf
     cheapest = int(np.argmin(costs))
@@ -525,7 +527,7 @@ def _look_closer(level: Level, end: Point, rim: float) -> Near | None:
         return None
     # the corner that is the farthest away: where a bound is best there, it is good everywhere
     corner = max(((x, y) for x in box[::2] for y in box[1::2]), key=lambda point: math.dist(point, end))
-    inside = Problem(corner, end, problem.field, problem.k, bounds=box)
+    inside = replace(problem, start=corner, goal=end, bounds=box, no_fly=None, clearance=0.0)
     inner = Level.lay(inside, last, cell_runs.rectangle(last), level.worth)
     found = inner.bound(to_goal=True, aim=BOX_AIM, charge=True)
     if found is None or not np.isfinite(found.values[:-1]).all():

@@ -17,6 +17,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.certificate import certificate_kernels
+from cgla_graph.certificate.scale import least_scale, lower_by_scale
 from cgla_graph.eikonal.mesh import SplineMesh
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk_raster_kernels import raster_floor
@@ -61,7 +62,8 @@ class Tip:
             # on the rim, but for the slope, which is as much above on one side as below on the other
             level = cost * rim - beta * rim**3 / 3.0
             if last_way + least * (radius - rim) >= cost * rim + 0.5 * slope * rim**2 and level > high:
-                best, high = cls(np.array([cost, gx, gy, beta]), max(least, 1.0)), level
+                floor = least_scale(problem, math.hypot(*end) + radius)
+                best, high = cls(np.array([cost, gx, gy, beta]), max(least, floor)), level
         return best
 
     def costs(self, away: FloatArray) -> FloatArray:
@@ -134,12 +136,17 @@ def bounds_on_disc(problem: Problem, end: Point, radius: float) -> tuple[float, 
     certificate_kernels.cost_bounds(middle, middle, end, cell, problem.k, problem.field.table, bounds)
     cost, gx, gy, drop, least = bounds[0, 0].tolist()
     least = max(cost - math.hypot(gx, gy) * radius - drop, least)
-    if problem.field.raster_array is None:
-        return cost, gx, gy, drop, least
-    x_min, y_min, x_max, y_max = problem.bounds
-    low = max(end[0] - radius, x_min), max(end[1] - radius, y_min)
-    high = min(end[0] + radius, x_max), min(end[1] + radius, y_max)
-    found = raster_floor(low, high, *end, problem.field.raster_array)
-    value, slope_x, slope_y, lost, floor = (problem.k * one for one in found)
-    # what a raster may fall below its linear function is lost everywhere, at the end too
-    return cost + value - lost, gx + slope_x, gy + slope_y, drop, least + floor
+    if problem.field.raster_array is not None:
+        x_min, y_min, x_max, y_max = problem.bounds
+        low = max(end[0] - radius, x_min), max(end[1] - radius, y_min)
+        high = min(end[0] + radius, x_max), min(end[1] + radius, y_max)
+        found = raster_floor(low, high, *end, problem.field.raster_array)
+        value, slope_x, slope_y, lost, floor = (problem.k * one for one in found)
+        # what a raster may fall below its linear function is lost everywhere, at the end too
+        cost, gx, gy, least = cost + value - lost, gx + slope_x, gy + slope_y, least + floor
+    if problem.projection is not None:
+        bounds[0, 0] = cost, gx, gy, drop, least
+        lower_by_scale(problem.projection, np.array([end]), radius, bounds)
+        cost, gx, gy, drop, least = bounds[0, 0].tolist()
+        least = max(cost - math.hypot(gx, gy) * radius - drop, least)
+    return cost, gx, gy, drop, least

@@ -1,6 +1,7 @@
 """What is to be planned: a problem in the plane, or on a graph, and the oracle that judges every answer."""
 
 import dataclasses
+import math
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,11 +22,12 @@ from cgla_graph.errors import NodeNotFoundError, ProblemError
 from cgla_graph.model.adjacency import CornerRule, Node
 from cgla_graph.model.clearance import ROUNDING, widened
 from cgla_graph.model.cost_model import CostModel, indexed_area
-from cgla_graph.model.earth import LocalProjection
+from cgla_graph.model.earth import LocalProjection, project_area, projected_bounds
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.no_fly import NoFlyArea
-from cgla_graph.model.risk import RiskField, SmallSpreadWarning
+from cgla_graph.model.risk import RiskField, SmallSpreadWarning, Threat
+from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status
 
 if TYPE_CHECKING:
@@ -49,7 +51,7 @@ class Evaluation(ShortRepr):
     Attributes
     ----------
     length, risk, cost
-        ``cost = length + k * risk``; length in map units.
+        ``cost = length + k * risk``; length in map units, of legs that are straight on the plane, measured there.
     clearance
         Least distance to the no-fly area, map units; 0 where the path touches or crosses it, infinite without one.
     violations
@@ -90,7 +92,9 @@ class Problem(Plottable):
         by that, its round corners by polygons (`model`), so that they stay up to 0.12 % farther away; the oracle
         measures the distance itself, and a proven bound holds for every path that keeps it.
     projection
-        How longitude and latitude became map units, if they did: solutions have ``lonlat`` then. Nothing else uses it.
+        How longitude and latitude became map units, metres; None for a map in the plane. Solutions have ``lonlat``
+        then, and what is proven of all paths holds on the Earth. `evaluate` measures on the plane, along legs that are
+        straight there: lengths, and risks with them, are longer than on the Earth by at most `stretch`.
 
     Raises
     ------
@@ -113,7 +117,7 @@ class Problem(Plottable):
     bounds: Bounds = (0.0, 0.0, 1.0, 1.0)
     no_fly: BaseGeometry | None = None
     clearance: float = 0.0
-    projection: LocalProjection | None = dataclasses.field(default=None, repr=False, compare=False)
+    projection: LocalProjection | None = dataclasses.field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Check everything once, so that no solver has to."""
@@ -194,6 +198,112 @@ class Problem(Plottable):
         """By how much a path may be nearer to the no-fly area than the clearance, as numbers are rounded."""
         x_min, y_min, x_max, y_max = self.bounds
         return ROUNDING * max(x_max - x_min, y_max - y_min)
+
+    @classmethod
+    def in_degrees(
+        cls,
+        start: Point,
+        goal: Point,
+        *,
+        bounds: Bounds,
+        threats: Sequence[Threat] = (),
+        rasters: Sequence[RasterRisk] = (),
+        k: float = 0.0,
+        no_fly: BaseGeometry | None = None,
+        clearance: float = 0.0,
+        projection: LocalProjection | None = None,
+    ) -> "Problem":
+        """
+        Make a problem of longitudes and latitudes: the same as a scenario file in degrees.
+
+        Parameters
+        ----------
+        start, goal
+            Longitude and latitude, degrees.
+        bounds
+            West, south, east, north, degrees; east may go on beyond 180. The problem's are the least box in metres
+            around them.
+        threats
+            With centres in degrees and spreads in metres.
+        rasters
+            In metres around the projection's origin (``RasterRisk.from_file(…, projection=projection)``).
+        k, clearance
+            As in `Problem`; the clearance in metres.
+        no_fly
+            Polygons in degrees, straight edges there.
+        projection
+            None: around the middle of the geodesic from start to goal, which distorts that least.
+
+        Returns
+        -------
+        problem
+            In metres. It knows its `projection`.
+
+        Raises
+        ------
+        ProblemError
+            If a coordinate is out of range, or the problem is malformed.
+
+        Examples
+        --------
+        >>> import shapely
+        >>> problem = Problem.in_degrees(
+        ...     (24.94, 60.17), (23.76, 61.50), bounds=(22, 60, 26, 62), no_fly=shapely.box(24, 60.5, 25, 61)
+        ... )
+        >>> round(problem.least_length)
+        161490
+        """
+        around = LocalProjection.between(start, goal) if projection is None else projection
+        ends = around.forward([start, goal]).tolist()
+        places = [around.forward((one.x, one.y)).tolist() for one in threats]
+        moved = [replace(one, x=place[0], y=place[1]) for one, place in zip(threats, places, strict=True)]
+        return cls(
+            (ends[0][0], ends[0][1]),
+            (ends[1][0], ends[1][1]),
+            RiskField(moved, rasters=rasters),
+            k,
+            projected_bounds(bounds, around),
+            None if no_fly is None else project_area(no_fly, around),
+            clearance,
+            around,
+        )
+
+    @property
+    def least_length(self) -> float:
+        """
+        A length that no path undercuts: the distance of start and goal, that on the Earth where the map is in degrees.
+
+        Examples
+        --------
+        >>> Problem((0, 0), (1, 0)).least_length
+        1.0
+        """
+        if self.projection is None:
+            return math.dist(self.start, self.goal)
+        return self.projection.least_length(self.start, self.goal)
+
+    def stretch(self, points: FloatArray) -> float:
+        """
+        Bound how many times as long as on the Earth a path on the map is; 1 for a map in the plane.
+
+        Parameters
+        ----------
+        points
+            Of the path, shape ``(m, 2)``, map units.
+
+        Returns
+        -------
+        stretch
+            At least 1.
+
+        Examples
+        --------
+        >>> Problem((0, 0), (1, 1)).stretch(np.array([[0.0, 0.0], [1.0, 1.0]]))
+        1.0
+        """
+        if self.projection is None:
+            return 1.0
+        return self.projection.stretch(float(np.hypot(*np.reshape(points, (-1, 2)).T).max(initial=0.0)))
 
     @property
     def shorter_side(self) -> float:

@@ -101,12 +101,14 @@ class Solution(Plottable):
     nodes
         The nodes of the path, where it was found on a graph.
     cost, length, risk
-        Of the path; ``cost = length + k * risk``, length in map units. Infinite without a path; length and risk
-        are NaN where a graph does not say them.
+        Of the path; ``cost = length + k * risk``, length in map units, measured on the plane along legs that are
+        straight there (`Problem.stretch` bounds how much longer that is than on the Earth). Infinite without a path;
+        length and risk are NaN where a graph does not say them.
     clearance
         Least distance to the no-fly area, map units; infinite without one.
     lower_bound
-        A proven lower bound of the cost of every path; NaN where the solver gives none.
+        A proven lower bound of the cost of every path, on the Earth where the map is in degrees; NaN where the solver
+        gives none.
     solver
         Name of the solver.
     seconds

@@ -225,7 +225,15 @@ def run(
     answer = dataclasses.replace(answer, solver=traits.name, seconds=solving)
     if isinstance(problem, GraphProblem) and not (traits.lazy and problem.graph.is_implicit):
         answer = dataclasses.replace(answer, evaluations=problem.graph.n_pairs + answer.evaluations)
-    return problem.judge(answer)
+    return problem.judge(_on_earth(problem, answer))
+
+
+def _on_earth(problem: Problem | GraphProblem, answer: Solution) -> Solution:
+    """Turn a bound that a solver has proven on the plane, as those without a certificate, into one on the Earth."""
+    if isinstance(problem, GraphProblem) or problem.projection is None or answer.certificate is not None:
+        return answer
+    around = problem.start, problem.goal, problem.bounds
+    return dataclasses.replace(answer, lower_bound=problem.projection.bound_on_earth(answer.lower_bound, *around))
 
 
 def has_negative_weights(problem: Problem | GraphProblem) -> bool:

@@ -1,16 +1,15 @@
 """Scenarios: problems in TOML files, some of them shipped with the toolkit."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pydantic import Field
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import ShortRepr, shown
-from cgla_graph._types import Bounds, FloatArray, Point
+from cgla_graph._types import Bounds, Point
 from cgla_graph._validate import four_numbers, non_negative_number, point
 from cgla_graph.airspace.zones.zone_account import ZoneAccount
 from cgla_graph.errors import CglaError, ScenarioError
@@ -42,9 +41,6 @@ class Scenario(ShortRepr):
         The lattice that graph solvers plan on.
     settings
         Settings of solvers, by the solver's name, that suit this scenario.
-    projection
-        How longitude and latitude became metres; None for a map in the plane. Lengths on its plane are a little longer
-        than on the Earth: see `stretch` and `bound_on_earth`.
     y_down
         Whether y grows downwards, as in grid maps; pictures follow.
     notes
@@ -65,75 +61,24 @@ class Scenario(ShortRepr):
     problem: Problem
     lattice: Lattice
     settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    projection: LocalProjection | None = None
     y_down: bool = False
     notes: str = ""
     areas: Sequence[tuple[str, BaseGeometry]] = field(default=(), repr=False)
     zones: ZoneAccount | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        """Keep the areas as they are, and let the problem know where on the Earth it is."""
+        """Keep the areas as they are."""
         object.__setattr__(self, "areas", tuple(self.areas))
-        if self.projection is not None and self.problem.projection is None:
-            object.__setattr__(self, "problem", replace(self.problem, projection=self.projection))
 
     @property
     def full_title(self) -> str:
         """Name and title in one line."""
         return f"{self.name}: {self.title}" if self.title else self.name
 
-    def bound_on_earth(self, bound: float) -> float:
-        """
-        Turn a proven lower bound of the problem's cost into one that holds on the Earth, if the map is of the Earth.
-
-        The plane of a map in longitude and latitude stretches lengths; what is proven of all paths on it (by
-        `cgla_graph.lower_bound`, by a solver) is divided by that, where paths of that cost can go. No path on the Earth
-        costs less: neither where risk is what the plane says at each place, nor where it is what the distance on the
-        Earth from each threat says. No-fly areas are as on the plane, within a metre of their edges in degrees.
-
-        Parameters
-        ----------
-        bound
-            Of ``length + k * risk``, map units.
-
-        Returns
-        -------
-        bound
-            The same for a map in the plane.
-
-        Examples
-        --------
-        >>> finland = load_scenario("finland")
-        >>> f"{1.0 - finland.bound_on_earth(240e3) / 240e3:.4%}"
-        '0.0104%'
-        """
-        if self.projection is None:
-            return bound
-        return self.projection.bound_on_earth(bound, self.problem.start, self.problem.goal, self.problem.bounds)
-
-    def stretch(self, points: FloatArray) -> float:
-        """
-        Bound how many times as long as on the Earth a path on the map is; 1 for a map in the plane.
-
-        Parameters
-        ----------
-        points
-            Of the path, shape ``(m, 2)``, map units.
-
-        Returns
-        -------
-        stretch
-            At least 1.
-
-        Examples
-        --------
-        >>> finland = load_scenario("finland")
-        >>> f"{finland.stretch(np.array([finland.problem.start])) - 1.0:.4%}"
-        '0.0056%'
-        """
-        if self.projection is None:
-            return 1.0
-        return self.projection.stretch(float(np.hypot(*np.reshape(points, (-1, 2)).T).max(initial=0.0)))
+    @property
+    def projection(self) -> LocalProjection | None:
+        """How longitude and latitude became metres; None for a map in the plane."""
+        return self.problem.projection
 
 
 def as_scenario(given: object, name: str) -> Scenario:
@@ -369,7 +314,6 @@ def scenario_of(
         problem=problem,
         lattice=lattice,
         settings=table.solvers,
-        projection=builder.on_earth,
         notes=table.notes,
         areas=builder.named_areas,
         zones=None if builder.zones is None else builder.zones.account(),

@@ -19,8 +19,8 @@ from cgla_graph.certificate.subsolution import FIRST_CELLS
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.cli import output
 from cgla_graph.comparisons.numbers import duration, figure
-from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.study.rows import distortion_note
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.certificate import COLUMNS, certificate_table, grid_rows, proof_of, verdict
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
@@ -59,7 +59,7 @@ def certify(
     -------
     run
         The path, named after its file or solver, with its certificate. Without a path the bound holds all the same.
-        That of a map in longitude and latitude holds on the Earth (see `Scenario.bound_on_earth`).
+        That of a map in longitude and latitude holds on the Earth.
 
     Raises
     ------
@@ -77,9 +77,7 @@ def certify(
     else:
         solution = _judged(problem, read_path(file, scenario), str(file))
     held = solution.path if solution.status.has_path else None
-    on_plane = earth.plane_tolerance(scenario, tolerance, solution.cost)
-    found = lower_bound(problem, on_plane, path=held, max_cells=max_cells)
-    proof = earth.certificate_on_earth(scenario, found, tolerance)
+    proof = lower_bound(problem, tolerance, path=held, max_cells=max_cells)
     # what a solver says of its own path gives way to the proof that was asked for
     bounded = dataclasses.replace(solution, lower_bound=proof.lower_bound, certificate_seconds=proof.seconds)
     return Run(scenario, SOLVER if file is None else file.name, None, exact=False, solution=bounded, certificate=proof)
@@ -219,7 +217,7 @@ def print_certificate(run: Run) -> None:
     remedy = "; --max-cells N allows more" if "allowed" in proof.message else ""
     output.print_lines({
         "proven": verdict(run, unit=unit),
-        "flat map": earth.distortion_note(scenario, [solution.path]),
+        "flat map": distortion_note(scenario, [solution.path]),
         "ended": f"{proof.message}{remedy} ({duration(proof.seconds)})",
     })  # fmt: skip
 

@@ -11,7 +11,6 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import BoolArray, Bounds, FloatArray
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.cli.check_map import WIDER, CheckMap, least_outside, wide_bounds, widened
-from cgla_graph.comparisons.study import earth
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
@@ -29,6 +28,8 @@ _MOST_GEODESICS = 5000
 _FAR = 1e30
 #: What a leg may cost more than its straight line without a proof, as a part of the tolerance.
 _NEGLIGIBLE = 0.1
+#: Bounds that leave out no place.
+EVERYWHERE: Bounds = (-math.inf, -math.inf, math.inf, math.inf)
 
 
 @dataclass(frozen=True)
@@ -80,27 +81,25 @@ def bracket(on: CheckMap, tolerance: float, max_cells: int) -> Certificate:
     """
     scenario, route = on.scenario, on.route
     if on.has_bounds:
-        problem, proof = _bracket_within(on, scenario.problem.bounds, tolerance, max_cells)
-        return earth.certificate_on_earth(dataclasses.replace(scenario, problem=problem), proof, tolerance)
+        _, proof = _bracket_within(on, scenario.problem.bounds, tolerance, max_cells)
+        return proof
     for factor in WIDER:
         bounds = widened(scenario.problem.bounds, factor)
         problem, proof = _bracket_within(on, bounds, tolerance, max_cells)
         # a path that leaves the box that is laid around the plan is at least so long: the bound is one for all paths
         outside = least_outside(route[0], route[-1], bounds)
+        if scenario.projection is not None:
+            outside = scenario.projection.bound_on_earth(outside, problem.start, problem.goal, EVERYWHERE)
         if proof.lower_bound <= outside:
             break
-    bound = min(proof.lower_bound, outside)
-    if scenario.projection is not None:
-        everywhere = (-math.inf, -math.inf, math.inf, math.inf)
-        bound = scenario.projection.bound_on_earth(bound, problem.start, problem.goal, everywhere)
-    return dataclasses.replace(proof, lower_bound=bound)
+    return dataclasses.replace(proof, lower_bound=min(proof.lower_bound, outside))
 
 
 def _bracket_within(
     on: CheckMap, bounds: Bounds, tolerance: float, max_cells: int, *, leg: int | None = None, is_clean: bool = False
 ) -> tuple[Problem, Certificate]:
     """
-    Prove the same of all paths within bounds, on the plane; and return what that is proven of.
+    Prove the same of all paths within bounds, and return what that is proven of.
 
     Of all paths between the ends of a leg, if one is given; where it is clean, it is what the bound is held against.
     """
@@ -184,7 +183,7 @@ def through(on: CheckMap, costs: FloatArray, faulty: BoolArray, tolerance: float
             return Through(math.nan, len(costs), 0, 0, f"leg {leg + 1}: {error}")
         if math.isinf(found):
             return Through(found, len(costs), 0, 0, f"proven: no clean way joins the ends of leg {leg + 1}")
-        bounds[leg] = max(bounds[leg], _on_earth(on, found, leg))
+        bounds[leg] = max(bounds[leg], found)
     # (sums are rounded)
     total = math.fsum(bounds.tolist()) * (1.0 - 2.0**-50)
     return Through(total, len(costs), len(chosen), len(wanting) - len(chosen))
@@ -217,11 +216,11 @@ def _on_earth(on: CheckMap, bound: float, leg: int) -> float:
 
 def _limits_of(on: CheckMap) -> Bounds:
     """Return the bounds that no path leaves: those of the map, if it has some."""
-    return on.scenario.problem.bounds if on.has_bounds else (-math.inf, -math.inf, math.inf, math.inf)
+    return on.scenario.problem.bounds if on.has_bounds else EVERYWHERE
 
 
 def _of_leg(on: CheckMap, leg: int, tolerance: float, *, is_clean: bool) -> float:
-    """Prove what every clean way between the ends of a leg costs at least, map units, on the plane."""
+    """Prove what every clean way between the ends of a leg costs at least, map units."""
     route = on.route[leg : leg + 2]
     limits = _limits_of(on)
     bound = outside = 0.0
@@ -234,7 +233,7 @@ def _of_leg(on: CheckMap, leg: int, tolerance: float, *, is_clean: bool) -> floa
             min(box[3], limits[3]),
         )
         _, proof = _bracket_within(on, inner, tolerance, _LEG_CELLS, leg=leg, is_clean=is_clean)
-        outside = _outside(route, inner, limits)
+        outside = _on_earth(on, _outside(route, inner, limits), leg)
         bound = proof.lower_bound
         if bound <= outside:
             break

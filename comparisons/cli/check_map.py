@@ -320,7 +320,7 @@ def _around(plan: FlightPlan, flown: FloatArray, name: str, request: MapRequest)
     )
     stem = Path(name).stem
     title = plan.name if plan.name != stem else ""
-    return Scenario(stem, title, problem, Lattice(20, bounds=bounds), projection=projection)
+    return Scenario(stem, title, problem, Lattice(20, bounds=bounds))
 
 
 def wide_bounds(route: FloatArray, length: float) -> Bounds:

@@ -13,7 +13,7 @@ from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli import output
 from cgla_graph.comparisons.cli.check import ROUNDED, Checked, rounding_on
 from cgla_graph.comparisons.numbers import at_most, counted, duration, figure, json_number, listed, rounded_down
-from cgla_graph.comparisons.study import earth
+from cgla_graph.comparisons.study.rows import distortion_note
 from cgla_graph.comparisons.tables.listing import listing
 from cgla_graph.model.path_file import degrees_of
 
@@ -50,7 +50,7 @@ def print_checked(checked: Checked) -> None:
         "cost": figure(checked.cost, 9) + unit,
         "clearance": (_far(checked, clearance) + unit if math.isfinite(clearance) else "no area")
         + (f", of at least {asked:g}{unit} asked for" if asked > 0.0 else ""),
-        "flat map": earth.distortion_note(scenario, [checked.on.route]),
+        "flat map": distortion_note(scenario, [checked.on.route]),
         "geodesic": _geodesic_line(checked),
         "best": _best_line(checked),
         "through": _through_line(checked),

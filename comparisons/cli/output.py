@@ -8,8 +8,7 @@ from typing import Any
 from cgla_graph._text import shown
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.numbers import duration, figure, json_number, percent, rounded_down
-from cgla_graph.comparisons.study import earth
-from cgla_graph.comparisons.study.rows import bound_note, row
+from cgla_graph.comparisons.study.rows import bound_note, distortion_note, row
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.certificate import certificate_document
 from cgla_graph.errors import CglaError
@@ -91,7 +90,7 @@ def print_plan(run: Run, more: Mapping[str, str] | None = None) -> None:
         "risk": figure(solution.risk, 6),
         "k": f"{scenario.problem.k:g}",
         "clearance": clearance,
-        "flat map": earth.distortion_note(scenario, [solution.path]) if solution.status.has_path else "",
+        "flat map": distortion_note(scenario, [solution.path]) if solution.status.has_path else "",
         **(more or {}),
         "waypoints": str(len(solution.path)),
         "time": f"{duration(solution.seconds)}, and {duration(solution.build_seconds)} to weigh the graph",
@@ -116,5 +115,5 @@ def plan_document(run: Run) -> dict[str, Any]:
         "path": path.tolist(),
         **in_degrees,
         "certificate": certificate_document(run),
-        "stretch": json_number(run.scenario.stretch(run.solution.path)),
+        "stretch": json_number(run.scenario.problem.stretch(run.solution.path)),
     }

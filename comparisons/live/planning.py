@@ -66,7 +66,7 @@ def prove_on_one_grid(problem: Problem, cost: float) -> OneGrid:
     """
     if not problem.field.is_proper:
         return OneGrid(math.nan)
-    straight = math.dist(problem.start, problem.goal) * (1.0 - 2.0**-50)
+    straight = problem.least_length * (1.0 - 2.0**-50)
     shrink = 1.0 - rounding(problem)
     if straight >= cost or shrink < LEAST_SHRINK:
         return OneGrid(min(straight, cost))
@@ -220,7 +220,7 @@ def _planned(scenario: Scenario, effort: Effort | None) -> dict[str, Any]:
         )
     return {
         **_with_path(found.path, found),
-        "bound": json_number(scenario.bound_on_earth(bound)),
+        "bound": json_number(bound),
         "tube": None if last is None or runs is None else _tube(problem, last, runs),
     }
 

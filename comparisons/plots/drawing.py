@@ -78,7 +78,7 @@ def plot_problem(problem: Problem, solutions: Iterable[Solution], *, ax: Axes | 
 
 def scenario_of(problem: Problem) -> Scenario:
     """Make a scenario of a problem, as the pictures of the command line have it; without a name, as none is known."""
-    return Scenario("", "", problem, Lattice(20, bounds=problem.bounds), projection=problem.projection)
+    return Scenario("", "", problem, Lattice(20, bounds=problem.bounds))
 
 
 def view_of(flight: Flight) -> MissionRun:

@@ -275,7 +275,6 @@ def _scenario(document: Document) -> Scenario:
         ),
         lattice=lattice_from(document["lattice"]),
         settings={solver: _settings(settings) for solver, settings in document["settings"].items()},
-        projection=None if document["projection"] is None else LocalProjection(*document["projection"]),
         y_down=bool(document["y_down"]),
         notes=_text(document["notes"]),
         areas=tuple((_text(name), _geometry(_text(area))) for name, area in document.get("areas", ())),

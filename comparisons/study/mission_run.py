@@ -54,8 +54,15 @@ class MissionSpec:
         No-fly areas are left out: those of missions come and go.
         """
         first, world = self.mission.uavs[0], self.mission.world
-        problem = Problem(first.start, first.goal, world.field_at(tick), k=first.k, bounds=world.bounds)
-        return Scenario(self.name, self.title, problem, self.mission.lattice, projection=self.projection)
+        problem = Problem(
+            first.start,
+            first.goal,
+            world.field_at(tick),
+            k=first.k,
+            bounds=world.bounds,
+            projection=self.projection,
+        )
+        return Scenario(self.name, self.title, problem, self.mission.lattice)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

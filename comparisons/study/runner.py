@@ -12,7 +12,6 @@ from typing import Any
 from cgla_graph._progress import waiting
 from cgla_graph._text import ShortRepr
 from cgla_graph.certificate.certificate import Certificate, load_kernels, prove
-from cgla_graph.comparisons.study import earth
 from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
 from cgla_graph.errors import CglaError
 from cgla_graph.model.problem import GraphProblem, Problem
@@ -165,8 +164,6 @@ def certify(scenario: Scenario, tolerance: float, known: Solution | None = None)
     Bound the cost of every path, with a good one in hand; what goes wrong leaves no bound, but a reason.
 
     That path is `known`, if the hybrid solver's is; what it took counts.
-
-    The bound of a map in longitude and latitude is one of paths on the Earth (see `Scenario.bound_on_earth`).
     """
     began = time.perf_counter()
     try:
@@ -176,10 +173,8 @@ def certify(scenario: Scenario, tolerance: float, known: Solution | None = None)
         else:
             best = solve(scenario.problem, Hybrid(tolerance=None))
         path = best.path if best.status.has_path else None
-        on_plane = earth.plane_tolerance(scenario, tolerance, best.cost)
-        proof = prove(scenario.problem, path, tolerance=on_plane)
-        found = earth.certificate_on_earth(scenario, proof, tolerance)
-        return dataclasses.replace(found, seconds=time.perf_counter() - began)
+        proof = prove(scenario.problem, path, tolerance=tolerance)
+        return dataclasses.replace(proof, seconds=time.perf_counter() - began)
     except Exception as error:  # noqa: BLE001 - a comparison survives any certificate
         return no_certificate(tolerance, reason(error), time.perf_counter() - began)
 
@@ -245,8 +240,7 @@ def run(ground: Ground, entrant: Entrant, seed: int | None) -> Solution:
     problem, lattice = ground.scenario.problem, ground.scenario.lattice
     try:
         if registry.traits(entrant.name).domain == "plane":
-            solution = _solve(problem, entrant, settings, resolution=lattice)
-            return earth.solution_on_earth(ground.scenario, solution)
+            return _solve(problem, entrant, settings, resolution=lattice)
         solution = _solve(problem, entrant, settings, on=ground.graph())
         return dataclasses.replace(solution, build_seconds=ground.build_seconds + solution.build_seconds)
     except MemoryError as error:

@@ -53,8 +53,8 @@ class PlanWithin(ShortRepr):
     k
         The risk weight that prices the budget: the one that proves `dual_bound`. Infinite where risk alone counts.
     dual_bound
-        Proven by Lagrangian duality: no path that keeps the budget has less length (or risk) than this. Infinite if
-        no path keeps it.
+        Proven by Lagrangian duality: no path that keeps the budget has less length (or risk) than this, on the Earth
+        where the map is in degrees and `scope` is the plane. Infinite if no path keeps it.
     scope
         Of which paths that is proven: all on the ``lattice``, or all in the ``plane`` inside the bounds.
     n_solves
@@ -280,12 +280,12 @@ class _Search:
             bounds = [(self._bound(found.cost * (1.0 - ROUNDING), weight), weight) for weight, found in solved]
             bound, k = max(bounds, key=lambda pair: pair[0])
             return k, max(0.0, bound)
-        straight = math.dist(self.problem.start, self.problem.goal) if self.on_risk else 0.0
+        straight = self.problem.least_length if self.on_risk else 0.0
         return k, max(straight * (1.0 - ROUNDING), self._bound(self._certified(k), k))
 
     def _certified(self, k: float) -> float:
         """Bound the cost of every path inside the bounds under a weight; the straight line's length where unasked."""
-        straight = math.dist(self.problem.start, self.problem.goal) * (1.0 - ROUNDING)
+        straight = self.problem.least_length * (1.0 - ROUNDING)
         if self.tolerance is None or straight == 0.0:
             return straight
         weighted = dataclasses.replace(self.problem, k=k)

@@ -1,6 +1,7 @@
 """The profile of a path: exact sums, fine steps, and files that are whole."""
 
 import csv
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ PATH = np.array([(0.1, 0.1), (0.4, 0.7), (0.4, 0.7), (0.9, 0.9)])
 FIELD = RiskField([Threat(0.5, 0.5, 0.1)], rasters=[RasterRisk([[1.0, 3.0], [0.0, 2.0]], (0, 0, 1, 1))])
 PROBLEM = Problem((0.1, 0.1), (0.9, 0.9), FIELD, k=3.0)
 SCENARIO = Scenario("people", "on the ground", PROBLEM, Lattice(4, bounds=PROBLEM.bounds))
+ON_EARTH = dataclasses.replace(PROBLEM, projection=LocalProjection(24.0, 60.0))
 
 
 @given(raster_fields())
@@ -63,7 +65,7 @@ def test_the_same_path_gives_the_same_file(tmp_path: Path, ending: str) -> None:
 
 
 def test_the_table_has_degrees_where_the_map_has(tmp_path: Path) -> None:
-    on_earth = Scenario("a", "", PROBLEM, SCENARIO.lattice, projection=LocalProjection(24.0, 60.0))
+    on_earth = Scenario("a", "", ON_EARTH, SCENARIO.lattice)
     text = write_profile(tmp_path / "a.csv", on_earth, PATH).read_text(encoding="utf-8")
     rows = list(csv.DictReader(text.splitlines()))
     assert list(rows[0]) == [*COLUMNS, "longitude", "latitude"]
@@ -76,7 +78,7 @@ def test_an_unknown_ending_is_refused(tmp_path: Path) -> None:
 
 
 def test_paths_over_rasters_are_written_as_others_are() -> None:
-    on_earth = Scenario("a", "", PROBLEM, SCENARIO.lattice, projection=LocalProjection(24.0, 60.0))
+    on_earth = Scenario("a", "", ON_EARTH, SCENARIO.lattice)
     found = PROBLEM.judge(Solution(Status.FOUND, path=PATH, cost=PROBLEM.evaluate(PATH).cost))
     assert len(files.path_csv(SCENARIO, found).splitlines()) == 1 + len(PATH)
     assert '"risk": ' in files.path_geojson(on_earth, found)

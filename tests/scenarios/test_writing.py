@@ -346,10 +346,6 @@ def of(problem: cg.Problem = PROBLEM, **settings: Any) -> Scenario:  # noqa: ANN
         (of(settings={"cgla": {"seed": float("nan")}}), r"solvers\.cgla\.seed: .*finite number"),
         (of(title="\ud800"), r"holds .\\ud800., which is half a character"),
         (
-            of(dataclasses.replace(PROBLEM, projection=LocalProjection(1, 2)), projection=LocalProjection(2, 1)),
-            "projection is not that of its problem",
-        ),
-        (
             dataclasses.replace(PROBLEM, field=cg.RiskField(rasters=[RASTER, cg.RasterRisk([[1.0]], (1, 1, 2, 2))])),
             r"raster 1 lies at \(1\.0, 1\.0, 2\.0, 2\.0\), outside the bounds \(0\.0, 0\.0, 1\.0, 1\.0\); leave it out",
         ),

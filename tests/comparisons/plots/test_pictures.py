@@ -47,7 +47,7 @@ RING = shapely.box(0.2, 0.2, 0.8, 0.8) - shapely.box(0.4, 0.4, 0.6, 0.6)
 
 
 def scenario(name: str = "map", title: str = "a map", **settings: object) -> Scenario:
-    extra = {key: settings.pop(key) for key in ("projection", "y_down") if key in settings}
+    extra = {key: settings.pop(key) for key in ("y_down",) if key in settings}
     problem = Problem(**({"start": START, "goal": GOAL} | settings))
     return Scenario(name, title, problem, Lattice(3, bounds=problem.bounds), **extra)
 

@@ -80,10 +80,9 @@ def scenarios(draw: st.DrawFn) -> Scenario:
     return Scenario(
         name=draw(texts),
         title=draw(texts),
-        problem=draw(problems()),
+        problem=dataclasses.replace(draw(problems()), projection=draw(st.none() | origin)),
         lattice=draw(lattices()),
         settings=draw(st.dictionaries(texts, settings, max_size=2)),
-        projection=draw(st.none() | origin),
         y_down=draw(st.booleans()),
         notes=draw(texts),
     )
