@@ -180,7 +180,7 @@ class Planner:
         except Exception as error:  # noqa: BLE001 - the same
             return nothing(reason(error))
         with unwarned():
-            solution = runner.run(runner.Ground.lay(scenario, None), entrant, None)
+            solution = runner.run(runner.SharedGraph.lay(scenario, None), entrant, None)
         if time.perf_counter() - began > SLOW:
             self.slow.add(entrant.label)
         return solved(scenario, solution)

@@ -20,6 +20,8 @@ from cgla_graph.scenarios.geojson import line_feature_collection
 
 #: The columns of traces; on lon/lat maps, longitude and latitude follow.
 TRACE_COLUMNS = ("uav", "tick", "x", "y", "risk", "known_threats", "known_areas")
+#: What a log says of each UAV at first.
+_UAV_KEYS = ("name", "start", "goal", "detection_radius", "safe_distance", "k", "departs")
 #: What of a mission is no setting, but described apart.
 _NO_SETTINGS = ("world", "uavs", "solver", "resolution", "sharing", "virtual_obstacle")
 
@@ -43,19 +45,7 @@ def settings_document(mission: Mission) -> dict[str, Any]:
 def header_document(spec: MissionSpec) -> dict[str, Any]:
     """Return the first line of a log: the mission, its rules, its UAVs and the truth."""
     mission = spec.mission
-    uavs = [
-        {
-            "name": uav.name,
-            "start": uav.start,
-            "goal": uav.goal,
-            "detection_radius": uav.detection_radius,
-            "safe_distance": uav.safe_distance,
-            "step": mission.step_of(uav),
-            "k": uav.k,
-            "departs": uav.departs,
-        }
-        for uav in mission.uavs
-    ]
+    uavs = [{**{key: getattr(uav, key) for key in _UAV_KEYS}, "step": mission.step_of(uav)} for uav in mission.uavs]
     header = {
         "type": "mission",
         "mission": spec.name,
@@ -85,11 +75,9 @@ def _world_document(world: World) -> dict[str, Any]:
     rasters = [
         {
             "number": number,
-            "bounds": raster.bounds,
             "rows": raster.values.shape[0],
             "columns": raster.values.shape[1],
-            "interpolation": raster.interpolation,
-            "greatest": raster.greatest,
+            **{key: getattr(raster, key) for key in ("bounds", "interpolation", "greatest")},
         }
         for number, raster in enumerate(world.field.rasters)
     ]
@@ -183,15 +171,8 @@ def flight_geojson(flown: MissionRun) -> str:
         raise OutputError(msg)
     features: list[Any] = []
     for uav in flown.flight.uavs.values():
-        properties = {
-            "mission": flown.name,
-            "variant": flown.variant,
-            "uav": uav.name,
-            "status": uav.status.label,
-            "length": uav.length,
-            "risk": uav.risk,
-            "cost": uav.cost,
-        }
+        names = {"mission": flown.name, "variant": flown.variant, "uav": uav.name, "status": uav.status.label}
+        properties = names | {key: getattr(uav, key) for key in ("length", "risk", "cost")}
         collection: dict[str, Any] = line_feature_collection(degrees_of(uav.path, flown.projection), properties)
         features += collection["features"]
     document = {"type": "FeatureCollection", "features": features}
@@ -250,32 +231,20 @@ def flight_document(flown: MissionRun) -> dict[str, Any]:
 
 
 def _separation(pair: Separation) -> dict[str, Any]:
-    return {
-        "uavs": [pair.first, pair.second],
-        "distance": pair.distance,
-        "tick": pair.time,
-        "where": pair.where,
-    }
+    return {"uavs": [pair.first, pair.second], "distance": pair.distance, "tick": pair.time, "where": pair.where}
 
 
 def _uav_document(flown: MissionRun, uav: UavFlight) -> dict[str, Any]:
     known = uav.knowledge_at(uav.ended)
+    keys = (
+        *("name", "message", "remark", "took_off", "departed", "ended", "length", "risk", "cost", "waited"),
+        *("risk_sum", "max_risk", "exposure", "replans", "planning_seconds"),
+    )
     document = {
-        "name": uav.name,
+        **{key: getattr(uav, key) for key in keys},
         "status": uav.status.label,
-        "message": uav.message,
-        "remark": uav.remark,
-        "took_off": uav.took_off,
-        "departed": uav.departed,
-        "ended": uav.ended,
-        **{
-            name: getattr(uav, name)
-            for name in ("length", "risk", "cost", "waited", "risk_sum", "max_risk", "exposure")
-        },
-        "replans": uav.replans,
         "known_threats": list(known.threats),
         "known_areas": list(known.areas),
-        "planning_seconds": uav.planning_seconds,
     }
     worth: Sequence[tuple[str, Mapping[str, float] | None]] = (
         ("price_of_ignorance", flown.ignorance),

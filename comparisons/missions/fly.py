@@ -203,7 +203,7 @@ def fly_all(
                 if value and not stop.is_made:
                     step(f"{spec.label}: what knowing and sharing are worth")
                     try:
-                        done.flown[-1] = flown = weighed(flown)
+                        done.flown[-1] = flown = with_worth(flown)
                     except KeyboardInterrupt:
                         # the flight itself is whole
                         stop.is_made = True
@@ -287,7 +287,7 @@ class _LogWriter:
         self.cost = self.before - began
 
 
-def weighed(flown: MissionRun) -> MissionRun:
+def with_worth(flown: MissionRun) -> MissionRun:
     """
     Find out what not knowing cost, and what sharing was worth, by flying up to twice more.
 
@@ -298,7 +298,7 @@ def weighed(flown: MissionRun) -> MissionRun:
 
     Returns
     -------
-    weighed
+    with_worth
         The same with both; without the value of sharing where nothing is shared.
     """
     flight = flown.flight

@@ -33,7 +33,7 @@ class Ranking:
         solvers or instances.
     groups
         The greatest sets of two or more solvers next to each other, best first, within which no two are told apart
-        (see `told_apart`). None as above.
+        (see `significantly_different`). None as above.
     apart_in_rank
         The other pairs that are not told apart, as a solver between them differs from one of them.
     """
@@ -53,9 +53,9 @@ def ranking(costs: Mapping[str, Sequence[float]]) -> Ranking:
     Equal costs (up to rounding, failures among themselves) share their mean rank. Friedman's test asks whether the
     ranks could be drawn by lot on every instance; its p-value is that of chi-square with ``k - 1`` degrees of freedom,
     an approximation that is fair from about ten instances on (Demsar, JMLR 7, 2006, section 3.2.2). Which solvers
-    differ is said by paired tests (see `told_apart`). Both assume that instances are independent of each other; so give
-    one cost an instance, not one a seed. A rank tells who is better but not by how much, and it depends on who else
-    takes part.
+    differ is said by paired tests (see `significantly_different`). Both assume that instances are independent of each
+    other; so give one cost an instance, not one a seed. A rank tells who is better but not by how much, and it depends
+    on who else takes part.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def ranking(costs: Mapping[str, Sequence[float]]) -> Ranking:
     ordered = tuple(averages[order].tolist())
     if k < 2 or n < 2:  # noqa: PLR2004 - one has nothing to differ from
         return Ranking(solvers, ordered, n, None, (), ())
-    apart = told_apart(costs)
+    apart = significantly_different(costs)
     groups = _groups(solvers, apart)
     joined = {frozenset(pair) for group in groups for pair in combinations(group, 2)}
     return Ranking(
@@ -145,7 +145,7 @@ def _groups(solvers: Sequence[str], apart: frozenset[frozenset[str]]) -> tuple[t
     return tuple(groups)
 
 
-def told_apart(costs: Mapping[str, Sequence[float]]) -> frozenset[frozenset[str]]:
+def significantly_different(costs: Mapping[str, Sequence[float]]) -> frozenset[frozenset[str]]:
     """
     List the pairs of solvers whose costs differ beyond chance.
 
@@ -170,7 +170,7 @@ def told_apart(costs: Mapping[str, Sequence[float]]) -> frozenset[frozenset[str]
 
     Examples
     --------
-    >>> told_apart({"a": [1, 2, 3, 4, 5, 6], "b": [2, 4, 6, 8, 10, 12]}) == {frozenset("ab")}
+    >>> significantly_different({"a": [1, 2, 3, 4, 5, 6], "b": [2, 4, 6, 8, 10, 12]}) == {frozenset("ab")}
     True
     """
     table = cost_table(costs)

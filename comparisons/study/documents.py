@@ -370,7 +370,8 @@ def _certificate(document: Document) -> Certificate:
     return Certificate(**numbers, cells=int(document["cells"]), message=_text(document["message"]))
 
 
-_OF_SOLUTION = (
+#: The numbers of an answer.
+SOLUTION_NUMBERS = (
     *("cost", "length", "risk", "clearance", "lower_bound"),
     *("seconds", "build_seconds", "certificate_seconds"),
 )
@@ -388,7 +389,7 @@ def run_document(run: Run) -> Document:
         If a setting has a value that no document holds.
     """
     solution = run.solution
-    numbers: Document = {name: encode(float(getattr(solution, name))) for name in _OF_SOLUTION}
+    numbers: Document = {name: encode(float(getattr(solution, name))) for name in SOLUTION_NUMBERS}
     return {
         "status": solution.status.name,
         **numbers,
@@ -408,7 +409,7 @@ def run_from(
     document: Document, scenario: Scenario, solver: str, seed: int | None, certificate: Certificate | None, number: int
 ) -> Run:
     """Build the run of a document; what is malformed raises whatever it does."""
-    numbers: dict[str, Any] = {name: float(decode(document[name])) for name in _OF_SOLUTION}
+    numbers: dict[str, Any] = {name: float(decode(document[name])) for name in SOLUTION_NUMBERS}
     solution = Solution(
         status=Status[document["status"]],
         path=np.array(decode(document["path"]), dtype=np.float64).reshape(-1, 2),

@@ -19,6 +19,7 @@ import numpy as np
 from cgla_graph._progress import waiting
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study import runner
+from cgla_graph.comparisons.study.documents import SOLUTION_NUMBERS
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import PROOF, RUN
@@ -41,7 +42,7 @@ PRELOAD = (__name__,)
 #: of one (None).
 _ready: set[tuple[str, bool, MapKind] | tuple[None, MapKind]] = set()
 #: The scenario of the last run in this process, by its key.
-_last: dict[str, runner.Ground] = {}
+_last: dict[str, runner.SharedGraph] = {}
 
 
 def run_study(
@@ -205,7 +206,7 @@ def run(packed: Packed, entrant: Entrant, seed: int | None, limits: Limits) -> A
     After a solver that is no part of the toolkit, nothing of this process serves another run: the solver may have left
     anything behind, in the process and in the problem that it was given.
     """
-    ground = _ground(packed)
+    ground = _shared_graph(packed)
     if not entrant.is_built_in:
         use_up()
         _last.clear()
@@ -223,11 +224,11 @@ def run(packed: Packed, entrant: Entrant, seed: int | None, limits: Limits) -> A
     return Answer(plain(solution), usage.megabytes, socket.gethostname())
 
 
-def _ground(packed: Packed) -> runner.Ground:
+def _shared_graph(packed: Packed) -> runner.SharedGraph:
     """Return a scenario with its graph, as it was left by the run before, if that was on the same one."""
     ground = _last.get(packed.key)
     if ground is None:
-        ground = runner.Ground.lay(unpacked(packed), next(iter(_last.values()), None))
+        ground = runner.SharedGraph.lay(unpacked(packed), next(iter(_last.values()), None))
         _last.clear()
         _last[packed.key] = ground
     return ground
@@ -244,7 +245,7 @@ def plain(solution: Solution) -> Solution:
     >>> plain(Solution(Status.FOUND, cost="dear", message="a\nb")).message
     'a b'
     """
-    numbers: dict[str, Any] = {name: _number(getattr(solution, name)) for name in _NUMBERS}
+    numbers: dict[str, Any] = {name: _number(getattr(solution, name)) for name in SOLUTION_NUMBERS}
     return Solution(
         status=solution.status,
         path=np.array(solution.path, dtype=np.float64).reshape(-1, 2),
@@ -254,12 +255,6 @@ def plain(solution: Solution) -> Solution:
         message=_visible(" ".join(str(solution.message).split())),
         **numbers,
     )
-
-
-_NUMBERS = (
-    *("cost", "length", "risk", "clearance", "lower_bound"),
-    *("seconds", "build_seconds", "certificate_seconds"),
-)
 
 
 def _trace(points: Iterable[TracePoint]) -> Iterable[TracePoint]:

@@ -117,7 +117,7 @@ def _runs(
         warm_up(entrants, kind)
         if tolerance is not None:
             warm_up_proof(kind)
-        ground = Ground.lay(scenario, ground)
+        ground = SharedGraph.lay(scenario, ground)
         alone = len(entrants) == 1 and tolerance is not None and _is_own(entrants[0], scenario)
         known = run(ground, entrants[0], None) if alone else None
         certificate = None if tolerance is None else certify(scenario, tolerance, known)
@@ -199,7 +199,7 @@ def reason(error: BaseException) -> str:
 
 
 @dataclass(eq=False)
-class Ground:
+class SharedGraph:
     """A scenario and the graph of all graph solvers, laid when the first one asks."""
 
     scenario: Scenario
@@ -207,7 +207,7 @@ class Ground:
     build_seconds: float = 0.0
 
     @classmethod
-    def lay(cls, scenario: Scenario, before: "Ground | None") -> "Ground":
+    def lay(cls, scenario: Scenario, before: "SharedGraph | None") -> "SharedGraph":
         """Start a scenario; the rows of one grid map share their graph, too."""
         ground = cls(scenario)
         if before is None or before.graph_problem is None:
@@ -229,7 +229,7 @@ class Ground:
         return self.graph_problem
 
 
-def run(ground: Ground, entrant: Entrant, seed: int | None) -> Solution:
+def run(ground: SharedGraph, entrant: Entrant, seed: int | None) -> Solution:
     """Run one solver; whatever it raises becomes its answer."""
     missing = registry.missing(entrant.name)
     if missing is not None:

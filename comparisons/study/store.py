@@ -510,7 +510,7 @@ def _merged(study: Study, before: Study) -> Study:
     for word in ("tolerance", "limits"):
         old, new = getattr(before, word), getattr(study, word)
         if old != new:
-            asked = f"the study in the folder has {_told(old)}, this one {_told(new)}"
+            asked = f"the study in the folder has {_setting_text(old)}, this one {_setting_text(new)}"
             msg = f"{asked}; keep that, or choose another folder"
             raise StudyError(msg)
     known = {scenario.name: scenario_document(scenario) for scenario in before.scenarios}
@@ -546,7 +546,7 @@ def _merged_missions(study: Study, before: Iterable[ComparedMission]) -> list[Co
     return list(found.values())
 
 
-def _told(setting: Limits | float | None) -> str:
+def _setting_text(setting: Limits | float | None) -> str:
     """Write limits or a tolerance as people do."""
     if isinstance(setting, Limits):
         return f"limits of {setting.seconds:g} seconds and {setting.megabytes:g} megabytes"

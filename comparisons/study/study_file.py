@@ -139,7 +139,7 @@ def study_from_toml(text: str, folder: Path | None = None, *, where: str = "stud
         table = read_table(text, StudyTable, place=where, command=COMMAND)
     except CglaError as error:
         raise StudyError(str(error)) from error
-    with _told(where):
+    with _error_context(where):
         seeds = seed_list(table.seeds)
         entrants = _entrants(table, seeds)
         return Study(
@@ -187,7 +187,7 @@ def is_study_file(spec: str | Path) -> bool:
 def _scenarios(table: StudyTable, folder: Path) -> Iterator[Scenario]:
     """Open and draw the scenarios."""
     for number, entry in enumerate(table.scenarios):
-        with _told(f"scenarios.{number}"):
+        with _error_context(f"scenarios.{number}"):
             if isinstance(entry, RandomTable):
                 yield from entry.build(table.resolution)
                 continue
@@ -213,7 +213,7 @@ def _entrants(table: StudyTable, seeds: Sequence[int]) -> list[Entrant]:
     found = []
     for number, entry in enumerate(entries):
         place = f"solvers.{number}"
-        with _told(place):
+        with _error_context(place):
             if isinstance(entry, str):
                 entrant = Entrant.parse(entry)
             else:
@@ -224,9 +224,9 @@ def _entrants(table: StudyTable, seeds: Sequence[int]) -> list[Entrant]:
             if other != place:
                 msg = f"the label {shown(entrant.label)} is that of {other} too; give one of them a label of its own"
                 raise StudyError(msg)
-        with _told(f"budget, for {place}"):
+        with _error_context(f"budget, for {place}"):
             entrant = entrant.with_budget(table.budget.given())
-        with _told(f"seeds, for {place}"):
+        with _error_context(f"seeds, for {place}"):
             _check_seeds(entrant, seeds)
         found.append(entrant)
     return found
@@ -240,7 +240,7 @@ def _check_seeds(entrant: Entrant, seeds: Sequence[int]) -> None:
 
 
 @contextmanager
-def _told(place: str) -> Iterator[None]:
+def _error_context(place: str) -> Iterator[None]:
     """Say where a fault is."""
     try:
         yield

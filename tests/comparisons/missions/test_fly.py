@@ -354,7 +354,7 @@ def test_ctrl_c_in_the_second_variant_keeps_the_first(cgla: Call, monkeypatch: p
 
 
 def test_ctrl_c_while_its_price_is_worked_out_keeps_the_flight(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fly, "weighed", raise_interrupt)
+    monkeypatch.setattr(fly, "with_worth", raise_interrupt)
     answer = cgla("fly", "small.toml", "--out", "out")
     assert answer.code == 130
     assert "1 of 2 flights are done, kept in out" in answer.err

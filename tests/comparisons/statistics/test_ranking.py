@@ -18,7 +18,7 @@ from cgla_graph.comparisons.statistics.ranking import (
     instance_ranks,
     least_p,
     ranking,
-    told_apart,
+    significantly_different,
 )
 
 # Area under the curve of four classifiers on 14 data sets: Demsar, JMLR 7, 2006, table 6 (also in scipy's own tests).
@@ -134,7 +134,7 @@ def greatest_runs(found: Ranking, apart: Collection[frozenset[str]]) -> set[tupl
 def test_groups_and_other_pairs_are_those_not_told_apart(seed: int, k: int, n: int) -> None:
     rng = np.random.default_rng(seed)
     table = {f"s{i}": (1.0 + rng.random(n) + 0.15 * i).tolist() for i in range(k)}
-    found, apart = ranking(table), told_apart(table)
+    found, apart = ranking(table), significantly_different(table)
     assert set(found.groups) == greatest_runs(found, apart)
     assert len(found.groups) == len(set(found.groups))
     joined = set().union(*map(pairs_of, found.groups))
