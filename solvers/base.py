@@ -1,17 +1,19 @@
 """What solvers share: the checks of their settings, and the traits of OMPL's planners."""
 
+import dataclasses
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import get_args
+from types import NoneType
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias, get_args, get_origin
 
 from cgla_graph._text import shown
-from cgla_graph._validate import non_negative_number, positive_number, whole_number
+from cgla_graph._validate import finite_number, non_negative_number, positive_number, whole_number
 from cgla_graph.errors import ProblemError, SolverSettingError
-from cgla_graph.model.adjacency import CornerRule
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.solver import Traits
 
-#: OMPL's random numbers start from 32 bits, and refuse 0.
+#: Seeds have 32 bits.
 LARGEST_SEED = 2**32 - 1
 
 
@@ -39,7 +41,7 @@ def ompl_traits(name: str, summary: str, *, anytime: bool = False) -> Traits:
 @contextmanager
 def settings_of(solver: str) -> Iterator[None]:
     """
-    Turn errors raised inside into a `SolverSettingError`.
+    Name the solver in the message of a malformed setting.
 
     Raises
     ------
@@ -58,99 +60,114 @@ def settings_of(solver: str) -> Iterator[None]:
         raise SolverSettingError(msg) from error
 
 
-def whole_setting(solver: str, name: str, value: object, *, at_least: int, at_most: int = 10**9) -> int:
+@dataclasses.dataclass(frozen=True)
+class Whole:
     """
-    Return a setting that must be a whole number.
-
-    Raises
-    ------
-    SolverSettingError
-        If it is not, or is out of range.
+    Check of a whole number within limits.
 
     Examples
     --------
-    >>> whole_setting("rrt-star", "iterations", 100, at_least=1)
+    >>> Whole(1)("iterations", 100)
     100
     """
-    with settings_of(solver):
-        return whole_number(name, value, at_least=at_least, at_most=at_most)
+
+    at_least: int
+    at_most: int = 10**9
+
+    def __call__(self, name: str, value: object) -> int:
+        """Return the value, or raise `ProblemError`."""
+        return whole_number(name, value, at_least=self.at_least, at_most=self.at_most)
 
 
-def positive_setting(solver: str, name: str, value: float) -> float:
+@dataclasses.dataclass(frozen=True)
+class Between:
     """
-    Return a setting that must be a number above 0.
-
-    Raises
-    ------
-    SolverSettingError
-        If it is not.
+    Check of a number within limits; 0 is left out where it is `above` that.
 
     Examples
     --------
-    >>> positive_setting("rrt-star", "rewire_factor", 1)
+    >>> Between(0.0, 1.0)("epsilon", 1)
     1.0
     """
-    with settings_of(solver):
-        return positive_number(name, value)
+
+    low: float
+    high: float
+    above: bool = False
+
+    def __call__(self, name: str, value: object) -> float:
+        """Return the value as a float, or raise `ProblemError`."""
+        number = finite_number(name, value)
+        if not self.low <= number <= self.high or (self.above and number == self.low):
+            least = f"above {self.low:g}" if self.above else f"of at least {self.low:g}"
+            most = "" if self.high == math.inf else f" and at most {self.high:g}"
+            msg = f"{name} is {number:g}; give a number {least}{most}"
+            raise ProblemError(msg)
+        return number
 
 
-def limit_setting(solver: str, name: str, value: float | None) -> None:
+def _lattice(name: str, value: Any) -> Any:  # noqa: ANN401, ARG001 - called like other checks
+    if not isinstance(value, Lattice):
+        Lattice(value, bounds=(0.0, 0.0, 1.0, 1.0))
+    return value
+
+
+Positive: TypeAlias = Annotated[float, positive_number]
+NonNegative: TypeAlias = Annotated[float, non_negative_number]
+Count: TypeAlias = Annotated[int, Whole(1)]
+Evaluations: TypeAlias = Annotated[int, Whole(1, 10**15)]
+Seed: TypeAlias = Annotated[int, Whole(0, LARGEST_SEED)]
+#: OMPL refuses 0.
+OmplSeed: TypeAlias = Annotated[int, Whole(1, LARGEST_SEED)]
+Resolution: TypeAlias = Annotated[int | tuple[int, int] | Lattice, _lattice]
+
+
+class Settings:
     """
-    Check a limit of time: a number above 0, or None for no limit.
+    Base of solvers, dataclasses of settings: checks each setting by the annotation of its field.
+
+    ``Annotated[float, check]`` calls ``check(name, value)``, which returns the value or raises `ProblemError`. A `bool`
+    is True or False, a `Literal` one of its values. None passes where the annotation allows it.
 
     Raises
     ------
     SolverSettingError
-        If it is neither.
+        If a setting is out of range.
 
     Examples
     --------
-    >>> limit_setting("rrt-star", "seconds", None)
+    >>> @dataclasses.dataclass(frozen=True)
+    ... class Wander(Settings):
+    ...     steps: Count | None = 100
+    ...     traits: ClassVar[Traits] = Traits("wander", "goes anywhere", domain="plane")
+    >>> Wander(steps=0)
+    Traceback (most recent call last):
+    cgla_graph.errors.SolverSettingError: wander: steps is 0; give a whole number from 1 to 1000000000 (or None)
     """
-    if value is None:
-        return
-    try:
-        positive_number(name, value)
-    except ProblemError as error:
-        msg = f"{solver}: {error} (or None, for no limit)"
-        raise SolverSettingError(msg) from error
+
+    traits: ClassVar[Traits]
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        with settings_of(self.traits.name):
+            for setting in dataclasses.fields(self):  # type: ignore[arg-type] # of classes below
+                value = _checked(setting.name, setting.type, getattr(self, setting.name))
+                object.__setattr__(self, setting.name, value)
 
 
-def non_negative_setting(solver: str, name: str, value: float) -> float:
-    """
-    Return a setting that must be a number of at least 0: a gain, which 0 turns off.
-
-    Raises
-    ------
-    SolverSettingError
-        If it is not.
-
-    Examples
-    --------
-    >>> non_negative_setting("bcv-style", "risk_aversion", 0)
-    0.0
-    """
-    with settings_of(solver):
-        return non_negative_number(name, value)
-
-
-def check_lattice(solver: str, resolution: int | tuple[int, int] | Lattice | None, corner_rule: CornerRule) -> None:
-    """
-    Check the settings of a solver that lays a lattice of its own.
-
-    Raises
-    ------
-    SolverSettingError
-        If the resolution is below 2, or the rule is unknown.
-
-    Examples
-    --------
-    >>> check_lattice("eight-direction", 20, "touch")
-    """
-    if corner_rule not in get_args(CornerRule):
-        msg = f"{solver}: unknown corner_rule {shown(corner_rule)}; choose touch or both-free"
-        raise SolverSettingError(msg)
-    if resolution is None or isinstance(resolution, Lattice):
-        return
-    with settings_of(solver):
-        Lattice(resolution, bounds=(0.0, 0.0, 1.0, 1.0))
+def _checked(name: str, hint: Any, value: Any) -> Any:  # noqa: ANN401 - any setting
+    """Return a setting as its field holds it, or raise `ProblemError`."""
+    if NoneType in get_args(hint):
+        if value is None:
+            return None
+        try:
+            return _checked(name, get_args(hint)[0], value)
+        except ProblemError as error:
+            msg = f"{error} (or None)"
+            raise ProblemError(msg) from error
+    if get_origin(hint) is Literal and value not in get_args(hint):
+        msg = f"unknown {name} {shown(value)}; choose {', '.join(get_args(hint))}"
+        raise ProblemError(msg)
+    if hint is bool and not isinstance(value, bool):
+        msg = f"{name} is {shown(value)}; give True or False"
+        raise ProblemError(msg)
+    return hint.__metadata__[0](name, value) if get_origin(hint) is Annotated else value

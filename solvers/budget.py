@@ -3,6 +3,7 @@
 import math
 import time
 from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike
 from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status, TracePoint
-from cgla_graph.solvers.base import limit_setting, whole_setting
+from cgla_graph.solvers.base import Settings
 
 
 class BudgetSpentError(Exception):
@@ -43,34 +44,35 @@ class Budget:
     seconds: float | None = None
     evaluations: int | None = None
 
-    def check(self, solver: str, counted: str = "iterations") -> None:
-        """
-        Check the limits that a user set.
-
-        Parameters
-        ----------
-        solver
-            Its name, for the message.
-        counted
-            What the solver calls its iterations.
-
-        Raises
-        ------
-        SolverSettingError
-            If there is no limit at all, or one is not a number above 0 (counts: a whole number of at least 1).
-        """
-        if self.iterations is None and self.seconds is None and self.evaluations is None:
-            msg = f"{solver}: the run would never end; set {counted}, seconds or evaluations"
-            raise SolverSettingError(msg)
-        if self.iterations is not None:
-            whole_setting(solver, counted, self.iterations, at_least=1)
-        if self.evaluations is not None:
-            whole_setting(solver, "evaluations", self.evaluations, at_least=1, at_most=10**15)
-        limit_setting(solver, "seconds", self.seconds)
-
     def start(self) -> "Meter":
         """Start the clock."""
         return Meter(self)
+
+
+class Budgeted(Settings):
+    """
+    Base of anytime solvers with settings `seconds`, `evaluations` and one that is `counted`: one of them is a limit.
+
+    Raises
+    ------
+    SolverSettingError
+        If a setting is out of range, or the budget has no limit.
+    """
+
+    #: The setting that limits the steps of the algorithm.
+    counted: ClassVar[str] = "iterations"
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        super().__post_init__()
+        if self.budget == Budget():
+            msg = f"{self.traits.name}: the run would never end; set {self.counted}, seconds or evaluations"
+            raise SolverSettingError(msg)
+
+    @property
+    def budget(self) -> Budget:
+        """The limits of a run."""
+        return Budget(*(getattr(self, name) for name in (self.counted, "seconds", "evaluations")))
 
 
 @dataclass

@@ -2,25 +2,24 @@
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any, ClassVar, cast
+from typing import Annotated, Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cgla_graph._text import shown
 from cgla_graph._types import Point
-from cgla_graph._validate import non_negative_number, point_array
-from cgla_graph.errors import ProblemError, SolverSettingError
-from cgla_graph.model.lattice import Lattice
+from cgla_graph._validate import point_array
+from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status, TracePoint
 from cgla_graph.model.solver import Solver, Traits
 from cgla_graph.solvers import registry, solving
-from cgla_graph.solvers.base import whole_setting
+from cgla_graph.solvers.base import NonNegative, Resolution, Settings, Whole, settings_of
 
 
 @dataclass(frozen=True)
-class Refine:
+class Refine(Settings):
     """
     Refines what another solver finds, or a path of one's own (`cgla_graph.refine.refine.refine_path`).
 
@@ -55,9 +54,9 @@ class Refine:
 
     base: str | Solver | ArrayLike = "cgla"
     base_seed: int | None = None
-    resolution: int | tuple[int, int] | Lattice | None = None
-    tolerance: float = 1e-6
-    max_points: int = 1000
+    resolution: Resolution | None = None
+    tolerance: NonNegative = 1e-6
+    max_points: Annotated[int, Whole(2)] = 1000
 
     traits: ClassVar[Traits] = Traits(
         "refine", "another solver's path, refined in the plane", domain="plane", anytime=True
@@ -65,18 +64,12 @@ class Refine:
 
     def __post_init__(self) -> None:
         """Check the settings, and build the base once so that it checks its own."""
-        whole_setting("refine", "max_points", self.max_points, at_least=2)
-        try:
-            object.__setattr__(self, "tolerance", non_negative_number("tolerance", self.tolerance))
-            if self.resolution is not None and not isinstance(self.resolution, Lattice):
-                Lattice(self.resolution, bounds=(0.0, 0.0, 1.0, 1.0))
+        super().__post_init__()
+        with settings_of("refine"):
             if not isinstance(self.base, str) and not hasattr(self.base, "traits"):
                 # a tuple, so that equal settings are equal
                 rows = point_array("base", self.base).reshape(-1, 2).tolist()
                 object.__setattr__(self, "base", tuple((x, y) for x, y in rows))
-        except ProblemError as error:
-            msg = f"refine: {error}"
-            raise SolverSettingError(msg) from error
         if self.base == self.traits.name:
             msg = "refine: base is 'refine' itself; name the solver whose path is to be refined"
             raise SolverSettingError(msg)

@@ -2,18 +2,17 @@
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import shapely
 
 from cgla_graph._types import BoolArray, FloatArray
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import LARGEST_SEED, non_negative_setting, positive_setting, whole_setting
-from cgla_graph.solvers.budget import Budget, Incumbent
+from cgla_graph.solvers.base import Between, Count, Evaluations, NonNegative, Positive, Seed, Whole
+from cgla_graph.solvers.budget import Budgeted, Incumbent
 from cgla_graph.solvers.continuous.b_spline import basis, curvature
 
 #: The cost of a path cannot be less than the distance; nearer to it than this, nothing is left to gain.
@@ -23,7 +22,7 @@ LEAST_POPULATION = 4
 
 
 @dataclass(frozen=True)
-class Evolutionary:
+class Evolutionary(Budgeted):
     """
     Evolves the control points of cubic B-splines by differential evolution (DE/rand/1/bin).
 
@@ -84,16 +83,16 @@ class Evolutionary:
     True
     """
 
-    generations: int | None = 150
-    seconds: float | None = None
-    evaluations: int | None = None
-    seed: int = 1
-    population: int = 40
-    control_points: int = 6
-    segments: int = 64
-    scale: float = 0.6
-    crossover: float = 0.9
-    turn_radius: float = 0.0
+    generations: Count | None = 150
+    seconds: Positive | None = None
+    evaluations: Evaluations | None = None
+    seed: Seed = 1
+    population: Annotated[int, Whole(LEAST_POPULATION, 10_000)] = 40
+    control_points: Annotated[int, Whole(1, 1000)] = 6
+    segments: Annotated[int, Whole(2, 10_000)] = 64
+    scale: Positive = 0.6
+    crossover: Annotated[float, Between(0.0, 1.0, above=True)] = 0.9
+    turn_radius: NonNegative = 0.0
 
     traits: ClassVar[Traits] = Traits(
         "evolutionary",
@@ -104,29 +103,11 @@ class Evolutionary:
         complete=False,
         needs_positive=True,
     )
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        name = self.traits.name
-        self._budget.check(name, "generations")
-        whole_setting(name, "seed", self.seed, at_least=0, at_most=LARGEST_SEED)
-        whole_setting(name, "population", self.population, at_least=LEAST_POPULATION, at_most=10_000)
-        whole_setting(name, "control_points", self.control_points, at_least=1, at_most=1000)
-        whole_setting(name, "segments", self.segments, at_least=2, at_most=10_000)
-        object.__setattr__(self, "scale", positive_setting(name, "scale", self.scale))
-        object.__setattr__(self, "crossover", positive_setting(name, "crossover", self.crossover))
-        if self.crossover > 1.0:
-            msg = f"{name}: crossover is {self.crossover:g}; it is a chance, above 0 and at most 1"
-            raise SolverSettingError(msg)
-        object.__setattr__(self, "turn_radius", non_negative_setting(name, "turn_radius", self.turn_radius))
-
-    @property
-    def _budget(self) -> Budget:
-        return Budget(self.generations, self.seconds, self.evaluations)
+    counted: ClassVar[str] = "generations"
 
     def solve(self, problem: Problem) -> Solution:
         """Evolve until the budget is spent, or there is nothing left to gain."""
-        meter = self._budget.start()
+        meter = self.budget.start()
         incumbent = Incumbent(problem, meter)
         curves = _Curves(problem, self.control_points, self.segments, self.turn_radius)
         rng = np.random.default_rng(self.seed)

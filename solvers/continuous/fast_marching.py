@@ -3,19 +3,17 @@
 import math
 import time
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate.subsolution import in_line
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go, descent, node_costs
 from cgla_graph.eikonal.mesh import SplineMesh
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import whole_setting
+from cgla_graph.solvers.base import Settings, Whole
 
 #: Spacings from the goal within which costs begin as those of straight lines, and the descent ends.
 NEAR = 4.0
@@ -27,7 +25,7 @@ RESOLVED = 2.5
 
 
 @dataclass(frozen=True)
-class FastMarching:
+class FastMarching(Settings):
     """
     Solves ``|grad T| = 1 + k F`` with ``T(goal) = 0`` in one pass over a grid (Tsitsiklis 1995; Sethian 1996).
 
@@ -64,20 +62,12 @@ class FastMarching:
     1.352
     """
 
-    cells: int | None = None
-    order: int = 2
+    cells: Annotated[int, Whole(8, 4096)] | None = None
+    order: Annotated[int, Whole(1, 2)] = 2
 
     traits: ClassVar[Traits] = Traits(
         "fast-marching", "the eikonal solution and its steepest descent", domain="plane", needs_positive=True
     )
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        if self.cells is not None:
-            whole_setting("fast-marching", "cells", self.cells, at_least=8, at_most=4096)
-        if self.order not in {1, 2}:
-            msg = f"fast-marching: order is {shown(self.order)}; give 1 or 2"
-            raise SolverSettingError(msg)
 
     def solve(self, problem: Problem) -> Solution:
         """March from the goal, and descend from the start."""

@@ -5,21 +5,19 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import shapely
 
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph._validate import positive_number
 from cgla_graph.certificate.certificate import improved
 from cgla_graph.certificate.subsolution import in_line
-from cgla_graph.errors import ProblemError, SolverSettingError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import TOLERANCE, Solution, Status, TracePoint
 from cgla_graph.model.solver import Traits
 from cgla_graph.refine.refine import refine_path
-from cgla_graph.solvers.base import whole_setting
+from cgla_graph.solvers.base import Count, Positive, Settings, Whole
 from cgla_graph.solvers.continuous import hybrid_roadmap
 from cgla_graph.solvers.continuous.fast_marching import NEAR, Marched, marched
 from cgla_graph.solvers.continuous.hybrid_valley import BANDS, holds_one_way
@@ -44,7 +42,7 @@ MOST_NODES, RASTER_LEAST, RASTER_POINTS = 1_000_000, 256, 2000
 
 
 @dataclass(frozen=True)
-class Hybrid:
+class Hybrid(Settings):
     """
     A sparse search that sees every way around the threats, then refinement of the best few.
 
@@ -89,10 +87,10 @@ class Hybrid:
     1.3516
     """
 
-    points: int = 1600
-    radius: int = 3
-    candidates: int = 12
-    tolerance: float | None = TOLERANCE
+    points: Annotated[int, Whole(25, 10**6)] = 1600
+    radius: Annotated[int, Whole(1, 10)] = 3
+    candidates: Count = 12
+    tolerance: Positive | None = TOLERANCE
 
     traits: ClassVar[Traits] = Traits(
         "hybrid",
@@ -101,18 +99,6 @@ class Hybrid:
         anytime=True,
         needs_positive=True,
     )
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        whole_setting("hybrid", "points", self.points, at_least=25, at_most=10**6)
-        whole_setting("hybrid", "radius", self.radius, at_least=1, at_most=10)
-        whole_setting("hybrid", "candidates", self.candidates, at_least=1)
-        try:
-            if self.tolerance is not None:
-                positive_number("tolerance", self.tolerance)
-        except ProblemError as error:
-            msg = f"hybrid: {error}, or None for no certificate"
-            raise SolverSettingError(msg) from error
 
     def solve(self, problem: Problem) -> Solution:
         """Search, refine, certify."""

@@ -2,21 +2,19 @@
 
 import itertools
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, get_args
+from typing import ClassVar, Literal
 
-from cgla_graph._text import shown
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix, cost_matrix
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
 from cgla_graph.model.weights import beyond_holding
 from cgla_graph.restricted.restricted import Restricted, can_restrict, restricted_optimum
-from cgla_graph.solvers.base import limit_setting
+from cgla_graph.solvers.base import Positive, Settings
 
 
 @dataclass(frozen=True)
-class Cgla:
+class Cgla(Settings):
     """
     The cooperative and geometric learning algorithm's planner (Zhang, Mao, Liu, Liu, Automatica 50(3), 2014).
 
@@ -50,22 +48,11 @@ class Cgla:
 
     schedule: Literal["label-setting", "synchronous", "sweeps"] = "label-setting"
     early_stop: bool = True
-    time_limit: float | None = None
+    time_limit: Positive | None = None
 
     traits: ClassVar[Traits] = Traits(
         "cgla", "the paper's cost matrix (Eq. 9)", domain="graph", exact=True, needs_positive=True, lazy=True
     )
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        allowed = get_args(Cgla.__annotations__["schedule"])
-        if self.schedule not in allowed:
-            msg = f"cgla: unknown schedule {shown(self.schedule)}; choose one of {', '.join(allowed)}"
-            raise SolverSettingError(msg)
-        if not isinstance(self.early_stop, bool):
-            msg = f"cgla: early_stop is {shown(self.early_stop)}; give True or False"
-            raise SolverSettingError(msg)
-        limit_setting("cgla", "time_limit", self.time_limit)
 
     def solve(self, problem: GraphProblem) -> Solution:
         """Compute the cost matrix and read the path off it."""

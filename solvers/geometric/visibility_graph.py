@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from shapely.geometry import GeometryCollection, Polygon
@@ -13,7 +13,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import Threat
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import positive_setting, whole_setting
+from cgla_graph.solvers.base import Positive, Settings, Whole
 from cgla_graph.solvers.geometry import around_circle
 
 #: The shares of `spreads` that are tried one after the other; 0 leaves the no-fly areas alone.
@@ -28,7 +28,7 @@ STRAIGHT = 1e-12
 
 
 @dataclass(frozen=True)
-class VisibilityGraph:
+class VisibilityGraph(Settings):
     """
     The shortest path around polygons that stand for the threats: risk is either shunned or not seen.
 
@@ -71,8 +71,8 @@ class VisibilityGraph:
     1.0
     """
 
-    spreads: float = 2.5
-    corners: int = 16
+    spreads: Positive = 2.5
+    corners: Annotated[int, Whole(3, 1000)] = 16
 
     traits: ClassVar[Traits] = Traits(
         "visibility-graph",
@@ -80,11 +80,6 @@ class VisibilityGraph:
         domain="plane",
         rasters=False,
     )
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        object.__setattr__(self, "spreads", positive_setting(self.traits.name, "spreads", self.spreads))
-        whole_setting(self.traits.name, "corners", self.corners, at_least=3, at_most=1000)
 
     def solve(self, problem: Problem) -> Solution:
         """Find the shortest path, around smaller polygons where there is none."""

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import shapely
@@ -14,7 +14,7 @@ from cgla_graph._types import BoolArray, Bounds, FloatArray, IntArray
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import positive_setting, whole_setting
+from cgla_graph.solvers.base import Positive, Settings, Whole
 from cgla_graph.solvers.geometric.elastic import relaxed
 from cgla_graph.solvers.geometry import around_circle
 
@@ -30,7 +30,7 @@ FINER = 3
 
 
 @dataclass(frozen=True)
-class VoronoiRoadmap:
+class VoronoiRoadmap(Settings):
     """
     The cheapest way along a Voronoi diagram of the threats, drawn straight by an elastic chain of virtual masses.
 
@@ -76,9 +76,9 @@ class VoronoiRoadmap:
     [[0.0, 0.2], [0.0, 0.5], [1.0, 0.5], [1.0, 0.6]]
     """
 
-    joined: int = 3
-    masses: int = 50
-    spacing: float = 0.02
+    joined: Annotated[int, Whole(1, 1000)] = 3
+    masses: Annotated[int, Whole(0, 10_000)] = 50
+    spacing: Positive = 0.02
 
     traits: ClassVar[Traits] = Traits(
         "voronoi",
@@ -88,13 +88,6 @@ class VoronoiRoadmap:
         needs_positive=True,
         rasters=False,
     )
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        name = self.traits.name
-        whole_setting(name, "joined", self.joined, at_least=1, at_most=1000)
-        whole_setting(name, "masses", self.masses, at_least=0, at_most=10_000)
-        object.__setattr__(self, "spacing", positive_setting(name, "spacing", self.spacing))
 
     def solve(self, problem: Problem) -> Solution:
         """Search the diagram, then relax the path."""

@@ -5,16 +5,15 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cgla_graph.model.adjacency import CornerRule
-from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits, run
-from cgla_graph.solvers.base import check_lattice
+from cgla_graph.solvers.base import Resolution, Settings
 from cgla_graph.solvers.exact.dijkstra import Dijkstra
 
 
 @dataclass(frozen=True)
-class EightDirection:
+class EightDirection(Settings):
     """
     Least cost over moves to the eight neighbours of a lattice point.
 
@@ -42,14 +41,10 @@ class EightDirection:
     1.2071
     """
 
-    resolution: int | tuple[int, int] | Lattice | None = None
+    resolution: Resolution | None = None
     corner_rule: CornerRule = "touch"
 
     traits: ClassVar[Traits] = Traits("eight-direction", "optimum of the 8-connected lattice", domain="plane")
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        check_lattice(self.traits.name, self.resolution, self.corner_rule)
 
     def solve(self, problem: Problem) -> Solution:
         """Lay the lattice, which is reported as time to build, and search it."""

@@ -12,12 +12,12 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import check_lattice
+from cgla_graph.solvers.base import Resolution, Settings
 from cgla_graph.solvers.grid import theta_kernels
 
 
 @dataclass(frozen=True)
-class LazyThetaStar:
+class LazyThetaStar(Settings):
     """
     Lazy Theta* (Nash, Koenig, Tovey, AAAI 2010; Daniel, Nash, Koenig, Felner, JAIR 39, 2010) over the exact cost.
 
@@ -51,16 +51,12 @@ class LazyThetaStar:
     1.118
     """
 
-    resolution: int | tuple[int, int] | Lattice | None = None
+    resolution: Resolution | None = None
     corner_rule: CornerRule = "touch"
 
     traits: ClassVar[Traits] = Traits(
         "lazy-theta-star", "any-angle search over the lattice", domain="plane", needs_positive=True
     )
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        check_lattice(self.traits.name, self.resolution, self.corner_rule)
 
     def solve(self, problem: Problem) -> Solution:
         """Lay the lattice, which is reported as time to build, and search it."""

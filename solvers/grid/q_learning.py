@@ -2,12 +2,11 @@
 
 import time
 from dataclasses import dataclass
-from typing import ClassVar, cast, get_args
+from typing import Annotated, ClassVar, TypeAlias, cast
 
 import numpy as np
 from scipy.sparse import csgraph
 
-from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import finite_number
 from cgla_graph.errors import SolverSettingError
@@ -16,7 +15,7 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import LARGEST_SEED, check_lattice, settings_of, whole_setting
+from cgla_graph.solvers.base import Between, Count, NonNegative, Resolution, Seed, Settings
 from cgla_graph.solvers.grid import q_learning_kernels as kernels
 from cgla_graph.solvers.grid.value_iteration import DecisionProcess, Reward, decision_process, greedy
 
@@ -28,8 +27,11 @@ STEPS_A_POINT = 4
 QUIET_EPISODES = 100
 
 
+Chance: TypeAlias = Annotated[float, Between(0.0, 1.0)]
+
+
 @dataclass(frozen=True)
-class QLearning:
+class QLearning(Settings):
     r"""
     Q-Learning (Watkins 1989; Watkins, Dayan 1992) over moves to the eight neighbours of a lattice point.
 
@@ -112,17 +114,17 @@ class QLearning:
     """
 
     reward: Reward = "risk_aware"
-    target_reward: float = 0.0
-    gamma: float = 1.0
-    alpha: float | None = 1.0
-    initial_value: float | None = None
-    epsilon: float = 1.0
-    last_epsilon: float = 0.01
-    episodes: int | None = None
-    max_steps: int | None = None
-    tolerance: float = 1e-3
-    seed: int = 1
-    resolution: int | tuple[int, int] | Lattice | None = None
+    target_reward: NonNegative = 0.0
+    gamma: Chance = 1.0
+    alpha: Annotated[float, Between(0.0, 1.0, above=True)] | None = 1.0
+    initial_value: Annotated[float, finite_number] | None = None
+    epsilon: Chance = 1.0
+    last_epsilon: Chance = 0.01
+    episodes: Count | None = None
+    max_steps: Count | None = None
+    tolerance: NonNegative = 1e-3
+    seed: Seed = 1
+    resolution: Resolution | None = None
     corner_rule: CornerRule = "touch"
 
     traits: ClassVar[Traits] = Traits(
@@ -136,26 +138,10 @@ class QLearning:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        if self.reward not in get_args(Reward):
-            msg = f"{NAME}: unknown reward {shown(self.reward)}; choose {', '.join(get_args(Reward))}"
-            raise SolverSettingError(msg)
-        for name in ("gamma", "epsilon", "last_epsilon"):
-            _between(name, getattr(self, name), 0.0, 1.0)
-        for name in ("target_reward", "tolerance"):
-            _between(name, getattr(self, name), 0.0, np.inf)
-        if self.initial_value is not None:
-            _between("initial_value", self.initial_value, -np.inf, np.inf)
-        if self.alpha is not None and not _between("alpha", self.alpha, 0.0, 1.0) > 0.0:
-            msg = f"{NAME}: alpha is 0; give a rate above 0 and at most 1, or None for 1 / n ** 0.7"
-            raise SolverSettingError(msg)
+        super().__post_init__()
         if self.reward == "goal_only" and self.target_reward == 0.0:
             msg = f"{NAME}: reward goal_only earns nothing on the way; give a target_reward above 0"
             raise SolverSettingError(msg)
-        for name in ("episodes", "max_steps"):
-            if getattr(self, name) is not None:
-                whole_setting(NAME, name, getattr(self, name), at_least=1)
-        whole_setting(NAME, "seed", self.seed, at_least=0, at_most=LARGEST_SEED)
-        check_lattice(NAME, self.resolution, self.corner_rule)
 
     def solve(self, problem: Problem) -> Solution:
         """Lay the lattice, which is reported as time to build, train on it, and follow the best moves."""
@@ -220,17 +206,6 @@ class QLearning:
             return float(self.initial_value)
         worst = float(process.rewards.min(initial=0.0))
         return worst * min(process.n_states, 1.0 / (1.0 - self.gamma) if self.gamma < 1.0 else np.inf)
-
-
-def _between(name: str, value: object, low: float, high: float) -> float:
-    """Return a setting that must be a finite number in a range."""
-    allowed = f"from {low:g} to {high:g}" if high < np.inf else f"of at least {low:g}"
-    with settings_of(NAME):
-        number = finite_number(name, value)
-    if not low <= number <= high:
-        msg = f"{NAME}: {name} is {number:g}; give a number {allowed}"
-        raise SolverSettingError(msg)
-    return number
 
 
 def _within_reach(process: DecisionProcess) -> IntArray:

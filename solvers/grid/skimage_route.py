@@ -3,18 +3,16 @@
 import math
 import time
 from dataclasses import dataclass
-from typing import Any, ClassVar, TypeAlias
+from typing import Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
 import shapely
 
-from cgla_graph._text import shown
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import whole_setting
+from cgla_graph.solvers.base import Settings, Whole
 
 #: Cells along the longer side, where there is no raster, and at most.
 CELLS, MOST_CELLS = 256, 4096
@@ -29,7 +27,7 @@ Cell: TypeAlias = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class SkimageRoute:
+class SkimageRoute(Settings):
     """
     The route of least sum from cell to cell: `skimage.graph.route_through_array`.
 
@@ -69,7 +67,7 @@ class SkimageRoute:
     2.4142
     """
 
-    cells: int | None = None
+    cells: Annotated[int, Whole(2, MOST_CELLS)] | None = None
     fully_connected: bool = True
     geometric: bool = True
 
@@ -81,16 +79,6 @@ class SkimageRoute:
         needs=("skimage",),
         needs_positive=True,
     )
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        name = self.traits.name
-        if self.cells is not None:
-            whole_setting(name, "cells", self.cells, at_least=2, at_most=MOST_CELLS)
-        for switch in ("fully_connected", "geometric"):
-            if not isinstance(getattr(self, switch), bool):
-                msg = f"{name}: {switch} is {shown(getattr(self, switch))}; give True or False"
-                raise SolverSettingError(msg)
 
     def solve(self, problem: Problem) -> Solution:
         """Weigh the cells, which is reported as time to build, and search them."""

@@ -2,14 +2,13 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, Point
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import positive_setting, whole_setting
+from cgla_graph.solvers.base import Between, Whole
 from cgla_graph.solvers.geometry import wrapped
 from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Surroundings
 
@@ -123,8 +122,8 @@ class A2dStyle(Reactive[Trail]):
     True
     """
 
-    threshold: float = 0.1
-    headings: int = 16
+    threshold: Annotated[float, Between(0.0, GREATEST, above=True)] = 0.1
+    headings: Annotated[int, Whole(4, 360)] = 16
 
     traits: ClassVar[Traits] = Traits(
         "a2d-style",
@@ -132,16 +131,6 @@ class A2dStyle(Reactive[Trail]):
         domain="plane",
         complete=False,
     )
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        super().__post_init__()
-        name = self.traits.name
-        object.__setattr__(self, "threshold", positive_setting(name, "threshold", self.threshold))
-        if self.threshold > GREATEST:
-            msg = f"{name}: threshold is {self.threshold:g}; give a risk above 0 and at most {GREATEST:g}"
-            raise SolverSettingError(msg)
-        whole_setting(name, "headings", self.headings, at_least=4, at_most=360)
 
     def begin(self, around: Surroundings) -> Trail:
         """Face the goal."""

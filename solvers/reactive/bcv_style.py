@@ -8,7 +8,7 @@ import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import non_negative_setting
+from cgla_graph.solvers.base import NonNegative
 from cgla_graph.solvers.geometry import bearing, wrapped
 from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Surroundings
 
@@ -110,7 +110,7 @@ class BcvStyle(Reactive[BcvMemory]):
     True
     """
 
-    risk_aversion: float = 5.0
+    risk_aversion: NonNegative = 5.0
 
     traits: ClassVar[Traits] = Traits(
         "bcv-style",
@@ -119,12 +119,6 @@ class BcvStyle(Reactive[BcvMemory]):
         complete=False,
         rasters=False,
     )
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        super().__post_init__()
-        aversion = non_negative_setting(self.traits.name, "risk_aversion", self.risk_aversion)
-        object.__setattr__(self, "risk_aversion", aversion)
 
     def begin(self, around: Surroundings) -> BcvMemory:
         """Head for the goal."""

@@ -2,15 +2,14 @@
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import shapely
 
 from cgla_graph._types import BoolArray, FloatArray, Point
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import non_negative_setting, positive_setting
+from cgla_graph.solvers.base import Between, NonNegative, Positive
 from cgla_graph.solvers.geometry import unit_vectors, wrapped
 from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Surroundings
 
@@ -91,11 +90,11 @@ class BendyRuler(Reactive[BendyMemory]):
     True
     """
 
-    lookahead: float = 0.15
-    margin_max: float = 0.02
-    continue_ratio: float = 1.5
-    continue_angle: float = 75.0
-    threshold: float = 0.2
+    lookahead: Positive = 0.15
+    margin_max: NonNegative = 0.02
+    continue_ratio: Annotated[float, Between(1.0, math.inf)] = 1.5
+    continue_angle: Positive = 75.0
+    threshold: Positive = 0.2
 
     traits: ClassVar[Traits] = Traits(
         "bendy-ruler",
@@ -104,17 +103,6 @@ class BendyRuler(Reactive[BendyMemory]):
         complete=False,
         rasters=False,
     )
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        super().__post_init__()
-        name = self.traits.name
-        for setting in ("lookahead", "continue_ratio", "continue_angle", "threshold"):
-            object.__setattr__(self, setting, positive_setting(name, setting, getattr(self, setting)))
-        object.__setattr__(self, "margin_max", non_negative_setting(name, "margin_max", self.margin_max))
-        if self.continue_ratio < 1.0:
-            msg = f"{name}: continue_ratio is {self.continue_ratio:g}; give at least 1, which resists no better margin"
-            raise SolverSettingError(msg)
 
     def begin(self, around: Surroundings) -> BendyMemory:
         """Start without a bearing."""

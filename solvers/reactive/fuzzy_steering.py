@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from cgla_graph._types import Point
-from cgla_graph.solvers.base import positive_setting, whole_setting
+from cgla_graph.solvers.base import Count, Positive
 from cgla_graph.solvers.geometry import bearing, wrapped
 from cgla_graph.solvers.reactive.fuzzy import RuleBase, Triangle, about, centroid
 from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Surroundings
@@ -174,16 +174,9 @@ class FuzzySteering(Reactive[F], ABC, Generic[F]):
         If a setting is out of range.
     """
 
-    sight: float = 0.2
-    tolerance: float = 0.02
-    stall: int = 20
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        super().__post_init__()
-        for name in ("sight", "tolerance"):
-            object.__setattr__(self, name, positive_setting(self.traits.name, name, getattr(self, name)))
-        whole_setting(self.traits.name, "stall", self.stall, at_least=1)
+    sight: Positive = 0.2
+    tolerance: Positive = 0.02
+    stall: Count = 20
 
     def steer(self, around: Surroundings, memory: F, aim: Point) -> F:
         """

@@ -3,14 +3,14 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import positive_setting, whole_setting
+from cgla_graph.solvers.base import Count, Positive, Whole, settings_of
 from cgla_graph.solvers.geometry import around_circle
 from cgla_graph.solvers.reactive.milp_map import CornerGraph, corner_graph, obstacles_of
 from cgla_graph.solvers.reactive.milp_model import SHADOW, Horizon, best_plan
@@ -106,12 +106,12 @@ class Milp(Reactive[MilpMemory]):
     ('found', True)
     """
 
-    legs: int = 3
-    reach: float | None = None
-    execute: int = 2
-    places: int = 8
-    gap: float = 0.01
-    nodes: int = 50
+    legs: Annotated[int, Whole(1, 100)] = 3
+    reach: Positive | None = None
+    execute: Count = 2
+    places: Count = 8
+    gap: Positive = 0.01
+    nodes: Count = 50
 
     traits: ClassVar[Traits] = Traits(
         "milp",
@@ -124,14 +124,8 @@ class Milp(Reactive[MilpMemory]):
     def __post_init__(self) -> None:
         """Check the settings."""
         super().__post_init__()
-        name = self.traits.name
-        whole_setting(name, "legs", self.legs, at_least=1, at_most=100)
-        whole_setting(name, "execute", self.execute, at_least=1, at_most=self.legs)
-        whole_setting(name, "places", self.places, at_least=1)
-        whole_setting(name, "nodes", self.nodes, at_least=1)
-        object.__setattr__(self, "gap", positive_setting(name, "gap", self.gap))
-        if self.reach is not None:
-            object.__setattr__(self, "reach", positive_setting(name, "reach", self.reach))
+        with settings_of(self.traits.name):
+            Whole(1, self.legs)("execute", self.execute)
 
     def begin(self, around: Surroundings) -> MilpMemory:
         """Begin without a plan."""

@@ -9,7 +9,7 @@ import shapely
 
 from cgla_graph._types import FloatArray
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import non_negative_setting, positive_setting
+from cgla_graph.solvers.base import NonNegative, Positive
 from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Surroundings
 
 #: Nearer to an area than this, relative to the reach of its repulsion, the repulsion grows no further.
@@ -78,9 +78,9 @@ class PotentialField(Reactive[Memory]):
     'at (0.397422, 0.5), step 19: the forces cancel: a local minimum of the potential, or a saddle'
     """
 
-    risk_gain: float = 0.2
-    area_gain: float = 0.1
-    area_reach: float = 0.05
+    risk_gain: NonNegative = 0.2
+    area_gain: NonNegative = 0.1
+    area_reach: Positive = 0.05
 
     traits: ClassVar[Traits] = Traits(
         "potential-field",
@@ -88,14 +88,6 @@ class PotentialField(Reactive[Memory]):
         domain="plane",
         complete=False,
     )
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        super().__post_init__()
-        name = self.traits.name
-        for gain in ("risk_gain", "area_gain"):
-            object.__setattr__(self, gain, non_negative_setting(name, gain, getattr(self, gain)))
-        object.__setattr__(self, "area_reach", positive_setting(name, "area_reach", self.area_reach))
 
     def begin(self, around: Surroundings) -> Memory:
         """Remember nothing but the place."""

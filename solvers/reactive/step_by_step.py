@@ -14,7 +14,7 @@ from cgla_graph.errors import CglaError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import NO_RASTERS, Move, Traits, is_blind_to
-from cgla_graph.solvers.base import positive_setting, whole_setting
+from cgla_graph.solvers.base import Count, Positive, Settings
 from cgla_graph.solvers.geometry import bearing, unit_vectors
 
 #: The paper's step: 0.4 units of a lattice of 20 points a side, over the shorter side of the map.
@@ -142,7 +142,7 @@ class _Track(Generic[M]):
 
 
 @dataclass(frozen=True)
-class Reactive(ABC, Generic[M]):
+class Reactive(Settings, ABC, Generic[M]):
     """
     What all reactive planners share: the loop around their decisions, and when it counts as stuck.
 
@@ -165,19 +165,11 @@ class Reactive(ABC, Generic[M]):
         If a setting is out of range.
     """
 
-    step: float | None = None
-    max_steps: int = 1500
-    patience: int = 200
+    step: Positive | None = None
+    max_steps: Count = 1500
+    patience: Count = 200
 
     traits: ClassVar[Traits]
-
-    def __post_init__(self) -> None:
-        """Check the settings; a planner with more of them checks those as well."""
-        name = self.traits.name
-        if self.step is not None:
-            object.__setattr__(self, "step", positive_setting(name, "step", self.step))
-        whole_setting(name, "max_steps", self.max_steps, at_least=1)
-        whole_setting(name, "patience", self.patience, at_least=1)
 
     @abstractmethod
     def begin(self, around: Surroundings) -> M:

@@ -2,17 +2,17 @@
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import LARGEST_SEED, ompl_traits, positive_setting, whole_setting
-from cgla_graph.solvers.budget import Budget
+from cgla_graph.solvers.base import Count, Evaluations, OmplSeed, Positive, Whole, ompl_traits
+from cgla_graph.solvers.budget import Budgeted
 
 
 @dataclass(frozen=True)
-class BitStar:
+class BitStar(Budgeted):
     """
     OMPL's BIT* (Gammell, Barfoot, Srinivasa, IJRR 39(5), 2020): batches of samples, searched like by A*.
 
@@ -48,32 +48,21 @@ class BitStar:
     'found'
     """
 
-    iterations: int | None = 20_000
-    seconds: float | None = None
-    evaluations: int | None = None
-    seed: int = 1
-    samples_per_batch: int = 100
-    rewire_factor: float = 1.1
+    iterations: Count | None = 20_000
+    seconds: Positive | None = None
+    evaluations: Evaluations | None = None
+    seed: OmplSeed = 1
+    samples_per_batch: Annotated[int, Whole(1, 1_000_000)] = 100
+    rewire_factor: Positive = 1.1
 
     traits: ClassVar[Traits] = ompl_traits("bit-star", "OMPL's BIT* over the same cost", anytime=True)
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        self._budget.check("bit-star")
-        whole_setting("bit-star", "seed", self.seed, at_least=1, at_most=LARGEST_SEED)
-        whole_setting("bit-star", "samples_per_batch", self.samples_per_batch, at_least=1, at_most=1_000_000)
-        positive_setting(self.traits.name, "rewire_factor", self.rewire_factor)
-
-    @property
-    def _budget(self) -> Budget:
-        return Budget(self.iterations, self.seconds, self.evaluations)
 
     def solve(self, problem: Problem) -> Solution:
         """Search batch after batch until the budget is used up."""
         from cgla_graph.solvers.sampling import ompl_run, ompl_space  # noqa: PLC0415 - needs the optional package
 
         cost = partial(ompl_space.PruningCost, samples_per_batch=self.samples_per_batch)
-        return ompl_run.run_anytime(problem, self._planner, self._budget, self.seed, cost)
+        return ompl_run.run_anytime(problem, self._planner, self.budget, self.seed, cost)
 
     def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
         from ompl import geometric as og  # noqa: PLC0415 - optional

@@ -6,12 +6,12 @@ from typing import Any, ClassVar
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import LARGEST_SEED, ompl_traits, whole_setting
+from cgla_graph.solvers.base import Count, Evaluations, OmplSeed, Positive, Settings, ompl_traits
 from cgla_graph.solvers.budget import Budget
 
 
 @dataclass(frozen=True)
-class FmtStar:
+class FmtStar(Settings):
     """
     OMPL's FMT* (Janson, Schmerling, Clark, Pavone, IJRR 34(7), 2015): one sweep over one set of samples.
 
@@ -37,18 +37,14 @@ class FmtStar:
     'found'
     """
 
-    samples: int = 1000
-    seconds: float | None = None
-    evaluations: int | None = None
-    seed: int = 1
+    samples: Count = 1000
+    seconds: Positive | None = None
+    evaluations: Evaluations | None = None
+    seed: OmplSeed = 1
+    #: Its class in `ompl.geometric`.
+    ompl_class: ClassVar[str] = "FMT"
 
     traits: ClassVar[Traits] = ompl_traits("fmt-star", "OMPL's FMT* over the same cost")
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        whole_setting(self.traits.name, "samples", self.samples, at_least=1)
-        Budget(self.samples, self.seconds, self.evaluations).check(self.traits.name, "samples")
-        whole_setting(self.traits.name, "seed", self.seed, at_least=1, at_most=LARGEST_SEED)
 
     def solve(self, problem: Problem) -> Solution:
         """Draw the samples and sweep over them once."""
@@ -60,9 +56,7 @@ class FmtStar:
     def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
         from ompl import geometric as og  # noqa: PLC0415 - optional
 
-        return self._sized(og.FMT(si))
-
-    def _sized(self, planner: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
+        planner = getattr(og, self.ompl_class)(si)
         planner.setNumSamples(self.samples)
         # "extended" goes on sampling, without end if the goal is walled in
         planner.setExtendedFMT(False)
@@ -92,8 +86,4 @@ class BfmtStar(FmtStar):
     """
 
     traits: ClassVar[Traits] = ompl_traits("bfmt-star", "OMPL's BFMT* over the same cost")
-
-    def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
-        from ompl import geometric as og  # noqa: PLC0415 - optional
-
-        return self._sized(og.BFMT(si))
+    ompl_class: ClassVar[str] = "BFMT"

@@ -2,7 +2,7 @@
 
 import time
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from scipy import sparse
@@ -12,13 +12,13 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import LARGEST_SEED, ompl_traits, whole_setting
+from cgla_graph.solvers.base import OmplSeed, Positive, Settings, Whole, ompl_traits
 from cgla_graph.solvers.budget import Budget, BudgetSpentError
 from cgla_graph.solvers.exact.dijkstra import Dijkstra
 
 
 @dataclass(frozen=True)
-class OmplPrmStar:
+class OmplPrmStar(Settings):
     """
     OMPL's PRM* (Karaman, Frazzoli, IJRR 30(7), 2011): a random roadmap, then its exact optimum.
 
@@ -47,17 +47,11 @@ class OmplPrmStar:
     'found'
     """
 
-    milestones: int = 2000
-    seconds: float | None = None
-    seed: int = 1
+    milestones: Annotated[int, Whole(2)] = 2000
+    seconds: Positive | None = None
+    seed: OmplSeed = 1
 
     traits: ClassVar[Traits] = ompl_traits("ompl-prm-star", "OMPL's PRM* roadmap over the same cost")
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        whole_setting("ompl-prm-star", "milestones", self.milestones, at_least=2)
-        Budget(self.milestones, self.seconds).check("ompl-prm-star", "milestones")
-        whole_setting("ompl-prm-star", "seed", self.seed, at_least=1, at_most=LARGEST_SEED)
 
     def solve(self, problem: Problem) -> Solution:
         """Grow the roadmap, weigh its edges, and search it."""

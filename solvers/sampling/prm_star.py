@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import shapely
@@ -14,8 +14,8 @@ from cgla_graph._types import FloatArray, IntArray
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import LARGEST_SEED, positive_setting, whole_setting
-from cgla_graph.solvers.budget import Budget, Incumbent, Meter
+from cgla_graph.solvers.base import Evaluations, Positive, Seed, Whole
+from cgla_graph.solvers.budget import Budgeted, Incumbent, Meter
 
 #: The roadmap is searched when it has this many milestones, twice, four times … as many, and at its end.
 FIRST_SEARCH = 64
@@ -28,7 +28,7 @@ MAX_REJECTIONS = 100_000
 
 
 @dataclass(frozen=True)
-class PrmStar:
+class PrmStar(Budgeted):
     """
     PRM* (Karaman, Frazzoli, IJRR 30(7), 2011): uniform random milestones, each joined to those nearby.
 
@@ -69,31 +69,20 @@ class PrmStar:
     'found'
     """
 
-    milestones: int | None = 2000
-    seconds: float | None = None
-    evaluations: int | None = None
-    seed: int = 1
-    radius_factor: float = 1.1
+    milestones: Annotated[int, Whole(2)] | None = 2000
+    seconds: Positive | None = None
+    evaluations: Evaluations | None = None
+    seed: Seed = 1
+    radius_factor: Positive = 1.1
 
     traits: ClassVar[Traits] = Traits(
         "prm-star", "PRM* roadmap over the same cost", domain="plane", anytime=True, seeded=True, needs_positive=True
     )
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        self._budget.check("prm-star", "milestones")
-        if self.milestones is not None:
-            whole_setting("prm-star", "milestones", self.milestones, at_least=2)
-        whole_setting("prm-star", "seed", self.seed, at_least=0, at_most=LARGEST_SEED)
-        positive_setting(self.traits.name, "radius_factor", self.radius_factor)
-
-    @property
-    def _budget(self) -> Budget:
-        return Budget(self.milestones, self.seconds, self.evaluations)
+    counted: ClassVar[str] = "milestones"
 
     def solve(self, problem: Problem) -> Solution:
         """Grow the roadmap, and search it each time that it has doubled."""
-        meter = self._budget.start()
+        meter = self.budget.start()
         incumbent = Incumbent(problem, meter)
         roadmap = Roadmap(problem, self.seed, self.radius_factor)
         size = FIRST_SEARCH

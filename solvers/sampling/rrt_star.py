@@ -6,12 +6,12 @@ from typing import Any, ClassVar
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import LARGEST_SEED, ompl_traits, positive_setting, whole_setting
-from cgla_graph.solvers.budget import Budget
+from cgla_graph.solvers.base import Count, Evaluations, OmplSeed, Positive, ompl_traits
+from cgla_graph.solvers.budget import Budgeted
 
 
 @dataclass(frozen=True)
-class RrtStar:
+class RrtStar(Budgeted):
     """
     OMPL's RRT* (Karaman, Frazzoli, IJRR 30(7), 2011): an anytime tree that approaches the continuous optimum.
 
@@ -42,31 +42,21 @@ class RrtStar:
     'found'
     """
 
-    iterations: int | None = 2000
-    seconds: float | None = None
-    evaluations: int | None = None
-    seed: int = 1
-    rewire_factor: float = 1.1
+    iterations: Count | None = 2000
+    seconds: Positive | None = None
+    evaluations: Evaluations | None = None
+    seed: OmplSeed = 1
+    rewire_factor: Positive = 1.1
 
     traits: ClassVar[Traits] = ompl_traits("rrt-star", "OMPL's RRT* over the same cost", anytime=True)
     #: Its class in `ompl.geometric`.
     ompl_class: ClassVar[str] = "RRTstar"
 
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        self._budget.check(self.traits.name)
-        whole_setting(self.traits.name, "seed", self.seed, at_least=1, at_most=LARGEST_SEED)
-        positive_setting(self.traits.name, "rewire_factor", self.rewire_factor)
-
-    @property
-    def _budget(self) -> Budget:
-        return Budget(self.iterations, self.seconds, self.evaluations)
-
     def solve(self, problem: Problem) -> Solution:
         """Grow the tree until the budget is used up."""
         from cgla_graph.solvers.sampling import ompl_run  # noqa: PLC0415 - needs the optional package
 
-        return ompl_run.run_anytime(problem, self._planner, self._budget, self.seed)
+        return ompl_run.run_anytime(problem, self._planner, self.budget, self.seed)
 
     def _planner(self, si: Any) -> Any:  # noqa: ANN401 - OMPL has no type hints
         from ompl import geometric as og  # noqa: PLC0415 - optional

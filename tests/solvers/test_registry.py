@@ -108,36 +108,6 @@ def test_wrong_settings(name: str, settings: dict[str, Any], words: str) -> None
     assert str(caught.value).startswith(name)
 
 
-@pytest.mark.parametrize("value", ["nan", "x", None, [1], 1j])
-def test_a_factor_that_is_no_number(value: object) -> None:
-    pytest.importorskip("ompl")
-    with pytest.raises(SolverSettingError, match="rewire_factor"):
-        registry.get("rrt-star", rewire_factor=value)
-
-
-@pytest.mark.parametrize("value", ["false", "maybe", 5, None])
-def test_a_switch_that_is_no_truth_value(value: object) -> None:
-    with pytest.raises(SolverSettingError, match="early_stop"):
-        registry.get("cgla", early_stop=value)
-
-
-@pytest.mark.parametrize(
-    "settings",
-    [{"resolution": 0}, {"resolution": 1}, {"resolution": "x"}, {"resolution": (3, 1)}, {"corner_rule": "bogus"}],
-    ids=str,
-)
-def test_eight_direction_checks_its_settings(settings: dict[str, Any]) -> None:
-    with pytest.raises(SolverSettingError, match=next(iter(settings))):
-        registry.get("eight-direction", **settings)
-
-
-@pytest.mark.parametrize("seed", [2**32, 2**64, 10**30])
-def test_a_seed_that_is_too_large(seed: int) -> None:
-    pytest.importorskip("ompl")
-    with pytest.raises(SolverSettingError, match="seed"):
-        registry.get("rrt-star", seed=seed)
-
-
 @pytest.mark.usefixtures("no_ompl")
 def test_without_ompl_its_solvers_are_named_with_the_reason() -> None:
     gone = set(registry.names(installed=False)) - set(registry.names())

@@ -12,7 +12,6 @@ from scipy.interpolate import make_interp_spline
 from strategies import few, fields, points, scaled, seeds, usual
 
 import cgla_graph as cg
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.continuous.b_spline import basis, curvature
@@ -173,25 +172,6 @@ def test_a_seed_decides_the_path() -> None:
 def test_the_budget_ends_the_run(budget: dict[str, int]) -> None:
     answer = Evolutionary(**{"generations": None, **budget}).solve(random_scenario(5).problem)
     assert answer.evaluations == 40 * 64 * {"evaluations": 2, "generations": 4}[next(iter(budget))]
-
-
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"population": 3}, "evolutionary: population is 3; give a whole number from 4"),
-        ({"control_points": 0}, "evolutionary: control_points is 0"),
-        ({"segments": 1}, "evolutionary: segments is 1"),
-        ({"generations": None}, "evolutionary: the run would never end; set generations"),
-        ({"generations": 0}, "evolutionary: generations is 0"),
-        ({"seed": -1}, "evolutionary: seed is -1"),
-        ({"scale": 0.0}, "evolutionary: scale is 0"),
-        ({"crossover": 1.5}, "evolutionary: crossover is 1.5; it is a chance"),
-        ({"turn_radius": -1.0}, "evolutionary: turn_radius is -1; it must be at least 0"),
-    ],
-)
-def test_settings_are_checked(settings: dict[str, Any], message: str) -> None:
-    with pytest.raises(SolverSettingError, match=message):
-        Evolutionary(**settings)
 
 
 def test_in_a_mission_it_plans_again() -> None:

@@ -17,7 +17,7 @@ from strategies import examples
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.errors import ProblemError, SolverSettingError
+from cgla_graph.errors import ProblemError
 from cgla_graph.model.solution import TracePoint
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.scenarios.loading import open_scenarios
@@ -257,23 +257,6 @@ def test_no_way_is_a_status() -> None:
     found = cg.solve(cg.Problem((0.1, 0.1), (0.8, 0.8), no_fly=ring), "hybrid")
     assert found.status is cg.Status.NOT_FOUND
     assert found.message == "the goal cannot be reached"
-
-
-@pytest.mark.parametrize(
-    ("wrong", "word"),
-    [
-        ({"points": 24}, "points is 24"),
-        ({"points": 1600.0}, "points"),
-        ({"radius": 0}, "radius"),
-        ({"candidates": 0}, "candidates"),
-        ({"tolerance": 0.0}, "hybrid: tolerance is 0"),
-        ({"tolerance": "tight"}, "or None"),
-    ],
-    ids=str,
-)
-def test_wrong_settings_are_named(wrong: dict[str, Any], word: str) -> None:
-    with pytest.raises(SolverSettingError, match=word):
-        Hybrid(**wrong)
 
 
 @pytest.mark.slow

@@ -13,7 +13,6 @@ from strategies import few, fields, points, polygons, usual
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
@@ -152,12 +151,6 @@ def test_on_the_shipped_maps_it_finds_a_way(name: str) -> None:
     assert answer.evaluations > 0
     if not problem.field.threats:
         assert answer.length <= cg.solve(problem, "fast-marching").length
-
-
-@pytest.mark.parametrize("settings", [{"spreads": 0.0}, {"spreads": math.nan}, {"corners": 2}, {"corners": 1e2}])
-def test_its_settings_are_checked(settings: dict[str, float]) -> None:
-    with pytest.raises(SolverSettingError, match=f"visibility-graph: {next(iter(settings))}"):
-        VisibilityGraph(**settings)
 
 
 @pytest.mark.parametrize("areas", [0, 4])

@@ -13,7 +13,6 @@ from strategies import boxes, few, fields, points, polygons, seeds, usual
 
 import cgla_graph as cg
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
@@ -258,11 +257,3 @@ def test_it_flies_missions(areas: int) -> None:
         uav = Uav("a", problem.start, problem.goal, 0.2, k=10.0)
         flown = Mission(world, [uav], VoronoiRoadmap()).fly().uavs["a"]
         assert flown.status.label == "arrived"
-
-
-@pytest.mark.parametrize(
-    "settings", [{"joined": 0}, {"masses": -1}, {"masses": 2.5}, {"spacing": 0.0}, {"spacing": math.inf}]
-)
-def test_its_settings_are_checked(settings: dict[str, Any]) -> None:
-    with pytest.raises(SolverSettingError, match=f"voronoi: {next(iter(settings))}"):
-        VoronoiRoadmap(**settings)

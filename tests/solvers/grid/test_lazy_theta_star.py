@@ -246,16 +246,3 @@ def test_what_a_node_is_joined_to() -> None:
     out = np.empty(12, dtype=np.int64)
     sets = [set(out[: neighbours(node, 3, 2, links, out)].tolist()) for node in (0, 4, 6)]
     assert sets == [{1, 3, 4, 6}, {0, 1, 2, 3, 5, 6}, {0, 1, 3, 4}]
-
-
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        ({"resolution": 1}, "at least 2"),
-        ({"resolution": "12"}, "whole number"),
-        ({"corner_rule": "none"}, "touch or both-free"),
-    ],
-)
-def test_wrong_settings(settings: dict[str, object], words: str) -> None:
-    with pytest.raises(cg.CglaError, match=f"lazy-theta-star: .*{words}"):
-        cg.solvers.get("lazy-theta-star", **settings)

@@ -19,7 +19,7 @@ from scipy.sparse import csgraph
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, IntArray
-from cgla_graph.errors import ProblemError, SolverSettingError
+from cgla_graph.errors import ProblemError
 from cgla_graph.model.adjacency import CornerRule
 from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.scenarios.random_map import random_scenario
@@ -576,37 +576,6 @@ def test_moves_that_earn_something_are_refused() -> None:
     problem = cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=10.0)
     with pytest.raises(ProblemError, match="above 0"):
         decision_process(problem.on_eight_connected(20))
-
-
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"reward": "risk"}, "unknown reward 'risk'; choose risk_aware, node, goal_only"),
-        ({"reward": "goal_only"}, "give a target_reward above 0"),
-        ({"gamma": 1.01}, "gamma is 1.01; give a number from 0 to 1"),
-        ({"gamma": -0.1}, "gamma is -0.1"),
-        ({"gamma": "high"}, "gamma is 'high'"),
-        ({"alpha": 0.0}, "alpha is 0; give a rate above 0"),
-        ({"alpha": 1.5}, "alpha is 1.5"),
-        ({"alpha": math.nan}, "alpha is nan"),
-        ({"epsilon": 1.5}, "epsilon is 1.5"),
-        ({"last_epsilon": -1}, "last_epsilon is -1"),
-        ({"initial_value": math.inf}, "initial_value is inf"),
-        ({"target_reward": -1.0}, "target_reward is -1; give a number of at least 0"),
-        ({"target_reward": math.inf}, "target_reward is inf"),
-        ({"tolerance": -1e-9}, "tolerance is -1e-09"),
-        ({"episodes": 0}, "episodes is 0"),
-        ({"episodes": 2.5}, "episodes is 2.5"),
-        ({"max_steps": 0}, "max_steps is 0"),
-        ({"seed": -1}, "seed is -1"),
-        ({"resolution": 1}, "resolution is 1"),
-        ({"corner_rule": "never"}, "unknown corner_rule 'never'"),
-    ],
-)
-def test_settings_that_are_refused(settings: dict[str, Any], message: str) -> None:
-    with pytest.raises(SolverSettingError, match=r"^q-learning: ") as caught:
-        QLearning(**settings)
-    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize("reward", ["risk_aware", "node", "goal_only"])

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from strategies import areas, few, plane_problems, raster_fields, usual
 
 import cgla_graph as cg
-from cgla_graph.errors import SolverSettingError
-from cgla_graph.solvers.grid.skimage_route import ASIDE, Grid, SkimageRoute
+from cgla_graph.solvers.grid.skimage_route import ASIDE, Grid
 
 graph: Any = pytest.importorskip("skimage.graph")
 
@@ -179,16 +178,6 @@ def test_ends_deep_between_areas_are_not_joined() -> None:
     ring = shapely.box(0.2, 0.2, 0.8, 0.8).difference(shapely.box(0.499, 0.499, 0.501, 0.501))
     answer = cg.solve(cg.Problem((0.5, 0.5), (0.9, 0.9), no_fly=ring), "skimage-route", cells=50)
     assert answer.status is cg.Status.NOT_FOUND
-
-
-@pytest.mark.parametrize(
-    "settings",
-    [{"cells": 1}, {"cells": 5000}, {"cells": 2.5}, {"cells": "x"}, {"fully_connected": 1}, {"geometric": None}],
-    ids=str,
-)
-def test_settings_are_checked(settings: dict[str, Any]) -> None:
-    with pytest.raises(SolverSettingError, match=f"skimage-route: {next(iter(settings))}"):
-        SkimageRoute(**settings)
 
 
 @pytest.mark.slow

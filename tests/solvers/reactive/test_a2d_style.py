@@ -1,7 +1,6 @@
 """A2D-style: below its threshold where there is such a way, around traps, and stuck with a reason."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,9 +10,7 @@ from hypothesis import strategies as st
 from strategies import few
 
 import cgla_graph as cg
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.scenarios.scenario import load_scenario
-from cgla_graph.solvers.reactive.a2d_style import A2dStyle
 
 U_TRAP = shapely.box(0.3, 0.3, 0.7, 0.7).difference(shapely.box(0.2, 0.35, 0.65, 0.65))
 
@@ -104,9 +101,3 @@ def test_a_walk_longer_than_its_patience_is_stuck() -> None:
     answer = cg.solve(load_scenario("maze").problem, "a2d-style", patience=50)
     assert answer.status is cg.Status.STUCK
     assert "no headway in 50 steps" in answer.message
-
-
-@pytest.mark.parametrize("settings", [{"threshold": 0.0}, {"threshold": 1.5}, {"headings": 3}, {"headings": 16.0}])
-def test_its_settings_are_checked(settings: dict[str, Any]) -> None:
-    with pytest.raises(SolverSettingError, match=f"a2d-style: {next(iter(settings))}"):
-        A2dStyle(**settings)

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from strategies import plane_problems, usual
 
 import cgla_graph as cg
 from cgla_graph._types import Point
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.reactive.bcv_style import BcvMemory, BcvStyle, _votes, _with_target
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
@@ -171,15 +169,3 @@ def test_in_a_dead_end_it_turns_around_on_the_spot() -> None:
     after = BcvStyle().choose(around, BcvMemory((0.29, 0.5), first=0.0))
     assert after.turns == 16
     assert after.position == pytest.approx((0.27, 0.5))
-
-
-@pytest.mark.parametrize(
-    ("settings", "fault"),
-    [
-        ({"risk_aversion": -0.1}, "risk_aversion is -0.1; it must be at least 0"),
-        ({"risk_aversion": "5"}, "risk_aversion is '5'; give a finite number"),
-    ],
-)
-def test_settings_out_of_range_are_refused(settings: dict[str, Any], fault: str) -> None:
-    with pytest.raises(SolverSettingError, match=f"bcv-style: {fault}"):
-        BcvStyle(**settings)

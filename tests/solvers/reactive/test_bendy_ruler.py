@@ -1,7 +1,6 @@
 """The bendy ruler: margins as shapely measures them, detours as long as tangents make them, dead ends that it says."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from hypothesis import strategies as st
 from strategies import plane_problems, points, usual
 
 import cgla_graph as cg
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.solvers.reactive.bendy_ruler import BendyMemory, BendyRuler, _Obstacles
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
 
@@ -145,18 +143,3 @@ def test_in_a_dead_end_deeper_than_its_lookahead_it_swings_to_and_fro() -> None:
     answer = BendyRuler(patience=100).solve(cg.Problem((0.25, 0.5), (0.95, 0.5), no_fly=pocket))
     assert answer.status is cg.Status.STUCK
     assert "no headway" in answer.message
-
-
-@pytest.mark.parametrize(
-    ("settings", "fault"),
-    [
-        ({"lookahead": 0}, "lookahead is 0; it must be above 0"),
-        ({"margin_max": -0.01}, "margin_max is -0.01; it must be at least 0"),
-        ({"continue_ratio": 0.9}, "continue_ratio is 0.9; give at least 1"),
-        ({"continue_angle": 0}, "continue_angle is 0; it must be above 0"),
-        ({"threshold": math.nan}, "threshold is nan; give a finite number"),
-    ],
-)
-def test_settings_out_of_range_are_refused(settings: dict[str, Any], fault: str) -> None:
-    with pytest.raises(SolverSettingError, match=f"bendy-ruler: {fault}"):
-        BendyRuler(**settings)

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
@@ -259,24 +258,6 @@ def test_missions_arrive_on_what_they_sense(solver: FbcriStyle | CpvsStyle) -> N
     missions = load_mission("fig10").missions(lambda _: solver)
     for flight in (mission.fly() for mission in missions.values()):
         assert [uav.status.label for uav in flight.uavs.values()] == ["arrived"] * 3
-
-
-@pytest.mark.parametrize(
-    ("chosen", "message"),
-    [
-        ({"sight": 0.0}, "sight"),
-        ({"tolerance": -1.0}, "tolerance"),
-        ({"tolerance": math.nan}, "tolerance"),
-        ({"stall": 0}, "stall"),
-        ({"stall": 2.5}, "stall"),
-    ],
-)
-@pytest.mark.parametrize("kind", [FbcriStyle, CpvsStyle])
-def test_settings_out_of_range_are_refused(
-    kind: type[FbcriStyle | CpvsStyle], chosen: dict[str, float], message: str
-) -> None:
-    with pytest.raises(SolverSettingError, match=f"{kind.traits.name}: {message}"):
-        kind(**chosen)  # type: ignore[arg-type] # on purpose
 
 
 # --- what is fbcri-style's own

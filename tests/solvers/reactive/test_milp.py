@@ -3,7 +3,6 @@
 import math
 import re
 from itertools import product
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from strategies import examples, few, polygons, scaled, seeds
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.solvers.reactive.milp import Milp
@@ -163,22 +161,6 @@ def test_where_the_program_has_no_plan_the_graph_of_corners_leads_on(monkeypatch
     problem = cg.Problem((0.1, 0.1), (0.9, 0.1), no_fly=wall)
     monkeypatch.setattr("cgla_graph.solvers.reactive.milp.best_plan", lambda *_, **__: None)
     assert cg.solve(problem, Milp()).cost == pytest.approx(2.0 * math.hypot(0.3, 0.7) + 0.2, abs=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("given_settings", "message"),
-    [
-        ({"legs": 0}, "milp: legs is 0"),
-        ({"legs": 2, "execute": 3}, "milp: execute is 3; give a whole number from 1 to 2"),
-        ({"places": 0}, "milp: places is 0"),
-        ({"nodes": 0}, "milp: nodes is 0"),
-        ({"gap": 0.0}, "milp: gap is 0; it must be above 0"),
-        ({"reach": -1.0}, "milp: reach is -1; it must be above 0"),
-    ],
-)
-def test_settings_are_checked(given_settings: dict[str, Any], message: str) -> None:
-    with pytest.raises(SolverSettingError, match=message):
-        Milp(**given_settings)
 
 
 def test_in_a_mission_it_plans_again_when_a_threat_comes_up() -> None:

@@ -1,7 +1,6 @@
 """The potential field: every step goes downhill, and where no step does, it says that the forces cancel."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from strategies import plane_problems, points, usual
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.solvers.reactive.potential_field import PotentialField
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
 
@@ -115,16 +113,3 @@ def test_it_slides_along_the_bounds() -> None:
     answer = cg.solve(problem, "potential-field")
     assert answer.status is cg.Status.FOUND
     assert answer.path[:, 1].min() == 0.0
-
-
-@pytest.mark.parametrize(
-    ("settings", "fault"),
-    [
-        ({"risk_gain": -1}, "risk_gain is -1; it must be at least 0"),
-        ({"area_gain": math.nan}, "area_gain is nan; give a finite number"),
-        ({"area_reach": 0}, "area_reach is 0; it must be above 0"),
-    ],
-)
-def test_settings_out_of_range_are_refused(settings: dict[str, Any], fault: str) -> None:
-    with pytest.raises(SolverSettingError, match=f"potential-field: {fault}"):
-        PotentialField(**settings)

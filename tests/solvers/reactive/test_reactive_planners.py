@@ -1,6 +1,5 @@
 """What all planners that go step by step promise: short steps that may be flown, or a reason; on a map of any size."""
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,7 +11,6 @@ from hypothesis import strategies as st
 from strategies import examples, plane_problems, scaled
 
 import cgla_graph as cg
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
@@ -110,17 +108,6 @@ def test_peaks_above_1_are_flown_as_they_are(planner: str) -> None:
         field = cg.RiskField([cg.Threat(0.45, 0.4, 0.05, peak=8.0), cg.Threat(0.5, 0.6, 0.05, peak=8.0)], improper=True)
     answer = made(planner).solve(cg.Problem((0.1, 0.5), (0.9, 0.5), field, k=10.0))
     assert answer.status in {Status.FOUND, Status.STUCK}
-
-
-@every
-@pytest.mark.parametrize(
-    "settings",
-    [{"step": 0.0}, {"step": -1.0}, {"step": math.inf}, {"max_steps": 0}, {"patience": 0}, {"patience": 2.5}],
-)
-def test_steps_and_patience_are_checked(planner: str, settings: dict[str, Any]) -> None:
-    setting, value = next(iter(settings.items()))
-    with pytest.raises(SolverSettingError, match=f"{PLANNERS[planner][0]}: {setting} is {value:g}"):
-        made(planner, **settings)
 
 
 @quick

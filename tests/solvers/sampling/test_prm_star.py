@@ -4,7 +4,6 @@ import math
 import os
 import subprocess
 import sys
-from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -17,7 +16,6 @@ from strategies import boxes, few, fields, points, polygons, seeds
 
 import cgla_graph as cg
 from cgla_graph._types import Bounds, Point
-from cgla_graph.errors import SolverSettingError
 from cgla_graph.model.solution import Status
 from cgla_graph.solvers.budget import Budget
 from cgla_graph.solvers.sampling import prm_star
@@ -269,24 +267,6 @@ def test_start_at_goal_is_a_path_of_no_length() -> None:
 
 
 # settings and seeds
-
-
-@pytest.mark.parametrize(
-    "settings",
-    [
-        {"milestones": 1},
-        {"seed": -1},
-        {"seed": 2**32},
-        {"seed": True},
-        {"radius_factor": 0.0},
-        {"radius_factor": math.nan},
-        {"radius_factor": "wide"},
-    ],
-    ids=str,
-)
-def test_wrong_settings_are_refused_by_name(settings: dict[str, Any]) -> None:
-    with pytest.raises(SolverSettingError, match=f"prm-star: {next(iter(settings))} is "):
-        PrmStar(**settings)
 
 
 def test_seeds_give_different_paths() -> None:
