@@ -11,7 +11,7 @@ export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/kernels
 # tests start hundreds of processes: what Python has compiled is kept, whatever the environment says
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: compare test fuzz lint check suite bounds docs bench claims conformance clean
+.PHONY: compare test fuzz lint check suite bounds browser paper comparison digests oldest docs bench claims conformance clean
 
 compare: $(INSTALLED)
 	$(BIN)/cgla compare --out results --overwrite
@@ -30,21 +30,40 @@ lint: $(INSTALLED)
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
-check: lint suite bounds
+check: lint suite bounds browser paper
 
+# all tests but those of the next targets
 suite: $(INSTALLED)
-	$(PYTEST) $(addprefix --ignore=,$(OF_KERNELS))
+	$(PYTEST) --ignore=tests/comparisons/claims --ignore=tests/comparisons/report/test_report_browser.py \
+		--ignore=tests/comparisons/live/test_live_browser.py
 
-# tests of kernels, which also have to read and write inside their arrays: once, with that checked, compiled in a hurry
-OF_KERNELS := tests/model/test_risk.py tests/model/test_risk_raster.py tests/model/test_no_fly.py tests/model/test_graph.py \
-	tests/cost_to_go/test_cost_matrix.py tests/eikonal/test_mesh.py tests/eikonal/test_marching_kernels.py \
-	tests/eikonal/test_queue_kernels.py \
-	tests/certificate/test_certificate_kernels.py tests/certificate/test_tips.py tests/certificate/test_corners.py \
-	tests/cost_to_go/test_repair.py \
-	tests/fusion/test_fusion.py tests/motion/test_trajectory.py tests/motion/test_space_time.py \
-	tests/turning/test_curve.py tests/solvers/continuous/test_roadmap_kernels.py
-bounds: $(INSTALLED)
-	NUMBA_BOUNDSCHECK=1 NUMBA_OPT=1 NUMBA_CACHE_DIR=$(NUMBA_CACHE_DIR)-checked $(PYTEST) $(OF_KERNELS)
+# costly checks, which CI leaves out where nothing that they look at has changed (tests/support/digests.py): tests of
+# kernels with accesses to arrays checked, tests that drive a browser, tests of the paper's claims, and `make compare`
+bounds browser paper comparison: $(INSTALLED)
+	$(BIN)/python tests/support/digests.py $@
+
+# runs them all, and writes the digests of what has passed into tests/digests: commit those
+digests: $(INSTALLED)
+	CGLA_NEEDS_BROWSER=1 CGLA_DIGESTS=write $(BIN)/python tests/support/digests.py bounds browser paper comparison
+
+# the main paths with the lowest versions that pyproject.toml allows, and with current ones on a newer Python if it is there
+OLDEST ?= python3.11
+NEWEST ?= python3.13
+OF_VERSIONS := -m "not slow" -o filterwarnings=default --quiet --numprocesses $(WORKERS) --dist loadfile \
+	tests/model tests/cost_to_go tests/certificate/test_certificate.py tests/mission tests/networkx_backend tests/scenarios \
+	tests/solvers/test_solver_contract.py tests/comparisons/study tests/comparisons/plots tests/comparisons/cli
+IN_VERSIONS := CGLA_EXAMPLES=0.1 NUMBA_CACHE_DIR=
+EXTRAS := distributed,geo,graphs,parquet,skimage
+OF_TESTS := build hypothesis packaging pytest pytest-benchmark pytest-xdist 'setuptools>=77'
+oldest: pyproject.toml
+	$(OLDEST) -m venv .venv-oldest
+	.venv-oldest/bin/python -m pip install --quiet $(OF_TESTS)
+	.venv-oldest/bin/python tests/support/oldest_versions.py $(EXTRAS) > .venv-oldest/pins.txt
+	.venv-oldest/bin/python -m pip install --quiet --constraint .venv-oldest/pins.txt --no-build-isolation --editable '.[$(EXTRAS)]'
+	$(IN_VERSIONS)$(CURDIR)/.venv-oldest/kernels .venv-oldest/bin/python -m pytest $(OF_VERSIONS)
+	if $(NEWEST) -c '' 2>/dev/null; then $(NEWEST) -m venv .venv-newest && \
+		.venv-newest/bin/python -m pip install --quiet $(OF_TESTS) --editable . && \
+		$(IN_VERSIONS)$(CURDIR)/.venv-newest/kernels .venv-newest/bin/python -m pytest $(OF_VERSIONS); fi
 
 # the site, in build/docs; warnings are errors. The second time, what has not changed is not made again
 docs: $(VENV)/installed-docs
@@ -79,4 +98,4 @@ $(VENV)/installed-docs: $(INSTALLED)
 	touch $@
 
 clean:
-	rm -rf $(VENV) build docs/generated dist results *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf $(VENV) .venv-oldest .venv-newest build docs/generated dist results *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks

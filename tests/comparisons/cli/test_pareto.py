@@ -180,7 +180,7 @@ def test_a_budget_that_cannot_be_kept(cgla: Call, words: list[str], said: str) -
         (["--max-risk", "-1"], "max_risk is -1"),
         (["--max-risk", "nan"], "max_risk is nan"),
         (["--max-length", "inf"], "max_length is inf"),
-        (["--max-risk", "little"], "valid number"),
+        (["--max-risk", "little"], "'little' is not a valid"),
         (["--max-risk", "1", "--max-length", "1"], "limit one"),
         (["--max-risk", "1", "--refine"], "--refine may break the budget"),
     ],

@@ -1,0 +1,90 @@
+"""Costly checks are run again where what they look at has changed, and only there."""
+
+import importlib.metadata
+import re
+from pathlib import Path
+
+import digests
+import pytest
+from digests import CHECKS, ROOT, Check
+
+KERNELS = CHECKS["bounds"]
+
+
+@pytest.fixture
+def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Make a tree of a few sources whose checks have all passed."""
+    for name in ("cgla_graph/_kernel.py", "cgla_graph/model/risk_kernels.py", "solvers/grid/walk_kernels.py"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("before\n", encoding="utf-8")
+    (tmp_path / "cgla_graph/solvers").symlink_to("../solvers")
+    (tmp_path / "cgla_graph/model/risk.py").write_text("before\n", encoding="utf-8")
+    (tmp_path / "tests/digests").mkdir(parents=True)
+    monkeypatch.setenv("CGLA_DIGESTS", "write")
+    assert digests.main(["bounds"], lambda _: 0, tmp_path) == 0
+    monkeypatch.setenv("CGLA_DIGESTS", "read")
+    return tmp_path
+
+
+def runs(tree: Path) -> bool:
+    """Tell whether CI checks kernels."""
+    seen: list[Check] = []
+    assert digests.main(["bounds"], lambda check: seen.append(check) or 0, tree) == 0
+    return bool(seen)
+
+
+@pytest.mark.parametrize(
+    ("name", "again"),
+    [
+        ("cgla_graph/_kernel.py", True),
+        ("cgla_graph/model/risk_kernels.py", True),
+        ("solvers/grid/walk_kernels.py", True),
+        ("solvers/grid/new_kernels.py", True),
+        ("cgla_graph/model/risk.py", False),
+    ],
+)
+def test_a_changed_kernel_makes_ci_check_kernels(tree: Path, name: str, again: bool) -> None:
+    assert not runs(tree)
+    (tree / name).write_text("after\n", encoding="utf-8")
+    assert runs(tree) == again
+
+
+def test_so_does_another_numba_or_list_of_tests(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as other:
+        other.setattr(importlib.metadata, "version", lambda _: "0.0")
+        assert runs(tree)
+    monkeypatch.setitem(CHECKS, "bounds", Check(KERNELS.sources, KERNELS.words[1:], packages=KERNELS.packages))  # type: ignore[arg-type]
+    assert runs(tree)
+
+
+def test_a_digest_is_written_after_a_pass_only(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tree / "cgla_graph/_kernel.py").write_text("after\n", encoding="utf-8")
+    assert digests.main(["bounds"], lambda _: 0, tree) == 0
+    monkeypatch.setenv("CGLA_DIGESTS", "write")
+    assert digests.main(["bounds"], lambda _: 3, tree) == 3
+    assert not digests.has_passed("bounds", tree)
+    # what is changed meanwhile has not passed
+    assert digests.main(["bounds"], lambda _: (tree / "cgla_graph/_kernel.py").write_text("later") and 0, tree) == 0
+    assert not digests.has_passed("bounds", tree)
+    assert digests.main(["bounds"], lambda _: 0, tree) == 0
+    assert digests.has_passed("bounds", tree)
+
+
+def test_every_kernel_and_every_test_is_there() -> None:
+    """A kernel in a file of another name would not be seen."""
+    folders = [ROOT / name for name in ("cgla_graph", "solvers", "comparisons")]
+    for path in (path for folder in folders for path in folder.rglob("*.py")):
+        if re.search(r"^\s*@kernel\b", path.read_text(encoding="utf-8"), re.MULTILINE):
+            assert path.resolve() in {file.resolve() for file in digests.files_of(KERNELS)}, path
+    for check in CHECKS.values():
+        assert digests.files_of(check)
+        assert all((ROOT / word).exists() for word in check.words if word.startswith("tests/"))
+
+
+def test_ci_asks_for_all_of_them() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    assert re.search(rf"^{' '.join(CHECKS)}: ", makefile, re.MULTILINE)
+    assert re.search(r"^check: .*bounds browser paper$", makefile, re.MULTILINE)
+    assert "export CGLA_DIGESTS=read" in script
+    assert re.search(rf"^make .*\bsuite {' '.join(CHECKS)} docs$", script, re.MULTILINE)

@@ -1,0 +1,128 @@
+"""
+Costly checks, which CI repeats only where what they look at has changed.
+
+``digests.py CHECK …`` runs the checks. With ``CGLA_DIGESTS=read`` it leaves out those whose digest is the one in
+``tests/digests``; with ``CGLA_DIGESTS=write`` it writes the digest of each that has passed (``make digests``).
+``digests.py --passed CHECK`` runs nothing, and fails if CHECK would have to run.
+"""
+
+import hashlib
+import importlib.metadata
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+#: Tests of kernels, which also have to read and write inside their arrays: once, with that checked.
+OF_KERNELS = tuple(
+    f"tests/{name}.py"
+    for name in (
+        "model/test_risk", "model/test_risk_raster", "model/test_no_fly", "model/test_graph",
+        "cost_to_go/test_cost_matrix", "cost_to_go/test_repair",
+        "eikonal/test_mesh", "eikonal/test_marching_kernels", "eikonal/test_queue_kernels",
+        "certificate/test_certificate_kernels", "certificate/test_tips", "certificate/test_corners",
+        "fusion/test_fusion", "motion/test_trajectory", "motion/test_space_time",
+        "turning/test_curve", "solvers/continuous/test_roadmap_kernels",
+    )
+)  # fmt: skip
+OF_PAGES = ("tests/comparisons/report/test_report_browser.py", "tests/comparisons/live/test_live_browser.py")
+LIBRARY = ("cgla_graph/**/*", "solvers/**/*")
+
+
+@dataclass(frozen=True)
+class Check:
+    """
+    A costly check.
+
+    Attributes
+    ----------
+    sources
+        Patterns of the files that its answer follows from, below the root.
+    words
+        The command: arguments of pytest, or all of it if the first one is no folder or file of tests.
+    environment
+        What is set while it runs.
+    packages
+        Installed packages whose version counts as well.
+    """
+
+    sources: tuple[str, ...]
+    words: tuple[str, ...]
+    environment: tuple[tuple[str, str], ...] = ()
+    packages: tuple[str, ...] = ()
+
+
+CHECKS: Mapping[str, Check] = {
+    "bounds": Check(
+        ("cgla_graph/_kernel.py", *(f"{top}/**/*_kernels.py" for top in ("cgla_graph", "solvers", "comparisons"))),
+        OF_KERNELS,
+        # compiled in a hurry, and kept apart from unchecked code
+        (("NUMBA_BOUNDSCHECK", "1"), ("NUMBA_OPT", "1"), ("NUMBA_CACHE_DIR", str(ROOT / ".venv/kernels-checked"))),
+        ("numba",),
+    ),
+    "browser": Check(
+        ("comparisons/report/**/*", "comparisons/live/**/*", "tests/support/live_page.py", *OF_PAGES), OF_PAGES
+    ),
+    "paper": Check(
+        ("comparisons/claims/**/*", "tests/comparisons/claims/**/*", "solvers/**/*", "cgla_graph/mission/**/*"),
+        ("tests/comparisons/claims",),
+    ),
+    "comparison": Check((*LIBRARY, "comparisons/study/**/*", "comparisons/plots/**/*"), ("make", "compare")),
+}
+
+
+def files_of(check: Check, root: Path = ROOT) -> list[Path]:
+    """List the files that a check follows from, each where it really is."""
+    found = {path for pattern in check.sources for path in root.glob(pattern) if path.is_file()}
+    inside = (path for path in found if path.resolve() == root.resolve() / path.relative_to(root))
+    return sorted(path for path in inside if "__pycache__" not in path.parts)
+
+
+def digest(check: Check, root: Path = ROOT) -> str:
+    """Return a digest of names and texts of the sources, of the command, and of the versions of packages."""
+    whole = hashlib.sha256(repr((check.words, *map(importlib.metadata.version, check.packages))).encode())
+    for path in files_of(check, root):
+        whole.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return whole.hexdigest()
+
+
+def kept(name: str, root: Path = ROOT) -> Path:
+    """Return where the digest of the sources is kept that a check has passed with."""
+    return root / "tests" / "digests" / name
+
+
+def has_passed(name: str, root: Path = ROOT) -> bool:
+    """Tell whether a check has passed with the sources that there are."""
+    file = kept(name, root)
+    return file.is_file() and file.read_text(encoding="ascii").strip() == digest(CHECKS[name], root)
+
+
+def perform(check: Check) -> int:
+    """Run a check; return its exit status."""
+    workers = os.environ.get("WORKERS", "2")
+    pytest = (sys.executable, "-m", "pytest", "--numprocesses", workers, "--dist", "loadfile", "--quiet")
+    words = (*pytest, *check.words) if check.words[0].startswith("tests/") else check.words
+    return subprocess.run(words, cwd=ROOT, env={**os.environ, **dict(check.environment)}, check=False).returncode
+
+
+def main(names: Iterable[str], run: Callable[[Check], int] = perform, root: Path = ROOT) -> int:
+    """Run checks; return the exit status of the first that fails, else 0."""
+    how = os.environ.get("CGLA_DIGESTS")
+    for name in names:
+        if how == "read" and has_passed(name, root):
+            print(f"{name}: has passed with these sources, and is not run again (tests/digests/{name})", flush=True)
+            continue
+        before = digest(CHECKS[name], root)
+        if status := run(CHECKS[name]):
+            return status
+        if how == "write":
+            kept(name, root).write_text(before + "\n", encoding="ascii")
+    return 0
+
+
+if __name__ == "__main__":
+    _, *arguments = sys.argv
+    sys.exit(not has_passed(arguments[1]) if arguments[:1] == ["--passed"] else main(arguments))
