@@ -60,6 +60,10 @@ class SolverUnavailableError(CglaError, ImportError):
     """A solver needs a package that is not installed."""
 
 
+class SolverFaultError(CglaError, RuntimeError):
+    """A solver broke its contract: its answer is no `Solution`, or it changed its problem."""
+
+
 class ProgressError(CglaError, ValueError):
     """Progress was to be shown neither always nor never."""
 

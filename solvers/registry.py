@@ -4,6 +4,7 @@ import dataclasses
 import difflib
 import importlib
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib.metadata import EntryPoint
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
@@ -163,7 +164,7 @@ def get(name: str, **settings: Any) -> Solver:  # noqa: ANN401 - each solver has
     Returns
     -------
     solver
-        A frozen dataclass of settings.
+        A frozen dataclass of settings. A plug-in runs in a process of its own; one that you build yourself, in yours.
 
     Raises
     ------
@@ -191,7 +192,15 @@ def get(name: str, **settings: Any) -> Solver:  # noqa: ANN401 - each solver has
         raise SolverSettingError(msg)
     if not is_built_in(name):
         _check_hints(name, kind, settings)
+        return _apart(kind(**settings))
     return kind(**settings)
+
+
+def _apart(solver: Solver) -> Solver:
+    """Have a plug-in run in a process of its own, wherever it is run (one without a ``__dict__`` runs here)."""
+    with suppress(AttributeError):
+        object.__setattr__(solver, "traits", dataclasses.replace(solver.traits, isolated=True))
+    return solver
 
 
 def _check_hints(name: str, kind: type[Solver], settings: Mapping[str, Any]) -> None:

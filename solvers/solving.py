@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +31,7 @@ def solve(
     resolution: int | tuple[int, int] | Lattice = 20,
     on: GraphProblem | None = None,
     refine: bool = False,
+    isolated: bool = False,
     **settings: Any,  # noqa: ANN401 - each solver has settings of its own
 ) -> Solution:
     """
@@ -51,6 +52,10 @@ def solve(
     refine
         Whether to refine the solver's path in the plane (`cgla_graph.refine.refine.refine_path`). The time and the
         evaluations that this takes are added to the solver's.
+    isolated
+        Whether to run the solver in a process of its own, to which it and the problem are sent, so that it may crash or
+        hang. OMPL's, and plug-ins given by name, run there in any case. A solver of yours runs in your process, where
+        you can debug it; then the problem is compared with what it was.
     **settings
         Settings of a solver given by name, or of the default one.
 
@@ -66,6 +71,8 @@ def solve(
         If there is no such solver, it cannot run here, or a setting is wrong.
     ProblemError
         If `problem` is no problem, the resolution is malformed, or a `GraphProblem` is to be refined.
+    SolverFaultError
+        If the solver's answer is no `Solution`, or it changed its problem.
 
     Examples
     --------
@@ -94,9 +101,10 @@ def solve(
     if not isinstance(problem, Problem | GraphProblem):
         msg = f"problem is a {type(problem).__name__}; give a Problem, or a GraphProblem for a graph of your own"
         raise ProblemError(msg)
-    if not isinstance(refine, bool):
-        msg = f"refine is {shown(refine)}; give True or False"
-        raise SolverSettingError(msg)
+    for name, switch in (("refine", refine), ("isolated", isolated)):
+        if not isinstance(cast("object", switch), bool):
+            msg = f"{name} is {shown(switch)}; give True or False"
+            raise SolverSettingError(msg)
     if isinstance(problem, GraphProblem):
         if refine:
             msg = "a GraphProblem has only its edges, which no path can leave; give a Problem to refine its path"
@@ -105,10 +113,10 @@ def solve(
             kind = MapKind.of(problem.graph.model)
             warm_up(chosen, kind)
             warm_up_restricted(chosen, problem.graph.n_nodes, kind)
-            return run(chosen, problem)
+            return run(chosen, problem, apart=isolated)
     with showing(f"planning with {chosen.traits.name}"):
         warm_up(chosen, MapKind.of(problem.model), refine=refine)
-        answer = _solve_in_plane(problem, chosen, resolution, on)
+        answer = _solve_in_plane(problem, chosen, resolution, on, isolated)
         return refined(problem, answer) if refine else answer
 
 
@@ -283,17 +291,21 @@ def refined(problem: Problem, solution: Solution, *, tolerance: float = 1e-6, ma
 
 
 def _solve_in_plane(
-    problem: Problem, chosen: Solver, resolution: int | tuple[int, int] | Lattice, on: GraphProblem | None
+    problem: Problem,
+    chosen: Solver,
+    resolution: int | tuple[int, int] | Lattice,
+    on: GraphProblem | None,
+    isolated: bool,
 ) -> Solution:
     if chosen.traits.domain == "plane":
-        return run(chosen, problem, resolution)
+        return run(chosen, problem, resolution, apart=isolated)
     if problem.start == problem.goal:
         return stay(problem, chosen.traits.name)
     began = time.perf_counter()
     graph_problem = weighed(on or problem.on_lattice(resolution))
     laid = time.perf_counter() - began
     warm_up_restricted(chosen, graph_problem.graph.n_nodes, MapKind.of(problem.model))
-    answer = run(chosen, graph_problem)
+    answer = run(chosen, graph_problem, apart=isolated)
     # what a solver proves of the paths on a graph does not hold for those in the plane
     build_seconds = laid + answer.build_seconds
     return problem.judge(dataclasses.replace(answer, build_seconds=build_seconds, lower_bound=math.nan))

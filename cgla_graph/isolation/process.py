@@ -52,7 +52,7 @@ class WorkerProcess:
 
     Examples
     --------
-    >>> import math
+    >>> import math, pickle
     >>> process = WorkerProcess()
     >>> process.run(pickle.dumps((math.sqrt, (16.0,))), seconds=60.0).outcome().value
     4.0

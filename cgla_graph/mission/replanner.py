@@ -23,7 +23,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem, Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.model.solver import Remarks, StepByStep, Traits, run, stay
+from cgla_graph.model.solver import Remarks, StepByStep, Traits, next_move, run, stay
 
 #: A bend by less than this, in radians, is rounding.
 IN_LINE = 1e-9
@@ -216,7 +216,7 @@ class Replanner:
     def _step(self, problem: Problem, stepper: StepByStep) -> Solution:
         """Ask for one step; the oracle sees that it may be flown, and the mission that it is no longer than a step."""
         step = self.mission.step_of(self.uav)
-        move = stepper.move(problem, self.memory, step)
+        move = next_move(stepper, problem, self.memory, step)
         self.memory = move.memory
         self.counts.update(move.counts)
         if move.stuck:

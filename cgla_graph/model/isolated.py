@@ -10,12 +10,13 @@ import pickle
 import threading
 import time
 import traceback
+from contextlib import nullcontext
 from functools import cache
 from importlib import import_module
-from typing import Any
+from typing import Any, cast
 
 from cgla_graph import _progress
-from cgla_graph.errors import SolverSettingError
+from cgla_graph.errors import SolverFaultError, SolverSettingError
 from cgla_graph.isolation.limits import Limits, is_expendable, limited
 from cgla_graph.isolation.outcome import Failure, Outcome, one_line
 from cgla_graph.isolation.process import WorkerProcess
@@ -24,6 +25,7 @@ from cgla_graph.model.no_fly_kernels import point_inside, segment_crosses
 from cgla_graph.model.problem import GraphProblem, Problem
 from cgla_graph.model.small_problem import MapKind, load_oracle, small_problem
 from cgla_graph.model.solution import Solution, Status
+from cgla_graph.model.unchanged import unchanged
 
 #: How long a run without a setting ``seconds`` may take, in seconds.
 LONGEST = 600.0
@@ -65,6 +67,8 @@ def run(solver: Any, problem: Problem | GraphProblem, *, apart: bool = False) ->
     ------
     SolverSettingError
         If solver and problem cannot be sent.
+    SolverFaultError
+        If the answer is no `Solution`, or a solver that is not of this package changes its problem.
     WorkerError
         If the process does not start.
 
@@ -75,12 +79,31 @@ def run(solver: Any, problem: Problem | GraphProblem, *, apart: bool = False) ->
     >>> answer.status.label, seconds < 60.0
     ('found', True)
     """
+    answer, seconds = made(solver, "solve", (problem,), apart=apart)
+    if isinstance(answer, Outcome):
+        return Solution(_STATUS[cast("Failure", answer.failure)], message=why_lost(solver, answer)), seconds
+    if not isinstance(answer, Solution):
+        msg = f"{solver.traits.name} answers with a {type(answer).__name__}; have its solve return a Solution"
+        raise SolverFaultError(msg)
+    return answer, seconds
+
+
+def made(solver: Any, method: str, args: tuple[Any, ...], *, apart: bool = False) -> tuple[Any, float]:  # noqa: ANN401 - of either kind
+    """
+    Call a method of a solver on a problem and more, as `run` does; of a call that is lost, the value is an `Outcome`.
+
+    Examples
+    --------
+    >>> from cgla_graph.solvers.continuous.straight_line import StraightLine
+    >>> made(StraightLine(), "solve", (Problem((0, 0), (1, 1)),))[0].status.label
+    'found'
+    """
     # a worker runs solvers itself
     if is_expendable() or not (apart or getattr(solver.traits, "isolated", False)):
-        return _timed(solver, problem)
+        return _timed(solver, method, args)
     limit = limit_of(solver)
     try:
-        call = pickle.dumps((_solve, (solver, problem, limit)), pickle.HIGHEST_PROTOCOL)
+        call = pickle.dumps((_make, (solver, method, args, limit)), pickle.HIGHEST_PROTOCOL)
     except Exception as error:
         raise _cannot_be_sent(solver, one_line(error)) from error
     with _working:
@@ -89,11 +112,11 @@ def run(solver: Any, problem: Problem | GraphProblem, *, apart: bool = False) ->
         # (what the solver raises is no failure of the call)
         raise _cannot_be_sent(solver, outcome.message)
     if outcome.failure is not None:
-        return _lost(solver, outcome, limit)
-    answer, raised = pickle.loads(outcome.value)  # noqa: S301 - from the process that was started here
+        return outcome, limit if outcome.failure is Failure.TIMED_OUT else 0.0
+    timed, raised = pickle.loads(outcome.value)  # noqa: S301 - from the process that was started here
     if raised is not None:
         raise raised
-    return answer  # type: ignore[no-any-return]
+    return timed  # type: ignore[no-any-return]
 
 
 def limit_of(solver: Any) -> float:  # noqa: ANN401 - of either kind
@@ -142,20 +165,23 @@ def lost(outcome: Outcome, limits: Limits) -> tuple[Status, str]:
     return _STATUS[outcome.failure], message
 
 
-def _lost(solver: Any, outcome: Outcome, limit: float) -> tuple[Solution, float]:  # noqa: ANN401 - of either kind
-    """Say why a run that was not limited by the user has no answer, and for how long it was waited for."""
+def why_lost(solver: Any, outcome: Outcome) -> str:  # noqa: ANN401 - of either kind
+    """Say why a call of `made` has no answer, and what to do."""
     remedy = "try another seed or solver" if solver.traits.seeded else "try another solver"
     if outcome.failure is not Failure.TIMED_OUT:
-        return Solution(Status.CRASHED, message=f"{outcome.message}, and this one goes on; {remedy}"), 0.0
+        return f"{outcome.message}, and this one goes on; {remedy}"
     seconds = getattr(solver, "seconds", None)
     why = "the most without a setting `seconds`" if seconds is None else f"for it did not end after its {seconds:g} s"
-    return Solution(Status.TIMED_OUT, message=f"stopped after {limit:g} s, {why}; {remedy}"), limit
+    return f"stopped after {limit_of(solver):g} s, {why}; {remedy}"
 
 
-def _timed(solver: Any, problem: Problem | GraphProblem) -> tuple[Solution, float]:  # noqa: ANN401 - of either kind
-    began = time.perf_counter()
-    answer = solver.solve(problem)
-    return answer, time.perf_counter() - began
+def _timed(solver: Any, method: str, args: tuple[Any, ...]) -> tuple[Any, float]:  # noqa: ANN401 - of either kind
+    """Call a method; a solver of others may not change the problem."""
+    ours = type(solver).__module__.startswith("cgla_graph.")
+    with nullcontext() if ours else unchanged(args[0], solver.traits.name):
+        began = time.perf_counter()
+        value = getattr(solver, method)(*args)
+        return value, time.perf_counter() - began
 
 
 def _cannot_be_sent(solver: Any, why: str) -> SolverSettingError:  # noqa: ANN401 - of either kind
@@ -179,16 +205,17 @@ if hasattr(os, "register_at_fork"):
 # ---- in the worker ----
 
 
-def _solve(solver: Any, problem: Problem | GraphProblem, limit: float) -> bytes:  # noqa: ANN401 - of either kind
-    """Run a solver; return what it answers or raises, pickled."""
+def _make(solver: Any, method: str, args: tuple[Any, ...], limit: float) -> bytes:  # noqa: ANN401 - of either kind
+    """Call a method of a solver; return what it answers or raises, pickled."""
+    problem: Problem | GraphProblem = args[0]
     try:
         # no run is charged for what it needs to be loaded
         for package in solver.traits.needs:
             import_module(package)
         _warm_up(MapKind.of(problem.graph.model if isinstance(problem, GraphProblem) else problem.model))
         with limited(limit, float("inf")):
-            return pickle.dumps((_timed(solver, problem), None), pickle.HIGHEST_PROTOCOL)
-    except BaseException as error:  # noqa: BLE001 - whatever a run does, the next one is made
+            return pickle.dumps((_timed(solver, method, args), None), pickle.HIGHEST_PROTOCOL)
+    except BaseException as error:  # noqa: BLE001 - whatever a run does, the next one is made, and the program lives
         error.add_note(f"In the solver's own process:\n{''.join(traceback.format_exception(error))}")
         return _sendable(error)
 
@@ -204,10 +231,13 @@ def _warm_up(kind: MapKind) -> None:
 
 
 def _sendable(error: BaseException) -> bytes:
-    """Pickle an exception; one that cannot be sent becomes words."""
+    """Pickle an exception; one that cannot be sent, or that would end the program, becomes words."""
+    words = pickle.dumps((None, RuntimeError(one_line(error))))
+    if not isinstance(error, Exception):
+        return words
     try:
         reply = pickle.dumps((None, error))
         pickle.loads(reply)  # noqa: S301 - what was just written
     except Exception:  # noqa: BLE001 - exceptions may be of any make
-        return pickle.dumps((None, RuntimeError(f"{type(error).__name__}: {error}")))
+        return words
     return reply

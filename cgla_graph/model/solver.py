@@ -9,6 +9,7 @@ import numpy as np
 
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import SolverSettingError
+from cgla_graph.isolation.outcome import Outcome
 from cgla_graph.model import isolated
 from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import GraphProblem, Problem
@@ -52,8 +53,8 @@ class Traits:
         Whether it weighs only the pairs of an implicit graph that it needs, and counts them. Others weigh all, and are
         kept from graphs of more than `cgla_graph.model.weights.MOST_HELD` nodes.
     isolated
-        Whether it runs compiled code of others that may crash or hang. Then `run` runs it in a process of its own (see
-        `cgla_graph.isolation`), to which it and its problem are sent: their classes have to be in modules. A run
+        Whether it runs code of others that may crash or hang; plug-ins that the registry builds have it. Then
+        it runs in a process of its own, to which it and its problem are sent: their classes have to be in modules. One
         that exceeds its setting ``seconds`` by more than a tenth and 2 s is stopped; one without such a setting, after
         600 s.
     rasters
@@ -162,7 +163,11 @@ class StepByStep(Protocol):
 
 
 def run(
-    solver: Solver, problem: Problem | GraphProblem, resolution: int | tuple[int, int] | Lattice | None = None
+    solver: Solver,
+    problem: Problem | GraphProblem,
+    resolution: int | tuple[int, int] | Lattice | None = None,
+    *,
+    apart: bool = False,
 ) -> Solution:
     """
     Run a ready solver on a problem of its domain, and have the oracle judge its answer.
@@ -175,6 +180,8 @@ def run(
         A `GraphProblem` for a graph solver, a `Problem` for one of the plane.
     resolution
         For a solver of the plane that has such a setting and left it open: points a side, or a `Lattice`.
+    apart
+        Whether it runs in a process of its own; one with the trait ``isolated`` does in any case.
 
     Returns
     -------
@@ -187,6 +194,8 @@ def run(
     ------
     SolverSettingError
         If the solver does not take such a problem.
+    SolverFaultError
+        If its answer is no `Solution`, or a solver that is not of this package changes its problem.
 
     Examples
     --------
@@ -219,8 +228,9 @@ def run(
     if isinstance(problem, Problem) and problem.start == problem.goal:
         return stay(problem, traits.name)
     if isinstance(problem, Problem) and getattr(solver, "resolution", 0) is None:
+        apart = apart or traits.isolated
         solver = dataclasses.replace(cast("Any", solver), resolution=resolution)
-    answer, seconds = isolated.run(solver, problem)
+    answer, seconds = isolated.run(solver, problem, apart=apart)
     solving = max(0.0, seconds - answer.build_seconds - answer.certificate_seconds)
     answer = dataclasses.replace(answer, solver=traits.name, seconds=solving)
     if isinstance(problem, GraphProblem) and not (traits.lazy and problem.graph.is_implicit):
@@ -234,6 +244,22 @@ def _on_earth(problem: Problem | GraphProblem, answer: Solution) -> Solution:
         return answer
     around = problem.start, problem.goal, problem.bounds
     return dataclasses.replace(answer, lower_bound=problem.projection.bound_on_earth(answer.lower_bound, *around))
+
+
+def next_move(solver: StepByStep, problem: Problem, memory: Hashable | None, step: float) -> Move:
+    """
+    Ask a solver for one step, where `run` would run it; if its process is lost, it is stuck.
+
+    Examples
+    --------
+    >>> from cgla_graph.solvers.reactive.bcv_style import BcvStyle
+    >>> next_move(BcvStyle(), Problem((0.1, 0.1), (0.9, 0.9)), None, 0.1).path.shape
+    (2, 2)
+    """
+    answer, _ = isolated.made(solver, "move", (problem, memory, step))
+    if isinstance(answer, Outcome):
+        return Move(np.array([problem.start]), memory, stuck=isolated.why_lost(solver, answer))
+    return answer  # type: ignore[no-any-return]
 
 
 def has_negative_weights(problem: Problem | GraphProblem) -> bool:

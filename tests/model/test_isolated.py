@@ -18,10 +18,10 @@ import numpy as np
 import pytest
 import shapely
 from awkward_calls import alive, until
-from awkward_solvers import Awkward
+from awkward_solvers import Awkward, Own
 
 import cgla_graph as cg
-from cgla_graph.errors import ProblemError, SolverSettingError, WorkerError
+from cgla_graph.errors import ProblemError, SolverFaultError, SolverSettingError, WorkerError
 from cgla_graph.isolation import process
 from cgla_graph.isolation.process import WorkerProcess
 from cgla_graph.model import isolated
@@ -49,11 +49,25 @@ def test_a_process_of_its_own_is_kept() -> None:
     assert process_of(solve()) == first
 
 
-def test_only_solvers_with_the_trait_go_there() -> None:
-    class Plain(Awkward):
-        traits = cg.solvers.Traits("plain", "stays here", domain="plane")
+def test_a_solver_of_the_user_runs_here_unless_it_is_isolated() -> None:
+    assert process_of(cg.solve(PROBLEM, Own())) == os.getpid()
+    assert process_of(cg.solve(PROBLEM, Own(), isolated=True)) == process_of(solve())
+    with pytest.raises(SolverSettingError, match="isolated is 1; give True or False"):
+        cg.solve(PROBLEM, Own(), isolated=1)  # type: ignore[arg-type]
 
-    assert process_of(cg.solve(PROBLEM, Plain())) == os.getpid()
+
+@pytest.mark.parametrize("apart", [False, True])
+@pytest.mark.parametrize("does", ["change", "change cells"])
+def test_a_solver_that_changes_its_problem_is_named(does: str, apart: bool) -> None:
+    raster = cg.RasterRisk([[0.1, 0.2], [0.0, 0.1]], bounds=(0.0, 0.0, 1.0, 1.0))
+    problem = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField(rasters=[raster]), k=1.0)
+    with pytest.raises(SolverFaultError, match=r"^own changed its problem \((k|.*cells)\); have"):
+        cg.solve(problem, Own(does), isolated=apart)
+
+
+def test_an_answer_that_is_no_solution_is_named() -> None:
+    with pytest.raises(SolverFaultError, match="own answers with a NoneType; have its solve return a Solution"):
+        cg.solve(PROBLEM, Own("say nothing"))
 
 
 def test_a_worker_runs_them_itself(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -144,7 +158,8 @@ def test_what_it_raises_is_raised_here() -> None:
     assert "awkward_solvers.py" in caught.value.__notes__[0]
     with pytest.raises(RuntimeError, match="UnsendableError: stuck there"):
         solve("raise what cannot be sent")
-    with pytest.raises(SystemExit, match="away"):
+    # what would end this program does not
+    with pytest.raises(RuntimeError, match="SystemExit: away"):
         solve("exit")
     assert process_of(solve()) == first
 

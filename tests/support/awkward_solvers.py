@@ -61,9 +61,25 @@ class Awkward:
     extra: Any = None
     traits: ClassVar[Traits] = Traits("awkward", "does what it is told", domain="plane", isolated=True)
 
-    def solve(self, problem: Problem) -> Solution:
+    def solve(self, problem: Problem) -> Solution | None:
         """Do it."""
-        DEEDS[self.does]()
+        if self.does == "say nothing":
+            return None
+        if self.does == "change":
+            object.__setattr__(problem, "k", 0.0)
+        elif self.does == "change cells":
+            cells = problem.field.rasters[0].cells
+            cells.flags.writeable = True
+            cells[0, 0] = 9.0
+        else:
+            DEEDS[self.does]()
         path = np.array([problem.start, problem.goal])
         cost = problem.evaluate(path).cost
         return Solution(Status.FOUND, path=path, cost=cost, message=f"{os.getpid()} {self.number}")
+
+
+@dataclass(frozen=True)
+class Own(Awkward):
+    """The same, as a user writes it: it asks for no process of its own."""
+
+    traits: ClassVar[Traits] = Traits("own", "does what it is told, here", domain="plane")
