@@ -197,7 +197,7 @@ def get(name: str, **settings: Any) -> Solver:  # noqa: ANN401 - each solver has
 
 
 def _apart(solver: Solver) -> Solver:
-    """Have a plug-in run in a process of its own, wherever it is run (one without a ``__dict__`` runs here)."""
+    """Have a plug-in run in a process of its own, wherever it is run; one without a ``__dict__`` cannot be marked."""
     with suppress(AttributeError):
         object.__setattr__(solver, "traits", dataclasses.replace(solver.traits, isolated=True))
     return solver

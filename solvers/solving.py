@@ -90,6 +90,7 @@ def solve(
         solver = "cgla" if isinstance(problem, GraphProblem) else "hybrid"
     if isinstance(solver, str):
         chosen = registry.get(solver, **settings)
+        isolated = isolated or not registry.is_built_in(solver)
     elif settings:
         msg = f"settings {', '.join(settings)} beside a ready solver; give the solver by name, or build it with them"
         raise SolverSettingError(msg)

@@ -44,7 +44,7 @@ def conform(
     """
     Hold a planner against proven optima: put instances of the suite to it, and judge what it answers.
 
-    It starts processes: a script that calls this does so inside of ``if __name__ == "__main__":``.
+    It starts processes: on Windows, a script calls this inside of ``if __name__ == "__main__":``.
 
     Parameters
     ----------

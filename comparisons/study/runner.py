@@ -250,7 +250,8 @@ def run(ground: SharedGraph, entrant: Entrant, seed: int | None) -> Solution:
 
 
 def _solve(problem: Problem, entrant: Entrant, settings: dict[str, Any], **how: Any) -> Solution:  # noqa: ANN401 - as `solve`
-    return solve(problem, registry.get(entrant.name, **settings), refine=entrant.refine, **how)
+    solver, isolated = registry.get(entrant.name, **settings), not registry.is_built_in(entrant.name)
+    return solve(problem, solver, refine=entrant.refine, isolated=isolated, **how)
 
 
 def warm_up(entrants: Iterable[Entrant], kind: MapKind, n_nodes: int = 0) -> None:

@@ -34,7 +34,7 @@ PROMISES = {
     "complete": ("Can be expected to find a path where there is one.", "May get stuck, and says how."),
     "needs_positive": ("Needs weights of at least 0, and peaks of at most 1.", ""),
     "lazy": ("Weighs only the pairs that it needs: lattices of any size.", ""),
-    "isolated": ("Runs in a helper process, as compiled code of others may crash.", ""),
+    "isolated": ("Runs in a worker process, as compiled code of others may crash.", ""),
     "rasters": ("Takes risk on rasters.", "Does not see risk on rasters: answers *unsupported* there."),
 }
 
