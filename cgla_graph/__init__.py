@@ -18,7 +18,7 @@ sys.meta_path.insert(0, cast("Any", OldNames))
 
 __getattr__, __dir__, __all__ = lazy(__name__)
 
-_INTERNAL = {"html": "comparisons.plots.notebook"}
+_INTERNAL = {"html": "plots.notebook"}
 
 
 def _import_for_objects(name: str) -> Any:  # noqa: ANN401 - a function

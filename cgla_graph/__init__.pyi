@@ -7,8 +7,6 @@ from cgla_graph.airspace.flight_plans.plan import FlightPlan as FlightPlan
 from cgla_graph.airspace.flight_plans.plan import Waypoint as Waypoint
 from cgla_graph.airspace.zones.reading import read_zones as read_zones
 from cgla_graph.certificate.certificate import Certificate as Certificate
-from cgla_graph.comparisons.plots.drawing import animate as animate
-from cgla_graph.comparisons.plots.drawing import plot as plot
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix as CostMatrix
 from cgla_graph.cost_to_go.cost_matrix import cost_matrix as cost_matrix
 from cgla_graph.cost_to_go.theorem_1 import check_theorem_1 as check_theorem_1
@@ -36,6 +34,8 @@ from cgla_graph.model.risk import Threat as Threat
 from cgla_graph.model.risk_raster import RasterRisk as RasterRisk
 from cgla_graph.model.solution import Solution as Solution
 from cgla_graph.model.solution import Status as Status
+from cgla_graph.plots.drawing import animate as animate
+from cgla_graph.plots.drawing import plot as plot
 from cgla_graph.scenarios.mission_file import load_mission as load_mission
 from cgla_graph.scenarios.scenario import Scenario as Scenario
 from cgla_graph.scenarios.scenario import load_scenario as load_scenario

@@ -1,5 +1,6 @@
 """Files that are written whole or not at all."""
 
+import errno
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -33,7 +34,7 @@ def replace_files(files: Mapping[Path, bytes]) -> None:
 
 def write_files(files: Mapping[Path, bytes]) -> None:
     """
-    Write files that somebody named in Python, as `replace_files` does.
+    Write files that a user named, as `replace_files` does.
 
     Raises
     ------
@@ -44,7 +45,8 @@ def write_files(files: Mapping[Path, bytes]) -> None:
     try:
         replace_files(files)
     except OSError as error:
-        msg = f"{target}: cannot be written: {error.strerror or error}; choose another place"
+        room = "make room, or " if error.errno == errno.ENOSPC else ""
+        msg = f"{target}: cannot be written: {error.strerror or error}; {room}choose another place"
         raise OutputError(msg) from error
     except ValueError as error:
         msg = f"{place(target)}: no file has such a name ({cut(error)}); choose another"

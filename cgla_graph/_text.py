@@ -1,8 +1,10 @@
 """Short texts of values: one line for messages, and the `repr` of dataclasses. Nothing heavy is imported for it."""
 
 import dataclasses
+import math
 from collections.abc import Iterator, Mapping, Sequence, Sized
 from collections.abc import Set as AbstractSet
+from decimal import ROUND_FLOOR, Decimal
 from enum import Enum
 from reprlib import Repr
 from typing import Any
@@ -17,6 +19,10 @@ MOST_OF_REPR, MOST_OF_FIELD = 300, 80
 MOST_NAMES = 6
 #: Members of a series or a mapping that are written one by one, at most.
 FEW = 4
+#: What stands for a number that is not known.
+DASH = "-"
+#: Numbers from here on are written with an exponent.
+MOST_DIGITS = 1e12
 #: Properties that a `repr` shows beside the fields.
 _COMPUTED = ("cost", "length", "risk", "gap")
 
@@ -221,3 +227,58 @@ def listed(names: Sequence[str], most: int = MOST_NAMES) -> str:
     if len(names) > most:
         return f"{', '.join(names[:most])} and {len(names) - most} more"
     return " and ".join(part for part in (", ".join(names[:-1]), *names[-1:]) if part)
+
+
+def figure(value: float, digits: int) -> str:
+    """
+    Write a number with some significant digits, all of those before the point; a dash where there is none.
+
+    Examples
+    --------
+    >>> figure(1.50547714, 6), figure(4805.02, 3), figure(float("inf"), 6)
+    ('1.50548', '4805', '-')
+    """
+    if not math.isfinite(value):
+        return DASH
+    text = f"{value:#.{digits}g}".rstrip(".")
+    return f"{value:.0f}" if "e+" in text and abs(value) < MOST_DIGITS else text
+
+
+def floored(bound: float, digits: int) -> float:
+    """
+    Shorten a bound to some significant digits, never above what is proven.
+
+    Examples
+    --------
+    >>> floored(1.23456789987, 9)
+    1.23456789
+    """
+    exact = Decimal(bound)
+    unit = Decimal(1).scaleb(exact.adjusted() + 1 - digits)
+    return float(exact.quantize(unit, rounding=ROUND_FLOOR))
+
+
+def rounded_down(value: float, digits: int) -> str:
+    """
+    Write a bound with some significant digits, never above what is proven.
+
+    Examples
+    --------
+    >>> rounded_down(1.4903821, 5), rounded_down(232275.92, 4), rounded_down(0.0, 3)
+    ('1.4903', '232200', '0.00')
+    """
+    if value == 0.0 or not math.isfinite(value):
+        return figure(value, digits)
+    return figure(floored(value, digits), digits)
+
+
+def at_most(value: float) -> str:
+    """
+    Write a ratio as a percentage that is never below it; a dash where there is none.
+
+    Examples
+    --------
+    >>> at_most(0.00057287), at_most(0.0), at_most(1e-9)
+    ('0.06 %', '0.00 %', '0.01 %')
+    """
+    return f"{math.ceil(1e4 * value) / 1e2:.2f} %" if math.isfinite(value) else DASH

@@ -3,17 +3,17 @@
 import dataclasses
 import math
 from collections.abc import Callable, Iterable, Mapping
-from decimal import ROUND_FLOOR, Decimal
 from enum import Enum
 from typing import Any, NamedTuple
 
+from cgla_graph._text import DASH as DASH  # noqa: PLC0414 - handed on
+from cgla_graph._text import at_most as at_most  # noqa: PLC0414 - handed on
 from cgla_graph._text import counted as counted  # noqa: PLC0414 - handed on
+from cgla_graph._text import figure as figure  # noqa: PLC0414 - handed on
+from cgla_graph._text import floored as floored  # noqa: PLC0414 - handed on
 from cgla_graph._text import listed as listed  # noqa: PLC0414 - handed on
+from cgla_graph._text import rounded_down as rounded_down  # noqa: PLC0414 - handed on
 
-#: What stands for what is not known.
-DASH = "-"
-#: Numbers from here on are written with an exponent.
-MOST_DIGITS = 1e12
 _SMALLEST_P = 0.001
 
 
@@ -73,49 +73,6 @@ def rounded_all(values: Iterable[float], digits: int = 5) -> list[float | None]:
     return [rounded(float(value), digits) for value in values]
 
 
-def figure(value: float, digits: int) -> str:
-    """
-    Write a number with some significant digits, all of those before the point; a dash where there is none.
-
-    Examples
-    --------
-    >>> figure(1.50547714, 6), figure(4805.02, 3), figure(float("inf"), 6)
-    ('1.50548', '4805', '-')
-    """
-    if not math.isfinite(value):
-        return DASH
-    text = f"{value:#.{digits}g}".rstrip(".")
-    return f"{value:.0f}" if "e+" in text and abs(value) < MOST_DIGITS else text
-
-
-def floored(bound: float, digits: int) -> float:
-    """
-    Shorten a bound to some significant digits, never above what is proven.
-
-    Examples
-    --------
-    >>> floored(1.23456789987, 9)
-    1.23456789
-    """
-    exact = Decimal(bound)
-    unit = Decimal(1).scaleb(exact.adjusted() + 1 - digits)
-    return float(exact.quantize(unit, rounding=ROUND_FLOOR))
-
-
-def rounded_down(value: float, digits: int) -> str:
-    """
-    Write a bound with some significant digits, never above what is proven.
-
-    Examples
-    --------
-    >>> rounded_down(1.4903821, 5), rounded_down(232275.92, 4), rounded_down(0.0, 3)
-    ('1.4903', '232200', '0.00')
-    """
-    if value == 0.0 or not math.isfinite(value):
-        return figure(value, digits)
-    return figure(floored(value, digits), digits)
-
-
 def percent(value: float) -> str:
     """
     Write a ratio as a percentage; a dash where there is none.
@@ -126,18 +83,6 @@ def percent(value: float) -> str:
     ('+4.04 %', '+0.00 %')
     """
     return f"{100.0 * value + 0.0:+.2f} %".replace("-0.00", "+0.00") if math.isfinite(value) else DASH
-
-
-def at_most(value: float) -> str:
-    """
-    Write a ratio as a percentage that is never below it; a dash where there is none.
-
-    Examples
-    --------
-    >>> at_most(0.00057287), at_most(0.0), at_most(1e-9)
-    ('0.06 %', '0.00 %', '0.01 %')
-    """
-    return f"{math.ceil(1e4 * value) / 1e2:.2f} %" if math.isfinite(value) else DASH
 
 
 def duration(seconds: float) -> str:

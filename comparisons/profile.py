@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import point_array
 from cgla_graph.comparisons import files
-from cgla_graph.comparisons.plots import pictures
-from cgla_graph.comparisons.plots.page import heading, style
-from cgla_graph.comparisons.plots.scene import cost_unit, unit_scale
 from cgla_graph.errors import OutputError, ProblemError
 from cgla_graph.model.problem import Problem
+from cgla_graph.plots import pictures
+from cgla_graph.plots.page import heading, style
+from cgla_graph.plots.scene import cost_unit, unit_scale
 from cgla_graph.scenarios.scenario import Scenario
 
 #: Rows at most, but for waypoints, which are always there.
@@ -140,9 +140,9 @@ def profile_figure(scenario: Scenario, profile: Profile) -> Figure:
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['risk per unit length', 'cost so far']
     """
-    scale, unit = unit_scale(scenario), cost_unit(scenario)
+    scale, unit = unit_scale(scenario.problem), cost_unit(scenario.problem)
     along = profile.distance * scale
-    name, title = heading(scenario)
+    name, title = heading(scenario.name, scenario.title, scenario.problem.k)
     with style():
         figure = Figure(figsize=_SIZE, layout="constrained")
         FigureCanvasAgg(figure)

@@ -7,7 +7,8 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from cgla_graph._text import ShortRepr, shown
+from cgla_graph._display import Plottable
+from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, IntArray
 from cgla_graph._validate import whole_number
 from cgla_graph.errors import GraphError, ProblemError
@@ -22,7 +23,7 @@ RESTRICTED: Literal["restricted"] = "restricted"
 
 
 @dataclass(frozen=True, eq=False)
-class CostMatrix(ShortRepr):
+class CostMatrix(Plottable):
     """
     The paper's G: the least cost from each node to the target, and the way there.
 

@@ -295,6 +295,12 @@ class Flight(Plottable):
         """The least separation of any pair, map units; infinite for a single UAV."""
         return min((pair.distance for pair in self.separations), default=math.inf)
 
+    @property
+    def closest(self) -> Separation | None:
+        """The pair of least separation; None where no two UAVs were in the air together."""
+        pair = min(self.separations, key=lambda pair: pair.distance, default=None)
+        return pair if pair is not None and pair.distance < math.inf else None
+
     def animate(self, *, ax: "Axes | None" = None) -> "FuncAnimation":
         """
         Draw it as a film, as `cgla_graph.animate` does.

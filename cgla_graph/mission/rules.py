@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, TypeAlias
 
-from cgla_graph._display import NotebookRepr
+from cgla_graph._display import Plottable
 from cgla_graph.fusion.fusion import Fusion, Integral
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
@@ -28,7 +28,7 @@ KnowledgeRule: TypeAlias = Literal["sensed", "all"]
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Rules(NotebookRepr):
+class Rules(Plottable):
     """
     UAVs, the world they fly in, and the rules: everything that decides the flight, as `cgla_graph.Mission` reads it.
 

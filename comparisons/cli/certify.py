@@ -16,13 +16,14 @@ from cgla_graph._validate import positive_number
 from cgla_graph.airspace.flight_plans.formats import read_plan
 from cgla_graph.certificate.certificate import MAX_CELLS
 from cgla_graph.certificate.subsolution import FIRST_CELLS
+from cgla_graph.certificate.verdict import verdict
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.cli import output
 from cgla_graph.comparisons.numbers import duration, figure
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.rows import distortion_note
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.tables.certificate import COLUMNS, certificate_table, grid_rows, proof_of, verdict
+from cgla_graph.comparisons.tables.certificate import COLUMNS, certificate_table, grid_rows, proof_of
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.problem import Problem
@@ -216,7 +217,7 @@ def print_certificate(run: Run) -> None:
         console.out_table(certificate_table(run))
     remedy = "; --max-cells N allows more" if "allowed" in proof.message else ""
     output.print_lines({
-        "proven": verdict(run, unit=unit),
+        "proven": verdict(proof, with_path=solution.status.has_path, unit=unit),
         "flat map": distortion_note(scenario, [solution.path]),
         "ended": f"{proof.message}{remedy} ({duration(proof.seconds)})",
     })  # fmt: skip
@@ -236,10 +237,10 @@ def write_certificate(folder: Path, run: Run, formats: Sequence[str] = ("png", "
     OutputError
         If a file cannot be written.
     """
-    from cgla_graph.comparisons.plots import pictures
-    from cgla_graph.comparisons.plots.certificate import certificate_figure
+    from cgla_graph.comparisons.plots.runs import certificate_of_run
+    from cgla_graph.plots import pictures
 
     stem = output.stem_of(folder, run.scenario, run.solver.removesuffix(".csv"), "certificate")
     table = files.csv_text(grid_rows(proof_of(run)), COLUMNS)
     written = [files.write_text(stem.with_name(f"{stem.name}.csv"), table)]
-    return [*written, *pictures.save_all(certificate_figure(run), stem, formats)]
+    return [*written, *pictures.save_all(certificate_of_run(run), stem, formats)]

@@ -325,11 +325,13 @@ def write_checked(folder: Path, checked: Checked, formats: Sequence[str] = ("png
     OutputError
         If it cannot be written.
     """
-    from cgla_graph.comparisons.plots import pictures
-    from cgla_graph.comparisons.plots.check import check_figure
+    from cgla_graph.plots import pictures
+    from cgla_graph.plots.check import check_figure
+    from cgla_graph.plots.scene import TitledProblem
 
     on = checked.on
     stem = output.stem_of(folder, dataclasses.replace(on.scenario, name=Path(checked.file).stem), "check")
     pieces = [np.array([one.entry, one.exit]) for one in checked.crossings.found]
-    figure_ = check_figure(on.scenario, on.route, [one.shape for one in on.areas], pieces, clean=checked.is_clean)
+    shown = TitledProblem.of(on.scenario)
+    figure_ = check_figure(shown, on.route, [one.shape for one in on.areas], pieces, clean=checked.is_clean)
     return pictures.save_all(figure_, stem, formats)

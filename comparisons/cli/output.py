@@ -22,14 +22,15 @@ FORMATS = ("png", "svg", "pdf")
 
 def write_plan(folder: Path, run: Run, formats: Sequence[str] = ("png",)) -> list[Path]:
     """Write one path: waypoints, GeoJSON on lon/lat maps, a picture in some formats (errors as `write_rows`)."""
-    from cgla_graph.comparisons.plots import pictures
+    from cgla_graph.comparisons.plots.runs import map_of_runs
+    from cgla_graph.plots import pictures
 
     stem = stem_of(folder, run.scenario, run.solver)
     written = [files.write_text(stem.with_name(stem.name + ".csv"), files.path_csv(run.scenario, run.solution))]
     if run.scenario.projection is not None:
         geojson = files.path_geojson(run.scenario, run.solution)
         written.append(files.write_text(stem.with_name(stem.name + ".geojson"), geojson))
-    return [*written, *pictures.save_all(pictures.map_figure(run.scenario, [run]), stem, formats)]
+    return [*written, *pictures.save_all(map_of_runs([run]), stem, formats)]
 
 
 def stem_of(folder: Path, scenario: Scenario, solver: str, what: str = "") -> Path:

@@ -149,8 +149,8 @@ def write_front(
     OutputError
         If a file cannot be written.
     """
-    from cgla_graph.comparisons.plots import pictures
     from cgla_graph.comparisons.plots.pareto import pareto_figure
+    from cgla_graph.plots import pictures
 
     stem = output.stem_of(folder, scenario, entrant.label, "pareto")
     return [

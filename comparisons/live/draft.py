@@ -15,10 +15,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph.comparisons.report.maps import MOST_SAMPLES, RISK_SAMPLES, map_document
-from cgla_graph.comparisons.risk_samples import risk_samples
 from cgla_graph.comparisons.study.options import open_one
 from cgla_graph.errors import ScenarioError
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.plots.risk_samples import risk_samples
 from cgla_graph.scenarios.map_tables import MapBuilder
 from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, open_table
 from cgla_graph.scenarios.table_faults import faults

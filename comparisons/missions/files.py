@@ -183,7 +183,7 @@ def summary_document(flown: MissionRun) -> dict[str, Any]:
     """Return what a flight came to, as JSON: numbers that do not exist are None."""
     flight = flown.flight
     livelock = None if flight.livelock is None else dataclasses.asdict(flight.livelock)
-    closest = flown.closest
+    closest = flown.flight.closest
     summary = {
         "mission": flown.name,
         "variant": flown.variant,

@@ -326,14 +326,16 @@ def _write_data(stem: Path, flown: MissionRun) -> list[Path]:
 
 def _write_pictures(stem: Path, flown: MissionRun, *, animation: bool) -> list[Path]:
     """Write the picture and the animation of one flight."""
-    from cgla_graph.comparisons.plots import animation_file, pictures  # noqa: PLC0415 - matplotlib only where something is drawn
-    from cgla_graph.comparisons.plots.flight import flight_figure  # noqa: PLC0415 - the same
+    from cgla_graph.comparisons.plots.runs import labelled_flight  # noqa: PLC0415 - matplotlib only where it draws
+    from cgla_graph.plots import animation_file, pictures  # noqa: PLC0415 - the same
+    from cgla_graph.plots.flight import flight_figure  # noqa: PLC0415 - the same
 
-    drawn = flight_figure([flown])
+    view = labelled_flight(flown)
+    drawn = flight_figure([view])
     written = [pictures.save(drawn, stem.with_name(f"{stem.name}{suffix}")) for suffix in (".png", ".svg")]
     if animation:
         written += animation_file.animate(
-            flown, [stem.with_name(f"{stem.name}{suffix}") for suffix in animation_file.suffixes()]
+            view, [stem.with_name(f"{stem.name}{suffix}") for suffix in animation_file.suffixes()]
         )
     return written
 
@@ -342,11 +344,12 @@ def _write_variants(folder: Path, flights: Sequence[MissionRun], taken: set[str]
     """Write the picture of the first variants side by side, where there are several."""
     if len(flights) < 2:  # noqa: PLR2004 - one is no comparison
         return []
-    from cgla_graph.comparisons.plots import pictures  # noqa: PLC0415 - matplotlib only where something is drawn
-    from cgla_graph.comparisons.plots.flight import MOST_PANELS, flight_figure  # noqa: PLC0415 - the same
+    from cgla_graph.comparisons.plots.runs import labelled_flight  # noqa: PLC0415 - matplotlib only where it draws
+    from cgla_graph.plots import pictures  # noqa: PLC0415 - the same
+    from cgla_graph.plots.flight import MOST_PANELS, flight_figure  # noqa: PLC0415 - the same
 
     stem = files.file_stem(f"{flights[0].name} variants", taken)
-    return [pictures.save(flight_figure(flights[:MOST_PANELS]), folder / f"{stem}.png")]
+    return [pictures.save(flight_figure(list(map(labelled_flight, flights[:MOST_PANELS]))), folder / f"{stem}.png")]
 
 
 def print_flights(flights: Sequence[MissionRun]) -> None:

@@ -115,7 +115,7 @@ def rules_note(flown: MissionRun) -> str:
 
 def closest_note(flown: MissionRun) -> str:
     """Say in one line how near two UAVs came to each other."""
-    pair = flown.closest
+    pair = flown.flight.closest
     if pair is None:
         return "least separation: no two UAVs were in the air together outside their terminal discs"
     x, y = pair.where

@@ -1,1 +1,1 @@
-"""Pictures of maps, costs, fronts, proofs and missions."""
+"""Pictures of runs and studies: what `cgla_graph.plots` draws of them, costs against time, and fronts."""

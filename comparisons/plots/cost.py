@@ -17,13 +17,14 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.numbers import figure
-from cgla_graph.comparisons.plots.looks import GREY, Entry, cost_label, entries_of, others_label
-from cgla_graph.comparisons.plots.page import Key, Part, add_legend, arrange, heading, style
-from cgla_graph.comparisons.plots.scene import cost_unit, unit_scale
+from cgla_graph.comparisons.plots.runs import paths_of
 from cgla_graph.comparisons.statistics.intervals import Curve, median_curve, path_cost
 from cgla_graph.comparisons.study.rows import by_solver, scenario_bound
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.model.problem import Problem
+from cgla_graph.plots.looks import GREY, LabelledPath, others_label
+from cgla_graph.plots.page import Key, Part, add_legend, arrange, heading, style
+from cgla_graph.plots.scene import cost_unit, unit_scale
 
 #: Gaps below this, in percent, are drawn on the lower edge: a logarithmic axis has no 0.
 LEAST_GAP = 0.01
@@ -61,9 +62,9 @@ class Measure:
     unit: str
 
     @classmethod
-    def of(cls, scenario: Scenario, bound: float) -> "Measure":
-        """Choose it for a scenario."""
-        return cls(bound, unit_scale(scenario), cost_unit(scenario))
+    def of(cls, problem: Problem, bound: float) -> "Measure":
+        """Choose it for a map."""
+        return cls(bound, unit_scale(problem), cost_unit(problem))
 
     @property
     def is_gap(self) -> bool:
@@ -138,20 +139,18 @@ def _gap_label(percent: float, _: object = None) -> str:
     return f"{'at most ' if percent <= 1.001 * LEAST_GAP else ''}{percent:g} %"
 
 
-def trace_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str] = ()) -> Figure | None:
+def trace_figure(runs: Sequence[Run], named: Collection[str] = ()) -> Figure | None:
     """
     Draw the best cost of anytime solvers against time, beside what the other solvers found.
 
     Parameters
     ----------
-    scenario
-        The map.
     runs
-        Its runs. Of an anytime solver the line is the median over its seeds, the band its 95 % interval, or from the
-        least to the greatest where the runs are too few for one; runs without a path so far are infinitely costly, so
-        that a band may reach up to the upper edge. Dashed lines are the costs of exact solvers, markers the median runs
-        of all solvers without a trace, at the time that they needed (weighing the graph included). Of many solvers the
-        best are drawn in colour, the others in grey and without bands (see `entries_of`).
+        Those of one scenario. Of an anytime solver the line is the median over its seeds, the band its 95 % interval,
+        or from the least to the greatest where the runs are too few for one; runs without a path so far are infinitely
+        costly, so that a band may reach up to the upper edge. Dashed lines are the costs of exact solvers, markers the
+        median runs of all solvers without a trace, at the time that they needed (weighing the graph included). Of many
+        solvers the best are drawn in colour, the others in grey and without bands (see `paths_of`).
     named
         Labels of solvers that are drawn in colour in any case.
 
@@ -163,8 +162,7 @@ def trace_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str]
 
     Examples
     --------
-    >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> trace_figure(load_scenario("paper"), []) is None
+    >>> trace_figure([]) is None
     True
     """
     groups = by_solver(runs)
@@ -175,10 +173,11 @@ def trace_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str]
     }
     if not curves:
         return None
-    entries = entries_of(runs, named)
-    results = [entry for entry in entries if entry.label not in curves and entry.shown.solution.status.has_path]
-    found = [entry.shown.solution.cost for entry in results]
-    measure = Measure.of(scenario, scenario_bound(runs))
+    paths = paths_of(runs, named)
+    scenario = runs[0].scenario
+    results = [one for one in paths if one.label not in curves and one.solution.status.has_path]
+    found = [one.solution.cost for one in results]
+    measure = Measure.of(scenario.problem, scenario_bound(runs))
     edges = [edge for curve in curves.values() for edge in (curve.low, curve.median, curve.high)]
     heights = [measure.heights(edge[np.isfinite(edge)]) for edge in edges if np.isfinite(edge).any()]
     low, high = measure.limits(heights, measure.heights(found).tolist())
@@ -186,58 +185,59 @@ def trace_figure(scenario: Scenario, runs: Sequence[Run], named: Collection[str]
         page = Figure()
         axes = page.add_subplot()
         axes.set_ylim(low, high)
-        drawn = _draw_curves(axes, entries, curves, measure)
-        drawn |= {entry.label: _draw_result(axes, entry, measure) for entry in results}
+        drawn = _draw_curves(axes, paths, curves, measure)
+        drawn |= {one.label: _draw_result(axes, one, measure) for one in results}
         rows = [
-            *_explain_solvers([entry for entry in entries if entry.label in drawn], drawn, measure, high),
-            *_explain_bands([curves[entry.label] for entry in entries if entry.stands_out and entry.label in curves]),
-            *_draw_exact(axes, [entry for entry in results if entry.shown.exact], measure),
+            *_explain_solvers([one for one in paths if one.label in drawn], drawn, measure, high),
+            *_explain_bands([curves[one.label] for one in paths if one.stands_out and one.label in curves]),
+            *_draw_exact(axes, [one for one in results if any(run.exact for run in groups[one.label])], measure),
             *_draw_unknown(axes, runs, measure),
         ]
         _frame_time(axes)
         measure.frame(axes)
         legend = add_legend(page, rows, title=f"cost{measure.unit}", columns=math.ceil(len(rows) / 17))
-        arrange(page, heading(scenario), [[Part.of(page, axes, (4.6, 3.2)), Part.of(page, legend)]])
+        head = heading(scenario.name, scenario.title, scenario.problem.k)
+        arrange(page, head, [[Part.of(page, axes, (4.6, 3.2)), Part.of(page, legend)]])
     return page
 
 
 def _explain_solvers(
-    entries: Sequence[Entry], drawn: Mapping[str, Artist], measure: Measure, high: float
+    paths: Sequence[LabelledPath], drawn: Mapping[str, Artist], measure: Measure, high: float
 ) -> Iterator[Key]:
     """Yield handles and labels of those that stand out, and one for all others; say what is off the scale."""
-    for entry in entries:
-        if entry.stands_out:
-            off = ", above" if high < measure.heights(path_cost(entry.shown.solution)) < math.inf else ""
-            yield drawn[entry.label], f"{cost_label(entry, measure.scale)}{off}"
-    if others := [entry for entry in entries if not entry.stands_out]:
+    for one in paths:
+        if one.stands_out:
+            off = ", above" if high < measure.heights(path_cost(one.solution)) < math.inf else ""
+            yield drawn[one.label], f"{one.row(measure.scale)}{off}"
+    if others := [one for one in paths if not one.stands_out]:
         yield Line2D([], [], color=GREY, linewidth=_THIN, marker="o", markersize=_SMALL), others_label(len(others))
 
 
 def _draw_curves(
-    axes: Axes, entries: Sequence[Entry], curves: Mapping[str, Curve], measure: Measure
+    axes: Axes, paths: Sequence[LabelledPath], curves: Mapping[str, Curve], measure: Measure
 ) -> dict[str, Artist]:
     """Draw the median of each anytime solver, the best on top, with a band if it stands out; return the lines."""
     # a logarithmic axis has no 0
     earliest = min((t for curve in curves.values() for t in curve.seconds.tolist() if t > 0.0), default=1e-3)
-    shown = [entry for entry in entries if entry.label in curves]
-    opacity = min(_BAND, _BANDS / max(1, sum(entry.stands_out for entry in shown)))
+    shown = [one for one in paths if one.label in curves]
+    opacity = min(_BAND, _BANDS / max(1, sum(one.stands_out for one in shown)))
     drawn: dict[str, Artist] = {}
-    for depth, entry in enumerate(shown):
-        curve = curves[entry.label]
+    for depth, one in enumerate(shown):
+        curve = curves[one.label]
         seconds = np.maximum(curve.seconds, earliest)
         median = measure.heights(curve.median)
-        if entry.stands_out and curve.n_runs > 1:
+        if one.stands_out and curve.n_runs > 1:
             low, high = (np.clip(measure.heights(edge), *axes.get_ylim()) for edge in (curve.low, curve.high))
-            band: dict[str, Any] = {"color": entry.colour, "alpha": opacity, "linewidth": 0.0}
+            band: dict[str, Any] = {"color": one.colour, "alpha": opacity, "linewidth": 0.0}
             axes.fill_between(seconds, low, high, step="post", zorder=2.0, **band)
-        (drawn[entry.label],) = axes.step(
+        (drawn[one.label],) = axes.step(
             seconds,
             np.where(np.isfinite(median), median, np.nan),
             where="post",
-            color=entry.colour,
-            linestyle=entry.dashes,
-            linewidth=_WIDTH if entry.stands_out else _THIN,
-            zorder=(3.5 if entry.stands_out else 2.5) - 0.01 * depth,
+            color=one.colour,
+            linestyle=one.dashes,
+            linewidth=_WIDTH if one.stands_out else _THIN,
+            zorder=(3.5 if one.stands_out else 2.5) - 0.01 * depth,
         )
     return drawn
 
@@ -250,30 +250,30 @@ def _explain_bands(curves: Sequence[Curve]) -> Iterator[Key]:
         yield Patch(color="0.4", alpha=_BAND, linewidth=0.0), texts[is_interval]
 
 
-def _draw_result(axes: Axes, entry: Entry, measure: Measure) -> Artist:
+def _draw_result(axes: Axes, one: LabelledPath, measure: Measure) -> Artist:
     """Draw a marker for a result without a trace, on the upper edge where it is above; return it."""
-    solution = entry.shown.solution
+    solution = one.solution
     (mark,) = axes.plot(
         max(solution.total_seconds, 1e-6),
         min(float(measure.heights(solution.cost)), axes.get_ylim()[1]),
         linestyle="none",
-        color=entry.colour,
-        marker="o" if entry.look is None else _MARKERS[entry.look % len(_MARKERS)],
+        color=one.colour,
+        marker="o" if one.look is None else _MARKERS[one.look % len(_MARKERS)],
         # equal costs in equal times: the first stands out behind the last
-        markersize=_SMALL if entry.look is None else max(_SIZE - 1.0, _SIZE + 2.0 - 0.5 * entry.look),
+        markersize=_SMALL if one.look is None else max(_SIZE - 1.0, _SIZE + 2.0 - 0.5 * one.look),
         markeredgecolor="white",
         markeredgewidth=0.6,
         clip_on=False,
-        zorder=4.0 if entry.stands_out else 2.8,
+        zorder=4.0 if one.stands_out else 2.8,
     )
     return mark
 
 
-def _draw_exact(axes: Axes, entries: Sequence[Entry], measure: Measure) -> Iterator[Key]:
+def _draw_exact(axes: Axes, paths: Sequence[LabelledPath], measure: Measure) -> Iterator[Key]:
     """Draw a line for each cost of exact solvers (they mostly agree); yield handles and labels of the legend."""
     costs: list[float] = []
-    for entry in entries:
-        cost = entry.shown.solution.cost
+    for one in paths:
+        cost = one.solution.cost
         if not any(math.isclose(cost, other, rel_tol=_SAME_COST) for other in costs):
             costs.append(cost)
     for cost in costs:

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
 from cgla_graph.comparisons.numbers import figure as digits
-from cgla_graph.comparisons.plots.map import BaseMap, map_figure
-from cgla_graph.comparisons.plots.page import Part, arrange, plain, style
-from cgla_graph.comparisons.plots.scene import cost_unit, draw_mark, unit_scale
+from cgla_graph.plots.map import BaseMap, map_figure
+from cgla_graph.plots.page import Part, arrange, plain, style
+from cgla_graph.plots.scene import TitledProblem, cost_unit, draw_mark, unit_scale
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.trade_off.pareto import Front, FrontPoint
 
@@ -49,12 +49,12 @@ def pareto_figure(scenario: Scenario, front: Front) -> Figure:
     ['y', 'risk per unit length', 'length', 'best from k = … on']
     """
     if not front.points:
-        return map_figure(scenario, [])
+        return map_figure(TitledProblem.of(scenario), [])
     with style():
-        base = BaseMap.of(scenario, places=[point.path for point in front])
+        base = BaseMap.of(TitledProblem.of(scenario), places=[point.path for point in front])
         legend = base.add_legend(list(base.draw_marks()))
         colours, norm = _colours(front)
-        scale = unit_scale(scenario)
+        scale = unit_scale(scenario.problem)
         for point in front:
             base.axes.plot(
                 *(point.path.T * scale),
@@ -67,7 +67,7 @@ def pareto_figure(scenario: Scenario, front: Front) -> Figure:
         axes = base.figure.add_axes((0.0, 0.0, 0.5, 0.5))
         handles = _draw_front(axes, front, colours, norm, scale)
         axes.set_xlabel("risk")
-        axes.set_ylabel(f"length{cost_unit(scenario)}")
+        axes.set_ylabel(f"length{cost_unit(scenario.problem)}")
         # the upper right of a falling convex line is empty
         axes.legend(list(handles.values()), list(handles), loc="upper right", frameon=False, handlelength=1.6)
         parts = [Part.of(base.figure, axes, _SIZE)]

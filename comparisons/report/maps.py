@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.risk_samples import risk_samples, sample_edges
 from cgla_graph.model.problem import Problem
+from cgla_graph.plots.risk_samples import risk_samples, sample_edges
 from cgla_graph.scenarios.scenario import Scenario
 
 #: Samples of the risk along the longer side of a map.

@@ -76,15 +76,16 @@ def write_all_pictures(folder: Path, runs: Sequence[Run], most: int, named: Coll
 
 
 def _write_pictures(stem: Path, runs: Sequence[Run], named: Collection[str]) -> list[Path]:
-    from cgla_graph.comparisons.plots import pictures  # noqa: PLC0415 - matplotlib only where something is drawn
+    from cgla_graph.comparisons.plots.cost import trace_figure  # noqa: PLC0415 - matplotlib only where it draws
+    from cgla_graph.comparisons.plots.runs import map_of_runs  # noqa: PLC0415 - the same
+    from cgla_graph.plots import pictures  # noqa: PLC0415 - the same
 
-    scenario = runs[0].scenario
-    drawn = pictures.map_figure(scenario, runs, named)
+    drawn = map_of_runs(runs, named)
     written = []
     for suffix in (".png", ".svg"):
         written.append(stem.with_name(stem.name + suffix))
         pictures.save(drawn, written[-1])
-    trace = pictures.trace_figure(scenario, runs, named)
+    trace = trace_figure(runs, named)
     if trace is not None:
         written.append(stem.with_name(stem.name + "-cost.png"))
         pictures.save(trace, written[-1])

@@ -16,10 +16,10 @@ from PIL import Image
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
-from cgla_graph.comparisons.risk_samples import risk_samples
 from cgla_graph.comparisons.study.documents import Document, decode, dumps, encode
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
+from cgla_graph.plots.risk_samples import risk_samples
 from cgla_graph.scenarios.mission_file import MissionFile
 
 #: Of the picture of a mission's rasters: samples along the longer side, colour, and its opacity at the greatest risk.

@@ -1,14 +1,11 @@
 """A mission with its name and its map, before and after it is flown: what tables, files and pictures are made of."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from cgla_graph.mission.mission import Mission
-from cgla_graph.mission.records import Flight, MissionStatus, Separation
+from cgla_graph.mission.records import Flight, MissionStatus
 from cgla_graph.model.earth import LocalProjection
-from cgla_graph.model.problem import Problem
-from cgla_graph.scenarios.scenario import Scenario
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,23 +44,6 @@ class MissionSpec:
         """The unit of lengths, to follow a number; empty where it has no name."""
         return "" if self.projection is None else " m"
 
-    def scene(self, tick: int) -> Scenario:
-        """
-        Return the true risk map at a tick, as what the pictures of maps draw.
-
-        No-fly areas are left out: those of missions come and go.
-        """
-        first, world = self.mission.uavs[0], self.mission.world
-        problem = Problem(
-            first.start,
-            first.goal,
-            world.field_at(tick),
-            k=first.k,
-            bounds=world.bounds,
-            projection=self.projection,
-        )
-        return Scenario(self.name, self.title, problem, self.mission.lattice)
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MissionRun(MissionSpec):
@@ -85,12 +65,6 @@ class MissionRun(MissionSpec):
     ignorance: Mapping[str, float] | None = None
     sharing: Mapping[str, float] | None = None
     seconds: float = field(default=0.0)
-
-    @property
-    def closest(self) -> Separation | None:
-        """The least separation of any two UAVs; None where no two were in the air together."""
-        pair = min(self.flight.separations, key=lambda pair: pair.distance, default=None)
-        return pair if pair is not None and pair.distance < math.inf else None
 
     @property
     def n_arrived(self) -> int:

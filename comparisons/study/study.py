@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from cgla_graph._display import NotebookRepr
+from cgla_graph._lazy import function_above
 from cgla_graph.comparisons.study.entrant import Entrant, as_entrant
 from cgla_graph.comparisons.study.flight_run import ComparedMission
 from cgla_graph.comparisons.study.runner import seeds_of
@@ -74,6 +75,11 @@ class Study(NotebookRepr):
         scenarios = [as_scenario(given, f"problem-{number}") for number, given in enumerate(self.scenarios, start=1)]
         object.__setattr__(self, "scenarios", scenarios)
         object.__setattr__(self, "entrants", [as_entrant(given) for given in self.entrants])
+
+    def _repr_html_(self) -> str:
+        """Return the fields as a table, beside the map of the first scenario."""
+        first = self.scenarios[0].problem if self.scenarios else None
+        return str(function_above("html")(self, first))
 
     def cells(self) -> Iterator[Cell]:
         """List the runs to be made, scenario by scenario."""

@@ -30,32 +30,6 @@ def proof_of(run: Run) -> Certificate:
     return run.certificate
 
 
-def verdict(run: Run, *, digits: int = 9, scale: float = 1.0, unit: str = "") -> str:
-    """
-    Say in one sentence what is proven.
-
-    Parameters
-    ----------
-    run
-        With a certificate.
-    digits
-        Significant digits of costs.
-    scale, unit
-        What costs are multiplied with, and what follows them.
-    """
-    proof = proof_of(run)
-    if math.isnan(proof.lower_bound):
-        return "nothing is proven"
-    if math.isinf(proof.lower_bound):
-        return "there is no path inside the bounds"
-    bound = f"no path costs less than {rounded_down(proof.lower_bound * scale, digits)}{unit}"
-    if math.isinf(proof.upper_bound):
-        return f"{bound}; no path is known"
-    which = "this one" if run.solution.status.has_path else "the best that the proof knows"
-    cost = f"{figure(proof.upper_bound * scale, digits)}{unit}"
-    return f"{bound}; {which} costs {cost}, at most {at_most(proof.gap)} more than the best possible"
-
-
 def certificate_table(run: Run) -> FittedTable:
     """Show how the bracket closed: a line a grid, coarse to fine."""
     unit = "m" if run.scenario.projection else "map units"

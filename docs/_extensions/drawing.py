@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 import cgla_graph as cg
-from cgla_graph.comparisons.plots.scene import draw_area, risk_colours
+from cgla_graph.plots.scene import draw_area, risk_colours
 
 #: Of Okabe and Ito: told apart by everybody.
 BLUE, ORANGE, GREEN, RED, GREY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "0.45"

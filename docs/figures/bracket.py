@@ -7,7 +7,7 @@ from drawing import BLUE, RED, draw_map, draw_path, panels
 from matplotlib.patches import PathPatch
 
 import cgla_graph as cg
-from cgla_graph.comparisons.plots.scene import outline
+from cgla_graph.plots.scene import outline
 
 problem = cg.load_scenario("fifty-threats").problem
 best = cg.solve(problem)

@@ -23,8 +23,8 @@ from cgla_graph.comparisons.claims.paper.bcv_claims import POCKET, trapped_fligh
 from cgla_graph.comparisons.claims.paper.flights import GOAL, RADIUS, START, K, fly_alone
 from cgla_graph.comparisons.claims.paper.planner_claims import AVERSE, BCV, LENGTH_ONLY, solver_of, versus_cgla
 from cgla_graph.comparisons.claims.paper.printed_values import value
-from cgla_graph.comparisons.plots.scene import colour_of, line_key
 from cgla_graph.mission.records import UavFlight
+from cgla_graph.plots.scene import colour_of, line_key
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario
 

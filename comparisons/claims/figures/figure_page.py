@@ -12,16 +12,16 @@ from matplotlib.figure import Figure
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.comparisons.claims.artefact import Picture
-from cgla_graph.comparisons.claims.paper.flights import BOUNDS, GOAL, START, paper_lattice
-from cgla_graph.comparisons.plots.flight import flight_figure
-from cgla_graph.comparisons.plots.looks import dashes_of
-from cgla_graph.comparisons.plots.page import Part, add_legend, arrange, style
-from cgla_graph.comparisons.plots.pictures import save
-from cgla_graph.comparisons.plots.scene import Look, colour_of, draw_risk, line_key
+from cgla_graph.comparisons.claims.paper.flights import BOUNDS, GOAL, START
+from cgla_graph.comparisons.plots.runs import labelled_flight
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
-from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.plots.flight import flight_figure
+from cgla_graph.plots.looks import dashes_of
+from cgla_graph.plots.page import Part, add_legend, arrange, style
+from cgla_graph.plots.pictures import save
+from cgla_graph.plots.scene import Look, colour_of, draw_risk, line_key
 
 #: What every figure on the map of Fig. 5 has to say.
 SELECTED = (
@@ -69,8 +69,7 @@ def add_map(figure: Figure, field: RiskField, title: str, *, bar: bool = False) 
         Whether the bar that explains the colours is added, too.
     """
     axes = figure.add_subplot()
-    scene = Scenario("", "", Problem(START, GOAL, field, bounds=BOUNDS), paper_lattice())
-    drawn = draw_risk(figure, axes, scene, wide=False)
+    drawn = draw_risk(figure, axes, Problem(START, GOAL, field, bounds=BOUNDS), wide=False)
     axes.set(xlim=BOUNDS[::2], ylim=BOUNDS[1::2], aspect="equal", xticks=_TICKS, yticks=_TICKS, xlabel="x", ylabel="y")
     axes.set_title(title, fontsize=9.0, loc="left")
     for image in axes.images:
@@ -187,7 +186,7 @@ def flights_page(heading: tuple[str, str], runs: Sequence[MissionRun]) -> Figure
     runs
         As `flight_figure` takes them.
     """
-    figure = flight_figure(runs)
+    figure = flight_figure(list(map(labelled_flight, runs)))
     with style():
         # the bar has no label below
         panels = [axes for axes in figure.axes if axes.get_xlabel()]

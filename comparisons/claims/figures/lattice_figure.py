@@ -11,8 +11,8 @@ from cgla_graph.comparisons.claims.claim import require
 from cgla_graph.comparisons.claims.figures.figure_page import WIDE, Key, finish, page, picture
 from cgla_graph.comparisons.claims.inference import power_law
 from cgla_graph.comparisons.claims.paper.flights import paper_lattice
-from cgla_graph.comparisons.plots.scene import colour_of, line_key
 from cgla_graph.model.problem import Problem
+from cgla_graph.plots.scene import colour_of, line_key
 from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario
 from cgla_graph.solvers import solve

@@ -29,7 +29,8 @@ from cgla_graph.comparisons.claims.paper.flights import GOAL, RADIUS, START, fly
 from cgla_graph.comparisons.claims.paper.resolution_claims import SIZES, farthest_pair
 from cgla_graph.comparisons.claims.paper.routes import Route, Routes, arrived, both, escape, for_weights, paper_field
 from cgla_graph.comparisons.claims.paper.weight_claims import REGIONS, distances_from_regions
-from cgla_graph.comparisons.plots.scene import (
+from cgla_graph.model.risk import Reading, RiskField, Threat
+from cgla_graph.plots.scene import (
     NEAR_COLOUR,
     OUTLINE_SPREADS,
     TIMED_LOOK,
@@ -40,7 +41,6 @@ from cgla_graph.comparisons.plots.scene import (
     patch_key,
     risk_colours,
 )
-from cgla_graph.model.risk import Reading, RiskField, Threat
 
 #: What Fig. 1 shows: one threat, and several of which two overlap.
 ONE = (Threat(0.5, 0.5, 0.1),)

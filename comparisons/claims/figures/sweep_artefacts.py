@@ -25,8 +25,8 @@ from cgla_graph.comparisons.claims.paper.sweeps import (
     on_paper_map,
     said,
 )
-from cgla_graph.comparisons.plots.scene import Look, colour_of, line_key
 from cgla_graph.comparisons.statistics.intervals import Estimate
+from cgla_graph.plots.scene import Look, colour_of, line_key
 
 #: What has to be said of every comparison of planners that do not always arrive.
 _ARRIVALS = (

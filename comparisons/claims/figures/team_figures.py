@@ -27,10 +27,10 @@ from cgla_graph.comparisons.claims.inference import Proportion
 from cgla_graph.comparisons.claims.paper.flights import RADIUS, SAFE_DISTANCE, TEAM_K
 from cgla_graph.comparisons.claims.paper.obstacle_claims import SPREADS, STEPNUMS, curve
 from cgla_graph.comparisons.claims.paper.routes import Route, fly
-from cgla_graph.comparisons.plots.looks import dashes_of
-from cgla_graph.comparisons.plots.scene import SIGHT_DASHES, Look, colour_of, draw_ring, line_key, patch_key
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import UavFlight
+from cgla_graph.plots.looks import dashes_of
+from cgla_graph.plots.scene import SIGHT_DASHES, Look, colour_of, draw_ring, line_key, patch_key
 
 
 @artefact("Fig. 4", "what one UAV detects, the other one knows")
@@ -101,7 +101,7 @@ def _fig_7() -> Picture:
 @artefact("Fig. 8", "two UAVs meet, unless virtual obstacles keep them apart")
 def _fig_8() -> Picture:
     runs = fly("fig8")
-    pair = runs[0].closest
+    pair = runs[0].flight.closest
     where = f"({pair.where[0]:.2f}, {pair.where[1]:.2f})" if pair else "nowhere"
     return _drawn(
         "Fig. 8",
@@ -206,7 +206,7 @@ def _drawn(label: str, title: str, runs: Sequence[MissionRun], caption: str) -> 
 
 def _meetings(runs: Sequence[MissionRun]) -> str:
     """Say how near the UAVs of each variant came to each other."""
-    pairs = [(run.variant, run.closest) for run in runs]
+    pairs = [(run.variant, run.flight.closest) for run in runs]
     told = [f"{pair.distance:.3f} at tick {pair.time:.0f}{_in(variant)}" for variant, pair in pairs if pair is not None]
     return f"Least separation: {', '.join(told)}"
 

@@ -34,10 +34,10 @@ from cgla_graph.comparisons.claims.paper.routes import (
     paper_field,
     planned,
 )
-from cgla_graph.comparisons.plots.scene import line_key
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.mission.records import MissionStatus
 from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.plots.scene import line_key
 from cgla_graph.scenarios.mission_file import load_mission
 from cgla_graph.solvers import get
 
@@ -127,7 +127,7 @@ def test_parts_of_a_page_never_overlap(sides: list[list[float]], words: list[str
 
 
 def test_parts_of_a_page_overlap_without_gaps(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cgla_graph.comparisons.plots.page._GAP", -1.0)
+    monkeypatch.setattr("cgla_graph.plots.page._GAP", -1.0)
     with pytest.raises(AssertionError):
         assert_tidy(some_page([[WIDE, WIDE]], ["a"], 1))
 

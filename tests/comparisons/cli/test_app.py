@@ -85,10 +85,11 @@ def enter(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[Problem], Any]
 @pytest.fixture
 def pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Replace pictures by empty files: what they show is tested elsewhere."""
-    from cgla_graph.comparisons.plots import pictures  # noqa: PLC0415 - heavy
+    from cgla_graph.comparisons.plots import cost, runs  # noqa: PLC0415 - heavy
+    from cgla_graph.plots import pictures  # noqa: PLC0415 - heavy
 
-    monkeypatch.setattr(pictures, "map_figure", lambda *_: object())
-    monkeypatch.setattr(pictures, "trace_figure", lambda *_: object())
+    monkeypatch.setattr(runs, "map_of_runs", lambda *_: object())
+    monkeypatch.setattr(cost, "trace_figure", lambda *_: object())
     monkeypatch.setattr(pictures, "save", lambda _, path: path.touch())
 
 

@@ -22,12 +22,12 @@ import cgla_graph as cg
 from cgla_graph.certificate.certificate import Grid
 from cgla_graph.comparisons import files
 from cgla_graph.comparisons.cli import certify
-from cgla_graph.comparisons.plots.certificate import certificate_figure
-from cgla_graph.comparisons.plots.pictures import save
+from cgla_graph.comparisons.plots.runs import certificate_of_run
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables import certificate as words
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.model.solution import Solution, Status
+from cgla_graph.plots.pictures import save
 from cgla_graph.scenarios.scenario import Scenario, load_scenario
 
 SMALL = """
@@ -312,7 +312,7 @@ def grids_of(run: Run) -> tuple[Grid, ...]:
 def test_nothing_overlaps(run: Run, height: float) -> None:
     problem = replace(run.scenario.problem, bounds=(0.0, 0.0, 2.0, height))
     long = replace(run.scenario, problem=problem, title="a title of many words " * 8, name="a-name" * 8)
-    assert_tidy(certificate_figure(certify.certify(long, tolerance=0.02)))
+    assert_tidy(certificate_of_run(certify.certify(long, tolerance=0.02)))
 
 
 def tubes_of(figure: Figure) -> list[PathPatch]:
@@ -321,7 +321,7 @@ def tubes_of(figure: Figure) -> list[PathPatch]:
 
 
 def test_tubes_are_the_cells_of_the_grids(run: Run) -> None:
-    figure, grids = certificate_figure(run), grids_of(run)
+    figure, grids = certificate_of_run(run), grids_of(run)
     tubes = tubes_of(figure)
     assert len(tubes) == len(grids) - 1 >= 2
     random = np.random.default_rng(1)
@@ -336,7 +336,7 @@ def test_tubes_are_the_cells_of_the_grids(run: Run) -> None:
 
 
 def test_the_bracket_is_the_certificates(run: Run) -> None:
-    figure, grids = certificate_figure(run), grids_of(run)
+    figure, grids = certificate_of_run(run), grids_of(run)
     axes = figure.axes[-1]
     upper, lower = axes.lines
     cells = [max(grid.last) for grid in grids]
@@ -350,7 +350,7 @@ def test_the_bracket_is_the_certificates(run: Run) -> None:
 @pytest.mark.slow
 def test_the_same_run_gives_the_same_picture(run: Run, tmp_path: Path) -> None:
     for kind in ("png", "svg"):
-        first, second = (save(certificate_figure(run), tmp_path / f"{i}.{kind}").read_bytes() for i in range(2))
+        first, second = (save(certificate_of_run(run), tmp_path / f"{i}.{kind}").read_bytes() for i in range(2))
         assert first == second
 
 
@@ -359,11 +359,11 @@ def test_a_bound_without_a_path_is_drawn(run: Run) -> None:
     proof = words.proof_of(run)
     grids = tuple(replace(grid, upper_bound=math.inf) for grid in proof.grids)
     blind = replace(proof, upper_bound=math.inf, grids=grids)
-    figure = certificate_figure(replace(run, solution=Solution(Status.NO_PATH), certificate=blind))
+    figure = certificate_of_run(replace(run, solution=Solution(Status.NO_PATH), certificate=blind))
     assert len(figure.axes[-1].lines[0].get_xdata()) == 0
     assert figure.texts[-1].get_text().endswith("no path is known")
 
 
 def test_a_run_without_a_certificate_is_refused(run: Run) -> None:
     with pytest.raises(cg.CglaError, match="has no certificate"):
-        certificate_figure(replace(run, certificate=None))
+        certificate_of_run(replace(run, certificate=None))

@@ -11,7 +11,7 @@ from command_line import Call, caller
 import cgla_graph as cg
 from cgla_graph.comparisons.cli import pareto
 from cgla_graph.comparisons.plots.pareto import pareto_figure
-from cgla_graph.comparisons.plots.pictures import save
+from cgla_graph.plots.pictures import save
 from cgla_graph.scenarios.scenario import load_scenario
 
 SMALL = """

@@ -21,12 +21,12 @@ from missions_small import CROSSING, DEGREES, flown_of
 from cgla_graph.comparisons.missions import fly
 from cgla_graph.comparisons.missions.tables import closest_note, flight_table, variants_table
 from cgla_graph.comparisons.numbers import plain_json
-from cgla_graph.comparisons.plots import animation_file, pictures
 from cgla_graph.comparisons.study.mission_run import MissionRun
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import OutputError
 from cgla_graph.mission.records import MissionStatus
 from cgla_graph.mission.simulation import Simulation
+from cgla_graph.plots import animation_file, pictures
 
 TICK_OF_CTRL_C = 5
 
@@ -94,7 +94,7 @@ def test_the_tables_agree_with_the_flights(cgla: Call, flights: list[MissionRun]
         assert float(cells[7]) == pytest.approx(flown.flight.cost, rel=1e-5)
     assert "price of ignorance" not in answer.out
     for flown in flights:
-        pair = flown.closest
+        pair = flown.flight.closest
         assert pair is not None
         assert f"of a and b, at tick {pair.time:.4g}, near ({pair.where[0]:.4g}, {pair.where[1]:.4g})" in answer.out
 
@@ -181,8 +181,8 @@ def test_a_pair_within_its_safe_distance_is_named(flights: list[MissionRun], saf
         dataclasses.replace(second, detection_radius=0.9, safe_distance=safe),
     ]
     mission = dataclasses.replace(flown.mission, uavs=uavs, collision_distance=0.0, virtual_obstacle=None)
-    assert flown.closest is not None
-    assert 0.01 < flown.closest.distance < 0.4
+    assert flown.flight.closest is not None
+    assert 0.01 < flown.flight.closest.distance < 0.4
     note = closest_note(dataclasses.replace(flown, mission=mission))
     assert (f"(closer than the safe distance, {safe:g})" in note) is said
     assert "collision" not in note

@@ -3,6 +3,7 @@
 import dataclasses
 import re
 import xml.etree.ElementTree as ET
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +24,11 @@ from matplotlib.text import Text
 from numpy.typing import ArrayLike
 
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.plots import pictures as plots
-from cgla_graph.comparisons.plots.looks import GREY, entries_of
-from cgla_graph.comparisons.plots.map import one_line
-from cgla_graph.comparisons.plots.scene import risk_colours
+from cgla_graph.comparisons.plots.cost import trace_figure
+from cgla_graph.comparisons.plots.runs import paths_of
 from cgla_graph.comparisons.report.payload import scenarios_document
 from cgla_graph.comparisons.statistics.intervals import path_cost
-from cgla_graph.comparisons.study.rows import median_run, summaries
+from cgla_graph.comparisons.study.rows import median_run, scenario_bound, summaries
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import OutputError
 from cgla_graph.model.earth import LocalProjection
@@ -38,6 +37,11 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import ImproperFieldWarning, RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status, TracePoint
+from cgla_graph.plots import map as maps
+from cgla_graph.plots.looks import GREY
+from cgla_graph.plots.map import one_line
+from cgla_graph.plots.pictures import save
+from cgla_graph.plots.scene import TitledProblem, risk_colours
 from cgla_graph.scenarios.scenario import Scenario, load_scenario
 
 START, GOAL = (0.1, 0.1), (0.9, 0.9)
@@ -73,6 +77,10 @@ def traced(where: Scenario, costs: list[float], solver: str = "anytime", seed: i
     return run(where, solver, seed=seed, trace=points, **({"cost": costs[-1], "seconds": 1.0} | numbers))
 
 
+def map_figure(where: Scenario, runs: list[Run], named: Collection[str] = ()) -> Figure:
+    return maps.map_figure(TitledProblem.of(where), paths_of(runs, named), scenario_bound(runs))
+
+
 def legend_of(figure: Figure) -> Legend:
     (legend,) = figure.legends
     return legend
@@ -102,7 +110,7 @@ def pixel(figure: Figure, x: float, y: float) -> list[float]:
 
 
 def file_bytes(figure: Figure, path: Path) -> bytes:
-    return plots.save(figure, path).read_bytes()
+    return save(figure, path).read_bytes()
 
 
 # --- the map ---
@@ -112,7 +120,7 @@ def file_bytes(figure: Figure, path: Path) -> bytes:
 def test_a_shipped_scenario(suffix: str, tmp_path: Path) -> None:
     where = load_scenario("finland")
     problem = where.problem
-    figure = plots.map_figure(where, [run(where, "straight", (problem.start, problem.goal), status=Status.INFEASIBLE)])
+    figure = map_figure(where, [run(where, "straight", (problem.start, problem.goal), status=Status.INFEASIBLE)])
     assert_tidy(figure)
     assert file_bytes(figure, tmp_path / f"map{suffix}")
 
@@ -121,7 +129,7 @@ def test_solvers_without_a_path_are_in_the_legend() -> None:
     where = scenario()
     statuses = [status for status in Status if not status.has_path and status is not Status.INFEASIBLE]
     runs = [run(where, status.label, (), status=status, exact=True) for status in statuses]
-    figure = plots.map_figure(where, runs, [one.solver for one in runs])
+    figure = map_figure(where, runs, [one.solver for one in runs])
     assert paths(figure) == []
     assert labels(figure) == [*(f"{status.label}: {status.label}" for status in statuses), "start", "goal"]
     assert_tidy(figure)
@@ -129,14 +137,14 @@ def test_solvers_without_a_path_are_in_the_legend() -> None:
 
 def test_a_refused_answer_is_not_drawn() -> None:
     where = scenario()
-    figure = plots.map_figure(where, [run(where, "liar", status=Status.FAILED)])
+    figure = map_figure(where, [run(where, "liar", status=Status.FAILED)])
     assert paths(figure) == []
     assert labels(figure)[0] == "liar: failed"
 
 
 def test_a_path_of_one_point_shows_around_start_and_goal() -> None:
     where = scenario(start=START, goal=START)
-    figure = plots.map_figure(where, [run(where, "a", [START]), run(where, "b", [START, START])])
+    figure = map_figure(where, [run(where, "a", [START]), run(where, "b", [START, START])])
     marks = [line for line in figure.axes[0].lines if line not in paths(figure)]
     sizes = [line.get_markersize() for line in paths(figure)]
     assert len(sizes) == 1
@@ -147,7 +155,7 @@ def test_a_path_of_one_point_shows_around_start_and_goal() -> None:
 
 def test_an_infeasible_path_looks_different_and_is_called_so() -> None:
     where = scenario(no_fly=RING)
-    figure = plots.map_figure(where, [run(where, "good"), run(where, "bad", status=Status.INFEASIBLE)])
+    figure = map_figure(where, [run(where, "good"), run(where, "bad", status=Status.INFEASIBLE)])
     good, bad = paths(figure)
     assert to_hex(bad.get_color()).upper() == "#D55E00" != to_hex(good.get_color()).upper()
     assert bad.get_linewidth() < good.get_linewidth()
@@ -159,7 +167,7 @@ def test_an_infeasible_path_looks_different_and_is_called_so() -> None:
 def test_a_path_that_leaves_the_bounds_is_seen_to_do_so() -> None:
     where = scenario()
     leaving = run(where, "bad", [START, (50.0, 0.5), GOAL], status=Status.INFEASIBLE)
-    figure = plots.map_figure(where, [leaving])
+    figure = map_figure(where, [leaving])
     assert figure.axes[0].get_xlim() == pytest.approx((0.0, 1.1))
     assert figure.axes[0].get_ylim() == pytest.approx((0.0, 1.0))
     assert pixel(figure, 1.05, 0.3) == pytest.approx([235] * 3, abs=1)
@@ -174,7 +182,7 @@ def fan(where: Scenario, count: int) -> list[Run]:
 def test_many_named_solvers_differ_in_colour_or_dashes() -> None:
     where = scenario(field=THREATS, no_fly=shapely.box(0.9, 0, 1, 0.1))
     runs = fan(where, 38)
-    figure = plots.map_figure(where, runs, [one.solver for one in runs])
+    figure = map_figure(where, runs, [one.solver for one in runs])
     looks = {(to_hex(line.get_color()), str(line._dash_pattern)) for line in paths(figure)}
     assert len(looks) == 38
     assert len(labels(figure)) == 41
@@ -184,7 +192,7 @@ def test_many_named_solvers_differ_in_colour_or_dashes() -> None:
 def test_many_infeasible_paths_differ_in_dashes() -> None:
     where = scenario(no_fly=RING)
     runs = [run(where, f"bad-{i}", [START, (0.1 + 0.02 * i, 0.9), GOAL], status=Status.INFEASIBLE) for i in range(12)]
-    figure = plots.map_figure(where, runs, [one.solver for one in runs])
+    figure = map_figure(where, runs, [one.solver for one in runs])
     assert len({str(line._dash_pattern) for line in paths(figure)}) == 12
 
 
@@ -193,7 +201,7 @@ def test_of_many_solvers_the_best_five_and_the_named_are_in_colour() -> None:
     runs = [*fan(where, 28), run(where, "nothing", (), status=Status.STUCK)]
     runs += [run(where, f"wall-{i}", [START, (0.9, 0.1 * i), GOAL], status=Status.INFEASIBLE) for i in range(2)]
     for named, n_others in ((set(), 23), ({"solver-3", "solver-27"}, 22)):
-        figure = plots.map_figure(where, runs, named)
+        figure = map_figure(where, runs, named)
         grey = [line for line in paths(figure) if to_hex(line.get_color()) == to_hex(GREY)]
         coloured = [line for line in paths(figure) if line not in grey]
         chosen = [f"solver-{i}" for i in range(27, 22, -1)] + (["solver-3"] if named else [])
@@ -214,12 +222,12 @@ def test_of_many_solvers_the_best_five_and_the_named_are_in_colour() -> None:
 def test_the_named_are_in_the_legend_without_a_path_too() -> None:
     where = scenario()
     runs = [*fan(where, 9), run(where, "nothing", (), status=Status.STUCK)]
-    assert "nothing: stuck" in labels(plots.map_figure(where, runs, {"nothing"}))
+    assert "nothing: stuck" in labels(map_figure(where, runs, {"nothing"}))
 
 
 def test_up_to_eight_solvers_are_all_in_colour() -> None:
     where = scenario()
-    figure = plots.map_figure(where, fan(where, 8))
+    figure = map_figure(where, fan(where, 8))
     assert len({to_hex(line.get_color()) for line in paths(figure)}) == len(paths(figure)) == 8
     assert not any(is_dashed(line) for line in paths(figure))
     assert len(labels(figure)) == 10
@@ -229,7 +237,7 @@ def test_thirty_solvers_have_a_short_legend_over_time_as_well() -> None:
     where = scenario()
     runs = [traced(where, [3.0, 1.2 + 0.01 * i], f"anytime-{i}") for i in range(15)]
     runs += [run(where, f"once-{i}", cost=1.1 + 0.1 * i, seconds=0.1 + i) for i in range(15)]
-    figure = plots.trace_figure(where, runs, {"once-14"})
+    figure = trace_figure(runs, {"once-14"})
     assert figure is not None
     names = [label.split(":")[0] for label in labels(figure)]
     assert names == ["once-0", "anytime-0", "once-1", "anytime-1", "anytime-2", "once-14", "24 others"]
@@ -242,7 +250,7 @@ def test_thirty_solvers_have_a_short_legend_over_time_as_well() -> None:
 def test_solvers_look_the_same_in_both_pictures_of_many() -> None:
     where = scenario()
     runs = [traced(where, [3.0, 1.2 + 0.01 * i], f"anytime-{i}") for i in range(20)]
-    over_time, on_map = plots.trace_figure(where, runs), plots.map_figure(where, runs)
+    over_time, on_map = trace_figure(runs), map_figure(where, runs)
     assert over_time is not None
     pairs = zip(legend_of(over_time).legend_handles[:5], legend_of(on_map).legend_handles[:5], strict=True)
     # all have one path: the map has one line, in the colour of the best
@@ -268,7 +276,7 @@ def test_paths_within_a_pen_are_drawn_as_one() -> None:
     pen = 1.6 / 72.0 / 4.8
     runs += [run(where, "near", [START, (0.5, 0.5 + 0.9 * pen), GOAL])]
     runs += [run(where, "far", [START, (0.5, 0.5 + 3.0 * pen), GOAL])]
-    figure = plots.map_figure(where, runs)
+    figure = map_figure(where, runs)
     assert len(paths(figure)) == 2
     assert [label.split(", ")[1:] for label in labels(figure)[:6]] == [[], *[["same line"]] * 4, []]
     assert_tidy(figure)
@@ -278,24 +286,24 @@ def test_a_line_below_another_is_wider_so_that_it_shows() -> None:
     where = scenario()
     runs = [run(where, "best"), run(where, "half", [START, (0.5, 0.5), (0.5, 0.7), GOAL])]
     runs += [run(where, "aside", [START, (0.1, 0.9), GOAL])]
-    best, half, aside = sorted(paths(plots.map_figure(where, runs)), key=Line2D.get_zorder, reverse=True)
+    best, half, aside = sorted(paths(map_figure(where, runs)), key=Line2D.get_zorder, reverse=True)
     assert half.get_linewidth() > best.get_linewidth() == aside.get_linewidth()
 
 
 def test_a_path_along_the_border_has_its_full_width() -> None:
     where = scenario(start=(0, 0), goal=(0, 1))
-    figure = plots.map_figure(where, [run(where, "a", [(0, 0), (0, 1)])])
+    figure = map_figure(where, [run(where, "a", [(0, 0), (0, 1)])])
     assert pixel(figure, -0.001, 0.5) != WHITE
     # and there is room around it, where a path inside has none
     assert figure.axes[0].get_xlim() == pytest.approx((-0.02, 1.02))
-    inside = plots.map_figure(scenario(), [run(scenario(), "a")])
+    inside = map_figure(scenario(), [run(scenario(), "a")])
     assert inside.axes[0].get_xlim() == (0.0, 1.0)
 
 
 def test_the_legend_has_the_order_of_the_table() -> None:
     where = scenario()
     runs = [run(where, "dear", cost=1.5), run(where, "none", (), status=Status.NO_PATH), run(where, "cheap", cost=1.2)]
-    figure = plots.map_figure(where, runs)
+    figure = map_figure(where, runs)
     assert labels(figure)[:3] == ["cheap: 1.2000", "dear: 1.5000, same line", "none: no-path"]
 
 
@@ -306,7 +314,7 @@ def test_of_several_seeds_the_median_run_is_drawn() -> None:
     runs += [run(where, "unlucky", (), status=Status.NOT_FOUND, seed=seed) for seed in (1, 2)]
     runs += [run(where, "unlucky", seed=3)]
     runs += [run(where, "never", (), status=Status.NOT_FOUND, seed=seed) for seed in (1, 2)]
-    figure = plots.map_figure(where, runs)
+    figure = map_figure(where, runs)
     assert paths(figure)[0].get_xydata().tolist() == np.array(detours[2]).tolist()
     expected = ["seeded: 1.3544 (median of 3)", "unlucky: not-found (median of 3, 1 found)", "never: not-found"]
     assert labels(figure)[:3] == expected
@@ -324,8 +332,8 @@ def test_table_pictures_and_report_show_the_same_run(seeds: list[float | None], 
     shown = median_run(runs)
     shuffled = data.draw(st.permutations(runs))
     assert median_run(shuffled) is shown
-    (entry,) = entries_of(shuffled)
-    assert entry.shown is shown
+    (entry,) = paths_of(shuffled)
+    assert entry.solution is shown.solution
     (cell,) = scenarios_document([shuffled], ["a"])["scenarios"][0]["cells"]
     assert cell["number"] == shown.number
     (line,) = summaries(shuffled)
@@ -338,8 +346,8 @@ def test_table_pictures_and_report_show_the_same_run(seeds: list[float | None], 
 
 
 def test_risk_has_a_colour_bar_and_no_risk_has_none() -> None:
-    assert len(plots.map_figure(scenario(), []).axes) == 1
-    figure = plots.map_figure(scenario(field=THREATS), [])
+    assert len(map_figure(scenario(), []).axes) == 1
+    figure = map_figure(scenario(field=THREATS), [])
     _, bar = figure.axes
     assert bar.get_ylabel() == "risk per unit length"
     assert bar.get_ylim() == pytest.approx((0.0, 0.8))
@@ -348,7 +356,7 @@ def test_risk_has_a_colour_bar_and_no_risk_has_none() -> None:
 
 
 def test_a_threat_smaller_than_a_pixel_counts_on_the_colour_bar() -> None:
-    figure = plots.map_figure(scenario(field=RiskField([Threat(0.5, 0.5, spread=1e-5, peak=0.7)])), [])
+    figure = map_figure(scenario(field=RiskField([Threat(0.5, 0.5, spread=1e-5, peak=0.7)])), [])
     assert figure.axes[1].get_ylim() == pytest.approx((0.0, 0.7))
 
 
@@ -363,14 +371,14 @@ def test_risk_colours_get_darker_in_equal_steps_from_white() -> None:
 def test_negative_risk_has_a_colour_of_its_own() -> None:
     with pytest.warns(ImproperFieldWarning):
         field = RiskField([Threat(0.4, 0.5, 0.2, 9.0), Threat(0.6, 0.5, 0.2, 9.0)], improper=True)
-    figure = plots.map_figure(scenario(field=field), [])
+    figure = map_figure(scenario(field=field), [])
     assert pixel(figure, 0.5, 0.55) == pytest.approx([0x9D, 0xB4, 0xC0], abs=2)
     assert_tidy(figure)
 
 
 @pytest.mark.parametrize("y_down", [False, True])
 def test_no_fly_areas_are_grey_and_their_holes_are_not(y_down: bool) -> None:
-    figure = plots.map_figure(scenario(no_fly=RING, y_down=y_down), [])
+    figure = map_figure(scenario(no_fly=RING, y_down=y_down), [])
     assert pixel(figure, 0.5, 0.5) == WHITE
     assert max(pixel(figure, 0.31, 0.5)) < 230
     assert labels(figure)[-1] == "no-fly area"
@@ -378,13 +386,13 @@ def test_no_fly_areas_are_grey_and_their_holes_are_not(y_down: bool) -> None:
 
 def test_a_no_fly_area_ends_at_the_bounds() -> None:
     where = scenario(no_fly=shapely.box(0.5, -5, 5, 0.5))
-    figure = plots.map_figure(where, [run(where, "bad", [START, (2.0, 0.1), GOAL], status=Status.INFEASIBLE)])
+    figure = map_figure(where, [run(where, "bad", [START, (2.0, 0.1), GOAL], status=Status.INFEASIBLE)])
     assert max(pixel(figure, 0.95, 0.3)) < 225
     assert min(pixel(figure, 1.05, 0.3)) > 230
 
 
 def test_grid_maps_are_in_cells_and_y_grows_downwards() -> None:
-    figure = plots.map_figure(scenario(y_down=True), [])
+    figure = map_figure(scenario(y_down=True), [])
     axes = figure.axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x (cells)", "y (cells)")
     assert axes.transData.transform((0, 0.1))[1] > axes.transData.transform((0, 0.9))[1]
@@ -392,7 +400,7 @@ def test_grid_maps_are_in_cells_and_y_grows_downwards() -> None:
 
 
 def test_risk_follows_the_axis_when_y_grows_downwards() -> None:
-    figure = plots.map_figure(scenario(field=RiskField([Threat(0.5, 0.2, 0.05)]), y_down=True), [])
+    figure = map_figure(scenario(field=RiskField([Threat(0.5, 0.2, 0.05)]), y_down=True), [])
     assert max(pixel(figure, 0.5, 0.2)) < 200
     assert pixel(figure, 0.5, 0.8) == WHITE
 
@@ -406,7 +414,7 @@ def test_maps_with_longitudes_and_latitudes_are_in_kilometres() -> None:
         no_fly=shapely.box(-1e3, -1e3, 1e3, 1e3),
         projection=LocalProjection(24.95, -60.1),
     )
-    figure = plots.map_figure(where, [run(where, "east", ((-9e3, 0.0), (0, 3e3), (9e3, 0.0)))])
+    figure = map_figure(where, [run(where, "east", ((-9e3, 0.0), (0, 3e3), (9e3, 0.0)))])
     axes = figure.axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("longitude", "latitude")
     assert axes.get_xlim() == pytest.approx((-10.0, 10.0))
@@ -443,7 +451,7 @@ def test_of_a_large_country_the_part_around_the_flight_is_shown_with_the_names_o
         ),
         areas=[("Near", near), ("Under the path", over), ("Far", far)],
     )
-    figure = plots.map_figure(where, [run(where, "detour", ((0, 0), (5e3, 1e4), (0, 2e4)))])
+    figure = map_figure(where, [run(where, "detour", ((0, 0), (5e3, 1e4), (0, 2e4)))])
     axes = figure.axes[0]
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     assert -8.0 < left < -1.0 and 6.0 < right < 14.0 and -6.0 < low < -1.0 and 21.0 < high < 26.0  # noqa: PT018
@@ -457,13 +465,13 @@ def test_of_a_large_country_the_part_around_the_flight_is_shown_with_the_names_o
 def test_what_is_to_be_known_of_paths_stands_beside_a_map_with_room() -> None:
     where = scenario(no_fly=RING)
     runs = bounded([run(where, "good", risk=0.25, length=1.25), run(where, "bad", status=Status.INFEASIBLE)], 1.0)
-    (table,) = [text.get_text() for text in plots.map_figure(where, runs).texts if "gap" in text.get_text()]
+    (table,) = [text.get_text() for text in map_figure(where, runs).texts if "gap" in text.get_text()]
     head, good, _, proven = table.splitlines()
     assert head.split() == ["gap", "at", "most", "length", "risk"]
     assert good.split() == ["good", "13.14", "%", "1.2500", "0.2500"]
     assert proven == "no path costs less than 1.0000"
     many = fan(where, 30)
-    crowded = plots.map_figure(where, many, [one.solver for one in many])
+    crowded = map_figure(where, many, [one.solver for one in many])
     assert len(crowded.texts) == 2
 
 
@@ -472,7 +480,7 @@ def test_thin_maps_keep_their_shape_and_a_sensible_size(width: float) -> None:
     ends = {"start": (0.0, 0.0), "goal": (width, 1.0), "bounds": (0.0, 0.0, width, 1.0)}
     where = scenario(title="a long title " * 8, field=RiskField([Threat(0.5 * width, 0.5, 0.2)]), **ends)
     runs = [run(where, f"solver-{i}", [(0.0, 0.0), (width, 1.0)]) for i in range(9)]
-    figure = plots.map_figure(where, runs)
+    figure = map_figure(where, runs)
     assert_tidy(figure)
     across, down = figure.get_size_inches()
     assert 3.0 < across < 11.0
@@ -484,13 +492,13 @@ def test_thin_maps_keep_their_shape_and_a_sensible_size(width: float) -> None:
 @pytest.mark.parametrize("bounds", [(1e9, 1e9, 1e9 + 1, 1e9 + 1), (0, 0, 1e-7, 1e-7), (-1e30, 0, 1e30, 1e30)])
 def test_coordinates_of_any_size(bounds: tuple[float, ...], tmp_path: Path) -> None:
     where = scenario(start=bounds[:2], goal=bounds[2:], bounds=bounds)
-    figure = plots.map_figure(where, [run(where, path=(bounds[:2], bounds[2:]))])
+    figure = map_figure(where, [run(where, path=(bounds[:2], bounds[2:]))])
     assert_tidy(figure)
     assert file_bytes(figure, tmp_path / "map.png")
 
 
 def test_the_heading_says_name_title_and_k() -> None:
-    figure = plots.map_figure(scenario(name="mine", title="what it shows", k=2.5), [])
+    figure = map_figure(scenario(name="mine", title="what it shows", k=2.5), [])
     assert [text.get_text() for text in figure.texts] == ["mine,  k = 2.5", "what it shows"]
 
 
@@ -500,14 +508,14 @@ def test_the_heading_says_name_title_and_k() -> None:
 def test_no_trace_no_figure() -> None:
     where = scenario()
     never = run(where, "never", (), status=Status.NOT_FOUND, trace=(TracePoint(0.1, 1, np.inf),))
-    assert plots.trace_figure(where, []) is None
-    assert plots.trace_figure(where, [run(where)]) is None
-    assert plots.trace_figure(where, [run(where), never]) is None
+    assert trace_figure([]) is None
+    assert trace_figure([run(where)]) is None
+    assert trace_figure([run(where), never]) is None
 
 
 def test_a_trace_is_a_step_line_over_logarithmic_time() -> None:
     where = scenario()
-    figure = plots.trace_figure(where, [traced(where, [np.inf, 3.0, 2.0], build_seconds=1.0)])
+    figure = trace_figure([traced(where, [np.inf, 3.0, 2.0], build_seconds=1.0)])
     assert figure is not None
     (line,) = figure.axes[0].lines
     assert figure.axes[0].get_xscale() == "log"
@@ -535,7 +543,7 @@ def test_of_few_seeds_the_band_is_the_range() -> None:
     runs = [
         traced(where, [np.inf, first, last], seed=seed) for seed, (first, last) in enumerate([(3, 1), (4, 2), (5, 3)])
     ]
-    figure = plots.trace_figure(where, runs)
+    figure = trace_figure(runs)
     assert figure is not None
     (line,) = figure.axes[0].lines
     assert line.get_xydata() == pytest.approx(np.array([(0.02, 4.0), (0.03, 2.0), (1.0, 2.0)]))
@@ -548,7 +556,7 @@ def test_of_few_seeds_the_band_is_the_range() -> None:
 def test_of_enough_seeds_the_band_is_the_interval_of_the_median() -> None:
     where = scenario()
     runs = [traced(where, [9.0, float(seed)], seed=seed) for seed in range(1, 10)]
-    figure = plots.trace_figure(where, runs)
+    figure = trace_figure(runs)
     assert figure is not None
     assert band_at(figure, 0.5) == pytest.approx((2.0, 8.0))
     assert labels(figure) == ["anytime: 5.0000 (median of 9)", "band: 95 % interval of the median"]
@@ -558,11 +566,11 @@ def test_before_the_first_path_the_band_reaches_the_upper_edge() -> None:
     where = scenario()
     found = [traced(where, [3.0, 2.0], seed=seed) for seed in (1, 2)]
     never = [run(where, "anytime", (), status=Status.NOT_FOUND, seed=3)]
-    figure = plots.trace_figure(where, found + never)
+    figure = trace_figure(found + never)
     assert figure is not None
     assert band_at(figure, 0.5) == pytest.approx((2.0, figure.axes[0].get_ylim()[1]))
     assert labels(figure)[0] == "anytime: 2.0000 (median of 3, 2 found)"
-    figure = plots.trace_figure(where, found[:1] + never * 2)
+    figure = trace_figure(found[:1] + never * 2)
     assert figure is not None
     (line,) = figure.axes[0].lines
     assert np.isnan(np.asarray(line.get_ydata(), dtype=float)).all()
@@ -578,7 +586,7 @@ def bounded(runs: list[Run], bound: float, upper: float = np.inf) -> list[Run]:
 def test_with_a_lower_bound_gaps_are_drawn() -> None:
     where = scenario()
     runs = [traced(where, [3.0, 2.2], seed=seed) for seed in (1, 2)] + [run(where, "exact", exact=True, cost=2.1)]
-    figure = plots.trace_figure(where, bounded(runs, 2.0))
+    figure = trace_figure(bounded(runs, 2.0))
     assert figure is not None
     axes = figure.axes[0]
     assert axes.get_yscale() == "log"
@@ -593,7 +601,7 @@ def test_with_a_lower_bound_gaps_are_drawn() -> None:
 
 def test_the_optimum_is_below_the_best_path_known_to_the_certificate() -> None:
     where = scenario()
-    figure = plots.trace_figure(where, bounded([traced(where, [3.0, 2.2])], 2.0, upper=2.18))
+    figure = trace_figure(bounded([traced(where, [3.0, 2.2])], 2.0, upper=2.18))
     assert figure is not None
     (zone,) = figure.axes[0].patches
     assert zone.get_window_extent().y1 == pytest.approx(figure.axes[0].transData.transform((1.0, 9.0))[1])
@@ -601,7 +609,7 @@ def test_the_optimum_is_below_the_best_path_known_to_the_certificate() -> None:
 
 def test_a_gap_of_zero_is_at_most_the_least_that_is_shown() -> None:
     where = scenario()
-    figure = plots.trace_figure(where, bounded([traced(where, [2.2, 2.0])], 2.0))
+    figure = trace_figure(bounded([traced(where, [2.2, 2.0])], 2.0))
     assert figure is not None
     FigureCanvasAgg(figure).draw()
     words = [label.get_text() for label in figure.axes[0].get_yticklabels()]
@@ -613,7 +621,7 @@ def test_a_gap_of_zero_is_at_most_the_least_that_is_shown() -> None:
 @pytest.mark.parametrize("bound", [np.nan, 0.0, np.inf])
 def test_a_bound_that_bounds_nothing_leaves_costs(bound: float) -> None:
     where = scenario()
-    figure = plots.trace_figure(where, bounded([traced(where, [3.0, 2.0])], bound))
+    figure = trace_figure(bounded([traced(where, [3.0, 2.0])], bound))
     assert figure is not None
     assert figure.axes[0].get_yscale() == "linear"
     assert figure.axes[0].get_ylabel() == "best cost so far"
@@ -622,7 +630,7 @@ def test_a_bound_that_bounds_nothing_leaves_costs(bound: float) -> None:
 @pytest.mark.parametrize("costs", [[2.0], [2.0, 2.0 - 1e-15], [1e12, 2.5], [2.0 + 1e-9, 2.0]])
 def test_gaps_of_any_size(costs: list[float]) -> None:
     where = scenario()
-    figure = plots.trace_figure(where, bounded([traced(where, costs), traced(where, [2.6, 2.5], seed=2)], 2.0))
+    figure = trace_figure(bounded([traced(where, costs), traced(where, [2.6, 2.5], seed=2)], 2.0))
     assert figure is not None
     low, high = figure.axes[0].get_ylim()
     assert 0.0 < low < high
@@ -641,7 +649,7 @@ def test_results_without_a_trace_are_marked_at_their_time() -> None:
         run(where, "none", (), status=Status.NO_PATH, exact=True),
         traced(where, [2.0, 1.5, 1.25]),
     ]
-    figure = plots.trace_figure(where, runs)
+    figure = trace_figure(runs)
     assert figure is not None
     axes = figure.axes[0]
     dashed = [line.get_ydata()[0] for line in axes.lines if is_dashed(line)]
@@ -660,7 +668,7 @@ def test_results_without_a_trace_are_marked_at_their_time() -> None:
 @pytest.mark.parametrize("costs", [[[1e9, 2.0, 1.8, 1.0]], [[1e9, 1e8, 1.0], [2.0, 1.0], [1.5, 1.0]]])
 def test_one_huge_first_cost_does_not_flatten_the_rest(costs: list[list[float]]) -> None:
     where = scenario()
-    figure = plots.trace_figure(where, [traced(where, one, seed=seed) for seed, one in enumerate(costs)])
+    figure = trace_figure([traced(where, one, seed=seed) for seed, one in enumerate(costs)])
     assert figure is not None
     low, high = figure.axes[0].get_ylim()
     assert 0.9 < low < 1.0
@@ -670,7 +678,7 @@ def test_one_huge_first_cost_does_not_flatten_the_rest(costs: list[list[float]])
 @pytest.mark.parametrize("cost", [0.0, 1.0, 1e-9, 1e12])
 def test_a_trace_that_is_flat_and_began_at_once(cost: float) -> None:
     where = scenario()
-    figure = plots.trace_figure(where, [run(where, trace=(TracePoint(0.0, 1, cost),), cost=cost, seconds=0.0)])
+    figure = trace_figure([run(where, trace=(TracePoint(0.0, 1, cost),), cost=cost, seconds=0.0)])
     assert figure is not None
     low, high = figure.axes[0].get_ylim()
     assert low < cost < high
@@ -679,7 +687,7 @@ def test_a_trace_that_is_flat_and_began_at_once(cost: float) -> None:
 
 def test_costs_over_time_are_in_kilometres_where_the_map_is() -> None:
     where = scenario(projection=LocalProjection(25.0, 60.0))
-    figure = plots.trace_figure(where, [traced(where, [2000.0, 1000.0])])
+    figure = trace_figure([traced(where, [2000.0, 1000.0])])
     assert figure is not None
     assert figure.axes[0].get_ylabel() == "best cost so far (km)"
     assert labels(figure) == ["anytime: 1.0000"]
@@ -693,7 +701,7 @@ def test_costs_over_time_are_in_kilometres_where_the_map_is() -> None:
 def test_hostile_names_are_shown_as_they_are(name: str, tmp_path: Path) -> None:
     where = scenario(name=name, title=name)
     runs = [run(where, name), traced(where, [2.0, 1.0], solver=f"{name}?")]
-    figures = plots.map_figure(where, runs), plots.trace_figure(where, runs)
+    figures = map_figure(where, runs), trace_figure(runs)
     assert file_bytes(figures[0], tmp_path / "map.png")
     for figure in figures:
         assert figure is not None
@@ -714,9 +722,9 @@ def pictures() -> list[Figure]:
         run(where, "bad", status=Status.INFEASIBLE),
         traced(where, [2.0, 1.9, 1.5]),
     ]
-    trace = plots.trace_figure(where, runs)
+    trace = trace_figure(runs)
     assert trace is not None
-    return [plots.map_figure(where, runs), trace]
+    return [map_figure(where, runs), trace]
 
 
 @pytest.mark.slow
@@ -744,7 +752,7 @@ def test_a_png_has_150_dots_an_inch(tmp_path: Path) -> None:
 def test_saving_replaces_the_file_and_leaves_nothing_else(tmp_path: Path) -> None:
     path = tmp_path / f"{'long' * 60}.png"
     path.write_text("old")
-    assert plots.save(Figure(), path) == path
+    assert save(Figure(), path) == path
     assert path.read_bytes().startswith(b"\x89PNG")
     assert names(tmp_path) == [path.name]
 
@@ -755,7 +763,7 @@ def names(folder: Path) -> list[str]:
 
 def assert_refused(figure: Figure, path: Path, reason: str) -> None:
     with pytest.raises(OutputError, match=reason) as error:
-        plots.save(figure, path)
+        save(figure, path)
     assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
     assert "  " not in str(error.value)
@@ -787,7 +795,7 @@ def people(**settings: object) -> RiskField:
 
 @pytest.mark.parametrize("interpolation", ["bilinear", "nearest"])
 def test_a_raster_is_drawn_with_its_scale_and_what_it_lacks(interpolation: str) -> None:
-    figure = plots.map_figure(scenario(field=people(interpolation=interpolation)), [])
+    figure = map_figure(scenario(field=people(interpolation=interpolation)), [])
     assert_tidy(figure)
     (image,) = figure.axes[0].images
     assert image.get_clim() == (0.0, 4.0)
@@ -797,7 +805,7 @@ def test_a_raster_is_drawn_with_its_scale_and_what_it_lacks(interpolation: str) 
 
 
 def test_cells_without_data_are_hatched_where_they_are() -> None:
-    figure = plots.map_figure(scenario(field=people(origin="lower")), [])
+    figure = map_figure(scenario(field=people(origin="lower")), [])
     (gone,) = [patch for patch in figure.axes[0].patches if patch.get_hatch() == "...."]
     assert gone.get_path().get_extents().extents == pytest.approx([2.0 / 3.0, 0.0, 1.0, 0.5])
 
@@ -806,7 +814,7 @@ def test_one_hot_cell_does_not_drown_the_others() -> None:
     values = np.ones((900, 900))
     values[123, 456] = 1000.0
     field = RiskField(rasters=[RasterRisk(values, (0, 0, 1, 1), interpolation="nearest")])
-    figure = plots.map_figure(scenario(field=field), [])
+    figure = map_figure(scenario(field=field), [])
     assert_tidy(figure)
     (image,) = figure.axes[0].images
     assert image.get_array().max() == 1000.0

@@ -15,11 +15,14 @@ from PIL import Image
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.plots.flight import flown_places
-from cgla_graph.comparisons.plots.looks import dashes_of
-from cgla_graph.comparisons.plots.map import BaseMap
-from cgla_graph.comparisons.plots.page import Key, Part, add_legend, arrange, plain
-from cgla_graph.comparisons.plots.scene import (
+from cgla_graph.mission.records import MissionStatus, UavFlight
+from cgla_graph.mission.world import TimedArea
+from cgla_graph.plots.flight import LabelledFlight, flown_places
+from cgla_graph.plots.looks import dashes_of
+from cgla_graph.plots.map import BaseMap
+from cgla_graph.plots.page import Key, Part, add_legend, arrange, plain
+from cgla_graph.plots.risk_samples import risk_samples
+from cgla_graph.plots.scene import (
     NEAR_COLOUR,
     OBSTACLE_HATCH,
     OUTLINE_SPREADS,
@@ -41,10 +44,6 @@ from cgla_graph.comparisons.plots.scene import (
     risk_colours,
     unit_scale,
 )
-from cgla_graph.comparisons.risk_samples import risk_samples
-from cgla_graph.comparisons.study.mission_run import MissionRun
-from cgla_graph.mission.records import MissionStatus, UavFlight
-from cgla_graph.mission.world import TimedArea
 
 #: Frames at most.
 MOST_FRAMES = 120
@@ -81,10 +80,10 @@ class Film:
     What does not change is drawn once for as long as the world stays as it is; each frame adds what moves.
     """
 
-    def __init__(self, view: MissionRun, dpi: int = DPI) -> None:
+    def __init__(self, view: LabelledFlight, dpi: int = DPI) -> None:
         self.view = view
         self.flight = view.flight
-        self.scale = unit_scale(view.scene(0))
+        self.scale = unit_scale(view.scene(0).problem)
         base = BaseMap.of(view.scene(0), places=flown_places(view))
         self._part = base.part
         self.figure, self.axes = base.figure, base.axes
@@ -183,7 +182,7 @@ class Film:
         axes, scale, world = self.axes, self.scale, self.view.mission.world
         for artist in self._truth:
             artist.remove()
-        bar = draw_risk(self.figure, axes, self.view.scene(tick), wide=False, part=self._part)
+        bar = draw_risk(self.figure, axes, self.view.scene(tick).problem, wide=False, part=self._part)
         if bar is not None:
             self.figure.delaxes(bar.ax)
         for image in axes.images:

@@ -12,17 +12,16 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.ticker import MaxNLocator, NullLocator
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._text import at_most, rounded_down
+from cgla_graph._text import figure as digits_of
 from cgla_graph._types import FloatArray
-from cgla_graph.certificate.certificate import Grid
-from cgla_graph.comparisons.numbers import at_most, rounded_down
-from cgla_graph.comparisons.numbers import figure as digits_of
-from cgla_graph.comparisons.plots.looks import COLOURS, Entry, entries_of
-from cgla_graph.comparisons.plots.map import BaseMap
-from cgla_graph.comparisons.plots.page import Key, Part, add_inner_legend, add_legend, arrange, heading, style
-from cgla_graph.comparisons.plots.scene import cost_unit, outline, unit_scale
-from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.tables.certificate import proof_of, verdict
+from cgla_graph.certificate.certificate import Certificate, Grid
+from cgla_graph.certificate.verdict import verdict
 from cgla_graph.model.problem import Problem
+from cgla_graph.plots.looks import COLOURS, LabelledPath
+from cgla_graph.plots.map import BaseMap
+from cgla_graph.plots.page import Key, Part, add_inner_legend, add_legend, arrange, heading, style
+from cgla_graph.plots.scene import TitledProblem, cost_unit, outline, unit_scale
 
 _WIDTH, _LOWEST, _HIGHEST = 3.6, 2.1, 3.4  # inches: width of the plot of the bracket, and within what its height is
 _LABELS = 0.5  # inches: what its labels take below it
@@ -33,14 +32,20 @@ _OPACITY, _MOST_TICKS = 0.5, 6  # of tubes; of the axis of grid steps
 _LIGHT, _DARK = "#FFDFA3", "#A34F00"
 
 
-def certificate_figure(run: Run, *, figure: Figure | None = None) -> Figure:
+def certificate_figure(
+    shown: TitledProblem, proof: Certificate, paths: Sequence[LabelledPath] = (), *, figure: Figure | None = None
+) -> Figure:
     """
     Draw a certificate: the map with its path and the tube of each grid, and the bracket against the grid step.
 
     Parameters
     ----------
-    run
-        With a certificate; without a path or a bound, what there is.
+    shown
+        The map.
+    proof
+        The certificate; without a bound, what there is.
+    paths
+        The path that the bound is held against, if there is one.
     figure
         An empty one to draw on; None makes one.
 
@@ -52,27 +57,27 @@ def certificate_figure(run: Run, *, figure: Figure | None = None) -> Figure:
 
     Examples
     --------
-    >>> from cgla_graph.comparisons.cli.certify import certify
-    >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> figure = certificate_figure(certify(load_scenario("one-threat")))
+    >>> import cgla_graph as cg
+    >>> scenario = cg.load_scenario("one-threat")
+    >>> figure = certificate_figure(TitledProblem.of(scenario), cg.lower_bound(scenario.problem, 0.1))
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['y', 'risk per unit length', 'cost']
     """
-    scenario, proof = run.scenario, proof_of(run)
-    scale, entries = unit_scale(scenario), _entries(run)
+    problem, scale = shown.problem, unit_scale(shown.problem)
     with style():
-        base = BaseMap.of(scenario, entries, places=_corners(scenario.problem, proof.grids), figure=figure)
-        tubes = list(_draw_tubes(base.axes, scenario.problem, proof.grids, scale))
-        keys = [*base.draw_paths(entries), *base.draw_marks(), *tubes]
-        base.name_areas([entry.path for entry in entries])
+        base = BaseMap.of(shown, paths, places=_corners(problem, proof.grids), figure=figure)
+        tubes = list(_draw_tubes(base.axes, problem, proof.grids, scale))
+        keys = [*base.draw_paths(paths), *base.draw_marks(), *tubes]
+        base.name_areas([one.path for one in paths])
         about = "no better path leaves a tube" if tubes else ""
         columns = 3 if base.wide else 4 if base.size[1] < _LOW_MAP else 2
         legend = add_legend(base.figure, keys, title=about, columns=columns)
         parts = [*base.parts, Part.of(base.figure, legend)]
         rows: list[list[Part]] = []
+        with_path = any(one.solution.status.has_path for one in paths)
         if proof.grids and math.isfinite(proof.lower_bound):
             axes = base.figure.add_axes((0.0, 0.0, 0.5, 0.5))
-            _draw_bracket(axes, run, scale)
+            _draw_bracket(axes, proof, problem, with_path=with_path)
             below = parts.pop()
             room = base.size[1] - _LABELS - _GAP - below.size[1]
             height = _LOWEST if base.wide else min(max(room, _LOWEST), _HIGHEST)
@@ -85,8 +90,9 @@ def certificate_figure(run: Run, *, figure: Figure | None = None) -> Figure:
                 rows = [parts, [below]]
             else:
                 parts.append(bracket.over(below, _GAP))
-        name, title = heading(scenario)
-        said = verdict(run, digits=6, scale=scale, unit="" if scenario.projection is None else " km")
+        name, title = heading(shown.name, shown.title, problem.k)
+        unit = "" if problem.projection is None else " km"
+        said = verdict(proof, with_path=with_path, digits=6, scale=scale, unit=unit)
         about_it = (f"{name}:  {title}" if title else name, said[0].upper() + said[1:])
         if rows:
             arrange(base.figure, about_it, rows)
@@ -95,22 +101,19 @@ def certificate_figure(run: Run, *, figure: Figure | None = None) -> Figure:
     return base.figure
 
 
-def draw_certificate(axes: Sequence[Axes], run: Run) -> None:
+def draw_certificate(
+    axes: Sequence[Axes], shown: TitledProblem, proof: Certificate, paths: Sequence[LabelledPath]
+) -> None:
     """Draw the same on axes of the user's: the map with its tubes, and if there are two, the bracket."""
-    scenario, proof = run.scenario, proof_of(run)
-    scale, entries = unit_scale(scenario), _entries(run)
+    problem = shown.problem
     with style():
-        base = BaseMap.on(axes[0], scenario, entries, places=_corners(scenario.problem, proof.grids))
-        tubes = list(_draw_tubes(axes[0], scenario.problem, proof.grids, scale))
-        rows = [*base.draw_paths(entries), *tubes]
+        base = BaseMap.on(axes[0], shown, paths, places=_corners(problem, proof.grids))
+        tubes = list(_draw_tubes(axes[0], problem, proof.grids, unit_scale(problem)))
+        rows = [*base.draw_paths(paths), *tubes]
         add_inner_legend(axes[0], [*rows, *base.draw_marks()], least=len(rows))
         if len(axes) > 1 and proof.grids and math.isfinite(proof.lower_bound):
-            _draw_bracket(axes[1], run, scale)
-
-
-def _entries(run: Run) -> list[Entry]:
-    """Return how the path looks; nothing for a bound without a solver."""
-    return entries_of([run]) if run.solver else []
+            with_path = any(one.solution.status.has_path for one in paths)
+            _draw_bracket(axes[1], proof, problem, with_path=with_path)
 
 
 def _draw_tubes(axes: Axes, problem: Problem, grids: Sequence[Grid], scale: float) -> Iterator[Key]:
@@ -150,10 +153,9 @@ def _tube(problem: Problem, grid: Grid) -> BaseGeometry:
     return shapely.intersection(shapely.union_all(boxes), shapely.box(*problem.bounds))
 
 
-def _draw_bracket(axes: Axes, run: Run, scale: float) -> None:
+def _draw_bracket(axes: Axes, proof: Certificate, problem: Problem, *, with_path: bool) -> None:
     """Draw lower and upper bound against the grid step, coarse to fine, and say what gap is left."""
-    scenario, proof = run.scenario, proof_of(run)
-    grids = proof.grids
+    grids, scale = proof.grids, unit_scale(problem)
     cells = np.array([max(grid.last) for grid in grids], dtype=np.float64)
     lower, upper = (
         np.array([getattr(grid, side) for grid in grids]) * scale for side in ("lower_bound", "upper_bound")
@@ -169,7 +171,7 @@ def _draw_bracket(axes: Axes, run: Run, scale: float) -> None:
     shown = cells[:: -math.ceil(len(cells) / _MOST_TICKS)]
     axes.set_xticks(shown, [f"1/{count:.0f}" for count in shown])
     axes.set_xlabel("grid step, of the map's longer side")
-    axes.set_ylabel(f"cost{cost_unit(scenario)}")
+    axes.set_ylabel(f"cost{cost_unit(problem)}")
     every = np.concatenate([lower, upper[known]])
     reach = max(float(np.ptp(every)), 1e-3 * abs(float(every[-1])), 1e-9)
     axes.set_ylim(float(every.min()) - 0.22 * reach, float(every.max()) + 0.3 * reach)
@@ -180,7 +182,7 @@ def _draw_bracket(axes: Axes, run: Run, scale: float) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     box = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
     if known[-1]:
-        said = f"{'the path' if run.solution.status.has_path else 'best known'}: {digits_of(float(upper[-1]), 5)}"
+        said = f"{'the path' if with_path else 'best known'}: {digits_of(float(upper[-1]), 5)}"
         axes.annotate(
             said, (cells[-1], upper[-1]), (0.0, 6.0), textcoords="offset points", ha="right", va="bottom", bbox=box
         )

@@ -19,8 +19,6 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
-from cgla_graph.scenarios.scenario import Scenario
-
 #: A row of a legend: what is drawn, and what it is.
 Key: TypeAlias = tuple[Artist, str]
 _PAD, _GAP = 0.1, 0.2  # inches: border, space between parts
@@ -270,18 +268,17 @@ def _head(figure: Figure, heading: tuple[str, str], width: float) -> Part:
     return head.over(Part.of(figure, text), 0.05)
 
 
-def heading(scenario: Scenario) -> tuple[str, str]:
+def heading(name: str, title: str, k: float) -> tuple[str, str]:
     """
     Return name and risk weight, and the title, which may be empty; one line each.
 
     Examples
     --------
-    >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> heading(load_scenario("one-threat"))[0]
-    'one-threat,  k = 10'
+    >>> heading("one-threat", "", 10.0)
+    ('one-threat,  k = 10', '')
     """
-    name = plain(scenario.name, 48)
-    return f"{name}{',  ' if name else ''}k = {scenario.problem.k:g}", plain(scenario.title, 160)
+    name = plain(name, 48)
+    return f"{name}{',  ' if name else ''}k = {k:g}", plain(title, 160)
 
 
 def plain(text: str, most: int) -> str:

@@ -23,37 +23,37 @@ from missions_small import CROSSING, DEGREES, flown_of
 from PIL import Image, ImageSequence
 
 from cgla_graph.comparisons.missions.fly import StopRequest, fly_one, open_mission
-from cgla_graph.comparisons.plots import animation_file, pictures
-from cgla_graph.comparisons.plots.animation import MOST_FRAMES, Film, frame_ticks, plan_ahead, state_at
-from cgla_graph.comparisons.plots.animation_file import LAST_SECONDS, SECONDS, animate, frame_milliseconds
-from cgla_graph.comparisons.plots.flight import flight_figure, mark_spacing, place_at, telling_tick
-from cgla_graph.comparisons.plots.looks import dashes_of
-from cgla_graph.comparisons.plots.page import plain, style
-from cgla_graph.comparisons.plots.scene import NEAR_COLOUR, TIMED_COLOUR, arrowhead, colour_of, life, outline
-from cgla_graph.comparisons.study.mission_run import MissionRun
+from cgla_graph.comparisons.plots.runs import labelled_flight
 from cgla_graph.errors import OutputError
 from cgla_graph.mission.records import MissionStatus
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import TimedThreat
 from cgla_graph.model.risk import Threat
+from cgla_graph.plots import animation_file, pictures
+from cgla_graph.plots.animation import MOST_FRAMES, Film, frame_ticks, plan_ahead, state_at
+from cgla_graph.plots.animation_file import LAST_SECONDS, SECONDS, animate, frame_milliseconds
+from cgla_graph.plots.flight import LabelledFlight, flight_figure, mark_spacing, place_at, telling_tick
+from cgla_graph.plots.looks import dashes_of
+from cgla_graph.plots.page import plain, style
+from cgla_graph.plots.scene import NEAR_COLOUR, TIMED_COLOUR, arrowhead, colour_of, life, outline
 
 WHITE = (255, 255, 255)
 
 
 @pytest.fixture(scope="module")
-def flights(tmp_path_factory: pytest.TempPathFactory) -> list[MissionRun]:
-    return flown_of(CROSSING, tmp_path_factory.mktemp("flights"))
+def flights(tmp_path_factory: pytest.TempPathFactory) -> list[LabelledFlight]:
+    return list(map(labelled_flight, flown_of(CROSSING, tmp_path_factory.mktemp("flights"))))
 
 
 @pytest.fixture(scope="module")
-def told(flights: list[MissionRun]) -> MissionRun:
+def told(flights: list[LabelledFlight]) -> LabelledFlight:
     return flights[1]
 
 
 @pytest.fixture(scope="module")
-def north(tmp_path_factory: pytest.TempPathFactory) -> MissionRun:
+def north(tmp_path_factory: pytest.TempPathFactory) -> LabelledFlight:
     (flown,) = flown_of(DEGREES, tmp_path_factory.mktemp("north"), name="north")
-    return flown
+    return labelled_flight(flown)
 
 
 def labels(figure: Figure) -> list[str]:
@@ -82,7 +82,7 @@ def arrows(axes: Axes, colour: str) -> list[np.ndarray]:
 # the picture
 
 
-def test_every_uav_has_its_trace_its_marks_and_its_ends(told: MissionRun) -> None:
+def test_every_uav_has_its_trace_its_marks_and_its_ends(told: LabelledFlight) -> None:
     figure = flight_figure([told])
     axes = figure.axes[0]
     for number, (uav, label) in enumerate(zip(told.flight.uavs.values(), labels(figure), strict=False)):
@@ -99,8 +99,8 @@ def test_every_uav_has_its_trace_its_marks_and_its_ends(told: MissionRun) -> Non
     assert_tidy(figure)
 
 
-def test_the_closest_approach_is_shown_as_it_was(told: MissionRun) -> None:
-    pair = told.closest
+def test_the_closest_approach_is_shown_as_it_was(told: LabelledFlight) -> None:
+    pair = told.flight.closest
     assert pair is not None
     axes = flight_figure([told]).axes[0]
     (joined,) = traces(axes, NEAR_COLOUR)
@@ -117,15 +117,15 @@ def test_the_closest_approach_is_shown_as_it_was(told: MissionRun) -> None:
         assert hatched == [(o.x, o.y, o.spread) for o in uav.obstacles_at(int(pair.time))]
 
 
-def test_the_other_uav_is_where_the_virtual_obstacle_says(told: MissionRun) -> None:
+def test_the_other_uav_is_where_the_virtual_obstacle_says(told: LabelledFlight) -> None:
     # at a safe distance or farther, the obstacle of one is where the other one is
-    pair = told.closest
+    pair = told.flight.closest
     assert pair is not None
     assert any(uav.obstacles_at(int(pair.time)) for uav in told.flight.uavs.values())
     assert "virtual obstacle" in labels(flight_figure([told]))
 
 
-def test_what_comes_and_goes_says_when(told: MissionRun) -> None:
+def test_what_comes_and_goes_says_when(told: LabelledFlight) -> None:
     figure = flight_figure([told])
     said = [text.get_text() for text in figure.axes[0].texts]
     assert {"ticks 3 to 29", "ticks 2 to 39"} <= set(said)
@@ -133,7 +133,7 @@ def test_what_comes_and_goes_says_when(told: MissionRun) -> None:
     assert life(TimedThreat(Threat(0, 0, 1))) == "from the start"
 
 
-def test_variants_stand_side_by_side(flights: list[MissionRun]) -> None:
+def test_variants_stand_side_by_side(flights: list[LabelledFlight]) -> None:
     figure = flight_figure(flights)
     panels = [axes for axes in figure.axes if axes.images]
     (bar,) = (axes for axes in figure.axes if axes not in panels)
@@ -155,7 +155,7 @@ def test_variants_stand_side_by_side(flights: list[MissionRun]) -> None:
     assert_tidy(figure)
 
 
-def test_degrees_are_drawn_in_kilometres(north: MissionRun) -> None:
+def test_degrees_are_drawn_in_kilometres(north: LabelledFlight) -> None:
     figure = flight_figure([north])
     axes = figure.axes[0]
     uav = north.flight.uavs["solo"]
@@ -170,7 +170,7 @@ def test_degrees_are_drawn_in_kilometres(north: MissionRun) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", HOSTILE)
-def test_any_name_can_be_drawn(told: MissionRun, name: str) -> None:
+def test_any_name_can_be_drawn(told: LabelledFlight, name: str) -> None:
     names = [name if name.strip() else "?", f"{name} 2"]
     renamed = {
         new: dataclasses.replace(uav, uav=dataclasses.replace(uav.uav, name=new))
@@ -189,7 +189,7 @@ def test_a_crowd_keeps_its_colours_apart() -> None:
 
 
 @pytest.mark.slow
-def test_a_picture_is_the_same_every_time(told: MissionRun, tmp_path: Path) -> None:
+def test_a_picture_is_the_same_every_time(told: LabelledFlight, tmp_path: Path) -> None:
     first, second = (pictures.save(flight_figure([told]), tmp_path / f"{i}.svg").read_bytes() for i in range(2))
     assert first == second
 
@@ -200,7 +200,7 @@ def test_marks_are_never_too_many(ticks: int) -> None:
         departed, ended = 3, 3 + ticks
 
     class View:
-        class flight:  # noqa: N801 - as of `MissionRun`
+        class flight:  # noqa: N801 - as of `LabelledFlight`
             uavs = {"a": Uav()}  # noqa: RUF012 - the same
 
     spacing = mark_spacing(View())  # type: ignore[arg-type]
@@ -243,7 +243,7 @@ def test_frames_are_evenly_spread(ticks: int) -> None:
     assert len(frames) * milliseconds <= 1000 * SECONDS * 1.2 or len(frames) < 40
 
 
-def test_the_plan_ahead_begins_where_the_uav_is_and_ends_at_its_goal(flights: list[MissionRun]) -> None:
+def test_the_plan_ahead_begins_where_the_uav_is_and_ends_at_its_goal(flights: list[LabelledFlight]) -> None:
     for flown in flights:
         for uav in flown.flight.uavs.values():
             for tick in range(uav.departed, uav.ended):
@@ -258,7 +258,7 @@ def test_the_plan_ahead_begins_where_the_uav_is_and_ends_at_its_goal(flights: li
             assert len(plan_ahead(uav, uav.ended + 1)) == 0
 
 
-def test_a_frame_shows_what_each_uav_knows(told: MissionRun) -> None:
+def test_a_frame_shows_what_each_uav_knows(told: LabelledFlight) -> None:
     tick = 8
     with style():
         film = Film(told)
@@ -280,7 +280,7 @@ def test_a_frame_shows_what_each_uav_knows(told: MissionRun) -> None:
 
 
 @pytest.mark.parametrize("status", [status for status in MissionStatus if status is not MissionStatus.ARRIVED])
-def test_who_did_not_arrive_is_seen_where_its_flight_ends(told: MissionRun, status: MissionStatus) -> None:
+def test_who_did_not_arrive_is_seen_where_its_flight_ends(told: LabelledFlight, status: MissionStatus) -> None:
     def bodies_at_the_end(status: MissionStatus) -> list[np.ndarray]:
         uavs = {name: dataclasses.replace(uav, status=status) for name, uav in told.flight.uavs.items()}
         with style():
@@ -296,7 +296,7 @@ def test_who_did_not_arrive_is_seen_where_its_flight_ends(told: MissionRun, stat
     assert not any(np.array_equal(spot, here) for spot in bodies_at_the_end(MissionStatus.ARRIVED))
 
 
-def test_words_say_how_each_uav_is(told: MissionRun) -> None:
+def test_words_say_how_each_uav_is(told: LabelledFlight) -> None:
     uav = told.flight.uavs["a"]
     late = dataclasses.replace(uav, departed=4, ended=uav.ended + 4)
     assert state_at(late, 3) == "on the ground"
@@ -305,7 +305,7 @@ def test_words_say_how_each_uav_is(told: MissionRun) -> None:
 
 
 @pytest.mark.slow
-def test_a_gif_is_short_small_and_the_same_every_time(told: MissionRun, tmp_path: Path) -> None:
+def test_a_gif_is_short_small_and_the_same_every_time(told: LabelledFlight, tmp_path: Path) -> None:
     (path,) = animate(told, [tmp_path / "told.gif"])
     data = path.read_bytes()
     assert len(data) < 3_000_000
@@ -323,7 +323,7 @@ def test_a_gif_is_short_small_and_the_same_every_time(told: MissionRun, tmp_path
 
 
 @pytest.mark.slow
-def test_the_last_frame_of_a_gif_is_the_last_tick(told: MissionRun, tmp_path: Path) -> None:
+def test_the_last_frame_of_a_gif_is_the_last_tick(told: LabelledFlight, tmp_path: Path) -> None:
     (path,) = animate(told, [tmp_path / "told.gif"])
     with style():
         drawn = np.asarray(Film(told).frame(told.flight.ticks)).astype(int)
@@ -335,7 +335,7 @@ def test_the_last_frame_of_a_gif_is_the_last_tick(told: MissionRun, tmp_path: Pa
     assert np.abs(found - drawn).mean() < 2.0
 
 
-def test_a_crowd_is_counted(flights: list[MissionRun]) -> None:
+def test_a_crowd_is_counted(flights: list[LabelledFlight]) -> None:
     uav = next(iter(flights[0].flight.uavs.values()))
     many = {f"u{i}": dataclasses.replace(uav, uav=dataclasses.replace(uav.uav, name=f"u{i}")) for i in range(14)}
     flight = dataclasses.replace(flights[0].flight, uavs=many)
@@ -365,7 +365,7 @@ def path_of_programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="the program is a script")
-def test_ffmpeg_gets_every_frame(told: MissionRun, tmp_path: Path, path_of_programs: Path) -> None:
+def test_ffmpeg_gets_every_frame(told: LabelledFlight, tmp_path: Path, path_of_programs: Path) -> None:
     fake_ffmpeg(
         path_of_programs,
         "data = sys.stdin.buffer.read()\n"
@@ -385,14 +385,14 @@ def test_ffmpeg_gets_every_frame(told: MissionRun, tmp_path: Path, path_of_progr
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="the program is a script")
-def test_an_ffmpeg_that_fails_leaves_nothing(told: MissionRun, tmp_path: Path, path_of_programs: Path) -> None:
+def test_an_ffmpeg_that_fails_leaves_nothing(told: LabelledFlight, tmp_path: Path, path_of_programs: Path) -> None:
     fake_ffmpeg(path_of_programs, "sys.exit('no such encoder')")
     with pytest.raises(OutputError, match=r"told\.mp4: cannot be drawn: ffmpeg failed: no such encoder"):
         animate(told, [tmp_path / "told.gif", tmp_path / "told.mp4"])
     assert {one.name for one in tmp_path.iterdir()} == {"bin"}
 
 
-def test_formats(told: MissionRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_formats(told: LabelledFlight, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(animation_file.shutil, "which", lambda _: None)
     assert animation_file.suffixes() == [".gif"]
     with pytest.raises(OutputError, match="ffmpeg is not installed"):
@@ -405,7 +405,7 @@ def test_formats(told: MissionRun, tmp_path: Path, monkeypatch: pytest.MonkeyPat
 # colours, and what comes up
 
 
-def test_a_uav_has_the_colour_that_its_mission_says(told: MissionRun) -> None:
+def test_a_uav_has_the_colour_that_its_mission_says(told: LabelledFlight) -> None:
     uavs = dict(told.flight.uavs)
     own = {"detection_radius": uavs["a"].uav.detection_radius, "colour": "#aa1122"}
     painted = dataclasses.replace(uavs["a"], uav=Uav("a", uavs["a"].uav.start, uavs["a"].uav.goal, **own))
@@ -420,7 +420,7 @@ def test_a_uav_has_the_colour_that_its_mission_says(told: MissionRun) -> None:
     assert "#aa1122" in {line.get_markerfacecolor() for line in bodies}
 
 
-def test_what_comes_up_is_pointed_at_for_a_while_and_changes_no_other_colour(told: MissionRun) -> None:
+def test_what_comes_up_is_pointed_at_for_a_while_and_changes_no_other_colour(told: LabelledFlight) -> None:
     threat = next(item for item in told.mission.world.timed if isinstance(item, TimedThreat))
     spot = (threat.threat.x, threat.threat.y)
 
@@ -445,13 +445,14 @@ def test_the_colours_of_a_film_reach_to_the_greatest_risk_that_ever_comes(tmp_pa
         "y = 0.5, spread = 0.05", "y = 0.5, spread = 0.05, peak = 0.1"
     )
     (flown,) = flown_of(weak, tmp_path, variant="alone", max_ticks=2)
+    flown = labelled_flight(flown)
     with style():
         film = Film(flown)
         film.frame(0)
     assert film.axes.images[0].norm.boundaries[-1] == pytest.approx(1.0, rel=0.01)
 
 
-def test_a_film_has_few_colours_of_risk(told: MissionRun) -> None:
+def test_a_film_has_few_colours_of_risk(told: LabelledFlight) -> None:
     with style():
         film = Film(told)
         film.frame(0)
@@ -463,6 +464,6 @@ def test_a_film_has_few_colours_of_risk(told: MissionRun) -> None:
 @pytest.mark.slow
 def test_a_film_for_notebooks_is_small(tmp_path: Path) -> None:
     _, (spec,) = open_mission("fig8", variant="with virtual obstacles")
-    flown = fly_one(spec, None, StopRequest())
+    flown = labelled_flight(fly_one(spec, None, StopRequest()))
     (small,) = animate(flown, [tmp_path / "small.gif"], small=True)
     assert small.stat().st_size < 300_000

@@ -2,18 +2,23 @@
 
 from collections.abc import Iterator, Sequence
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from cgla_graph._text import figure as digits
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.comparisons.numbers import figure as digits
-from cgla_graph.comparisons.plots.looks import dashes_of
-from cgla_graph.comparisons.plots.map import BaseMap
-from cgla_graph.comparisons.plots.page import Key, Part, add_inner_legend, arrange, plain, style
-from cgla_graph.comparisons.plots.scene import (
+from cgla_graph.mission.records import Flight, UavFlight
+from cgla_graph.mission.rules import Rules
+from cgla_graph.mission.world import TimedArea
+from cgla_graph.model.earth import LocalProjection
+from cgla_graph.model.problem import Problem
+from cgla_graph.plots.looks import dashes_of
+from cgla_graph.plots.map import BaseMap
+from cgla_graph.plots.page import Key, Part, add_inner_legend, arrange, plain, style
+from cgla_graph.plots.scene import (
     NEAR_COLOUR,
     OBSTACLE_HATCH,
     OUTLINE_SPREADS,
@@ -22,6 +27,7 @@ from cgla_graph.comparisons.plots.scene import (
     TIMED_COLOUR,
     TIMED_LOOK,
     Look,
+    TitledProblem,
     area_key,
     arrowhead,
     clip_to_bounds,
@@ -38,9 +44,6 @@ from cgla_graph.comparisons.plots.scene import (
     unit_scale,
     write_beside,
 )
-from cgla_graph.comparisons.study.mission_run import MissionRun
-from cgla_graph.mission.records import UavFlight
-from cgla_graph.mission.world import TimedArea
 
 #: Panels side by side at most.
 MOST_PANELS = 4
@@ -51,7 +54,51 @@ _MOST_LINES = 16  # so many UAVs of all panels together have a line in the table
 _MOST_NAMES = 9  # so many UAVs have their names on the map
 
 
-def flight_figure(views: Sequence[MissionRun], *, figure: Figure | None = None) -> Figure:
+@dataclass(frozen=True, eq=False)
+class LabelledFlight:
+    """
+    A flight with the words that stand in its picture.
+
+    Attributes
+    ----------
+    flight
+        The flight.
+    name, variant, title
+        Of its mission; may be empty.
+    projection
+        How longitude and latitude became metres; None for a map in the plane.
+    """
+
+    flight: Flight
+    name: str = "flight"
+    variant: str = ""
+    title: str = ""
+    projection: LocalProjection | None = None
+
+    @classmethod
+    def before(cls, mission: Rules) -> "LabelledFlight":
+        """Return a mission before it is flown: no UAV has moved."""
+        return cls(Flight(mission, {}, (), (), 0, fly=lambda _: cls.before(mission).flight), "mission")
+
+    @property
+    def label(self) -> str:
+        """Name and variant in one line."""
+        return f"{self.name}, {self.variant}" if self.variant else self.name
+
+    @property
+    def mission(self) -> Rules:
+        """What was flown."""
+        return self.flight.mission
+
+    def scene(self, tick: int) -> TitledProblem:
+        """Return the true risk map at a tick; without no-fly areas, as those of missions come and go."""
+        first, world = self.mission.uavs[0], self.mission.world
+        field = world.field_at(tick)
+        problem = Problem(first.start, first.goal, field, first.k, world.bounds, projection=self.projection)
+        return TitledProblem(problem, self.name, self.title)
+
+
+def flight_figure(views: Sequence[LabelledFlight], *, figure: Figure | None = None) -> Figure:
     """
     Draw flights of one mission: one map, or several variants side by side.
 
@@ -75,14 +122,14 @@ def flight_figure(views: Sequence[MissionRun], *, figure: Figure | None = None) 
     >>> from cgla_graph.solvers import get
     >>> from cgla_graph.mission.world import World
     >>> mission = Mission(World(), [Uav("a", (0.1, 0.1), (0.9, 0.9), detection_radius=0.2)], get("cgla"))
-    >>> figure = flight_figure([MissionRun("alone", "", "one UAV, no threat", "cgla", mission, flight=mission.fly())])
+    >>> figure = flight_figure([LabelledFlight(mission.fly(), "alone")])
     >>> [text.get_text() for text in figure.legends[0].get_texts()][:1]
     ['a: arrived at tick 57, cost 1.1314']
     """
     first = views[0]
     moments = [telling_tick(view) for view in views]
     scenes = [view.scene(int(moment)) for view, moment in zip(views, moments, strict=True)]
-    scale = unit_scale(scenes[0])
+    scale = unit_scale(scenes[0].problem)
     with style():
         base = BaseMap.of(scenes[0], places=[place for view in views for place in flown_places(view)], figure=figure)
         panels = [base.axes]
@@ -90,7 +137,7 @@ def flight_figure(views: Sequence[MissionRun], *, figure: Figure | None = None) 
             panel = base.figure.add_axes((0.0, 0.0, 0.1, 0.1), sharex=base.axes, sharey=base.axes)
             panel.set(aspect="equal", facecolor=base.axes.get_facecolor(), xlabel=base.axes.get_xlabel())
             panel.tick_params(labelleft=False)
-            bar = draw_risk(base.figure, panel, scene, wide=False, part=base.part)
+            bar = draw_risk(base.figure, panel, scene.problem, wide=False, part=base.part)
             if bar is not None and base.bar is not None:
                 base.figure.delaxes(bar.ax)
             elif bar is not None:
@@ -117,18 +164,18 @@ def flight_figure(views: Sequence[MissionRun], *, figure: Figure | None = None) 
     return base.figure
 
 
-def draw_flight(axes: Axes, view: MissionRun) -> None:
+def draw_flight(axes: Axes, view: LabelledFlight) -> None:
     """Draw one flight on axes of the user's, with the legend inside and no bar of colours."""
     moment = telling_tick(view)
     scene = view.scene(int(moment))
-    scale = unit_scale(scene)
+    scale = unit_scale(scene.problem)
     with style():
         BaseMap.on(axes, scene, places=flown_places(view))
         _draw_flight(axes, view, moment, scale)
         add_inner_legend(axes, list(_legend_rows([view], [moment], scale)), least=len(view.flight.uavs))
 
 
-def flown_places(view: MissionRun) -> list[FloatArray]:
+def flown_places(view: LabelledFlight) -> list[FloatArray]:
     """List what is seen whole in pictures of a flight: starts, goals and traces, and what comes and goes."""
     ends = [np.array([uav.start, uav.goal], dtype=np.float64) for uav in view.mission.uavs]
     flown = [uav.path for uav in view.flight.uavs.values() if len(uav.path)]
@@ -146,7 +193,7 @@ def _level(panels: Sequence[Axes]) -> None:
         image.set_clim(0.0, top)
 
 
-def _draw_flight(axes: Axes, view: MissionRun, moment: float, scale: float) -> None:
+def _draw_flight(axes: Axes, view: LabelledFlight, moment: float, scale: float) -> None:
     """Draw areas, traces and the telling moment."""
     mission = view.mission
     if mission.world.no_fly is not None:
@@ -164,7 +211,7 @@ def _draw_flight(axes: Axes, view: MissionRun, moment: float, scale: float) -> N
     _draw_moment(axes, view, moment, scale)
 
 
-def _draw_timed(axes: Axes, view: MissionRun, scale: float) -> None:
+def _draw_timed(axes: Axes, view: LabelledFlight, scale: float) -> None:
     """Draw threats and areas that are not always there, and when they are."""
     for (x, y), top, words, item in timed_places(view.mission.world):
         if isinstance(item, TimedArea):
@@ -205,7 +252,7 @@ def _draw_trace(axes: Axes, uav: UavFlight, number: int, spacing: int, width: fl
         draw_mark(axes, uav.trace[at] * scale, arrowhead(east, north), 9.0 + width, colour, zorder=depth, **edge)
 
 
-def _draw_names(axes: Axes, view: MissionRun, scale: float) -> None:
+def _draw_names(axes: Axes, view: LabelledFlight, scale: float) -> None:
     """Write each UAV's name beside its start, on the side of the map's middle, and away from where it goes."""
     x_min, _, x_max, _ = view.mission.world.bounds
     for number, uav in enumerate(view.flight.uavs.values()):
@@ -223,7 +270,7 @@ def _draw_names(axes: Axes, view: MissionRun, scale: float) -> None:
         )
 
 
-def _draw_moment(axes: Axes, view: MissionRun, moment: float, scale: float) -> None:
+def _draw_moment(axes: Axes, view: LabelledFlight, moment: float, scale: float) -> None:
     """Draw circles, positions and virtual obstacles at the telling moment, and the distance of the closest pair."""
     shown = shown_at(view, moment)
     for number, uav, place in shown:
@@ -236,7 +283,7 @@ def _draw_moment(axes: Axes, view: MissionRun, moment: float, scale: float) -> N
             draw_ring(
                 axes, (x * scale, y * scale), spread * scale, **look | {"hatch": OBSTACLE_HATCH, "linewidth": 0.7}
             )
-    pair = view.closest
+    pair = view.flight.closest
     if pair is not None and len(shown) > 1:
         ends = np.array([place for _, _, place in shown]) * scale
         x_min, y_min, x_max, y_max = np.multiply(view.mission.world.bounds, scale).tolist()
@@ -258,17 +305,17 @@ def _draw_moment(axes: Axes, view: MissionRun, moment: float, scale: float) -> N
         draw_mark(axes, np.multiply(place, scale), "o", 5.5, own_colour(uav.uav, number), **edge)
 
 
-def _panel_title(view: MissionRun, scale: float) -> str:
+def _panel_title(view: LabelledFlight, scale: float) -> str:
     """Name a variant, and how near its UAVs came to each other."""
-    pair = view.closest
+    pair = view.flight.closest
     unit = "" if view.projection is None else " km"
     near = f"least separation {digits(pair.distance * scale, 3)}{unit}, tick {pair.time:.4g}" if pair else ""
     return f"{plain(view.variant or view.name, 46)}\n{near}".rstrip()
 
 
-def _closest_text(view: MissionRun, scale: float) -> str:
+def _closest_text(view: LabelledFlight, scale: float) -> str:
     """Say how near two UAVs came to each other, and when."""
-    pair = view.closest
+    pair = view.flight.closest
     if pair is None:
         return ""
     unit = "" if view.projection is None else " km"
@@ -276,7 +323,7 @@ def _closest_text(view: MissionRun, scale: float) -> str:
     return f"Closest: {names}, {digits(pair.distance * scale, 3)}{unit} at tick {pair.time:.4g}"
 
 
-def _legend_rows(views: Sequence[MissionRun], moments: Sequence[float], scale: float) -> Iterator[Key]:
+def _legend_rows(views: Sequence[LabelledFlight], moments: Sequence[float], scale: float) -> Iterator[Key]:
     """Yield handles and labels: UAVs first, then what the marks mean."""
     first, alone = views[0], len(views) == 1
     unit = "" if first.projection is None else " km"
@@ -291,7 +338,7 @@ def _legend_rows(views: Sequence[MissionRun], moments: Sequence[float], scale: f
     if any(uav.ended - uav.departed >= every for view in views for uav in view.flight.uavs.values()):
         arrow: Look = mark | {"markerfacecolor": "0.2", "markeredgewidth": 0.0}
         yield line_key(marker=arrowhead(1.0, 0.0), markersize=11.0, **arrow), f"every {every} ticks"
-    met = first.closest is not None
+    met = first.flight.closest is not None
     when = f" at tick {moments[0]:.4g}" if alone else "" if met else " at its last new plan"
     if met:
         yield line_key(color=NEAR_COLOUR, linewidth=2.2), f"closest pair{when}"
@@ -309,7 +356,7 @@ def _legend_rows(views: Sequence[MissionRun], moments: Sequence[float], scale: f
     yield from data_keys(first.scene(0).problem)
 
 
-def _numbers_table(views: Sequence[MissionRun], scale: float) -> list[list[str]]:
+def _numbers_table(views: Sequence[LabelledFlight], scale: float) -> list[list[str]]:
     """Write what each UAV has flown: one line each, and for several variants, those of all."""
     unit = "" if views[0].projection is None else " (km)"
     several = len(views) > 1
@@ -328,13 +375,13 @@ def _numbers_table(views: Sequence[MissionRun], scale: float) -> list[list[str]]
     return table
 
 
-def telling_tick(view: MissionRun) -> float:
+def telling_tick(view: LabelledFlight) -> float:
     """
     Return the moment that a picture shows: of the closest approach.
 
     Where no two UAVs meet, the last tick at which one made a new plan on the way.
     """
-    pair = view.closest
+    pair = view.flight.closest
     if pair is not None:
         return pair.time
     replans = [tick for uav in view.flight.uavs.values() for tick in uav.replans if tick > uav.departed]
@@ -349,15 +396,15 @@ def place_at(uav: UavFlight, time: float) -> Point | None:
     return x, y
 
 
-def mark_spacing(view: MissionRun) -> int:
+def mark_spacing(view: LabelledFlight) -> int:
     """Return every how many ticks a trace is marked: 10, or where that were too many a rounder number."""
-    longest = max(uav.ended - uav.departed for uav in view.flight.uavs.values())
+    longest = max((uav.ended - uav.departed for uav in view.flight.uavs.values()), default=0)
     return next((step for step in (10, 20, 50, 100, 200, 500, 1000) if longest <= _MOST_MARKS * step), 10_000)
 
 
-def shown_at(view: MissionRun, moment: float) -> list[tuple[int, UavFlight, Point]]:
+def shown_at(view: LabelledFlight, moment: float) -> list[tuple[int, UavFlight, Point]]:
     """List the UAVs that have circles: the closest pair, or where there is none, the one that made a new plan."""
-    pair = view.closest
+    pair = view.flight.closest
     shown = []
     for number, uav in enumerate(view.flight.uavs.values()):
         place = place_at(uav, moment)

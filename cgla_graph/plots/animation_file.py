@@ -13,12 +13,12 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from PIL import Image
 
-from cgla_graph.comparisons.files import write_bytes
-from cgla_graph.comparisons.plots.animation import DPI, MOST_FRAMES, Film, frame_ticks
-from cgla_graph.comparisons.plots.page import style
-from cgla_graph.comparisons.plots.scene import NEAR_COLOUR, TIMED_COLOUR, own_colour
-from cgla_graph.comparisons.study.mission_run import MissionRun
+from cgla_graph._files import write_files
 from cgla_graph.errors import OutputError
+from cgla_graph.plots.animation import DPI, MOST_FRAMES, Film, frame_ticks
+from cgla_graph.plots.flight import LabelledFlight
+from cgla_graph.plots.page import style
+from cgla_graph.plots.scene import NEAR_COLOUR, TIMED_COLOUR, own_colour
 
 #: Seconds that all frames but the last take together, and that the last one stays.
 SECONDS, LAST_SECONDS = 8.0, 2.0
@@ -42,7 +42,7 @@ def suffixes() -> list[str]:
     return [".gif", ".mp4"] if shutil.which("ffmpeg") else [".gif"]
 
 
-def animate(view: MissionRun, paths: Sequence[Path], *, small: bool = False) -> list[Path]:
+def animate(view: LabelledFlight, paths: Sequence[Path], *, small: bool = False) -> list[Path]:
     """
     Write the animation of a flight to files: the same flight gives the same bytes.
 
@@ -64,10 +64,11 @@ def animate(view: MissionRun, paths: Sequence[Path], *, small: bool = False) -> 
         reason = " ".join(str(error).split()) or type(error).__name__
         msg = f"{', '.join(map(str, paths))}: cannot be drawn: {reason}"
         raise OutputError(msg) from error
-    return [write_bytes(path, data) for path, data in zip(paths, encoded, strict=True)]
+    write_files(dict(zip(paths, encoded, strict=True)))
+    return list(paths)
 
 
-def _encoded(view: MissionRun, kinds: Sequence[str], dpi: int, most: int, n_colours: int) -> list[bytes]:
+def _encoded(view: LabelledFlight, kinds: Sequence[str], dpi: int, most: int, n_colours: int) -> list[bytes]:
     """Draw each frame once, for all formats; one frame at a time is held as it was drawn."""
     with style(), ExitStack() as stack:
         film = Film(view, dpi)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeAlias
 
@@ -21,12 +22,12 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph.comparisons.plots.looks import COLOURS
-from cgla_graph.comparisons.risk_samples import greatest_cells, missing_cells, risk_samples, sample_edges
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import TimedArea, TimedThreat, World
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk_raster import RasterRisk
+from cgla_graph.plots.looks import COLOURS
+from cgla_graph.plots.risk_samples import greatest_cells, missing_cells, risk_samples, sample_edges
 from cgla_graph.scenarios.scenario import Scenario
 
 _HALO = [patheffects.withStroke(linewidth=2.2, foreground="white", alpha=0.9)]
@@ -51,64 +52,65 @@ SIGHT_DASHES, SAFE_DASHES, OBSTACLE_HATCH = (0, (5, 3)), (0, (1, 1.5)), "xxxxx"
 _ARROW = Outline([(-0.5, -0.42), (0.5, 0.0), (-0.5, 0.42), (-0.25, 0.0), (-0.5, -0.42)], closed=True)
 
 
-def unit_scale(scenario: Scenario) -> float:
+@dataclass(frozen=True, eq=False)
+class TitledProblem:
+    """
+    A problem with the words that stand in its picture.
+
+    Attributes
+    ----------
+    problem
+        The map.
+    name, title
+        A short name, and one line that says what the map shows; may be empty.
+    areas
+        Names and shapes of no-fly areas, map units.
+    y_down
+        Whether y grows downwards, as in grid maps.
+    """
+
+    problem: Problem
+    name: str = ""
+    title: str = ""
+    areas: Sequence[tuple[str, BaseGeometry]] = ()
+    y_down: bool = False
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> "TitledProblem":
+        """Take the words of a scenario."""
+        return cls(scenario.problem, scenario.name, scenario.title, scenario.areas, scenario.y_down)
+
+
+def unit_scale(problem: Problem) -> float:
     """
     Return what coordinates, lengths and costs are multiplied with: 0.001, where metres become kilometres, else 1.
 
     Examples
     --------
     >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> unit_scale(load_scenario("finland")), unit_scale(load_scenario("paper"))
+    >>> unit_scale(load_scenario("finland").problem), unit_scale(load_scenario("paper").problem)
     (0.001, 1.0)
     """
-    return 1.0 if scenario.projection is None else 1e-3
+    return 1.0 if problem.projection is None else 1e-3
 
 
-def cost_unit(scenario: Scenario) -> str:
+def cost_unit(problem: Problem) -> str:
     """
     Write the unit of costs, to follow a word; empty where the map's unit has no name.
 
     Examples
     --------
     >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> [f"cost{cost_unit(load_scenario(name))}" for name in ("finland", "paper")]
+    >>> [f"cost{cost_unit(load_scenario(name).problem)}" for name in ("finland", "paper")]
     ['cost (km)', 'cost']
     """
-    return "" if scenario.projection is None else " (km)"
-
-
-def axis_labels(scenario: Scenario) -> tuple[str, str]:
-    """
-    Say what x and y of a map are.
-
-    Examples
-    --------
-    >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> axis_labels(load_scenario("paper"))
-    ('x', 'y')
-    """
-    if scenario.projection is not None:
-        east, north = _degrees(scenario.projection.longitude, "EW"), _degrees(scenario.projection.latitude, "NS")
-        return f"km east of {east}", f"km north of {north}"
-    return ("x (cells)", "y (cells)") if scenario.y_down else ("x", "y")
-
-
-def _degrees(value: float, letters: str) -> str:
-    """
-    Write a longitude or latitude.
-
-    Examples
-    --------
-    >>> _degrees(24.95, "EW"), _degrees(-60.1234, "NS")
-    ('24.95° E', '60.123° S')
-    """
-    return f"{round(abs(value), 3):g}° {letters[value < 0.0]}"
+    return "" if problem.projection is None else " (km)"
 
 
 def draw_risk(
     figure: Figure,
     axes: Axes,
-    scenario: Scenario,
+    problem: Problem,
     *,
     wide: bool = False,
     with_bar: bool = True,
@@ -119,13 +121,13 @@ def draw_risk(
 
     The bar is not in its place yet.
     """
-    x_min, y_min, x_max, y_max = scenario.problem.bounds
-    scale = unit_scale(scenario)
+    x_min, y_min, x_max, y_max = problem.bounds
+    scale = unit_scale(problem)
     corner, width, height = (x_min * scale, y_min * scale), (x_max - x_min) * scale, (y_max - y_min) * scale
     axes.add_patch(Rectangle(corner, width, height, facecolor="white", zorder=0))
     axes.add_patch(Rectangle(corner, width, height, facecolor="none", edgecolor="0.2", linewidth=0.8, zorder=2.5))
-    _draw_cells(axes, scenario.problem, scale)
-    shown = scenario.problem
+    _draw_cells(axes, problem, scale)
+    shown = problem
     if part is not None and part != shown.bounds:
         shown = Problem(part[:2], part[2:], shown.field, bounds=part)
         x_min, y_min, x_max, y_max = part
@@ -141,7 +143,7 @@ def draw_risk(
         origin="lower",
         extent=(corner[0], corner[0] + width, corner[1], corner[1] + height),
         # edges of cells are sharp
-        interpolation="nearest" if scenario.problem.field.rasters else "bilinear",
+        interpolation="nearest" if problem.field.rasters else "bilinear",
         aspect="equal",
         zorder=1,
     )

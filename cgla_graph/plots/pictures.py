@@ -1,4 +1,4 @@
-"""Pictures of a comparison, and their files: paths on the map of risk, and best costs over time."""
+"""Files of pictures: PNG, SVG and PDF, the same bytes for the same figure."""
 
 import io
 from collections.abc import Sequence
@@ -7,13 +7,9 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from cgla_graph.comparisons.files import write_bytes
-from cgla_graph.comparisons.plots.cost import trace_figure
-from cgla_graph.comparisons.plots.map import map_figure
-from cgla_graph.comparisons.plots.page import style
+from cgla_graph._files import write_files
 from cgla_graph.errors import OutputError
-
-__all__ = ["DPI", "map_figure", "save", "save_all", "trace_figure"]
+from cgla_graph.plots.page import style
 
 #: Dots per inch of PNG files.
 DPI = 150
@@ -41,7 +37,8 @@ def save(figure: Figure, path: Path) -> Path:
         reason = " ".join(str(error).split()) or type(error).__name__
         msg = f"{path}: cannot be drawn: {reason}"
         raise OutputError(msg) from error
-    return write_bytes(path, image)
+    write_files({path: image})
+    return path
 
 
 def save_all(figure: Figure, stem: Path, kinds: Sequence[str]) -> list[Path]:

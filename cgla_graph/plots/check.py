@@ -10,25 +10,24 @@ from matplotlib.figure import Figure
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.plots.map import BaseMap
-from cgla_graph.comparisons.plots.page import Key, heading, style
-from cgla_graph.comparisons.plots.scene import area_key, clip_to_bounds, draw_area, line_key, unit_scale
 from cgla_graph.model.problem import Problem
-from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.plots.map import BaseMap
+from cgla_graph.plots.page import Key, heading, style
+from cgla_graph.plots.scene import TitledProblem, area_key, clip_to_bounds, draw_area, line_key, unit_scale
 
 #: Blue, as the first solver's path in other pictures; and red, which no solver has.
 _PLAN, _INSIDE = "#0072B2", "#C00000"
 
 
 def check_figure(
-    scenario: Scenario, route: FloatArray, areas: Sequence[BaseGeometry], pieces: Sequence[FloatArray], *, clean: bool
+    shown: TitledProblem, route: FloatArray, areas: Sequence[BaseGeometry], pieces: Sequence[FloatArray], *, clean: bool
 ) -> Figure:
     """
     Draw a plan that was checked.
 
     Parameters
     ----------
-    scenario
+    shown
         The map; what closes it are the `areas`.
     route
         What is flown, shape ``(m, 2)``, map units; it may begin in an area, and leave the map.
@@ -43,19 +42,18 @@ def check_figure(
     --------
     >>> from cgla_graph.scenarios.scenario import load_scenario
     >>> route = np.array([(0.1, 0.1), (0.9, 0.9)])
-    >>> figure = check_figure(load_scenario("one-threat"), route, [shapely.box(0.4, 0, 0.5, 0.8)], [route], clean=False)
+    >>> shown = TitledProblem.of(load_scenario("one-threat"))
+    >>> figure = check_figure(shown, route, [shapely.box(0.4, 0, 0.5, 0.8)], [route], clean=False)
     >>> [text.get_text() for text in figure.legends[0].get_texts()]
     ['plan, not clean', 'inside an area', 'start', 'goal', 'no-fly area']
     """
-    low = np.minimum(route.min(axis=0), scenario.problem.bounds[:2])
-    high = np.maximum(route.max(axis=0), scenario.problem.bounds[2:])
-    first, last = ((float(x), float(y)) for x, y in (route[0], route[-1]))
+    old = shown.problem
+    low, high = np.minimum(route.min(axis=0), old.bounds[:2]), np.maximum(route.max(axis=0), old.bounds[2:])
     bounds = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
-    old = scenario.problem
-    shown = dataclasses.replace(
-        scenario, problem=Problem(first, last, old.field, old.k, bounds, projection=old.projection)
-    )
-    scale = unit_scale(shown)
+    first, last = ((float(x), float(y)) for x, y in (route[0], route[-1]))
+    problem = Problem(first, last, old.field, old.k, bounds, projection=old.projection)
+    shown = dataclasses.replace(shown, problem=problem)
+    scale = unit_scale(problem)
     with style():
         base = BaseMap.of(shown, places=[route])
         base.axes.plot(*(route * scale).T, color="white", linewidth=3.0, alpha=0.85, zorder=3.4)
@@ -76,5 +74,5 @@ def check_figure(
             clip_to_bounds(base.axes, bounds, draw_area(base.axes, united, scale), scale)
             keys.append((area_key(), "no-fly area"))
         base.name_areas([route])
-        base.arrange(heading(shown), [*base.parts, base.add_legend(keys)])
+        base.arrange(heading(shown.name, shown.title, problem.k), [*base.parts, base.add_legend(keys)])
     return base.figure

@@ -1,7 +1,7 @@
 """The picture of a map: its risk, its no-fly area, and the path of every solver, alike ones as one."""
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,11 +16,12 @@ from matplotlib.ticker import MaxNLocator
 from shapely import LineString
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._text import at_most, rounded_down
+from cgla_graph._text import figure as digits
 from cgla_graph._types import Bounds, FloatArray
-from cgla_graph.comparisons.numbers import at_most, rounded_down
-from cgla_graph.comparisons.numbers import figure as digits
-from cgla_graph.comparisons.plots.looks import Entry, cost_label, entries_of, others_label
-from cgla_graph.comparisons.plots.page import (
+from cgla_graph.model.problem import Problem
+from cgla_graph.plots.looks import LabelledPath, others_label
+from cgla_graph.plots.page import (
     Key,
     Part,
     add_inner_legend,
@@ -31,9 +32,9 @@ from cgla_graph.comparisons.plots.page import (
     plain,
     style,
 )
-from cgla_graph.comparisons.plots.scene import (
+from cgla_graph.plots.scene import (
+    TitledProblem,
     area_key,
-    axis_labels,
     clip_to_bounds,
     cost_unit,
     data_keys,
@@ -42,10 +43,7 @@ from cgla_graph.comparisons.plots.scene import (
     draw_risk,
     unit_scale,
 )
-from cgla_graph.comparisons.plots.view import label_degrees, name_areas, view_of
-from cgla_graph.comparisons.study.rows import scenario_bound
-from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.plots.view import label_degrees, name_areas, view_of
 
 _LONG, _WIDE_LONG, _SHORT = 4.8, 6.5, 0.9  # inches: longer side of the map, of a wide one, least shorter side
 _WIDE = 2.5  # maps wider than this times their height have everything else below them
@@ -63,20 +61,20 @@ _SHARED = 0.3
 
 
 def map_figure(
-    scenario: Scenario, runs: Sequence[Run], named: Collection[str] = (), *, figure: Figure | None = None
+    shown: TitledProblem, paths: Sequence[LabelledPath], bound: float = math.nan, *, figure: Figure | None = None
 ) -> Figure:
     """
-    Draw a map with its risk, its no-fly area and the path of every solver.
+    Draw a map with its risk, its no-fly area and labelled paths.
 
     Parameters
     ----------
-    scenario
+    shown
         The map.
-    runs
-        Its runs. Of a solver's seeds the median run is drawn. Of many solvers the best are drawn in colour, the others
-        in grey (see `entries_of`); those within the width of a pen of a better one are in its line.
-    named
-        Labels of solvers that are drawn in colour in any case.
+    paths
+        The best first. Those that stand out are drawn in colour, the others in grey; those within the width of a pen
+        of a better one are in its line.
+    bound
+        A proven lower bound of the cost of every path, map units, for the table of the paths in colour; NaN: none.
     figure
         An empty one to draw on; None makes one.
 
@@ -88,46 +86,46 @@ def map_figure(
     Examples
     --------
     >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> figure = map_figure(load_scenario("paper"), [])
+    >>> figure = map_figure(TitledProblem.of(load_scenario("paper")), [])
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['y', 'risk per unit length']
     """
-    entries = entries_of(runs, named)
+    problem = shown.problem
     with style():
-        base = BaseMap.of(scenario, entries, figure=figure)
-        keys = [*base.draw_paths(entries), *base.draw_marks()]
-        base.name_areas([entry.path for entry in entries])
-        legend = base.add_legend(keys, f"cost{cost_unit(scenario)}" if entries else "")
-        base.arrange(heading(scenario), [*base.parts, *base.with_table(legend, numbers_table(scenario, runs, entries))])
+        base = BaseMap.of(shown, paths, figure=figure)
+        keys = [*base.draw_paths(paths), *base.draw_marks()]
+        base.name_areas([one.path for one in paths])
+        legend = base.add_legend(keys, f"cost{cost_unit(problem)}" if paths else "")
+        table = numbers_table(problem, paths, bound)
+        base.arrange(heading(shown.name, shown.title, problem.k), [*base.parts, *base.with_table(legend, table)])
     return base.figure
 
 
-def numbers_table(scenario: Scenario, runs: Sequence[Run], entries: Sequence[Entry]) -> list[list[str]]:
-    """Write what else is to be known of the paths in colour: their gap to the proven bound, length and risk."""
-    scale, bound = unit_scale(scenario), scenario_bound(runs)
-    shown = [entry for entry in entries if entry.stands_out and len(entry.path) and not entry.infeasible]
-    if not shown:
+def numbers_table(problem: Problem, paths: Sequence[LabelledPath], bound: float) -> list[list[str]]:
+    """Write the gap to a proven bound, the length and the risk of the paths in colour."""
+    scale = unit_scale(problem)
+    rows = [one for one in paths if one.stands_out and len(one.path) and not one.infeasible]
+    if not rows:
         return []
     proven = 0.0 < bound < math.inf
-    unit = "" if scenario.projection is None else " km"
-    table = [["", *(["gap at most"] if proven else []), f"length{cost_unit(scenario)}", "risk"]]
-    for entry in shown:
-        solution = entry.shown.solution
+    unit = "" if problem.projection is None else " km"
+    table = [["", *(["gap at most"] if proven else []), f"length{cost_unit(problem)}", "risk"]]
+    for one in rows:
+        solution = one.solution
         gap = [at_most(max(solution.cost / bound - 1.0, 0.0))] if proven else []
-        table.append([plain(entry.label, 20), *gap, digits(solution.length * scale, 5), digits(solution.risk, 4)])
+        table.append([plain(one.label, 20), *gap, digits(solution.length * scale, 5), digits(solution.risk, 4)])
     if proven:
         table.append([])
         table.append([f"no path costs less than {rounded_down(bound * scale, 5)}{unit}"])
     return table
 
 
-def draw_map(axes: Axes, scenario: Scenario, runs: Sequence[Run]) -> None:
+def draw_map(axes: Axes, shown: TitledProblem, paths: Sequence[LabelledPath]) -> None:
     """Draw the same on axes of the user's, with the legend inside and no bar of colours."""
-    entries = entries_of(runs)
     with style():
-        base = BaseMap.on(axes, scenario, entries)
-        rows = list(base.draw_paths(entries))
-        title = f"cost{cost_unit(scenario)}" if entries else ""
+        base = BaseMap.on(axes, shown, paths)
+        rows = list(base.draw_paths(paths))
+        title = f"cost{cost_unit(shown.problem)}" if paths else ""
         add_inner_legend(axes, [*rows, *base.draw_marks()], least=len(rows), title=title)
 
 
@@ -138,7 +136,7 @@ class BaseMap:
 
     Attributes
     ----------
-    scenario
+    shown
         The map.
     figure, axes, bar
         Where it is drawn, and the axes of its colour bar; None where there is no risk.
@@ -148,7 +146,7 @@ class BaseMap:
         What of the map is shown, map units.
     """
 
-    scenario: Scenario
+    shown: TitledProblem
     figure: Figure
     axes: Axes
     bar: Axes | None
@@ -159,8 +157,8 @@ class BaseMap:
     @classmethod
     def of(
         cls,
-        scenario: Scenario,
-        entries: Sequence[Entry] = (),
+        shown: TitledProblem,
+        paths: Sequence[LabelledPath] = (),
         *,
         places: Sequence[FloatArray] = (),
         figure: Figure | None = None,
@@ -168,25 +166,25 @@ class BaseMap:
         """Draw the risk where solvers' paths and other places (map units) are, and where infeasible paths leave it."""
         figure = figure or Figure()
         axes = figure.add_subplot()
-        size, inches, part = _frame_map(axes, scenario, entries, places)
-        bar = draw_risk(figure, axes, scenario, wide=size[0] > _WIDE * size[1], part=part)
-        return cls(scenario, figure, axes, None if bar is None else bar.ax, size, inches, part)
+        size, inches, part = _frame_map(axes, shown, paths, places)
+        bar = draw_risk(figure, axes, shown.problem, wide=size[0] > _WIDE * size[1], part=part)
+        return cls(shown, figure, axes, None if bar is None else bar.ax, size, inches, part)
 
     @classmethod
     def on(
-        cls, axes: Axes, scenario: Scenario, entries: Sequence[Entry] = (), *, places: Sequence[FloatArray] = ()
+        cls, axes: Axes, shown: TitledProblem, paths: Sequence[LabelledPath] = (), *, places: Sequence[FloatArray] = ()
     ) -> "BaseMap":
         """Draw the same on axes that are there, which keep their place; without a bar of colours."""
         figure = axes.figure
         while not isinstance(figure, Figure):
             figure = figure.figure  # of a figure inside another one
-        *_, part = _frame_map(axes, scenario, entries, places)
+        *_, part = _frame_map(axes, shown, paths, places)
         (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
         width, height = abs(right - left), abs(high - low)
         room = axes.get_window_extent()
         inches = min(room.width / width, room.height / height) / figure.dpi
-        draw_risk(figure, axes, scenario, with_bar=False, part=part)
-        return cls(scenario, figure, axes, None, (width * inches, height * inches), inches, part)
+        draw_risk(figure, axes, shown.problem, with_bar=False, part=part)
+        return cls(shown, figure, axes, None, (width * inches, height * inches), inches, part)
 
     @property
     def wide(self) -> bool:
@@ -223,20 +221,20 @@ class BaseMap:
         """Put parts beside each other; below each other where the map is wide."""
         arrange(self.figure, heading, [[part] for part in parts] if self.wide else [parts])
 
-    def draw_paths(self, entries: Sequence[Entry]) -> Iterator[Key]:
+    def draw_paths(self, paths: Sequence[LabelledPath]) -> Iterator[Key]:
         """Draw the paths of solvers, those within the width of a pen as one; yield the rows of the legend."""
-        yield from _draw_paths(self.axes, entries, unit_scale(self.scenario), _PEN / 72.0 / self.inches)
+        yield from _draw_paths(self.axes, paths, unit_scale(self.shown.problem), _PEN / 72.0 / self.inches)
 
     def name_areas(self, paths: Sequence[FloatArray]) -> None:
         """Write the names of areas where they hide neither each other nor paths (map units); the size is final then."""
         self.figure.set_size_inches(12.0, 12.0)
         self.axes.set_position((0.1, 0.1, self.size[0] / 12.0, self.size[1] / 12.0))
-        ends = [np.array([end]) for end in (self.scenario.problem.start, self.scenario.problem.goal)]
-        name_areas(self.axes, self.scenario.areas, unit_scale(self.scenario), [*paths, *ends])
+        ends = [np.array([end]) for end in (self.shown.problem.start, self.shown.problem.goal)]
+        name_areas(self.axes, self.shown.areas, unit_scale(self.shown.problem), [*paths, *ends])
 
     def draw_marks(self) -> Iterator[Key]:
         """Draw start, goal and no-fly area; yield the legend's rows."""
-        problem, scale = self.scenario.problem, unit_scale(self.scenario)
+        problem, scale = self.shown.problem, unit_scale(self.shown.problem)
         around = 15.0 if problem.start == problem.goal else 8.0
         for name, end, marker, size in (("start", problem.start, "o", around), ("goal", problem.goal, "*", 12.0)):
             place = np.multiply(end, scale)
@@ -249,21 +247,21 @@ class BaseMap:
             for ring in shapely.get_rings(shapely.get_parts(problem.model.area.geometry)):
                 lines = self.axes.plot(*(shapely.get_coordinates(ring) * scale).T, **look, zorder=2.5)
                 clip_to_bounds(self.axes, problem.bounds, lines, scale)
-            yield Line2D([], [], **look), f"clearance {problem.clearance:g}{' m' if self.scenario.projection else ''}"
+            yield Line2D([], [], **look), f"clearance {problem.clearance:g}{' m' if problem.projection else ''}"
         yield from data_keys(problem)
 
 
 def _frame_map(
-    axes: Axes, scenario: Scenario, entries: Sequence[Entry], places: Sequence[FloatArray]
+    axes: Axes, shown: TitledProblem, paths: Sequence[LabelledPath], places: Sequence[FloatArray]
 ) -> tuple[tuple[float, float], float, Bounds]:
     """Set limits and labels; return the size of the map and of one unit, inches, and what part of it is shown."""
-    problem, scale = scenario.problem, unit_scale(scenario)
+    problem, scale = shown.problem, unit_scale(shown.problem)
     view = view_of(
         problem.bounds,
         np.array([problem.start, problem.goal], dtype=np.float64),
-        [*(entry.path for entry in entries if len(entry.path) and not entry.infeasible), *places],
-        [entry.path for entry in entries if len(entry.path) and entry.infeasible],
-        crop=scenario.projection is not None,
+        [*(one.path for one in paths if len(one.path) and not one.infeasible), *places],
+        [one.path for one in paths if len(one.path) and one.infeasible],
+        crop=problem.projection is not None,
     )
     low, high = np.reshape(view.frame, (2, 2)) * scale
     width, height = high - low
@@ -272,50 +270,49 @@ def _frame_map(
     lacking = np.maximum(_SHORT / inches - (high - low), 0.0)
     (x_min, y_min), (x_max, y_max) = low - 0.5 * lacking, high + 0.5 * lacking
     axes.set_xlim(x_min, x_max)
-    axes.set_ylim(*((y_max, y_min) if scenario.y_down else (y_min, y_max)))
+    axes.set_ylim(*((y_max, y_min) if shown.y_down else (y_min, y_max)))
     axes.set_aspect("equal")
     axes.set_facecolor("0.92")  # outside the bounds, where a path leaves them or the map is very thin
     size = float(x_max - x_min) * inches, float(y_max - y_min) * inches
-    if scenario.projection is not None:
-        label_degrees(axes, scenario.projection, (max(2, int(1.1 * size[0])), max(2, int(1.6 * size[1]))))
+    if problem.projection is not None:
+        label_degrees(axes, problem.projection, (max(2, int(1.1 * size[0])), max(2, int(1.6 * size[1]))))
         return size, inches, view.part
     axes.xaxis.set_major_locator(MaxNLocator(max(1, int(1.3 * size[0])), steps=[1, 2, 5, 10], min_n_ticks=1))
     axes.yaxis.set_major_locator(MaxNLocator(max(2, int(1.3 * size[1])), steps=[1, 2, 5, 10]))
-    x_label, y_label = axis_labels(scenario)
-    axes.set_xlabel(x_label)
-    axes.set_ylabel(y_label)
+    for axis, letter in ((axes.xaxis, "x"), (axes.yaxis, "y")):
+        axis.set_label_text(f"{letter} (cells)" if shown.y_down else letter)
     return size, inches, view.part
 
 
-def _draw_paths(axes: Axes, entries: Sequence[Entry], scale: float, pen: float) -> Iterator[Key]:
+def _draw_paths(axes: Axes, paths: Sequence[LabelledPath], scale: float, pen: float) -> Iterator[Key]:
     """Draw the paths, the best on top, those within the width of a pen as one; yield handles and labels."""
-    with_path = [entry for entry in entries if len(entry.path)]
-    lines = lines_of([entry for entry in with_path if entry.stands_out], pen / scale)
+    with_path = [one for one in paths if len(one.path)]
+    lines = lines_of([one for one in with_path if one.stands_out], pen / scale)
     drawn = _draw_lines(axes, [line[0] for line in lines], scale, pen)
     for handle, line in zip(drawn, lines, strict=True):
-        yield handle, cost_label(line[0], scale)
-        for entry in line[1:]:
-            yield Line2D([], [], linestyle="none"), f"{cost_label(entry, scale)}, same line"
-    for entry in entries:
-        if entry.stands_out and not len(entry.path):
-            yield Line2D([], [], linestyle="none"), cost_label(entry, scale)
-    others = [entry for entry in with_path if not entry.stands_out]
+        yield handle, line[0].row(scale)
+        for one in line[1:]:
+            yield Line2D([], [], linestyle="none"), f"{one.row(scale)}, same line"
+    for one in paths:
+        if one.stands_out and not len(one.path):
+            yield Line2D([], [], linestyle="none"), one.row(scale)
+    others = [one for one in with_path if not one.stands_out]
     for infeasible in (False, True):
-        alike = [entry for entry in others if entry.infeasible is infeasible]
-        for handle in [_draw_path(axes, entry, scale, _THIN, 3.0) for entry in alike][:1]:
+        alike = [one for one in others if one.infeasible is infeasible]
+        for handle in [_draw_path(axes, one, scale, _THIN, 3.0) for one in alike][:1]:
             yield handle, others_label(len(alike), "infeasible" if infeasible else "")
-    if without := [entry for entry in entries if not entry.stands_out and not len(entry.path)]:
+    if without := [one for one in paths if not one.stands_out and not len(one.path)]:
         yield Line2D([], [], linestyle="none"), others_label(len(without), "without a path")
 
 
-def _draw_lines(axes: Axes, entries: Sequence[Entry], scale: float, pen: float) -> list[Artist]:
+def _draw_lines(axes: Axes, paths: Sequence[LabelledPath], scale: float, pen: float) -> list[Artist]:
     """Draw those in colour, each as wide as shows it beside the better ones that run over it; return the lines."""
     # infeasible ones lie on top, with gaps through which those below are seen
-    below = [entry.path for entry in entries if not entry.infeasible]
+    below = [one.path for one in paths if not one.infeasible]
     widths = [_PEN + _STEP * count for count in n_above(below, pen / scale)]
-    widths += [_DASHED] * (len(entries) - len(below))
+    widths += [_DASHED] * (len(paths) - len(below))
     halo = LineCollection(
-        [entry.path * scale for entry in entries],
+        [one.path * scale for one in paths],
         linewidths=[width + 1.4 for width in widths],
         colors="white",
         alpha=0.85,
@@ -323,23 +320,23 @@ def _draw_lines(axes: Axes, entries: Sequence[Entry], scale: float, pen: float) 
     )
     axes.add_collection(halo, autolim=False)
     return [
-        _draw_path(axes, entry, scale, width, 4.0 + 0.5 * entry.infeasible - 0.01 * depth)
-        for depth, (entry, width) in enumerate(zip(entries, widths, strict=True))
+        _draw_path(axes, one, scale, width, 4.0 + 0.5 * one.infeasible - 0.01 * depth)
+        for depth, (one, width) in enumerate(zip(paths, widths, strict=True))
     ]
 
 
-def _draw_path(axes: Axes, entry: Entry, scale: float, width: float, zorder: float) -> Artist:
+def _draw_path(axes: Axes, one: LabelledPath, scale: float, width: float, zorder: float) -> Artist:
     """Draw one path; return the line."""
-    path = entry.path
+    path = one.path
     (line,) = axes.plot(
         *(path.T * scale),
-        color=entry.colour,
-        linestyle=entry.dashes,
+        color=one.colour,
+        linestyle=one.dashes,
         linewidth=width,
         # a path of one point, or of equal points, has no line to see
         marker="o" if (path == path[0]).all() else "none",
         markersize=15.0 + 3.0 * width,
-        clip_on=entry.infeasible,
+        clip_on=one.infeasible,
         solid_joinstyle="round",
         dash_capstyle="butt",
         zorder=zorder,
@@ -347,13 +344,13 @@ def _draw_path(axes: Axes, entry: Entry, scale: float, width: float, zorder: flo
     return line
 
 
-def lines_of(entries: Sequence[Entry], pen: float) -> list[list[Entry]]:
+def lines_of(paths: Sequence[LabelledPath], pen: float) -> list[list[LabelledPath]]:
     """
     Put solvers together whose paths are one line, in order: the first of each is the one to draw.
 
     A path that may be flown is in none with one that may not.
     """
-    kinds = ([entry for entry in entries if entry.infeasible is infeasible] for infeasible in (False, True))
+    kinds = ([one for one in paths if one.infeasible is infeasible] for infeasible in (False, True))
     return [
         [kind[number] for number in together]
         for kind in kinds

@@ -12,8 +12,8 @@ from matplotlib.ticker import MaxNLocator
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, FloatArray
-from cgla_graph.comparisons.plots.page import plain
 from cgla_graph.model.earth import LocalProjection
+from cgla_graph.plots.page import plain
 
 #: Around a flight that takes little of its map, so much of its longer side is shown.
 _AROUND = 0.2

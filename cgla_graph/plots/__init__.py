@@ -1,0 +1,1 @@
+"""Pictures of maps, costs, fronts, proofs and missions."""
