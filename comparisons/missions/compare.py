@@ -12,7 +12,6 @@ from cgla_graph.comparisons.missions.files import team_totals
 from cgla_graph.comparisons.numbers import plain_json
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.flight_run import FlightRun, Track
-from cgla_graph.comparisons.study.options import number_names
 from cgla_graph.comparisons.study.runner import reason
 from cgla_graph.comparisons.study.store import FLIGHT
 from cgla_graph.comparisons.study.study import FlightCell, Study
@@ -27,7 +26,7 @@ from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
 from cgla_graph.model.isolated import lost
 from cgla_graph.model.risk import RiskField, Threat
-from cgla_graph.scenarios.mission_file import MissionFile, is_mission_file, load_mission
+from cgla_graph.scenarios.mission_file import MissionFile
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.warm_up import shortened
 
@@ -38,42 +37,6 @@ PRELOAD = (__name__,)
 TOO_SLOW = ("networkx", "networkx-astar", "milp")
 #: Labels of entrants that have been made ready in this process.
 _ready: set[str] = set()
-
-
-def split(specs: Sequence[str], for_maps: Sequence[str] = ()) -> tuple[list[str], list[MissionFile]]:
-    """
-    Part missions from maps.
-
-    Parameters
-    ----------
-    specs
-        What the user named.
-    for_maps
-        The options that the user set and missions do not have.
-
-    Returns
-    -------
-    maps, missions
-        The names of maps, and the missions, opened; those of the same name get numbers, so that their rows can be told
-        apart.
-
-    Raises
-    ------
-    CglaError
-        If a mission cannot be opened, or is to be flown with an option that it does not have.
-
-    Examples
-    --------
-    >>> maps, missions = split(["paper", "fig8"])
-    >>> maps, [mission.name for mission in missions]
-    (['paper'], ['fig8'])
-    """
-    missions = [load_mission(spec) for spec in specs if is_mission_file(spec)]
-    if missions and for_maps:
-        remedy = "name refine:base=NAME as a solver" if for_maps[0] == "--refine" else "compare maps and missions apart"
-        msg = f"{for_maps[0]} is for maps, and {missions[0].name} is a mission; {remedy}"
-        raise CglaError(msg)
-    return [spec for spec in specs if not is_mission_file(spec)], number_names(missions)
 
 
 def mission_entrants(entrants: Sequence[Entrant], *, chosen: bool) -> list[Entrant]:

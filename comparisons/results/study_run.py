@@ -24,6 +24,7 @@ from cgla_graph.comparisons.tables.flights import print_flights
 from cgla_graph.comparisons.workers.tasks import run_tasks
 from cgla_graph.errors import CglaError
 from cgla_graph.model.cost_model import n_cores
+from cgla_graph.scenarios.mission_file import MissionFile, is_mission_file, load_mission
 
 #: Of a study without a file, this many scenarios get pictures of their own, unless told otherwise.
 PICTURES = 20
@@ -154,7 +155,7 @@ def read_request(
     if how.resume and how.overwrite:
         msg = "--resume goes on with a study, --overwrite starts anew; give one of them"
         raise CglaError(msg)
-    studies = [spec for spec in specs if is_study_file(spec)]
+    studies = [spec for spec in specs if spec.lower().endswith(".toml") and is_study_file(spec)]
     if studies:
         others = [spec for spec in specs if spec != studies[0]]
         _refuse_beside_a_file([studies[0], *others], solvers=solvers, seeds=seeds, limits=limits, **more)
@@ -191,7 +192,7 @@ def _request(
     entrants = options.read_entrants(solvers, budget=budget, refine=refine)
     how = maps or options.MapOptions()
     for_maps = [*how.given, *(["--refine"] if refine else [])]
-    named, missions = mission_compare.split(specs or ["paper"], for_maps)
+    named, missions = split_specs(specs or ["paper"], for_maps)
     opened = options.open_all(named, how)
     study = Study(
         scenarios=options.number_names(opened),
@@ -205,6 +206,42 @@ def _request(
         mission_entrants=mission_compare.mission_entrants(entrants, chosen=solvers is not None) if missions else (),
     )
     return Request(study, PICTURES if pictures is None else pictures)
+
+
+def split_specs(specs: Sequence[str], for_maps: Sequence[str] = ()) -> tuple[list[str], list[MissionFile]]:
+    """
+    Part missions from maps.
+
+    Parameters
+    ----------
+    specs
+        What the user named.
+    for_maps
+        The options that the user set and missions do not have.
+
+    Returns
+    -------
+    maps, missions
+        The names of maps, and the missions, opened; those of the same name get numbers, so that their rows can be told
+        apart.
+
+    Raises
+    ------
+    CglaError
+        If a mission cannot be opened, or is to be flown with an option that it does not have.
+
+    Examples
+    --------
+    >>> maps, missions = split_specs(["paper", "fig8"])
+    >>> maps, [mission.name for mission in missions]
+    (['paper'], ['fig8'])
+    """
+    missions = [load_mission(spec) for spec in specs if is_mission_file(spec)]
+    if missions and for_maps:
+        remedy = "name refine:base=NAME as a solver" if for_maps[0] == "--refine" else "compare maps and missions apart"
+        msg = f"{for_maps[0]} is for maps, and {missions[0].name} is a mission; {remedy}"
+        raise CglaError(msg)
+    return [spec for spec in specs if not is_mission_file(spec)], options.number_names(missions)
 
 
 def _refuse_beside_a_file(specs: Sequence[object], **given: object) -> None:
@@ -239,7 +276,7 @@ def compare_all(request: Request, how: RunOptions) -> Compared:
     cells, flights = list(study.cells()), list(study.flights())
     workers = min(how.workers, len(cells) + len(flights))
     with _store(study, how, workers) or nullcontext() as store:
-        tasks = [*execution.study_tasks(study, store), *mission_compare.flight_tasks(study)]
+        tasks = [*execution.study_tasks(study, store), *(mission_compare.flight_tasks(study) if flights else ())]
         total = sum(bool(task.key[0] != PROOF and (store is None or task.key not in store)) for task in tasks)
         made = run_tasks(
             tasks,
@@ -306,7 +343,8 @@ def print_compared(request: Request, done: Compared) -> None:
         study_output.print_comparison(done.runs, request.study.entrants)
     if done.runs and not single:
         print_leaderboard(done.runs, leaderboard_of(done.runs))
-    print_flights(done.missions, done.flights)
+    if done.missions:
+        print_flights(done.missions, done.flights)
 
 
 def kept_note(request: Request, how: RunOptions, done: Compared) -> str:

@@ -13,6 +13,7 @@ from missions_small import CROSSING, DEGREES
 
 from cgla_graph.comparisons.missions import compare
 from cgla_graph.comparisons.report.view import read_state, report_of
+from cgla_graph.comparisons.results import study_run
 from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.flight_run import COLUMNS, ComparedMission, FlightRun
@@ -150,12 +151,12 @@ def test_the_usual_pilots_need_nothing_and_are_fast() -> None:
 
 
 def test_missions_are_told_from_maps() -> None:
-    maps, missions = compare.split(["paper", "fig4", "finland", "fig6"])
+    maps, missions = study_run.split_specs(["paper", "fig4", "finland", "fig6"])
     assert maps == ["paper", "finland"]
     assert [mission.name for mission in missions] == ["fig4", "fig6"]
-    assert compare.split(["paper"], ["--refine"]) == (["paper"], [])
+    assert study_run.split_specs(["paper"], ["--refine"]) == (["paper"], [])
     with pytest.raises(CglaError, match=r"--refine is for maps, and fig4 is a mission; name refine:base=NAME"):
-        compare.split(["paper", "fig4"], ["--refine"])
+        study_run.split_specs(["paper", "fig4"], ["--refine"])
 
 
 # the command
