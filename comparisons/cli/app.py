@@ -3,6 +3,7 @@
 import atexit
 import gc
 import io
+import os
 import sys
 import warnings
 from typing import Annotated
@@ -53,7 +54,8 @@ def main() -> None:
     # nor is any looked for at the end of the process, which would take longer than many a command
     atexit.unregister(_leave_garbage)
     atexit.register(_leave_garbage)
-    completion.read_no_values()
+    if "_CGLA_COMPLETE" in os.environ:
+        completion.read_no_values()
     for stream in (sys.stdout, sys.stderr):
         # a terminal of few letters gets escapes instead of a failure
         if isinstance(stream, io.TextIOWrapper):

@@ -81,7 +81,6 @@ def compare(
         return
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.results import study_run
-    from cgla_graph.comparisons.tables.zone_list import print_zones
 
     how = study_run.RunOptions(
         folder=study.out,
@@ -107,7 +106,7 @@ def compare(
             tolerance=proof.tolerance,
             certify=not proof.no_certificate,
         )
-    zoned = print_zones(request.study.scenarios, zones.zones_list, altitude=zones.altitude, as_json=as_json)
+    zoned = zones.report(request.study.scenarios, as_json=as_json)
     if study.out and not study.resume:
         files.make_folder(study.out)
     done = study_run.compare_all(request, how)

@@ -1,6 +1,5 @@
 """What a shell completes after TAB: names of scenarios, missions and solvers, from lists that are read at once."""
 
-import os
 from typing import Any, cast
 
 from typer import core
@@ -8,13 +7,12 @@ from typer import core
 
 def read_no_values() -> None:
     """
-    Leave the values of options as they are, if this process was started to complete something.
+    Leave the values of options as they are, in a process that was started to complete a word.
 
     They are not needed for that, and typer imports pydantic to read them, which takes longer than all else.
     """
-    if "_CGLA_COMPLETE" in os.environ:
-        for kind in (core.TyperOption, core.TyperArgument):
-            cast("Any", kind).process_value = lambda _self, _ctx, value: value
+    for kind in (core.TyperOption, core.TyperArgument):
+        cast("Any", kind).process_value = lambda _self, _ctx, value: value
 
 
 def scenarios(incomplete: str) -> list[str]:

@@ -50,19 +50,20 @@ def fly(
     UAV flew as a plan (NAME-UAV.plan). Ctrl-C keeps what is flown.
     """
     from cgla_graph.comparisons import files
-    from cgla_graph.comparisons.cli import export as exports
+    from cgla_graph.comparisons.cli.export import read_export
     from cgla_graph.comparisons.missions import fly as flights
 
-    exported = exports.read_export(export.export, export.altitude, export.above, export.speed)
+    exported = None if export == ExportOptions() else read_export(export)
     opened, specs = flights.open_mission(
         mission, solver=solver, variant=variant, max_ticks=max_ticks, clearance=clearance
     )
-    for spec in specs:
-        exports.check_map(exported, spec)
+    if exported is not None:
+        for spec in specs:
+            exported.check_map(spec)
     folder = files.make_folder(out) if out else None
     with console.running_solvers(), console.progress(None) as tick:
         done = flights.fly_all(specs, folder, value=value, animation=animation, step=tick)
-    plans = exports.write_flights(exported, done.flown)
+    plans = [] if exported is None else exported.write_flights(done.flown)
     if as_json:
         document = flights.flights_document(opened, done)
         console.out_json({**document, "files": [*document["files"], *map(str, plans)]})

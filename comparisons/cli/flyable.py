@@ -5,20 +5,20 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import finite_number, non_negative_number, positive_number
+from cgla_graph.comparisons.cli.options import FlyableOptions
 from cgla_graph.comparisons.numbers import duration, figure, json_number
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError
-
-if TYPE_CHECKING:
-    from cgla_graph.turning.flyable import Flyable
-    from cgla_graph.turning.timing import Timing
+from cgla_graph.turning.curve import Curve
+from cgla_graph.turning.flyable import Flyable, plan_flyable
+from cgla_graph.turning.timing import Timing, timed, times_along
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Flying:
     Attributes
     ----------
     turn_radius
-        Metres on a map in longitude and latitude, else map units; None: it is left as it is.
+        Metres on a map in longitude and latitude, else map units.
     start_heading, goal_heading
         Degrees clockwise from north (the y axis); None: anywhere.
     tolerance
@@ -42,7 +42,7 @@ class Flying:
         Watts; None: no energy.
     """
 
-    turn_radius: float | None = None
+    turn_radius: float
     start_heading: float | None = None
     goal_heading: float | None = None
     tolerance: float | None = None
@@ -51,36 +51,83 @@ class Flying:
     power: float | None = None
 
     @property
-    def asked(self) -> bool:
-        """Whether the path shall be made flyable."""
-        return self.turn_radius is not None
-
-    @property
     def clock(self) -> Callable[[FloatArray], FloatArray] | None:
         """What says when points on the path, shape ``(n, 2)``, are reached; None where no speed is known."""
         if self.speed is None:
             return None
-        from cgla_graph.turning.timing import times_along
-
         return partial(times_along, airspeed=self.speed, wind=self.wind)
 
-    def timed(self, path: "Flyable") -> "Timing | None":
+    def timed(self, path: Flyable) -> Timing | None:
         """Return how long it takes, if a speed is known and there is a path."""
         if self.speed is None or not path.status.has_path:
             return None
         return path.timed(self.speed, wind=self.wind, power=self.power)
 
+    def flown(self, run: Run) -> Run:
+        """
+        Return the run with the flyable path that begins from its path, and the same bound.
 
-def read_flying(
-    turn_radius: float | None,
-    headings: tuple[float | None, float | None],
-    tolerance: float | None,
-    wind: str | None,
-    power: float | None,
-    speed: float | None,
-    *,
-    limited: bool = False,
-) -> Flying:
+        Raises
+        ------
+        CglaError
+            If the risk has peaks above 1.
+        """
+        curve = plan_flyable(
+            run.scenario.problem,
+            run.solution.path if run.solution.status.has_path else np.empty((0, 2)),
+            self.turn_radius,
+            start_heading=self.start_heading,
+            goal_heading=self.goal_heading,
+            bound=run.solution.lower_bound,
+            certify=False,
+        )
+        label = f"{run.solver}+flyable"
+        seconds = run.solution.seconds + curve.seconds
+        solution = dataclasses.replace(
+            curve, solver=label, seconds=seconds, build_seconds=run.solution.build_seconds, trace=run.solution.trace
+        )
+        return dataclasses.replace(run, solver=label, solution=solution)
+
+    def lines(self, run: Run) -> dict[str, str]:
+        """Say of a flyable path what is told of no other one, under its keys."""
+        path = cast("Flyable", run.solution)
+        unit = " m" if run.scenario.projection else ""
+        told = {"turns": f"radius {figure(path.turn_radius, 6)}{unit} or more; lines and arcs, tangent everywhere"}
+        if not path.status.has_path:
+            return told
+        n_arcs = len(path.curve.arcs)
+        told["turns"] += f" ({n_arcs} arc{'s' * (n_arcs != 1)}, {len(path.curve.pieces) - n_arcs} lines)"
+        timing = self.timed(path)
+        if timing is not None:
+            a_second = " m/s" if unit else " a second"
+            told["flight"] = f"{duration(timing.seconds)} at an airspeed of {self.speed:g}{a_second}"
+            if self.wind != (0.0, 0.0):
+                told["flight"] += f", over ground {figure(timing.slowest, 4)} to {figure(timing.fastest, 4)}{a_second}"
+            if not math.isnan(timing.energy):
+                told["energy"] = f"{figure(timing.energy, 4)} Wh at {self.power:g} W"
+        return told
+
+    def document(self, run: Run) -> Mapping[str, Any]:
+        """Return what is told of a flyable path as JSON."""
+        path = cast("Flyable", run.solution)
+        timing = self.timed(path)
+        return {
+            "turn_radius": self.turn_radius,
+            "start_heading": self.start_heading,
+            "goal_heading": self.goal_heading,
+            "pieces": path.curve.pieces.tolist(),
+            "n_arcs": len(path.curve.arcs),
+            "least_radius": json_number(path.curve.least_radius),
+            "airspeed": self.speed,
+            "wind": list(self.wind),
+            "power": self.power,
+            "flight_seconds": None if timing is None else json_number(timing.seconds),
+            "ground_speed": None if timing is None else [timing.slowest, timing.fastest],
+            "energy_wh": None if timing is None else json_number(timing.energy),
+        }
+
+
+def read_flying(flyable: FlyableOptions, *, limited: bool = False) -> Flying:
     """
     Read ``--turn-radius`` and what goes with it, before any work is done; `limited` says that there is a budget.
 
@@ -91,43 +138,36 @@ def read_flying(
 
     Examples
     --------
-    >>> read_flying(500.0, (90.0, None), None, "-3,4", None, 20.0).wind
+    >>> read_flying(FlyableOptions(500.0, start_heading=90.0, wind="-3,4", speed=20.0)).wind
     (-3.0, 4.0)
     """
-    of_curves = {
-        "--start-heading": headings[0],
-        "--goal-heading": headings[1],
-        "--arc-tolerance": tolerance,
-        "--wind": wind,
-        "--power": power,
-    }
-    if turn_radius is None:
-        for option in (option for option, value in of_curves.items() if value is not None):
-            msg = f"{option} is about a path that turns no tighter than a radius: give --turn-radius R, or leave it out"
-            raise CglaError(msg)
-        return Flying()
+    if flyable.turn_radius is None:
+        option = next(name for name, value in vars(flyable).items() if value is not None and name != "speed")
+        msg = (
+            f"--{option.replace('_', '-')} is about a path that turns no tighter than a radius: give --turn-radius R, "
+            "or leave it out"
+        )
+        raise CglaError(msg)
     if limited:
         msg = "--turn-radius with --max-risk or --max-length: the budget holds for the polyline alone; give one of them"
         raise CglaError(msg)
-    if speed is None and (wind is not None or power is not None):
+    if flyable.speed is None and (flyable.wind is not None or flyable.power is not None):
         msg = "--wind and --power are about how long a flight takes: give --speed V as well, the airspeed"
         raise CglaError(msg)
-    for option, number in list(of_curves.items())[:2]:
+    for option, number in {"--start-heading": flyable.start_heading, "--goal-heading": flyable.goal_heading}.items():
         if number is not None:
             finite_number(option, number)
     asked = Flying(
-        positive_number("--turn-radius", turn_radius),
-        *headings,
-        None if tolerance is None else positive_number("--arc-tolerance", tolerance),
-        None if speed is None else positive_number("--speed", speed),
-        _wind(wind),
-        None if power is None else non_negative_number("--power", power),
+        positive_number("--turn-radius", flyable.turn_radius),
+        flyable.start_heading,
+        flyable.goal_heading,
+        None if flyable.arc_tolerance is None else positive_number("--arc-tolerance", flyable.arc_tolerance),
+        None if flyable.speed is None else positive_number("--speed", flyable.speed),
+        _wind(flyable.wind),
+        None if flyable.power is None else non_negative_number("--power", flyable.power),
     )
     if asked.speed is not None:
-        from cgla_graph.turning.curve import Curve
-        from cgla_graph.turning.timing import timed
-
-        # a wind that is too fast is told before the work
+        # an error about a wind that is too fast comes before the work
         timed(Curve(), asked.speed, wind=asked.wind, power=asked.power)
     return asked
 
@@ -141,79 +181,3 @@ def _wind(text: str | None) -> Point:
         msg = f"--wind is {shown(text)}; give two numbers, EAST,NORTH: where the air moves to, metres a second"
         raise CglaError(msg) from error
     return east, north
-
-
-def flown(run: Run, asked: Flying) -> Run:
-    """
-    Return the run with the flyable path that begins from its path, and the same bound; as it is if none is asked for.
-
-    Raises
-    ------
-    CglaError
-        If the risk has peaks above 1.
-    """
-    if asked.turn_radius is None:
-        return run
-    from cgla_graph.turning.flyable import plan_flyable
-
-    curve = plan_flyable(
-        run.scenario.problem,
-        run.solution.path if run.solution.status.has_path else np.empty((0, 2)),
-        asked.turn_radius,
-        start_heading=asked.start_heading,
-        goal_heading=asked.goal_heading,
-        bound=run.solution.lower_bound,
-        certify=False,
-    )
-    label = f"{run.solver}+flyable"
-    seconds = run.solution.seconds + curve.seconds
-    solution = dataclasses.replace(
-        curve, solver=label, seconds=seconds, build_seconds=run.solution.build_seconds, trace=run.solution.trace
-    )
-    return dataclasses.replace(run, solver=label, solution=solution)
-
-
-def lines(run: Run, asked: Flying) -> dict[str, str]:
-    """Say of a flyable path what is told of no other one, under its keys."""
-    if not asked.asked:
-        return {}
-    path = cast("Flyable", run.solution)
-    unit = " m" if run.scenario.projection else ""
-    told = {"turns": f"radius {figure(path.turn_radius, 6)}{unit} or more; lines and arcs, tangent everywhere"}
-    if not path.status.has_path:
-        return told
-    n_arcs = len(path.curve.arcs)
-    told["turns"] += f" ({n_arcs} arc{'s' * (n_arcs != 1)}, {len(path.curve.pieces) - n_arcs} lines)"
-    timing = asked.timed(path)
-    if timing is not None:
-        a_second = " m/s" if unit else " a second"
-        told["flight"] = f"{duration(timing.seconds)} at an airspeed of {asked.speed:g}{a_second}"
-        if asked.wind != (0.0, 0.0):
-            told["flight"] += f", over ground {figure(timing.slowest, 4)} to {figure(timing.fastest, 4)}{a_second}"
-        if not math.isnan(timing.energy):
-            told["energy"] = f"{figure(timing.energy, 4)} Wh at {asked.power:g} W"
-    return told
-
-
-def document(run: Run, asked: Flying) -> Mapping[str, Any]:
-    """Return what is told of a flyable path as JSON."""
-    if not asked.asked:
-        return {}
-    path = cast("Flyable", run.solution)
-    timing = asked.timed(path)
-    return {
-        "flyable": {
-            "turn_radius": asked.turn_radius,
-            "start_heading": asked.start_heading,
-            "goal_heading": asked.goal_heading,
-            "pieces": path.curve.pieces.tolist(),
-            "n_arcs": len(path.curve.arcs),
-            "least_radius": json_number(path.curve.least_radius),
-            "airspeed": asked.speed,
-            "wind": list(asked.wind),
-            "power": asked.power,
-            "flight_seconds": None if timing is None else json_number(timing.seconds),
-            "ground_speed": None if timing is None else [timing.slowest, timing.fastest],
-            "energy_wh": None if timing is None else json_number(timing.energy),
-        }
-    }

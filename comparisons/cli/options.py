@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 #: The words of `--above`, as heights of zones are written.
 ABOVE = {"ground": "AGL", "sea": "AMSL", "home": "HOME"}
+#: Formats that pictures are written in.
+FORMATS = ("png", "svg", "pdf")
 _BY_NAME = inspect.Parameter.KEYWORD_ONLY
 
 MissionsArg = Annotated[
@@ -194,6 +196,43 @@ class ZoneOptions:
             "ground": None if self.ground is None else str(self.ground.absolute()),
         }
 
+    def may_count(self, spec: str, maps: MapOptions) -> bool:
+        """Tell whether a map may have zones, before it is opened."""
+        from cgla_graph.scenarios.loading import RASTERS
+
+        return bool(maps.no_fly) or Path(spec).suffix.lower() not in {"", ".geojson", *RASTERS}
+
+    def report(self, scenarios: "Sequence[Scenario]", *, as_json: bool, exported: bool = False) -> dict[str, Any]:
+        """
+        Print what became of the zones of maps, if there are some, and write the list of them if it is asked for.
+
+        Parameters
+        ----------
+        scenarios
+            The maps.
+        as_json
+            Whether nothing is printed.
+        exported
+            Whether the altitude is that of an exported plan as well.
+
+        Returns
+        -------
+        document
+            The same as JSON: under ``zones``, by the scenario's name; empty where there are no zones.
+
+        Raises
+        ------
+        CglaError
+            If there are no zones to list, or the file cannot be written.
+        """
+        altitude = None if exported else self.altitude
+        if self.zones_list is None and altitude is None and all(one.zones is None for one in scenarios):
+            return {}
+        from cgla_graph.comparisons.tables.zone_list import print_zones
+
+        two = exported and self.above is None
+        return print_zones(scenarios, self.zones_list, altitude=altitude, two=two, as_json=as_json)
+
 
 @dataclass(frozen=True, repr=False, eq=False)
 class RasterOptions:
@@ -258,7 +297,7 @@ class ProofOptions:
     ] = False
 
 
-@dataclass(frozen=True, repr=False, eq=False)
+@dataclass(frozen=True, repr=False)
 class BudgetOptions:
     """A budget instead of the risk weight."""
 
@@ -302,7 +341,7 @@ class FlyableOptions:
     speed: SpeedOption = None
 
 
-@dataclass(frozen=True, repr=False, eq=False)
+@dataclass(frozen=True, repr=False)
 class ExportOptions:
     """Flight plans to write."""
 
@@ -360,6 +399,38 @@ class OutputOptions:
     out: OutOption = None
     formats: FormatsOption = None
     as_json: JsonOption = False
+
+    def folder(self) -> Path | None:
+        """Make the folder, if there is to be one (errors as `cgla_graph.comparisons.files.make_folder`)."""
+        from cgla_graph.comparisons import files
+
+        return None if self.out is None else files.make_folder(self.out)
+
+    def pictures(self, *usual: str) -> list[str]:
+        """
+        Return the formats of pictures: those that are asked for, or the usual ones.
+
+        Raises
+        ------
+        CglaError
+            If there is another one.
+
+        Examples
+        --------
+        >>> OutputOptions(formats="svg, .PDF").pictures("png"), OutputOptions().pictures("png")
+        (['svg', 'pdf'], ['png'])
+        """
+        from cgla_graph._text import shown
+        from cgla_graph.errors import CglaError
+
+        if self.formats is None:
+            return list(usual)
+        found = list(dict.fromkeys(part.strip().lower().removeprefix(".") for part in self.formats.split(",")))
+        for part in found:
+            if part not in FORMATS:
+                msg = f"--formats has {shown(part)}; give some of {','.join(FORMATS)}"
+                raise CglaError(msg)
+        return found
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -5,19 +5,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from cgla_graph._text import shown
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.numbers import duration, figure, json_number, percent, rounded_down
-from cgla_graph.comparisons.study.rows import bound_note, distortion_note, row
+from cgla_graph.comparisons.study.rows import bound_note, certificate_document, distortion_note, row
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.comparisons.tables.certificate import certificate_document
-from cgla_graph.errors import CglaError
 from cgla_graph.model.path_file import degrees_of
 from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.scenario import Scenario
-
-#: Formats that pictures are written in.
-FORMATS = ("png", "svg", "pdf")
 
 
 def write_plan(folder: Path, run: Run, formats: Sequence[str] = ("png",)) -> list[Path]:
@@ -44,30 +38,6 @@ def stem_of(folder: Path, scenario: Scenario, solver: str, what: str = "") -> Pa
     'paper-prm-star-milestones-100-refine-pareto'
     """
     return folder / files.file_stem("-".join(filter(None, (scenario.name, solver, what))), set())
-
-
-def read_formats(text: str | None, usual: Sequence[str]) -> list[str]:
-    """
-    Read ``--formats``: which formats pictures are written in.
-
-    Raises
-    ------
-    CglaError
-        If there is another one.
-
-    Examples
-    --------
-    >>> read_formats("svg,pdf", ["png"]), read_formats(None, ["png"])
-    (['svg', 'pdf'], ['png'])
-    """
-    if text is None:
-        return list(usual)
-    found = list(dict.fromkeys(part.strip().lower().removeprefix(".") for part in text.split(",")))
-    for part in found:
-        if part not in FORMATS:
-            msg = f"--formats has {shown(part)}; give some of {','.join(FORMATS)}"
-            raise CglaError(msg)
-    return found
 
 
 def print_plan(run: Run, more: Mapping[str, str] | None = None) -> None:

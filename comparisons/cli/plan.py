@@ -1,7 +1,6 @@
 """The command `plan`: one path, and how far it is from the best possible."""
 
 import dataclasses
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,9 +24,12 @@ from cgla_graph.comparisons.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from cgla_graph._types import FloatArray
+    from cgla_graph.comparisons.cli.export import Export
+    from cgla_graph.comparisons.cli.flyable import Flying
+    from cgla_graph.comparisons.study.entrant import Entrant
     from cgla_graph.comparisons.study.runner import Run
     from cgla_graph.scenarios.scenario import Scenario
+    from cgla_graph.solvers.trade_off.constrained import PlanWithin
 
 
 def plan(
@@ -57,75 +59,131 @@ def plan(
     --corridor is above it. With --turn-radius, the path is one of lines and arcs, bent until it costs least.
     On the file of a graph: cgla graph plan.
     """
-    from cgla_graph.comparisons import files
-    from cgla_graph.comparisons.cli import export as exports
-    from cgla_graph.comparisons.cli import flyable as flights
     from cgla_graph.comparisons.cli import output as outputs
-    from cgla_graph.comparisons.study import options, runner
-    from cgla_graph.comparisons.tables import zone_list
+    from cgla_graph.comparisons.study.options import read_entrant, read_tolerance
 
-    limited = budget.max_risk is not None or budget.max_length is not None
-    flying = flights.read_flying(
-        flyable.turn_radius,
-        (flyable.start_heading, flyable.goal_heading),
-        flyable.arc_tolerance,
-        flyable.wind,
-        flyable.power,
-        flyable.speed,
-        limited=limited,
-    )
-    # (of a flyable path, the speed is about its time as well)
-    exported = exports.read_export(
-        export.export,
-        export.altitude,
-        export.above,
-        export.speed if export.export or not flying.asked else None,
-        zones=zone_list.may_have_zones(scenario[0], maps.no_fly),
-    )
-    bound = options.read_tolerance(proof.tolerance, certify=not proof.no_certificate)
-    entrant = options.read_entrant(solver, refine=refine)
+    flying = _flying(flyable, budget)
+    exported = _exports(export, flying, zoned=zones.may_count(scenario[0], maps))
+    tolerance = read_tolerance(proof.tolerance, certify=not proof.no_certificate)
+    entrant = read_entrant(solver, refine=refine)
     opened = open_map("plan", scenario, maps, zones, raster, k=_price_of_risk(maps.k, ground))
     opened = _below_density(opened, ground)
-    exports.check_map(exported, opened)
-    zoned = zone_list.print_zones(
-        [opened],
-        zones.zones_list,
-        altitude=None if export.export else zones.altitude,
-        two=bool(export.export) and zones.above is None,
-        as_json=output.as_json,
-    )
-    folder = files.make_folder(output.out) if output.out else None
-    kinds = outputs.read_formats(output.formats, ["png"])
+    if exported is not None:
+        exported.check_map(opened)
+    zoned = zones.report([opened], as_json=output.as_json, exported=bool(export.export))
+    folder, kinds = output.folder(), output.pictures("png")
     _check_profile(profile)
+    within: PlanWithin | None = None
     with console.running_solvers(opened.problem.model):
-        if limited:
+        if budget == BudgetOptions():
+            run = _solved(opened, entrant, tolerance)
+        else:
             from cgla_graph.comparisons.cli import pareto as trade_off
 
-            within = trade_off.plan_of(opened, entrant, budget.max_risk, budget.max_length, bound)
+            within = trade_off.plan_of(opened, entrant, budget.max_risk, budget.max_length, tolerance)
             run = trade_off.run_of(opened, entrant, within.solution)
-        else:
-            run = flights.flown(next(iter(runner.compare([opened], [entrant], 1, tolerance=bound))), flying)
+        if flying is not None:
+            run = flying.flown(run)
         if ground.max_density is not None:
             from cgla_graph.comparisons.cli import density
 
             run = density.with_proof(run)
-    written = [outputs.write_plan(folder, run, kinds) if folder and run.solution.status.has_path else []]
-    written.append(_write_profile(profile, run, flying.clock))
-    exported_to = exports.write_export(exported, opened, run.solution, arc_tolerance=flying.tolerance)
-    written += [[file] for file in exported_to]
+    written = _written(run, folder, kinds, profile, flying, exported)
     if output.as_json:
-        more = {"within": trade_off.within_document(within)} if limited else {}
-        names = [str(path) for paths in written for path in paths]
-        document = {**outputs.plan_document(run), "files": names, **more, **flights.document(run, flying), **zoned}
-        console.out_json(document)
+        more = {} if within is None else {"within": trade_off.within_document(within)}
+        flown = {} if flying is None else {"flyable": flying.document(run)}
+        files = [str(file) for group in written for file in group]
+        console.out_json({**outputs.plan_document(run), "files": files, **more, **flown, **zoned})
     else:
-        outputs.print_plan(run, flights.lines(run, flying))
-        if limited:
-            trade_off.print_within(run.scenario, within)
-        for paths in written:
-            console.out_files(paths)
+        outputs.print_plan(run, {} if flying is None else flying.lines(run))
+        if within is not None:
+            trade_off.print_within(opened, within)
+        for group in written:
+            console.out_files(group)
     if not run.solution.status.has_path:
         raise typer.Exit(console.MISSING)
+
+
+def _solved(scenario: "Scenario", entrant: "Entrant", tolerance: float | None) -> "Run":
+    """Answer as Python does: by `cgla_graph.solve`, and by `cgla_graph.lower_bound` of its path."""
+    from cgla_graph.comparisons.study.runner import Run, no_certificate, reason
+    from cgla_graph.model.solution import Solution, Status
+    from cgla_graph.solvers import registry
+    from cgla_graph.solvers.solving import bounded, proven, solve
+
+    missing, problem = registry.missing(entrant.name), scenario.problem
+    settings = {} if missing else entrant.settings_on(scenario)
+    if settings.get("tolerance", ...) is None and not entrant.refine:
+        # it proves its own path
+        settings["tolerance"] = tolerance
+    seed = settings.setdefault("seed", 1) if not missing and registry.traits(entrant.name).seeded else None
+    try:
+        if missing:
+            solution = Solution(Status.UNAVAILABLE, solver=entrant.name, message=missing)
+        else:
+            chosen = registry.get(entrant.name, **settings)
+            solution = solve(problem, chosen, resolution=scenario.lattice, refine=entrant.refine)
+    except MemoryError as error:
+        solution = Solution(Status.OUT_OF_MEMORY, solver=entrant.name, message=reason(error))
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - a solver may raise anything
+        solution = Solution(Status.FAILED, solver=entrant.name, message=reason(error))
+    if tolerance is not None:
+        try:
+            solution = proven(problem, solution, tolerance)
+        except Exception as error:  # noqa: BLE001 - the path is an answer without a proof
+            solution = bounded(solution, no_certificate(tolerance, reason(error), 0.0))
+    settings.pop("seed", None)
+    names = (scenario, entrant.label, seed, entrant.is_exact)
+    return Run(*names, solution=solution, certificate=solution.certificate, settings=settings)
+
+
+def _flying(flyable: FlyableOptions, budget: BudgetOptions) -> "Flying | None":
+    """Read how the path is to be flown; None where it is left as it is."""
+    said = {name: value for name, value in vars(flyable).items() if name != "speed" and value is not None}
+    if not said:
+        return None
+    from cgla_graph.comparisons.cli.flyable import read_flying
+
+    return read_flying(flyable, limited=budget != BudgetOptions())
+
+
+def _exports(export: ExportOptions, flying: "Flying | None", *, zoned: bool) -> "Export | None":
+    """Read which flight plans are to be written; None for none."""
+    if flying is not None and not export.export:
+        # of a flyable path, the speed is about its time
+        export = dataclasses.replace(export, speed=None)
+    if export == ExportOptions():
+        return None
+    from cgla_graph.comparisons.cli.export import read_export
+
+    return read_export(export, zones=zoned)
+
+
+def _written(
+    run: "Run",
+    folder: Path | None,
+    kinds: list[str],
+    profile: Path | None,
+    flying: "Flying | None",
+    exported: "Export | None",
+) -> list[list[Path]]:
+    """Write the files that are asked for, if there is a path; those in one folder together."""
+    if not run.solution.status.has_path:
+        return []
+    written = []
+    if folder is not None:
+        from cgla_graph.comparisons.cli.output import write_plan
+
+        written.append(write_plan(folder, run, kinds))
+    if profile is not None:
+        from cgla_graph.comparisons.profile import write_profile
+
+        clock = None if flying is None else flying.clock
+        written.append([write_profile(profile, run.scenario, run.solution.path, clock)])
+    if exported is not None:
+        tolerance = None if flying is None else flying.tolerance
+        written += [[file] for file in exported.write(run.scenario, run.solution, arc_tolerance=tolerance)]
+    return written
 
 
 def _price_of_risk(k: float | None, ground: GroundRiskOptions) -> float | None:
@@ -185,12 +243,3 @@ def _check_profile(target: Path | None) -> None:
         from cgla_graph.comparisons.profile import check_profile_file
 
         check_profile_file(target)
-
-
-def _write_profile(target: Path | None, run: "Run", clock: "Callable[[FloatArray], FloatArray] | None") -> list[Path]:
-    """Write the profile of a path, if that was asked for and there is one."""
-    if target is None or not run.solution.status.has_path:
-        return []
-    from cgla_graph.comparisons.profile import write_profile
-
-    return [write_profile(target, run.scenario, run.solution.path, clock)]

@@ -42,15 +42,12 @@ def certify(
     Prints a bracket around the least cost that any path can have, grid by grid as it closes; with --out, writes it
     and a picture (NAME-SOLVER-certificate.*). Any planner's path can be held against it with --path.
     """
-    from cgla_graph.comparisons import files
     from cgla_graph.comparisons.cli import certify as proofs
-    from cgla_graph.comparisons.cli.output import read_formats
-    from cgla_graph.comparisons.tables.zone_list import print_zones
 
     opened = open_map("certify", scenario, maps, zones, raster)
-    kinds = read_formats(output.formats, ["png", "svg"])
-    folder = files.make_folder(output.out) if output.out else None
-    zoned = print_zones([opened], zones.zones_list, altitude=zones.altitude, as_json=output.as_json)
+    kinds = output.pictures("png", "svg")
+    folder = output.folder()
+    zoned = zones.report([opened], as_json=output.as_json)
     with console.running_solvers(opened.problem.model):
         run = proofs.certify(opened, path, tolerance=tolerance, max_cells=max_cells)
     written = proofs.write_certificate(folder, run, kinds) if folder else []
@@ -79,18 +76,15 @@ def pareto(
     them, their waypoints and a picture (NAME-SOLVER-pareto….*). With --solver cgla they are all that the lattice has.
     With --corridor W, shows what each limit of the density under a corridor costs instead (NAME-SOLVER-density.csv).
     """
-    from cgla_graph.comparisons import files
     from cgla_graph.comparisons.cli import density
     from cgla_graph.comparisons.cli import pareto as trade_off
-    from cgla_graph.comparisons.cli.output import read_formats
     from cgla_graph.comparisons.study.options import read_entrant
-    from cgla_graph.comparisons.tables.zone_list import print_zones
 
     entrant = read_entrant(solver)
     opened = open_map("pareto", scenario, maps, zones, raster)
-    kinds = read_formats(output.formats, ["png"])
-    folder = files.make_folder(output.out) if output.out else None
-    zoned = print_zones([opened], zones.zones_list, altitude=zones.altitude, as_json=output.as_json)
+    kinds = output.pictures("png")
+    folder = output.folder()
+    zoned = zones.report([opened], as_json=output.as_json)
     if corridor is None:
         with console.running_solvers(opened.problem.model):
             front = trade_off.front_of(opened, entrant)
@@ -159,15 +153,12 @@ def check(
     the best clean plan between the same ends costs. With --out, draws it (NAME-check.*). Exits with 1 unless clean.
     """
     from cgla_graph.airspace.flight_plans.formats import read_plan
-    from cgla_graph.comparisons import files
     from cgla_graph.comparisons.cli import check as checks
     from cgla_graph.comparisons.cli import check_map, check_report
-    from cgla_graph.comparisons.cli.output import read_formats
     from cgla_graph.comparisons.study.options import read_tolerance
-    from cgla_graph.comparisons.tables.zone_list import print_zones
 
     asked = read_tolerance(tolerance, certify=not no_certificate)
-    kinds = read_formats(output.formats, ["png"])
+    kinds = output.pictures("png")
     request = check_map.request_of(
         against or [],
         zones or [],
@@ -180,8 +171,8 @@ def check(
     )
     plan_read = read_plan(plan_file)
     on = check_map.open_check_map(plan_read, str(plan_file), request)
-    zoned = print_zones([on.scenario], zone_options.zones_list, altitude=zone_options.altitude, as_json=output.as_json)
-    folder = files.make_folder(output.out) if output.out else None
+    zoned = zone_options.report([on.scenario], as_json=output.as_json)
+    folder = output.folder()
     with console.running_solvers():
         checked = checks.check_plan(plan_read, str(plan_file), on, tolerance=asked, most_proven=through)
     written = check_report.write_checked(folder, checked, kinds) if folder else []

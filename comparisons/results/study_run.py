@@ -14,12 +14,11 @@ from cgla_graph.comparisons.results import study_output
 from cgla_graph.comparisons.results.lookup import print_leaderboard
 from cgla_graph.comparisons.study import execution, options
 from cgla_graph.comparisons.study.flight_run import ComparedMission, FlightRun
-from cgla_graph.comparisons.study.rows import by_scenario, rows_of
+from cgla_graph.comparisons.study.rows import by_scenario, certificate_document, rows_of
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import FILE, PROOF, StudyStore, load, load_study
 from cgla_graph.comparisons.study.study import Study
 from cgla_graph.comparisons.study.study_file import is_study_file, read_study
-from cgla_graph.comparisons.tables.certificate import certificate_document
 from cgla_graph.comparisons.tables.flights import print_flights
 from cgla_graph.comparisons.workers.tasks import run_tasks
 from cgla_graph.errors import CglaError

@@ -10,23 +10,10 @@ from typing import Any
 from cgla_graph.airspace.zones.zone_account import ZoneRecord
 from cgla_graph.comparisons import console, files
 from cgla_graph.errors import CglaError
-from cgla_graph.scenarios.loading import RASTERS
 from cgla_graph.scenarios.scenario import Scenario
 
 #: Columns of the list.
 COLUMNS = ("scenario", *ZoneRecord.__dataclass_fields__)
-
-
-def may_have_zones(spec: str, no_fly: Sequence[Path] | None) -> bool:
-    """
-    Tell whether a map may have zones, before it is opened.
-
-    Examples
-    --------
-    >>> may_have_zones("paper", None), may_have_zones("zones.json", None)
-    (False, True)
-    """
-    return bool(no_fly) or Path(spec).suffix.lower() not in {"", ".geojson", *RASTERS}
 
 
 def print_zones(
