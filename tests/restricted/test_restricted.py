@@ -316,11 +316,14 @@ def test_a_time_limit_ends_with_the_best_path_and_its_gap_and_no_claim(monkeypat
     monkeypatch.setattr("cgla_graph.solvers.solving.FULL_UP_TO", 500)
     problem = random_scenario(3).problem
     best = cg.solve(problem, "cgla", resolution=40)
-    answer = cg.solve(problem, cgla.Cgla(time_limit=1e-9), resolution=40)
+    answer = cg.solve(problem.on_lattice(40), cgla.Cgla(time_limit=1e-9))
     assert (best.status, answer.status) == (cg.Status.OPTIMAL, cg.Status.FOUND)
     assert 0.0 < answer.lower_bound <= best.cost <= answer.cost
     gap = answer.cost / answer.lower_bound - 1.0
     assert answer.message == f"stopped at the time limit, on a path at most {gap:.2g} above the optimum"
+    # of the plane, which has more paths than the lattice, nothing is proven
+    in_plane = cg.solve(problem, cgla.Cgla(time_limit=1e-9), resolution=40)
+    assert (in_plane.message, math.isnan(in_plane.lower_bound)) == (answer.message, True)
     for wrong in (0, -1.0, math.nan, "1"):
         with pytest.raises(SolverSettingError, match="time_limit"):
             cgla.Cgla(time_limit=wrong)  # type: ignore[arg-type] # what users do
