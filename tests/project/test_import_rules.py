@@ -173,6 +173,49 @@ def test_other_imports_are_fine(source: str) -> None:
     assert faults(imported(ast.parse(source)), "cgla_graph.model.risk") == []
 
 
+def kernel_faults(source: str, module: str) -> list[str]:
+    """List what keeps `_kernel` from finding all code that a compiled kernel contains."""
+    tree = ast.parse(source)
+    decorators = {
+        ast.unparse(one).partition("(")[0].rpartition(".")[2]
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef)
+        for one in node.decorator_list
+    }
+    if not decorators & {"kernel", "njit", "jit"}:
+        return []
+    wrong = [] if module.endswith("_kernels") and "kernel" in decorators else ["name of the module"]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import | ast.ImportFrom) and "cgla_graph" in ast.unparse(node):
+            home = node.module if isinstance(node, ast.ImportFrom) and node in tree.body else ""
+            if home not in {"cgla_graph._kernel", "cgla_graph._types"} and not str(home).endswith("_kernels"):
+                wrong.append(ast.unparse(node))
+    return wrong
+
+
+def test_compiled_code_never_gets_stale() -> None:
+    """`_kernel` tells by the names and the form of imports which texts a kernel is compiled from."""
+    found = {name: kernel_faults(file.read_text(encoding="utf-8"), name) for name, file in MODULES.items()}
+    assert {name: wrong for name, wrong in found.items() if wrong} == {}
+
+
+@pytest.mark.parametrize(
+    ("lines", "name"),
+    [
+        ("", "cgla_graph.model.risk_kernel"),
+        ("import cgla_graph.model.risk_kernels", "cgla_graph.model.a_kernels"),
+        ("from cgla_graph.model import risk_kernels", "cgla_graph.model.a_kernels"),
+        ("from cgla_graph.model.risk import LIMIT", "cgla_graph.model.a_kernels"),
+        ("if True:\n    from cgla_graph.model.risk_kernels import erf", "cgla_graph.model.a_kernels"),
+    ],
+)
+def test_stale_code_is_seen(lines: str, name: str) -> None:
+    source = "from cgla_graph._kernel import kernel\n%s\n@kernel\ndef f(x): return x"
+    good = "from cgla_graph.model.risk_kernels import erf"
+    assert kernel_faults(source % lines, name)
+    assert not kernel_faults(source % good, "cgla_graph.model.a_kernels")
+
+
 def test_every_folder_with_modules_is_installed() -> None:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
     packages = {name if file.name == "__init__.py" else name.rpartition(".")[0] for name, file in MODULES.items()}
