@@ -110,7 +110,7 @@ def point_array(name: str, value: ArrayLike) -> FloatArray:
     return array
 
 
-def together(starts: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
+def broadcast(starts: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Broadcast the ends of segments to one shape ``(..., 2)``, in new arrays, or raise `ProblemError`."""
     try:
         first, second = np.broadcast_arrays(starts, ends)

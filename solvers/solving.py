@@ -15,7 +15,7 @@ from cgla_graph.model.lattice import Lattice
 from cgla_graph.model.problem import BOUND_TOLERANCE, FULL_UP_TO, GraphProblem, Problem
 from cgla_graph.model.small_problem import MapKind
 from cgla_graph.model.solution import TOLERANCE, Solution, Status, TracePoint
-from cgla_graph.model.solver import Solver, Traits, run, stay
+from cgla_graph.model.solver import Solver, Traits, run, trivial_solution
 from cgla_graph.refine.refine import refine_path
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.warm_up import warm_up, warm_up_restricted
@@ -301,7 +301,7 @@ def _solve_in_plane(
     if chosen.traits.domain == "plane":
         return run(chosen, problem, resolution, apart=isolated)
     if problem.start == problem.goal:
-        return stay(problem, chosen.traits.name)
+        return trivial_solution(problem, chosen.traits.name)
     began = time.perf_counter()
     graph_problem = weighed(on or problem.on_lattice(resolution))
     laid = time.perf_counter() - began

@@ -7,7 +7,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from cgla_graph._text import shown
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.rules import LEAST_GAMMA, Rules
-from cgla_graph.mission.validate import MOST_TICKS, told
+from cgla_graph.mission.validate import MOST_TICKS, error_context
 from cgla_graph.mission.world import union_of
 from cgla_graph.model.problem import Problem
 
@@ -71,7 +71,7 @@ def _check_uavs(rules: Rules) -> None:
     world = rules.world
     for uav in rules.uavs:
         closed = union_of(world.no_fly, world.areas_at(uav.departs).values())
-        with told(f"UAV {uav.name}"):
+        with error_context(f"UAV {uav.name}"):
             Problem(uav.start, uav.goal, bounds=world.bounds, no_fly=world.no_fly, clearance=rules.clearance)
             Problem(uav.start, uav.start, bounds=world.bounds, no_fly=closed, clearance=rules.clearance)
     for a, b in combinations(rules.uavs, 2):

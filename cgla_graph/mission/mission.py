@@ -15,7 +15,7 @@ from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.simulation import Simulation, fly
 from cgla_graph.mission.uav import Uav
-from cgla_graph.mission.validate import told, whole_tick
+from cgla_graph.mission.validate import error_context, whole_tick
 from cgla_graph.mission.virtual_obstacle import UNITS_A_STEP, VirtualObstacle
 from cgla_graph.mission.world import World
 from cgla_graph.model.lattice import Lattice
@@ -87,7 +87,7 @@ class Mission(Rules):
         keep(exclude=exclude, movement=movement, start=start, update=update, collisions=collisions)
         near = 0.6 * self.unit if collision_distance is None else collision_distance
         terminal = 1.2 * self.unit if terminal_radius is None else terminal_radius
-        with told():
+        with error_context():
             keep(clearance=non_negative_number("clearance", clearance))
             keep(arrival_radius=non_negative_number("arrival_radius", arrival_radius))
             keep(collision_distance=non_negative_number("collision_distance", near))

@@ -23,7 +23,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import FULL_UP_TO, GraphProblem, Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.model.solver import Remarks, StepByStep, Traits, next_move, run, stay
+from cgla_graph.model.solver import Remarks, StepByStep, Traits, next_move, run, trivial_solution
 
 #: A bend by less than this, in radians, is rounding.
 IN_LINE = 1e-9
@@ -193,7 +193,7 @@ class Replanner:
 
     def _solve(self, problem: Problem, situation: Situation) -> Solution:
         if problem.start == problem.goal:
-            return stay(problem, self.mission.solver.traits.name)
+            return trivial_solution(problem, self.mission.solver.traits.name)
         solver = self.mission.solver
         if solver.traits.domain == "plane":
             return run(solver, problem, self.mission.lattice)

@@ -11,7 +11,7 @@ from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph._validate import finite_number, positive_number, whole_number
 from cgla_graph.errors import MissionError
 from cgla_graph.mission.belief import Belief, Report
-from cgla_graph.mission.validate import told, whole_tick
+from cgla_graph.mission.validate import error_context, whole_tick
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Sharing:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        with told("sharing"):
+        with error_context("sharing"):
             if not isinstance(self.is_on, bool):
                 msg = f"is_on is {shown(self.is_on)}; give True or False"
                 raise MissionError(msg)

@@ -8,7 +8,7 @@ from cgla_graph._text import shown
 from cgla_graph._types import Point
 from cgla_graph._validate import non_negative_number, point, positive_number
 from cgla_graph.errors import MissionError
-from cgla_graph.mission.validate import told, whole_tick
+from cgla_graph.mission.validate import error_context, whole_tick
 
 #: How a colour is written.
 COLOUR = r"#[0-9a-fA-F]{6}"
@@ -75,7 +75,7 @@ class Uav:
         if not isinstance(cast("object", name), str) or not name.strip():
             msg = f"a UAV's name is {shown(name)}; give a text"
             raise MissionError(msg)
-        with told(f"UAV {name}"):
+        with error_context(f"UAV {name}"):
             if colour is not None and not re.fullmatch(COLOUR, str(colour)):
                 msg = f"colour is {shown(colour)}; give six hexadecimal digits behind a #, as '#0072B2'"
                 raise MissionError(msg)

@@ -11,13 +11,13 @@ MOST_TICKS = 1_000_000
 
 
 @contextmanager
-def told(place: str = "") -> Iterator[None]:
+def error_context(place: str = "") -> Iterator[None]:
     """
     Turn errors into a `MissionError` that names the place.
 
     Examples
     --------
-    >>> with told("UAV a"):
+    >>> with error_context("UAV a"):
     ...     whole_tick("departs", -1)
     Traceback (most recent call last):
     cgla_graph.errors.MissionError: UAV a: departs is -1; give a whole number from 0 to 1000000
@@ -31,5 +31,5 @@ def told(place: str = "") -> Iterator[None]:
 
 def whole_tick(name: str, value: object, *, at_least: int = 0) -> int:
     """Return a tick, or raise `MissionError` unless it is a whole number in range."""
-    with told():
+    with error_context():
         return whole_number(name, value, at_least=at_least, at_most=MOST_TICKS)

@@ -9,7 +9,7 @@ from cgla_graph._text import shown
 from cgla_graph._types import Point
 from cgla_graph._validate import positive_number, whole_number
 from cgla_graph.errors import MissionError
-from cgla_graph.mission.validate import told
+from cgla_graph.mission.validate import error_context
 from cgla_graph.model.risk import Threat
 
 #: The paper's look-ahead is this much of a unit for each of its steps; a UAV's step has the same length.
@@ -65,7 +65,7 @@ class VirtualObstacle:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        with told("virtual obstacle"):
+        with error_context("virtual obstacle"):
             whole_number("stepnum", self.stepnum, at_least=0, at_most=MOST_STEPS)
             if self.spread is not None:
                 object.__setattr__(self, "spread", positive_number("spread", self.spread))

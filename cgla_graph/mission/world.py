@@ -13,7 +13,7 @@ from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import Bounds
 from cgla_graph._validate import bounds_box, point
 from cgla_graph.errors import MissionError
-from cgla_graph.mission.validate import told, whole_tick
+from cgla_graph.mission.validate import error_context, whole_tick
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.risk import RiskField, Threat
 
@@ -121,7 +121,7 @@ class TimedArea(ShortRepr):
 
     def __post_init__(self) -> None:
         """Check the parts."""
-        with told("a timed area"):
+        with error_context("a timed area"):
             empty = NoFlyArea(self.polygon).is_empty
         if empty:
             msg = f"a timed area is {shown(self.polygon)}; give a polygon with an inside"

@@ -11,7 +11,7 @@ from shapely.geometry import GeometryCollection, LineString, MultiPolygon, Point
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray
-from cgla_graph._validate import point_array, together
+from cgla_graph._validate import broadcast, point_array
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.no_fly_kernels import AreaArrays, in_line, pair_sectors, segments_cross
 
@@ -176,7 +176,7 @@ class NoFlyArea:
         >>> cells.crosses([0, 2], [[2, 0], [2, 0.5]])
         array([False,  True])
         """
-        first, second = together(_points(starts, "starts"), _points(ends, "ends"))
+        first, second = broadcast(_points(starts, "starts"), _points(ends, "ends"))
         return self._crossed(first.reshape(-1, 2), second.reshape(-1, 2)).reshape(first.shape[:-1])
 
     def contains(self, points: ArrayLike) -> BoolArray:

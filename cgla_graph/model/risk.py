@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from cgla_graph._kernel import fixed
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import FloatArray
-from cgla_graph._validate import LARGEST, finite_number, non_negative_number, point_array, positive_number, together
+from cgla_graph._validate import LARGEST, broadcast, finite_number, non_negative_number, point_array, positive_number
 from cgla_graph.errors import ProblemError
 from cgla_graph.model import risk_kernels
 from cgla_graph.model.risk_raster import RasterRisk, raster_array
@@ -451,7 +451,7 @@ class RiskField(ShortRepr):
         >>> field.line_integral([[-9, 0], [0, 3]], [[9, 0], [0, 3]]).round(6)
         array([2.506628, 0.      ])
         """
-        first, second = together(point_array("starts", starts), point_array("ends", ends))
+        first, second = broadcast(point_array("starts", starts), point_array("ends", ends))
         out = np.empty(first.shape[:-1])
         ends_flat = first.reshape(-1, 2), second.reshape(-1, 2)
         risk_kernels.segment_risks(*ends_flat, self.kernel_field(), out.reshape(-1))

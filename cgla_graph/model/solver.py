@@ -226,7 +226,7 @@ def run(
     if isinstance(problem, Problem) and is_blind_to(problem, traits):
         return Solution(Status.UNSUPPORTED, solver=traits.name, message=NO_RASTERS)
     if isinstance(problem, Problem) and problem.start == problem.goal:
-        return stay(problem, traits.name)
+        return trivial_solution(problem, traits.name)
     if isinstance(problem, Problem) and getattr(solver, "resolution", 0) is None:
         apart = apart or traits.isolated
         solver = dataclasses.replace(cast("Any", solver), resolution=resolution)
@@ -281,7 +281,7 @@ def is_blind_to(problem: Problem, traits: Traits) -> bool:
     return bool(problem.field.rasters) and not traits.rasters
 
 
-def stay(problem: Problem, solver: str) -> Solution:
+def trivial_solution(problem: Problem, solver: str) -> Solution:
     """Answer a problem whose start is its goal: nothing costs less than staying, unless risk may be below 0."""
     known = problem.field.is_proper
     answer = Solution(

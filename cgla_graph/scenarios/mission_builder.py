@@ -12,7 +12,7 @@ import shapely
 from cgla_graph._text import shown
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
-from cgla_graph.mission.validate import told
+from cgla_graph.mission.validate import error_context
 from cgla_graph.mission.virtual_obstacle import VirtualObstacle
 from cgla_graph.mission.world import Timed, TimedArea, TimedThreat, World
 from cgla_graph.model.lattice import Lattice
@@ -79,7 +79,7 @@ class MissionBuilder:
         if not name or (path.suffix and not is_file):
             msg = f"scenario is {shown(name)}; give the name of a shipped scenario, or a .toml beside this file"
             raise ValueError(msg)
-        with told("scenario"):
+        with error_context("scenario"):
             return open_table(str(path)), path.parent
 
     @cached_property
@@ -129,7 +129,7 @@ class MissionBuilder:
         # a UAV that is not on the map is told first
         _ = self.written_uavs
         # those of a scenario are its very threats: the ones drawn keep clear of its own start and goal
-        with nullcontext() if self.scenario is None else told(f"scenario {shown(self.table.scenario)}"):
+        with nullcontext() if self.scenario is None else error_context(f"scenario {shown(self.table.scenario)}"):
             threats, rasters = self.ground.threats(), self.ground.rasters()
             field = RiskField(threats, rasters=rasters, improper=self.ground.table.improper)
             bounds, no_fly = self.ground.bounds, self.ground.no_fly()
@@ -139,7 +139,7 @@ class MissionBuilder:
     def timed_threats(self) -> Iterator[Timed]:
         """Build the threats that come, move or go."""
         for number, entry in enumerate(self.table.timed_threats):
-            with told(f"timed_threats.{number}"):
+            with error_context(f"timed_threats.{number}"):
                 threat = entry.build(*self.ground.point([entry.x, entry.y]))
                 # a peak that is too high is told here, with the number that the threat has in the file
                 RiskField([threat], improper=self.ground.table.improper)
@@ -149,7 +149,7 @@ class MissionBuilder:
     def timed_areas(self) -> Iterator[Timed]:
         """Build the areas that come or go."""
         for number, entry in enumerate(self.table.timed_areas):
-            with told(f"timed_areas.{number}"):
+            with error_context(f"timed_areas.{number}"):
                 if (entry.polygon is None) == (entry.geojson is None):
                     msg = "an area needs either polygon or geojson"
                     raise ValueError(msg)
@@ -184,7 +184,7 @@ class MissionBuilder:
                 name = shown(entry.name)
                 msg = f"variants.{number}.name: two variants are called {name}; give each a name of its own"
                 raise ValueError(msg)
-            with told(f"variant {shown(entry.name)}"):
+            with error_context(f"variant {shown(entry.name)}"):
                 variants[entry.name] = _variant(uavs, entry.given(), {**self.common, **entry.chosen()})
         return variants
 

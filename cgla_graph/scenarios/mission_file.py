@@ -9,7 +9,7 @@ from typing import Any
 from cgla_graph._text import shown
 from cgla_graph._validate import non_negative_number
 from cgla_graph.mission.mission import Mission
-from cgla_graph.mission.validate import told
+from cgla_graph.mission.validate import error_context
 from cgla_graph.mission.world import World
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
@@ -100,9 +100,9 @@ class MissionFile:
         missions = {}
         for name, variant in self.variants.items():
             place = f"{self.where}: variant {shown(name)}" if name else self.where
-            with told(f"{place}: solver"):
+            with error_context(f"{place}: solver"):
                 built = build_solver(variant.solver) if given is None else given
-            with told(place):
+            with error_context(place):
                 missions[name] = Mission(self.world, variant.uavs, built, resolution=self.lattice, **variant.settings)
         return missions
 
@@ -149,11 +149,11 @@ def mission_from_toml(
     0.1
     """
     place = where or name
-    with told():
+    with error_context():
         table = read_table(text, MissionTable, place=place, command=SCHEMA)
         if clearance is not None:
             table = table.with_clearance(non_negative_number("clearance", clearance))
-    with told(place):
+    with error_context(place):
         builder = MissionBuilder(table, folder or Path())
         world = builder.world()
         return MissionFile(
@@ -205,7 +205,7 @@ def load_mission(name: str | Path, *, clearance: float | None = None) -> Mission
     path = Path(name)
     if path.suffix.lower() != ".toml":
         return mission_from_toml(mission_text(str(name)), str(name), clearance=clearance)
-    with told():
+    with error_context():
         text = read_text(path, str(path), "a TOML file")
     return mission_from_toml(text, path.stem, folder=path.parent, where=str(path), clearance=clearance)
 

@@ -113,14 +113,14 @@ class Evolutionary(Budgeted):
         rng = np.random.default_rng(self.seed)
         genes = curves.first(self.population, rng)
         ratings = curves.rate(genes)
-        meter.evaluations += curves.weighed(genes)
+        meter.evaluations += curves.n_segments(genes)
         best = self._offered(incumbent, curves, genes, ratings)
         least = math.dist(problem.start, problem.goal) * (1.0 + ROUNDING)
         while not meter.spent and incumbent.cost > least:
             trials = self._trials(genes, rng)
             rivals = curves.rate(trials)
             meter.iterations += 1
-            meter.evaluations += curves.weighed(trials)
+            meter.evaluations += curves.n_segments(trials)
             wins = _is_better(rivals, ratings)
             genes[wins], ratings[wins] = trials[wins], rivals[wins]
             best = self._offered(incumbent, curves, genes, ratings)
@@ -173,7 +173,7 @@ class _Curves:
         places[0] = start + parts * (goal - start)
         return np.clip(places, 0.0, 1.0).reshape(population, -1)
 
-    def weighed(self, genes: FloatArray) -> int:
+    def n_segments(self, genes: FloatArray) -> int:
         """Count the segments of some curves."""
         return len(genes) * self.segments
 

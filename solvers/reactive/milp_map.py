@@ -160,7 +160,7 @@ class CornerGraph:
         """
         n = len(self.places)
         starts, ends = np.repeat(points, n, axis=0), np.tile(self.places, (len(points), 1))
-        return weighed(model, starts, ends).reshape(-1, n) + self.costs_to_go
+        return segment_weights(model, starts, ends).reshape(-1, n) + self.costs_to_go
 
     def route(self, place: int) -> FloatArray:
         """Return the way from a place to the goal, shape ``(m, 2)``, map units, both included."""
@@ -200,7 +200,7 @@ def corner_graph(model: CostModel, bounds: Bounds, goal: Point) -> CornerGraph:
     corners = np.unique(corners[~model.area.contains(corners) & (corners != goal).any(axis=1)], axis=0)
     places = np.vstack([goal, corners])
     tails, heads = np.triu_indices(len(places), k=1)
-    weights = weighed(model, places[tails], places[heads])
+    weights = segment_weights(model, places[tails], places[heads])
     free = np.isfinite(weights)
     matrix = sparse.csr_array((weights[free], (tails[free], heads[free])), shape=(len(places), len(places)))
     # the stubs of scipy know neither sparse arrays here nor the shape of what comes back
@@ -209,7 +209,7 @@ def corner_graph(model: CostModel, bounds: Bounds, goal: Point) -> CornerGraph:
     return CornerGraph(places, np.asarray(costs), np.asarray(before))
 
 
-def weighed(model: CostModel, starts: FloatArray, ends: FloatArray) -> FloatArray:
+def segment_weights(model: CostModel, starts: FloatArray, ends: FloatArray) -> FloatArray:
     """
     Weigh segments by Eq. 5, none of them below its length, so that peaks above 1 break nothing.
 
