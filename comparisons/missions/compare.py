@@ -8,10 +8,10 @@ from typing import Any
 
 import shapely
 
-from cgla_graph.comparisons.missions.files import team_totals
 from cgla_graph.comparisons.numbers import plain_json
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.flight_run import FlightRun, Track
+from cgla_graph.comparisons.study.mission_run import team_totals
 from cgla_graph.comparisons.study.runner import reason
 from cgla_graph.comparisons.study.store import FLIGHT
 from cgla_graph.comparisons.study.study import FlightCell, Study
@@ -71,6 +71,7 @@ def flight_tasks(study: Study) -> list[Task]:
     Examples
     --------
     >>> from cgla_graph.comparisons.workers.tasks import run_tasks
+    >>> from cgla_graph.scenarios.mission_file import load_mission
     >>> fig4 = load_mission("fig4")
     >>> study = Study([], [], missions=[fig4], mission_entrants=[Entrant.parse("cgla")])
     >>> {flight.status for _, flight in run_tasks(flight_tasks(study), limits=study.limits, workers=0)}

@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -10,7 +9,7 @@ import shapely
 
 from cgla_graph.comparisons.files import csv_text
 from cgla_graph.comparisons.numbers import plain_json
-from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
+from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec, team_totals
 from cgla_graph.errors import OutputError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, Separation, UavFlight
@@ -200,13 +199,6 @@ def summary_document(flown: MissionRun) -> dict[str, Any]:
         "uavs": [_uav_document(flown, uav) for uav in flight.uavs.values()],
     }
     return _plain(summary)
-
-
-def team_totals(flight: Flight) -> dict[str, float]:
-    """Return what all UAVs of a flight flew together; the cost is infinite unless all arrived."""
-    uavs = flight.uavs.values()
-    sums = {name: math.fsum(getattr(uav, name) for uav in uavs) for name in ("length", "risk", "risk_sum")}
-    return {"cost": flight.cost, **sums}
 
 
 def flight_document(flown: MissionRun) -> dict[str, Any]:

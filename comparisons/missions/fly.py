@@ -194,11 +194,11 @@ def fly_all(
     step = step or _tell_nobody
     done = Flights()
     taken: set[str] = set()
-    stems = [files.file_stem(f"{one.name} {one.variant}", taken) for one in specs]
+    stems = [folder and folder / files.file_stem(f"{one.name} {one.variant}", taken) for one in specs]
     with StopRequest().listen() as stop:
         try:
             for spec, stem in zip(specs, stems, strict=True):
-                flown = fly_one(spec, None if folder is None else folder / f"{stem}.jsonl", stop, step)
+                flown = fly_one(spec, stem and stem.with_name(f"{stem.name}.jsonl"), stop, step)
                 done.flown.append(flown)
                 if value and not stop.is_made:
                     step(f"{spec.label}: what knowing and sharing are worth")
@@ -207,15 +207,15 @@ def fly_all(
                     except KeyboardInterrupt:
                         # the flight itself is whole
                         stop.is_made = True
-                if folder is not None:
-                    done.written += _write_data(folder / stem, flown)
+                if stem is not None:
+                    done.written += _write_data(stem, flown)
                 if stop.is_made:
                     done.interrupted = True
                     return done
             if folder is not None:
-                for flown, stem in zip(done.flown, stems, strict=True):
+                for flown, stem in zip(done.flown, filter(None, stems), strict=True):
                     step(f"{flown.label}: pictures")
-                    done.written += _write_pictures(folder / stem, flown, animation=animation)
+                    done.written += _write_pictures(stem, flown, animation=animation)
                 done.written += _write_variants(folder, done.flown, taken)
         except KeyboardInterrupt:
             done.interrupted = True

@@ -3,9 +3,8 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-from cgla_graph.comparisons.missions.files import team_totals
 from cgla_graph.comparisons.numbers import duration, figure
-from cgla_graph.comparisons.study.mission_run import MissionRun
+from cgla_graph.comparisons.study.mission_run import MissionRun, team_totals
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.mission.metrics import EXPOSED_ABOVE
 from cgla_graph.mission.records import MissionStatus, UavFlight

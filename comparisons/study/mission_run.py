@@ -1,5 +1,6 @@
 """A mission with its name and its map, before and after it is flown: what tables, files and pictures are made of."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -70,3 +71,10 @@ class MissionRun(MissionSpec):
     def n_arrived(self) -> int:
         """How many UAVs arrived."""
         return sum(uav.status is MissionStatus.ARRIVED for uav in self.flight.uavs.values())
+
+
+def team_totals(flight: Flight) -> dict[str, float]:
+    """Return what all UAVs of a flight flew together; the cost is infinite unless all arrived."""
+    uavs = flight.uavs.values()
+    sums = {name: math.fsum(getattr(uav, name) for uav in uavs) for name in ("length", "risk", "risk_sum")}
+    return {"cost": flight.cost, **sums}
