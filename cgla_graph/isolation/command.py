@@ -2,19 +2,18 @@
 
 import math
 import os
-import selectors
 import signal
 import subprocess
 import tempfile
+import threading
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
-from pathlib import Path
-from typing import IO
+from typing import Any
 
-from cgla_graph.isolation.limits import Limits, is_expendable, limited
+from cgla_graph.isolation.limits import Limits, limited
 from cgla_graph.isolation.worker import use_up
 
 #: Of standard output, a planner may write so much; of standard error, so much of the end is kept. Bytes.
@@ -22,8 +21,6 @@ MOST_OUTPUT, MOST_COMPLAINT = 4 * 2**20, 4096
 #: How long its last words may be on their way when it has ended, and until it is killed from outside. Seconds.
 LAST_WORDS, GRACE = 0.2, 5.0
 _CHUNK = 65536
-#: Of prctl: orphans of a process's family become its children.
-_PR_SET_CHILD_SUBREAPER = 36
 
 
 class End(Enum):
@@ -66,8 +63,8 @@ def ask(command: Sequence[str], text: str, folder: str, environment: Mapping[str
     Run a command on a text: to be called in a worker process.
 
     The input is a file, so that a command that never reads it keeps nobody waiting. It runs in a group of its own; that
-    group is killed when the command has ended or its time is up, and on Linux everything else that it has started as
-    well, sessions of their own included. The memory that each of its processes may take is limited by the system.
+    group is killed when the command has ended or its time is up, and with the worker, on Linux, everything else that it
+    has started, sessions of their own included. The system limits the memory of each of its processes.
 
     Parameters
     ----------
@@ -82,127 +79,78 @@ def ask(command: Sequence[str], text: str, folder: str, environment: Mapping[str
 
     Examples
     --------
-    >>> here = str(Path.cwd())
-    >>> ask(["cat"], "hello", here, os.environ, Limits(seconds=10.0)).output
+    >>> ask(["cat"], "hello", os.getcwd(), os.environ, Limits(seconds=10.0)).output
     b'hello'
     """
     use_up()
-    _adopt_orphans()
-    with tempfile.TemporaryFile() as problem:
+    with tempfile.TemporaryFile() as problem, limited(limits.seconds + GRACE, limits.megabytes):
         problem.write(text.encode())
         problem.seek(0)
-        with limited(limits.seconds + GRACE, limits.megabytes):
-            began = time.perf_counter()
-            try:
-                process = subprocess.Popen(  # noqa: S603 - the user's own command
-                    command,
-                    stdin=problem,
-                    stdout=subprocess.PIPE,
-                    stderr=subprocess.PIPE,
-                    cwd=folder,
-                    env=dict(environment),
-                    process_group=0 if os.name == "posix" else None,
-                )
-            except OSError as error:
-                return Spoken(End.NOT_STARTED, 0, b"", error.strerror or str(error), math.nan)
-            try:
-                listener = _Listener(process)
-                end = listener.listen(began + limits.seconds)
-                seconds = time.perf_counter() - began
-            finally:
-                _kill(process)
-    return Spoken(end, process.returncode, bytes(listener.output), listener.last_line, seconds)
+        began = time.perf_counter()
+        try:
+            process = subprocess.Popen(  # noqa: S603 - the user's own command
+                command,
+                stdin=problem,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                cwd=folder,
+                env=dict(environment),
+                process_group=0 if os.name == "posix" else None,
+            )
+        except OSError as error:
+            return Spoken(End.NOT_STARTED, 0, b"", error.strerror or str(error), math.nan)
+        listener = _Listener(process, limits.seconds)
+        try:
+            process.wait()
+            seconds = time.perf_counter() - began
+        finally:
+            listener.stop()
+    return Spoken(listener.end, process.returncode, bytes(listener.output), listener.last_line, seconds)
 
 
 class _Listener:
-    """Reads what a process writes, up to a limit."""
+    """Reads what a process writes, and kills it when it writes or takes too much."""
 
-    def __init__(self, process: subprocess.Popen[bytes]) -> None:
-        self.output, self._complaint = bytearray(), bytearray()
+    def __init__(self, process: "subprocess.Popen[bytes]", seconds: float) -> None:
+        self.end, self.output, self._complaint = End.DONE, bytearray(), bytearray()
         self._process = process
-        self._selector = selectors.DefaultSelector()
-        for stream in (process.stdout, process.stderr):
-            if stream is not None:
-                os.set_blocking(stream.fileno(), False)
-                self._selector.register(stream, selectors.EVENT_READ)
+        self._timer = threading.Timer(min(seconds, threading.TIMEOUT_MAX), self._kill, [End.TIMED_OUT])
+        self._readers = [
+            threading.Thread(target=self._hear, args=[stream], daemon=True)
+            for stream in (process.stdout, process.stderr)
+        ]
+        for thread in (self._timer, *self._readers):
+            thread.start()
 
-    def listen(self, deadline: float) -> End:
-        """Read until the process has ended; what it has started may keep the pipes open."""
-        ended = math.inf
-        while True:
-            now = time.perf_counter()
-            if now >= deadline and math.isinf(ended):
-                return End.TIMED_OUT
-            if now >= ended or not (self._selector.get_map() or math.isinf(ended)):
-                return End.DONE
-            if not self._selector.get_map():
-                # it has closed both, and goes on
-                with suppress(subprocess.TimeoutExpired):
-                    self._process.wait(max(0.0, deadline - now))
-            else:
-                for key, _ in self._selector.select(min(0.02, deadline - now) if math.isinf(ended) else ended - now):
-                    self._read(key.fileobj)  # type: ignore[arg-type]
-            if len(self.output) > MOST_OUTPUT:
-                return End.TOO_MUCH
-            if math.isinf(ended) and self._process.poll() is not None:
-                ended = time.perf_counter() + LAST_WORDS
+    def stop(self) -> None:
+        """Hear the last words; what the process has started may keep its pipes open."""
+        self._timer.cancel()
+        latest = time.monotonic() + LAST_WORDS
+        for thread in self._readers:
+            thread.join(max(0.0, latest - time.monotonic()))
+        self._kill(self.end)
 
-    def _read(self, stream: IO[bytes]) -> None:
-        try:
-            data = os.read(stream.fileno(), _CHUNK)
-        except BlockingIOError:
-            return
-        if not data:
-            self._selector.unregister(stream)
-        elif stream is self._process.stdout:
-            self.output += data
-        else:
-            self._complaint = (self._complaint + data)[-MOST_COMPLAINT:]
+    def _hear(self, stream: Any) -> None:  # noqa: ANN401 - one end of a pipe
+        with stream:
+            while data := stream.read1(_CHUNK):
+                if stream is self._process.stderr:
+                    self._complaint = (self._complaint + data)[-MOST_COMPLAINT:]
+                    continue
+                self.output += data
+                if len(self.output) > MOST_OUTPUT:
+                    self._kill(End.TOO_MUCH)
+                    return
+
+    def _kill(self, end: End) -> None:
+        """Kill the process and its group; the worker and all else that came of it are killed with this call's end."""
+        self.end = end
+        if hasattr(os, "killpg"):
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.kill()
 
     @property
     def last_line(self) -> str:
         """The last line that is not empty."""
         lines = self._complaint.decode("utf-8", "replace").split("\n")
         return next((" ".join(line.split()) for line in reversed(lines) if line.strip()), "")
-
-
-def _kill(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process, its group, and whatever else came of it."""
-    if hasattr(os, "killpg"):
-        with suppress(ProcessLookupError, PermissionError):
-            os.killpg(process.pid, signal.SIGKILL)
-    process.kill()
-    process.wait()
-    for stream in (process.stdout, process.stderr):
-        if stream is not None:
-            stream.close()
-    if not is_expendable():
-        return
-    # some start new ones while others are killed
-    for _ in range(100):
-        if not (left := _children()):
-            return
-        for pid in left:
-            with suppress(ProcessLookupError, PermissionError):
-                os.kill(pid, signal.SIGKILL)
-            with suppress(ChildProcessError):
-                os.waitpid(pid, 0)
-
-
-def _adopt_orphans() -> None:
-    """Become the parent of what a killed child has left behind, where the system (Linux) has that."""
-    if not is_expendable():
-        return
-    import ctypes  # noqa: PLC0415 - not everywhere
-
-    with suppress(OSError, AttributeError, TypeError):
-        ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1)
-
-
-def _children() -> list[int]:
-    """List the children of this process; none where the system does not tell."""
-    found = []
-    with suppress(OSError):
-        for task in Path("/proc/self/task").iterdir():
-            found += [int(pid) for pid in (task / "children").read_text(encoding="ascii").split()]
-    return found

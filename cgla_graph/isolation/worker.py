@@ -17,6 +17,7 @@ from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from importlib import import_module
 from multiprocessing import active_children, connection, reduction
+from pathlib import Path
 from typing import Any, NoReturn, TypeAlias
 
 from cgla_graph import _progress
@@ -29,6 +30,10 @@ Line: TypeAlias = Any
 EVERY = 0.1
 #: Of prctl: which signal a process gets when its parent dies.
 _PR_SET_PDEATHSIG = 1
+#: Of prctl: orphans of a process's family become its children.
+_PR_SET_CHILD_SUBREAPER = 36
+#: The children of a process's only thread.
+_CHILDREN = Path(f"/proc/self/task/{os.getpid()}/children")
 #: Whether this process, a worker, is to be replaced after the call that is under way.
 _used_up = False
 
@@ -44,6 +49,7 @@ def serve(descriptor: int) -> NoReturn:
     and of a pipe on which the server tells its process and, later, its exit code.
     """
     control: Line = connection.Connection(descriptor)
+    _ask_kernel(_PR_SET_CHILD_SUBREAPER, 1)
     _print_to_standard_error()
     ended, noticed = os.pipe()
     for end in (ended, noticed):
@@ -65,8 +71,7 @@ def serve(descriptor: int) -> NoReturn:
         for pid in workers:
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(pid, signal.SIGKILL)
-            with suppress(ProcessLookupError, PermissionError):
-                os.kill(pid, signal.SIGKILL)
+        _kill_children()
         os._exit(0)
 
 
@@ -87,7 +92,8 @@ def _fork(control: Line, workers: dict[int, Line], descriptors: tuple[int, int])
                 each.close()
             for descriptor in descriptors:
                 os.close(descriptor)
-            _end_with_parent()
+            # even where a call has stopped this process
+            _ask_kernel(_PR_SET_PDEATHSIG, int(signal.SIGKILL))
             work(line, path, (), cores)
         finally:
             os._exit(1)
@@ -99,18 +105,35 @@ def _fork(control: Line, workers: dict[int, Line], descriptors: tuple[int, int])
 
 
 def _report(workers: dict[int, Line]) -> None:
-    """Tell the exit codes of workers that have died."""
-    for pid in list(workers):
-        ended, status = os.waitpid(pid, os.WNOHANG)
-        if ended:
-            with suppress(OSError), workers.pop(pid) as report:
-                report.send(os.waitstatus_to_exitcode(status))
+    """Tell the exit codes of workers that have died, when what they left behind is gone."""
+    ended = [(pid, status) for pid, status in (os.waitpid(pid, os.WNOHANG) for pid in workers) if pid]
+    _kill_children(workers)
+    for pid, status in ended:
+        with suppress(OSError), workers.pop(pid) as report:
+            report.send(os.waitstatus_to_exitcode(status))
 
 
-def _end_with_parent() -> None:
-    """Die when the server does, even where a call has stopped this process (on Linux)."""
+def _kill_children(but: Collection[int] = ()) -> None:
+    """Kill all children of this process but some; processes that dead workers have started are among them."""
+    # some start new ones while others are killed
+    for _ in range(100):
+        left: list[int] = []
+        # where the system does not list them, there are none
+        with suppress(OSError):
+            left = [int(pid) for pid in _CHILDREN.read_text(encoding="ascii").split() if int(pid) not in but]
+        for pid in left:
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(pid, signal.SIGKILL)
+            with suppress(ChildProcessError):
+                os.waitpid(pid, 0)
+        if not left:
+            return
+
+
+def _ask_kernel(option: int, value: int) -> None:
+    """Set an option of this process, on Linux."""
     if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL))
+        ctypes.CDLL(None).prctl(option, value)
 
 
 # ---- a worker ----
@@ -123,6 +146,7 @@ def work(line: Line, path: Iterable[str], preload: Iterable[str], cores: Collect
         os.setsid()
     # on Windows, Ctrl-C reaches all processes; the program decides
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _ask_kernel(_PR_SET_CHILD_SUBREAPER, 1)
     _print_to_standard_error()
     _set_up(path, preload, cores)
     speaking = threading.Lock()

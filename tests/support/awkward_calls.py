@@ -183,8 +183,9 @@ def leave_thread():
 
 
 def leave_child(end=None):
-    """Start a process that outlives the call; and the call, maybe, does not end well."""
-    child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(1000)"])
+    """Start a process, of a session of its own, that outlives the call; or the call does not end well."""
+    code = "import time; time.sleep(1000)"
+    child = subprocess.Popen([sys.executable, "-c", code], start_new_session=end is None)
     if end is None:
         return child.pid
     Path(end).write_text(str(child.pid))
