@@ -19,9 +19,8 @@ from cgla_graph.certificate.subsolution import FIRST_CELLS
 from cgla_graph.certificate.verdict import verdict
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.cli import output
-from cgla_graph.comparisons.numbers import duration, figure
+from cgla_graph.comparisons.numbers import distortion_note, duration, figure
 from cgla_graph.comparisons.study.entrant import Entrant
-from cgla_graph.comparisons.study.rows import distortion_note
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.certificate import COLUMNS, certificate_table, grid_rows, proof_of
 from cgla_graph.errors import CglaError, ProblemError, ScenarioError
@@ -218,7 +217,7 @@ def print_certificate(run: Run) -> None:
     remedy = "; --max-cells N allows more" if "allowed" in proof.message else ""
     output.print_lines({
         "proven": verdict(proof, with_path=solution.status.has_path, unit=unit),
-        "flat map": distortion_note(scenario, [solution.path]),
+        "flat map": distortion_note(scenario.problem, [solution.path]),
         "ended": f"{proof.message}{remedy} ({duration(proof.seconds)})",
     })  # fmt: skip
 

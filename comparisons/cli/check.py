@@ -1,230 +1,145 @@
-"""What the command `check` computes: a plan leg by leg, what it crosses, and how much better one could be."""
+"""The command `check`: a flight plan, leg by leg, against zones and maps."""
 
-import dataclasses
-import math
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
+import typer
 
-from cgla_graph._types import BoolArray, FloatArray
-from cgla_graph._validate import positive_number
-from cgla_graph.airspace.flight_plans.crossings import Crossing, Crossings, crossings_of, geodesic_gaps
-from cgla_graph.airspace.flight_plans.plan import FlightPlan
-from cgla_graph.certificate.certificate import MAX_CELLS, Certificate
-from cgla_graph.comparisons.cli.check_bracket import Through, bracket, shut_ends, through
-from cgla_graph.comparisons.cli.check_map import CheckMap
-from cgla_graph.errors import ProblemError
-from cgla_graph.model.clearance import ROUNDING
-from cgla_graph.model.earth import geodesic_between
+from cgla_graph.comparisons import console
+from cgla_graph.comparisons.cli.options import (
+    BoundsOption,
+    ClearanceOption,
+    KOption,
+    OutputOptions,
+    RasterOptions,
+    ZoneOptions,
+)
 
-#: Crossings that a shift by this would undo do not count, metres: autopilots keep places to 1e-7 degrees.
-ROUNDED = 0.01
-#: The bracket of the best possible cost is at most so wide, unless told otherwise.
-TOLERANCE = 0.01
-#: Legs for which a bound is proven, at most, unless told otherwise; the others count with their straight lines.
-MOST_PROVEN = 16
-#: Where legs are held against geodesics: at these shares of their lengths.
-_SHARES = (0.25, 0.5, 0.75)
+if TYPE_CHECKING:
+    from cgla_graph.scenarios.scenario import Scenario
 
 
-@dataclass(frozen=True, eq=False)
-class Checked:
+def check(
+    plan_file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="PLAN", help=".plan, .waypoints, .kml, .kmz, .gpx, .geojson, or .csv: its content says which"
+        ),
+    ],
+    output: OutputOptions,
+    zone_options: ZoneOptions,
+    raster: RasterOptions,
+    against: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[MAP]", help="a scenario or a raster of risk, as of plan, and files of zones"),
+    ] = None,
+    zones: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--zones", "--no-fly", metavar="FILE", help="zones: ED-269, ED-318, KML, KMZ, GeoJSON; may be repeated"
+        ),
+    ] = None,
+    risk: Annotated[
+        Path | None, typer.Option("--risk", metavar="FILE.tif", help="risk on a raster: .tif, .asc, .npy")
+    ] = None,
+    k: KOption = None,
+    clearance: ClearanceOption = None,
+    bounds: BoundsOption = None,
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", metavar="R", help="how tight the bracket of the best cost shall be")
+    ] = 0.01,
+    through: Annotated[
+        int,
+        typer.Option("--through", metavar="N", help="legs that are proven at most for the bound through its waypoints"),
+    ] = 16,
+    no_certificate: Annotated[
+        bool, typer.Option("--no-certificate", help="leave out the lower bound, and so the gaps")
+    ] = False,
+) -> None:
     """
-    A plan that was checked.
+    Check a plan of anybody: which zones its legs cross, and how much better any plan could be.
 
-    Attributes
-    ----------
-    file
-        Its name.
-    plan, on
-        The plan, and the map that it is on.
-    lengths, risks
-        Of each leg, shape ``(n,)``; lengths in map units.
-    crossings
-        What it crosses.
-    gaps
-        How far each leg is from the geodesic between its ends, metres, at most; 0 on a map in the plane.
-    proof
-        The proven bracket of the least cost that a clean plan between the same ends may have; None without one.
-    no_proof
-        Why there is none.
-    through
-        A bound of the cost of every clean plan through the same waypoints; None without one.
+    Leg by leg: length, risk, cost, clearance, and what is crossed, where and how long; then a proven bracket of what
+    the best clean plan between the same ends costs. With --out, draws it (NAME-check.*). Exits with 1 unless clean.
     """
+    from cgla_graph.airspace.plan_check.check import check as check_plan
+    from cgla_graph.comparisons.cli import check_report
+    from cgla_graph.comparisons.study.options import read_tolerance
 
-    file: str
-    plan: FlightPlan
-    on: CheckMap
-    lengths: FloatArray
-    risks: FloatArray
-    crossings: Crossings
-    gaps: FloatArray
-    proof: Certificate | None = None
-    no_proof: str = ""
-    through: Through | None = None
-
-    @property
-    def k(self) -> float:
-        """The risk weight."""
-        return self.on.scenario.problem.k
-
-    @property
-    def length(self) -> float:
-        """Of the whole plan, map units."""
-        return float(self.lengths.sum())
-
-    @property
-    def risk(self) -> float:
-        """Of the whole plan."""
-        return float(self.risks.sum())
-
-    @property
-    def cost(self) -> float:
-        """``length + k * risk``."""
-        return self.length + self.k * self.risk
-
-    @cached_property
-    def outside(self) -> BoolArray:
-        """Which legs leave the map, shape ``(n,)``."""
-        problem, route = self.on.scenario.problem, self.on.route
-        away = ~problem.in_bounds(route) & self.on.has_bounds
-        return np.asarray(away if len(route) == 1 else away[:-1] | away[1:])
-
-    @cached_property
-    def near(self) -> BoolArray:
-        """Which legs come nearer to an area than the clearance that is asked for, shape ``(n,)``."""
-        return np.asarray(self.crossings.clearances < self.on.scenario.problem.clearance - rounding_on(self.on))
-
-    @cached_property
-    def crossing(self) -> BoolArray:
-        """Which legs cross an area, shape ``(n,)``."""
-        found = np.zeros(len(self.lengths), dtype=bool)
-        found[self.crossings.legs] = True
-        return found
-
-    @property
-    def circles(self) -> list[Crossing]:
-        """The circles around waypoints that reach into an area."""
-        return [one for one in self.crossings.found if one.is_circle]
-
-    @property
-    def uprights(self) -> list[Crossing]:
-        """Where it goes up or down inside an area, above one place."""
-        return [one for one in self.crossings.found if one.is_upright]
-
-    @property
-    def faulty(self) -> BoolArray:
-        """Which legs are not clean, shape ``(n,)``."""
-        return np.asarray(self.crossing | self.outside | self.near)
-
-    @property
-    def most_to_gain(self) -> float:
-        """How much more it costs than the proven bound, as a ratio; infinite where nothing is proven."""
-        bound = 0.0 if self.proof is None else self.proof.lower_bound
-        return max(self.cost / bound - 1.0, 0.0) if bound > 0.0 else math.inf
-
-    @property
-    def most_through(self) -> float:
-        """The same for plans through its waypoints."""
-        bound = 0.0 if self.through is None else self.through.lower_bound
-        return max(self.cost / bound - 1.0, 0.0) if bound > 0.0 else math.inf
-
-    @property
-    def is_straight(self) -> bool:
-        """Whether every leg is clean, flown as it is drawn."""
-        return not (self.faulty.any() or self.circles or self.uprights)
-
-    @property
-    def is_clean(self) -> bool:
-        """Whether nothing is wrong with the plan, and nothing in it is flown otherwise than it was checked."""
-        return self.is_straight and not self.plan.curves
+    asked = read_tolerance(tolerance, certify=not no_certificate)
+    kinds = output.pictures("png")
+    settings = zone_options.settings()
+    spec, zone_files = _maps_and_zones(plan_file, against or [], risk, zones or [])
+    _require_meaning(spec, zone_files, bounds, raster, settings)
+    on = None if spec is None else _opened(plan_file, spec, bounds, raster)
+    folder = output.folder()
+    with console.running_solvers():
+        checked = check_plan(
+            plan_file, on, zones=zone_files, **settings, k=k, clearance=clearance, tolerance=asked, through=through
+        )
+    zone_options.report([checked.on], as_json=output.as_json)
+    written = check_report.write_checked(folder, checked, kinds) if folder else []
+    if output.as_json:
+        console.out_json({**checked.document(), "files": [*map(str, written)]})
+    else:
+        check_report.print_checked(checked)
+        console.out_files(written)
+    if not checked.is_clean:
+        raise typer.Exit(console.MISSING)
 
 
-def rounding_on(on: CheckMap) -> float:
-    """Return how much of a crossing is rounding only, map units."""
-    x_min, y_min, x_max, y_max = on.scenario.problem.bounds
-    return ROUNDED if on.scenario.projection is not None else ROUNDING * max(x_max - x_min, y_max - y_min)
+def _maps_and_zones(
+    plan_file: Path, against: Sequence[str], risk: Path | None, zones: Sequence[Path]
+) -> tuple[str | None, list[Path]]:
+    """Return the map, if there is one, and the files of zones: those of areas among the arguments are zones."""
+    from cgla_graph.comparisons.study.options import is_raster
+    from cgla_graph.errors import CglaError
+    from cgla_graph.scenarios.loading import AREAS, RASTERS, holds_areas
+
+    of_areas = [spec for spec in against if spec.lower().endswith(AREAS) or holds_areas(Path(spec))]
+    maps = [spec for spec in against if spec not in of_areas] + ([] if risk is None else [str(risk)])
+    found = [*zones, *map(Path, of_areas)]
+    if len(maps) > 1:
+        msg = f"a plan is checked against one map, not {', '.join(maps)}; give one scenario or raster, and any zones"
+        raise CglaError(msg)
+    if risk is not None and not is_raster(str(risk)):
+        msg = f"--risk {risk} is no raster; those end in {', '.join(RASTERS)}"
+        raise CglaError(msg)
+    if not maps and not found:
+        msg = f"{plan_file}: there is nothing to check it against; give --zones FILE, --risk FILE, or a scenario"
+        raise CglaError(msg)
+    return (maps[0] if maps else None), found
 
 
-def check_plan(
-    plan: FlightPlan,
-    file: str,
-    on: CheckMap,
-    *,
-    tolerance: float | None = TOLERANCE,
-    max_cells: int = MAX_CELLS,
-    most_proven: int = MOST_PROVEN,
-) -> Checked:
-    """
-    Check a plan, and prove how much better one could be.
+def _require_meaning(
+    spec: str | None, zones: Sequence[Path], bounds: str | None, raster: RasterOptions, settings: Mapping[str, object]
+) -> None:
+    """Refuse options about a map or zones where there are none."""
+    from cgla_graph.errors import CglaError
 
-    Parameters
-    ----------
-    plan, file
-        The plan, and what its file is called.
-    on
-        The map that it is on.
-    tolerance
-        How wide the proven bracket of the least cost may be, as a ratio; None for no proof.
-    max_cells
-        As of `cgla_graph.lower_bound`.
-    most_proven
-        For so many legs at most, a bound is proven of plans through the waypoints.
+    if spec is None and (bounds is not None or any(value is not None for value in vars(raster).values())):
+        msg = "--bounds and what is said of rasters are about a map; give one (--risk FILE, or a scenario)"
+        raise CglaError(msg)
+    for name, value in settings.items():
+        if value is not None and not zones:
+            msg = f"--{name} is about zones; give their files (--zones FILE)"
+            raise CglaError(msg)
 
-    Raises
-    ------
-    CglaError
-        If a setting is out of range.
-    """
-    if tolerance is not None:
-        positive_number("--tolerance", tolerance)
-    route, problem = on.route, on.scenario.problem
-    starts, ends = (route, route) if len(route) == 1 else (route[:-1], route[1:])
-    checked = Checked(
-        file,
-        plan,
-        on,
-        lengths=np.hypot(*(ends - starts).T),
-        risks=np.asarray(problem.field.line_integral(starts, ends)),
-        crossings=crossings_of(route, on.areas, rounding=rounding_on(on), radii=_radii(plan, on), heights=on.heights),
-        gaps=_gaps(on, starts, ends),
-    )
-    if tolerance is None:
-        return checked
-    if most_proven < 0:
-        msg = f"--through is {most_proven}; give how many legs are proven at most, 0 or more"
-        raise ProblemError(msg)
-    costs = checked.lengths + problem.k * checked.risks
-    found = through(on, costs, checked.faulty, tolerance, most_proven) if len(route) > 2 else None  # noqa: PLR2004 - one leg
-    checked = dataclasses.replace(checked, through=found)
-    if (route[0] == route[-1]).all():
-        return dataclasses.replace(checked, no_proof="it ends where it begins: the best way there is to stay")
-    shut = shut_ends(on)
-    if shut:
-        return dataclasses.replace(checked, no_proof=shut)
+
+def _opened(plan_file: Path, spec: str, bounds: str | None, raster: RasterOptions) -> "Scenario":
+    """Open a scenario, or a raster of risk between the ends of the plan."""
+    from cgla_graph.airspace.flight_plans.formats import read_plan
+    from cgla_graph.comparisons.study.options import MapOptions, is_raster, open_one
+    from cgla_graph.errors import ScenarioError
+
+    if not is_raster(spec):
+        return open_one("check", spec, MapOptions(bounds=bounds, raster=vars(raster)))
+    # risk without a weight is shown, and is no part of the cost
+    flown = read_plan(plan_file).flown
+    start, goal = (",".join(map(repr, flown[at].tolist())) for at in (0, -1))
     try:
-        return dataclasses.replace(checked, proof=bracket(on, tolerance, max_cells))
-    except ProblemError as error:
-        return dataclasses.replace(checked, no_proof=str(error))
-
-
-def _radii(plan: FlightPlan, on: CheckMap) -> list[float]:
-    """Return the circles flown around each place of the route; of waypoints in one place, the widest."""
-    radii = [0.0] * len(on.route)
-    at = 0
-    for number, one in enumerate(plan.waypoints, start=1):
-        while at + 1 < len(on.stops) and on.stops[at + 1] <= number:
-            at += 1
-        radii[at] = max(radii[at], one.loiter_radius)
-    return radii
-
-
-def _gaps(on: CheckMap, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    """Return how far legs are from geodesics."""
-    projection = on.scenario.projection
-    if projection is None:
-        return np.zeros(len(starts))
-    first, last = projection.inverse(starts), projection.inverse(ends)
-    samples = [projection.forward(geodesic_between(first, last, share)) for share in _SHARES]
-    return geodesic_gaps(np.stack([starts, ends], axis=1), samples)
+        return open_one("check", spec, MapOptions(start, goal, bounds, k=0.0, raster=vars(raster)))
+    except ScenarioError as error:
+        msg = f"{plan_file}: {error}"
+        raise ScenarioError(msg) from error

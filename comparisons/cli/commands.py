@@ -24,7 +24,7 @@ COMMANDS: "dict[str, Place]" = {
     ),
     "pareto": "proofs:pareto",
     "certify": "proofs:certify",
-    "check": "proofs:check",
+    "check": "check:check",
     "conform": "conform:conform",
     "answer": "conform:answer",
     "fly": "fly:fly",

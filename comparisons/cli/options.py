@@ -15,6 +15,7 @@ from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli import completion
 
 if TYPE_CHECKING:
+    from cgla_graph.airspace.plan_check.plan_map import PlanMap
     from cgla_graph.comparisons.study.options import MapOptions as MapChanges
     from cgla_graph.scenarios.scenario import Scenario
 
@@ -202,7 +203,9 @@ class ZoneOptions:
 
         return bool(maps.no_fly) or Path(spec).suffix.lower() not in {"", ".geojson", *RASTERS}
 
-    def report(self, scenarios: "Sequence[Scenario]", *, as_json: bool, exported: bool = False) -> dict[str, Any]:
+    def report(
+        self, scenarios: "Sequence[Scenario | PlanMap]", *, as_json: bool, exported: bool = False
+    ) -> dict[str, Any]:
         """
         Print what became of the zones of maps, if there are some, and write the list of them if it is asked for.
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph.comparisons import console, files
-from cgla_graph.comparisons.numbers import duration, figure, json_number, percent, rounded_down
-from cgla_graph.comparisons.study.rows import bound_note, certificate_document, distortion_note, row
+from cgla_graph.comparisons.numbers import distortion_note, duration, figure, json_number, percent, rounded_down
+from cgla_graph.comparisons.study.rows import bound_note, certificate_document, row
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.path_file import degrees_of
 from cgla_graph.model.solution import Status
@@ -61,7 +61,7 @@ def print_plan(run: Run, more: Mapping[str, str] | None = None) -> None:
         "risk": figure(solution.risk, 6),
         "k": f"{scenario.problem.k:g}",
         "clearance": clearance,
-        "flat map": distortion_note(scenario, [solution.path]) if solution.status.has_path else "",
+        "flat map": distortion_note(scenario.problem, [solution.path]) if solution.status.has_path else "",
         **(more or {}),
         "waypoints": str(len(solution.path)),
         "time": f"{duration(solution.seconds)}, and {duration(solution.build_seconds)} to weigh the graph",

@@ -9,9 +9,8 @@ import numpy as np
 
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.cli import output
-from cgla_graph.comparisons.numbers import figure, json_number, percent, rounded_down
+from cgla_graph.comparisons.numbers import distortion_note, figure, json_number, percent, rounded_down
 from cgla_graph.comparisons.study.entrant import Entrant
-from cgla_graph.comparisons.study.rows import distortion_note
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError
@@ -99,7 +98,7 @@ def front_table(scenario: Scenario, entrant: Entrant, front: Front) -> FittedTab
         f"{len(front)} paths by {front.n_solves} solves, k up to {figure(front.k_max, 4)}; between them, no path is "
         f"cheaper by more than {100.0 * front.error:.2g} %: {what}"
     )
-    flat = distortion_note(scenario, [point.path for point in front])
+    flat = distortion_note(scenario.problem, [point.path for point in front])
     notes = [note, flat] if flat else [note]
     return FittedTable(title, (), heads, ("less risk", "longer", "knee"), notes, rows)
 

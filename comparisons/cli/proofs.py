@@ -1,4 +1,4 @@
-"""The commands `certify`, `pareto` and `check`: what is proven of a map, of weights and of a flight plan."""
+"""The commands `certify` and `pareto`: what is proven of a map, and of weights of risk."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,10 +7,7 @@ import typer
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.options import (
-    BoundsOption,
-    ClearanceOption,
     CorridorOption,
-    KOption,
     MapOptions,
     OutputOptions,
     RasterOptions,
@@ -106,80 +103,4 @@ def pareto(
     if not output.as_json:
         console.out_files(written)
     if not found:
-        raise typer.Exit(console.MISSING)
-
-
-def check(
-    plan_file: Annotated[
-        Path,
-        typer.Argument(
-            metavar="PLAN", help=".plan, .waypoints, .kml, .kmz, .gpx, .geojson, or .csv: its content says which"
-        ),
-    ],
-    output: OutputOptions,
-    zone_options: ZoneOptions,
-    raster: RasterOptions,
-    against: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[MAP]", help="a scenario or a raster of risk, as of plan, and files of zones"),
-    ] = None,
-    zones: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--zones", "--no-fly", metavar="FILE", help="zones: ED-269, ED-318, KML, KMZ, GeoJSON; may be repeated"
-        ),
-    ] = None,
-    risk: Annotated[
-        Path | None, typer.Option("--risk", metavar="FILE.tif", help="risk on a raster: .tif, .asc, .npy")
-    ] = None,
-    k: KOption = None,
-    clearance: ClearanceOption = None,
-    bounds: BoundsOption = None,
-    tolerance: Annotated[
-        float, typer.Option("--tolerance", metavar="R", help="how tight the bracket of the best cost shall be")
-    ] = 0.01,
-    through: Annotated[
-        int,
-        typer.Option("--through", metavar="N", help="legs that are proven at most for the bound through its waypoints"),
-    ] = 16,
-    no_certificate: Annotated[
-        bool, typer.Option("--no-certificate", help="leave out the lower bound, and so the gaps")
-    ] = False,
-) -> None:
-    """
-    Check a plan of anybody: which zones its legs cross, and how much better any plan could be.
-
-    Leg by leg: length, risk, cost, clearance, and what is crossed, where and how long; then a proven bracket of what
-    the best clean plan between the same ends costs. With --out, draws it (NAME-check.*). Exits with 1 unless clean.
-    """
-    from cgla_graph.airspace.flight_plans.formats import read_plan
-    from cgla_graph.comparisons.cli import check as checks
-    from cgla_graph.comparisons.cli import check_map, check_report
-    from cgla_graph.comparisons.study.options import read_tolerance
-
-    asked = read_tolerance(tolerance, certify=not no_certificate)
-    kinds = output.pictures("png")
-    request = check_map.request_of(
-        against or [],
-        zones or [],
-        risk,
-        k=k,
-        clearance=clearance,
-        bounds=bounds,
-        settings=zone_options.settings(),
-        raster=dict(vars(raster)),
-    )
-    plan_read = read_plan(plan_file)
-    on = check_map.open_check_map(plan_read, str(plan_file), request)
-    zoned = zone_options.report([on.scenario], as_json=output.as_json)
-    folder = output.folder()
-    with console.running_solvers():
-        checked = checks.check_plan(plan_read, str(plan_file), on, tolerance=asked, most_proven=through)
-    written = check_report.write_checked(folder, checked, kinds) if folder else []
-    if output.as_json:
-        console.out_json({**check_report.checked_document(checked), "files": [*map(str, written)], **zoned})
-    else:
-        check_report.print_checked(checked)
-        console.out_files(written)
-    if not checked.is_clean:
         raise typer.Exit(console.MISSING)

@@ -8,12 +8,10 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.numbers import duration, json_number, rounded_down
 from cgla_graph.comparisons.statistics.intervals import path_cost
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.solution import Solution, Status
-from cgla_graph.scenarios.scenario import Scenario
 
 Kind: TypeAlias = Literal["word", "whole", "number", "flag"]
 Format: TypeAlias = Literal[
@@ -398,47 +396,6 @@ def bound_note(runs: Sequence[Run], unit: str = "") -> str:
     return (
         f"how far above the proven lower bound {rounded_down(bound, 6)}{unit} ({grid}{duration(proof.seconds)}){missed}"
     )
-
-
-def distortion_note(scenario: Scenario, paths: Iterable[FloatArray]) -> str:
-    """
-    Say by how much lengths on a flat map exceed those on the Earth; empty for a map in the plane.
-
-    Parameters
-    ----------
-    scenario
-        The map.
-    paths
-        Those that are shown, map units.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> finland = load_scenario("finland")
-    >>> distortion_note(finland, [np.array([finland.problem.start])])
-    'lengths exceed those on the Earth by at most 0.0056 %; lower bounds allow for that'
-    """
-    if scenario.projection is None:
-        return ""
-    stretch = max((scenario.problem.stretch(path) for path in paths), default=1.0)
-    much = at_most_percent(stretch - 1.0)
-    return f"lengths exceed those on the Earth by at most {much}; lower bounds allow for that"
-
-
-def at_most_percent(ratio: float) -> str:
-    """
-    Write a small ratio as a percentage of two digits that is never below it.
-
-    Examples
-    --------
-    >>> at_most_percent(0.00010001), at_most_percent(0.0), at_most_percent(0.125)
-    ('0.011 %', '0 %', '13 %')
-    """
-    if not 0.0 < ratio < math.inf:
-        return "0 %" if ratio == 0.0 else "any amount"
-    unit = 10.0 ** (math.floor(math.log10(ratio)) - 1)
-    return f"{100.0 * math.ceil(ratio / unit) * unit:.2g} %"
 
 
 def certificate_document(run: Run) -> dict[str, Any] | None:

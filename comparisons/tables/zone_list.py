@@ -5,19 +5,27 @@ import io
 import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cgla_graph.airspace.zones.zone_account import ZoneRecord
 from cgla_graph.comparisons import console, files
 from cgla_graph.errors import CglaError
 from cgla_graph.scenarios.scenario import Scenario
 
+if TYPE_CHECKING:
+    from cgla_graph.airspace.plan_check.plan_map import PlanMap
+
 #: Columns of the list.
 COLUMNS = ("scenario", *ZoneRecord.__dataclass_fields__)
 
 
 def print_zones(
-    scenarios: Iterable[Scenario], target: Path | None, *, altitude: float | None, two: bool = False, as_json: bool
+    scenarios: "Iterable[Scenario | PlanMap]",
+    target: Path | None,
+    *,
+    altitude: float | None,
+    two: bool = False,
+    as_json: bool,
 ) -> dict[str, Any]:
     """
     Say what became of all zones of some maps, and write the list of them if that is asked for.

@@ -31,6 +31,7 @@ FLOORS = (
     ("turning",),
     ("mission",),
     ("airspace.zones", "airspace"),
+    ("airspace.plan_check",),
     ("scenarios",),
     ("plots",),
     ("solvers.base", "solvers.budget", "solvers.geometry", "solvers.listing"),

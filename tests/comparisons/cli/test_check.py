@@ -13,10 +13,10 @@ import shapely
 from command_line import Answer, Call, caller
 
 import cgla_graph as cg
-from cgla_graph.airspace.flight_plans.formats import read_plan, write_plan
+from cgla_graph.airspace.flight_plans.formats import write_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Waypoint
-from cgla_graph.comparisons.cli import check, check_bracket
-from cgla_graph.comparisons.cli.check_map import MapRequest, open_check_map
+from cgla_graph.airspace.plan_check import bracket
+from cgla_graph.errors import CglaError
 from cgla_graph.model.earth import LocalProjection, geodesic_length
 from cgla_graph.scenarios.scenario import load_scenario
 
@@ -102,17 +102,16 @@ def test_a_plan_of_ours_is_clean_and_close_to_the_best(cgla: Call) -> None:
 def test_the_bound_is_one_for_all_paths(cgla: Call) -> None:
     """The map is laid around the plan; what leaves it is longer than the bound."""
     detour = FlightPlan.along([(24.7, 60.12), (24.6, 60.5), (25.2, 60.15)])
-    request = MapRequest(zones=[Path("bay.geojson")])
-    for plan in (detour, read_plan("around.csv")):
-        found = check.check_plan(plan, "mine.csv", open_check_map(plan, "mine.csv", request))
+    for plan in (detour, "around.csv"):
+        found = cg.check(plan, zones="bay.geojson")
         assert found.is_clean
-        assert found.proof is not None
+        assert found.best is not None
         # the shortest way, around the southern corners
         projection = LocalProjection.between((24.7, 60.12), (25.2, 60.15))
         corners = projection.forward([(24.7, 60.12), (24.8, 60.1), (25.1, 60.1), (25.2, 60.15)])
         best = float(np.hypot(*np.diff(corners, axis=0).T).sum())
-        assert 0.99 * best < found.proof.lower_bound <= best + 1.0
-        assert found.cost >= found.proof.lower_bound
+        assert 0.99 * best < found.best.lower_bound <= best + 1.0
+        assert found.cost >= found.best.lower_bound
 
 
 @pytest.mark.slow
@@ -124,8 +123,8 @@ def test_ways_around_the_map_that_is_laid_are_not_denied(cgla: Call, tmp_path: P
     found = cgla("check", "short.csv", "wall.geojson", "--json").document()
     around = [(24.9, 60.15), (24.94, 60.3), (24.96, 60.3), (25.0, 60.15)]
     length = math.fsum(geodesic_length(one, other) for one, other in itertools.pairwise(around))
-    bracket = found["best"]
-    assert 0.7 * length < bracket["lower_bound"] <= length <= bracket["upper_bound"] + 1.0
+    best = found["best"]
+    assert 0.7 * length < best["lower_bound"] <= length <= best["upper_bound"] + 1.0
     # of one that is far too long, that it is at least as long as to the rim of the map and back
     wall = shapely.box(24.94, 50.0, 24.96, 70.0)
     (tmp_path / "wall.geojson").write_text(shapely.to_geojson(wall), encoding="utf-8")
@@ -136,21 +135,20 @@ def test_ways_around_the_map_that_is_laid_are_not_denied(cgla: Call, tmp_path: P
 
 def test_areas_of_many_corners_are_bracketed_in_time(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     """What is around them, and what is inside, has few corners; the bracket holds for the areas themselves."""
-    plan = read_plan("around.csv")
-    on = open_check_map(plan, "around.csv", MapRequest(zones=[Path("bay.geojson")]))
-    exact = check.check_plan(plan, "around.csv", on).proof
-    monkeypatch.setattr(check_bracket, "MOST_CORNERS", 3)
-    coarse = check.check_plan(plan, "around.csv", on).proof
+    checked = cg.check("around.csv", zones="bay.geojson")
+    exact, on = checked.best, checked.on
+    monkeypatch.setattr(bracket, "MOST_CORNERS", 3)
+    coarse = cg.check("around.csv", zones="bay.geojson").best
     assert exact is not None
     assert coarse is not None
     assert coarse.lower_bound <= exact.upper_bound
     assert coarse.lower_bound == pytest.approx(exact.lower_bound, rel=0.01)
     assert exact.lower_bound <= coarse.upper_bound == pytest.approx(exact.upper_bound, rel=0.01)
     assert exact.upper_bound < coarse.upper_bound
-    assert on.scenario.problem.evaluate(coarse.path).feasible
-    assert on.scenario.problem.evaluate(coarse.path).cost == coarse.upper_bound
+    assert on.problem.evaluate(coarse.path).feasible
+    assert on.problem.evaluate(coarse.path).cost == coarse.upper_bound
     bay = on.areas[0].shape
-    inner, outer = (check_bracket._simple(bay, sign * 20.0, 20.0) for sign in (-1.0, 1.0))
+    inner, outer = (bracket._simple(bay, sign * 20.0, 20.0) for sign in (-1.0, 1.0))
     assert shapely.covers(bay, inner)
     assert shapely.covers(outer, bay)
     assert len(outer.exterior.coords) < 30
@@ -258,13 +256,58 @@ def test_what_cannot_be_checked_is_told_in_one_line(cgla: Call, words: list[str]
     cgla("check", *words).refused(*said)
 
 
+@pytest.mark.parametrize(
+    ("words", "on", "more"),
+    [
+        ("straight.csv --zones bay.geojson", None, {"zones": "bay.geojson"}),
+        ("around.csv bay.geojson --altitude 80 --clearance 30", None, {"altitude": 80, "clearance": 30}),
+        (
+            "mine.csv mine.toml --k 3 --tolerance 0.05 --through 1",
+            "mine.toml",
+            {"k": 3, "tolerance": 0.05, "through": 1},
+        ),
+        ("mine.csv mine.toml --no-certificate", "mine.toml", {"tolerance": None}),
+    ],
+)
+def test_the_command_prints_what_python_answers(cgla: Call, words: str, on: str | None, more: dict[str, Any]) -> None:
+    write_route("mine.csv", (1, 1), (1, 9.5), (9, 9))
+    found = cgla("check", *words.split(), "--json").document()
+    zones = {} if on else {"zones": ["bay.geojson"]}
+    answer = cg.check(
+        words.split(maxsplit=1)[0], None if on is None else load_scenario(on), **{**zones, **more}
+    ).document()
+    for one in (found, answer):
+        (one["best"] or {}).pop("seconds", None)
+    assert found == {**json.loads(json.dumps(answer)), "files": []}
+
+
+def test_waypoints_and_zones_in_hand_are_checked(cgla: Call) -> None:
+    """The same as from files; of a plane where the map is one."""
+    zones = cg.read_zones("bay.geojson")
+    found = cg.check([(24.7, 60.12), (25.2, 60.15)], zones=zones, tolerance=None)
+    of_file = cg.check("straight.csv", zones="bay.geojson", tolerance=None)
+    assert {**found.document(), "plan": "", "map": ""}.keys() == of_file.document().keys()
+    assert found.crossings.found == of_file.crossings.found
+    (leg,) = found.legs
+    assert (leg.number, leg.start, leg.end, leg.crosses, leg.is_clean) == (1, "1", "2", True, False)
+    scenario = load_scenario("mine.toml")
+    for on in (scenario, scenario.problem):
+        assert cg.check([(1, 1), (9, 9)], on, tolerance=None).plan.coordinates == "plane"
+    for wrong, said in (([], "shape"), ([(1, 2, 3)], "plan"), ([(1, math.nan)], "plan")):
+        with pytest.raises(CglaError, match=said):
+            cg.check(wrong, scenario)
+    with pytest.raises(CglaError, match="zones"):
+        cg.check([(1, 1), (9, 9)], scenario, altitude=80)
+    with pytest.raises(CglaError, match="nothing to check"):
+        cg.check("straight.csv")
+
+
 def test_long_plans_are_checked_in_time(cgla: Call) -> None:
     """A thousand legs, most of which cross."""
     angles = np.linspace(0.0, 2.0 * math.pi, 1001)
     places = np.column_stack([24.95 + 0.3 * np.cos(301.0 * angles), 60.15 + 0.1 * np.sin(301.0 * angles)])
     plan = FlightPlan(tuple(Waypoint(x, y) for x, y in places.tolist()))
-    on = open_check_map(plan, "long.csv", MapRequest(zones=[Path("bay.geojson")]))
-    found: Any = check.check_plan(plan, "long.csv", on, tolerance=None)
+    found = cg.check(plan, zones="bay.geojson", tolerance=None)
     assert len(found.crossings.legs) > 500
 
 
@@ -298,4 +341,4 @@ def test_plans_through_the_same_waypoints_are_bounded(cgla: Call) -> None:
     write_route("mine.csv", (1, 5), (2.5, 5), (4, 1))
     found = cgla("check", "mine.csv", "mine.toml", "--json").document()
     assert found["through"]["message"] == "waypoint 2 is inside an area"
-    cgla("check", "mine.csv", "mine.toml", "--through", -1).refused("--through", "0 or more")
+    cgla("check", "mine.csv", "mine.toml", "--through", -1).refused("through", "0 or more")

@@ -7,6 +7,7 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
+from cgla_graph._text import counted
 from cgla_graph._types import BoolArray, FloatArray, IntArray
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference
 from cgla_graph.airspace.flight_plans.profile import Heights, Profile, profile_of
@@ -14,7 +15,6 @@ from cgla_graph.airspace.flight_plans.simultaneous_areas import WHOLE, Shares
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.heights import GEOID
 from cgla_graph.airspace.zones.zone import Limit
-from cgla_graph.comparisons.numbers import counted
 from cgla_graph.model.earth import LocalProjection
 
 Range: TypeAlias = tuple[float, float]

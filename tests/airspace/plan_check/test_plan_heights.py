@@ -1,4 +1,4 @@
-"""`cgla check`: a plan's own altitudes against floors and ceilings, leg by leg."""
+"""A plan's own altitudes against floors and ceilings, leg by leg."""
 
 import json
 import math
@@ -22,16 +22,15 @@ from cgla_graph.airspace.flight_plans.crossings import crossings_of
 from cgla_graph.airspace.flight_plans.formats import plan_of_bytes, text_of_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Reference, Waypoint
 from cgla_graph.airspace.flight_plans.profile import profile_of
+from cgla_graph.airspace.plan_check.check import check
+from cgla_graph.airspace.plan_check.plan_heights import Limits, PlanHeights
+from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.zone import Limit
-from cgla_graph.comparisons.cli.check import Checked, check_plan
-from cgla_graph.comparisons.cli.check_heights import Limits, PlanHeights
-from cgla_graph.comparisons.cli.check_map import MapRequest, open_check_map
-from cgla_graph.comparisons.cli.check_report import checked_document, verdict_of
 from cgla_graph.errors import CglaError
 from cgla_graph.model.earth import LocalProjection
 
-Check: TypeAlias = Callable[..., Checked]
+Check: TypeAlias = Callable[..., PlanCheck]
 
 #: From west to east through the zone, which is between these longitudes.
 WEST, EAST, LOW, HIGH = 5.9, 6.3, 6.0, 6.2
@@ -58,19 +57,18 @@ def through(
 
 @pytest.fixture
 def checked(tmp_path: Path) -> Check:
-    def check(
-        plan: FlightPlan, *volumes: dict[str, Any], tolerance: float | None = None, **settings: object
-    ) -> Checked:
+    def of_volumes(
+        plan: FlightPlan, *volumes: dict[str, Any], tolerance: float | None = None, ground: str | None = None
+    ) -> PlanCheck:
         path = tmp_path / "zones.json"
         path.write_bytes(data_of(ed269(*volumes)))
-        request = MapRequest(zones=[path], settings=settings)
-        return check_plan(plan, "mine.csv", open_check_map(plan, "mine.csv", request), tolerance=tolerance)
+        return check(plan, zones=path, tolerance=tolerance, ground=ground)
 
-    return check
+    return of_volumes
 
 
-def longitudes(found: Checked) -> list[list[float]]:
-    document = json.loads(json.dumps(checked_document(found)))
+def longitudes(found: PlanCheck) -> list[list[float]]:
+    document = json.loads(json.dumps(found.document()))
     return [[one["entry_lonlat"][0], one["exit_lonlat"][0]] for one in document["crossings"]]
 
 
@@ -141,7 +139,7 @@ def test_legs_of_other_heights_cross_other_layers(checked: Check) -> None:
     layers = zone(0, "AGL", 50, "AGL"), zone(50, "AGL", 200, "AGL", horizontalProjection=east)
     assert longitudes(checked(through(100, 100), *layers)) == [pytest.approx([6.1, HIGH], abs=1e-5)]
     assert longitudes(checked(through(30, 30), *layers)) == [pytest.approx([LOW, HIGH], abs=1e-5)]
-    assert verdict_of(checked(through(50, 50), *layers)) == ["not clean: 1 leg crosses 1 area"]
+    assert checked(through(50, 50), *layers).verdict == ["not clean: 1 leg crosses 1 area"]
     # up from the ground inside, and away above: the climb is what is inside
     places = [(6.05, 49.1), (6.05, 49.3)]
     for home, crosses in ((None, False), (Home(6.05, 49.1), True)):
@@ -149,7 +147,7 @@ def test_legs_of_other_heights_cross_other_layers(checked: Check) -> None:
         found = checked(plan, *layers)
         assert found.is_clean is not crosses
         assert [one.is_upright for one in found.crossings.found] == [True] * crosses
-        said = verdict_of(found)[0]
+        said = found.verdict[0]
         assert ("goes up or down" in said) is crosses
     # a landing may glide all the way from 100 m
     landing = FlightPlan((*plan.waypoints[::-1], Waypoint(6.3, 49.1, 0.0, "home", role="landing")))
@@ -160,12 +158,12 @@ def test_the_best_plan_is_one_at_its_heights(checked: Check) -> None:
     """Over a zone that ends below the plan, it is the straight line; around one that does not, the way around."""
     over, under = (checked(through(height, height), zone(0, "AGL", 100, "AGL"), tolerance=0.01) for height in (150, 80))
     assert over.is_clean
-    assert 0.999 * over.cost < over.proof.lower_bound <= over.cost
-    assert under.proof.lower_bound > 1.1 * under.cost
+    assert 0.999 * over.cost < over.best.lower_bound <= over.cost
+    assert under.best.lower_bound > 1.1 * under.cost
     # of a climb, that it might be above all the way
     climb = checked(through(80, 150), zone(0, "AGL", 100, "AGL"), tolerance=0.01)
     assert not climb.is_clean
-    assert climb.proof.lower_bound <= climb.cost
+    assert climb.best.lower_bound <= climb.cost
 
 
 def test_elevations_resolve_heights_along_the_leg(checked: Check, tmp_path: Path) -> None:
@@ -313,16 +311,15 @@ def test_damaged_zones_and_plans_are_checked_or_refused(seed: int) -> None:
     plan_text = text_of_plan(through(50, 150, "home", Home(WEST, 49.1, 300.0)), "a.plan")
     texts = {"zones": data_of(zones), "plan": plan_text.encode()}
 
-    def check(data: bytes) -> None:
+    def checked_or_refused(data: bytes) -> None:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "zones.json")
             path.write_bytes(data if which == "zones" else texts["zones"])
             plan = plan_of_bytes(data if which == "plan" else texts["plan"], "mine.plan")
-            on = open_check_map(plan, "mine.plan", MapRequest(zones=[path]))
-            found = check_plan(plan, "mine.plan", on, tolerance=None)
-            json.dumps(checked_document(found), allow_nan=False)
-            assert found.is_clean == (verdict_of(found)[0][:5] == "clean")
+            found = check(plan, zones=path, tolerance=None)
+            json.dumps(found.document(), allow_nan=False)
+            assert found.is_clean == (found.verdict[0][:5] == "clean")
 
     for which in ("zones", "plan"):
         documents = [change(texts[which], 9 * seed + n) for n in range(3) for change in (damaged, damaged_json)]
-        tried(check, CglaError, documents)
+        tried(checked_or_refused, CglaError, documents)

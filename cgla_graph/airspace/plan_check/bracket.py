@@ -1,4 +1,4 @@
-"""What the best plan costs at least, proven for the command `check`: between the ends, and through the waypoints."""
+"""Proven costs of the best clean plan: between the ends of a plan, and through its waypoints."""
 
 import dataclasses
 import math
@@ -9,12 +9,11 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray
-from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.comparisons.cli.check_map import WIDER, CheckMap, least_outside, wide_bounds, widened
+from cgla_graph.airspace.plan_check.plan_map import WIDER, PlanMap, least_outside, wide_bounds, widened
+from cgla_graph.certificate.certificate import Certificate, prove
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.problem import Problem
-from cgla_graph.solvers.solving import lower_bound
 
 #: Areas of more corners are simplified for the bracket, by this part of the map's longer side.
 MOST_CORNERS, _COARSE = 5000, 5e-4
@@ -28,8 +27,6 @@ _MOST_GEODESICS = 5000
 _FAR = 1e30
 #: What a leg may cost more than its straight line without a proof, as a part of the tolerance.
 _NEGLIGIBLE = 0.1
-#: Bounds that leave out no place.
-EVERYWHERE: Bounds = (-math.inf, -math.inf, math.inf, math.inf)
 
 
 @dataclass(frozen=True)
@@ -55,9 +52,9 @@ class Through:
     nothing: str = ""
 
 
-def shut_ends(on: CheckMap) -> str:
+def shut_ends(on: PlanMap) -> str:
     """Say why no plan between the same ends could be clean, if one of them is where none may be; else nothing."""
-    problem = on.scenario.problem
+    problem = on.problem
     for what, index in (("begins", 0), ("ends", -1)):
         place = shapely.Point(on.route[index])
         if on.has_bounds and not problem.in_bounds(on.route[index]):
@@ -70,7 +67,7 @@ def shut_ends(on: CheckMap) -> str:
     return ""
 
 
-def bracket(on: CheckMap, tolerance: float, max_cells: int) -> Certificate:
+def bracket(on: PlanMap, tolerance: float, max_cells: int, *, is_clean: bool) -> Certificate:
     """
     Prove what the least cost of a clean plan between the same ends is, from below and from above.
 
@@ -79,40 +76,43 @@ def bracket(on: CheckMap, tolerance: float, max_cells: int) -> Certificate:
     ProblemError
         If an end is where none may be.
     """
-    scenario, route = on.scenario, on.route
+    route, problem = on.route, on.problem
     if on.has_bounds:
-        _, proof = _bracket_within(on, scenario.problem.bounds, tolerance, max_cells)
-        return proof
+        return _bracket_within(on, problem.bounds, tolerance, max_cells, is_clean=is_clean)
     for factor in WIDER:
-        bounds = widened(scenario.problem.bounds, factor)
-        problem, proof = _bracket_within(on, bounds, tolerance, max_cells)
+        bounds = widened(problem.bounds, factor)
+        proof = _bracket_within(on, bounds, tolerance, max_cells, is_clean=is_clean)
         # a path that leaves the box that is laid around the plan is at least so long: the bound is one for all paths
-        outside = least_outside(route[0], route[-1], bounds)
-        if scenario.projection is not None:
-            outside = scenario.projection.bound_on_earth(outside, problem.start, problem.goal, EVERYWHERE)
+        outside = _on_earth(on, least_outside(route[0], route[-1], bounds), route[[0, -1]])
         if proof.lower_bound <= outside:
             break
     return dataclasses.replace(proof, lower_bound=min(proof.lower_bound, outside))
 
 
 def _bracket_within(
-    on: CheckMap, bounds: Bounds, tolerance: float, max_cells: int, *, leg: int | None = None, is_clean: bool = False
-) -> tuple[Problem, Certificate]:
+    on: PlanMap,
+    bounds: Bounds,
+    tolerance: float,
+    max_cells: int,
+    *,
+    is_clean: bool,
+    leg: int | None = None,
+) -> Certificate:
     """
-    Prove the same of all paths within bounds, and return what that is proven of.
+    Prove the same of all paths within bounds; of a leg, if one is given, of all paths between its ends.
 
-    Of all paths between the ends of a leg, if one is given; where it is clean, it is what the bound is held against.
+    Where the plan is clean, the proof begins with its path; the bound of a clean leg is held against that leg.
     """
-    ends = on.route[[0, -1]] if leg is None else on.route[leg : leg + 2]
-    first, last = ((float(x), float(y)) for x, y in ends)
+    route = on.route if leg is None else on.route[leg : leg + 2]
+    first, last = ((float(x), float(y)) for x, y in route[[0, -1]])
     box = shapely.box(*bounds)
     near = [one.shape for one in on.walls if shapely.intersects(box, one.shape)]
     no_fly = shapely.GeometryCollection(near) if near else None
-    problem = dataclasses.replace(on.scenario.problem, start=first, goal=last, bounds=bounds, no_fly=no_fly)
+    problem = dataclasses.replace(on.problem, start=first, goal=last, bounds=bounds, no_fly=no_fly)
     if no_fly is None or shapely.get_num_coordinates(no_fly) <= MOST_CORNERS:
-        path = ends if is_clean and problem.evaluate(ends).feasible else None
-        return problem, lower_bound(problem, tolerance, path=path, max_cells=max_cells)
-    return problem, _coarse_bracket(problem, no_fly, tolerance, max_cells)
+        path = route if is_clean and problem.evaluate(route).feasible else None
+        return prove(problem, path, tolerance=tolerance, max_cells=max_cells, keeps_path=leg is not None)
+    return _coarse_bracket(problem, no_fly, tolerance, max_cells)
 
 
 def _coarse_bracket(problem: Problem, no_fly: BaseGeometry, tolerance: float, max_cells: int) -> Certificate:
@@ -125,11 +125,11 @@ def _coarse_bracket(problem: Problem, no_fly: BaseGeometry, tolerance: float, ma
     x_min, y_min, x_max, y_max = problem.bounds
     step = _COARSE * max(x_max - x_min, y_max - y_min)
     inner, outer = (_simple(no_fly, sign * step, step) for sign in (-1.0, 1.0))
-    proof = lower_bound(dataclasses.replace(problem, no_fly=inner), tolerance, max_cells=max_cells)
+    proof = prove(dataclasses.replace(problem, no_fly=inner), tolerance=tolerance, max_cells=max_cells)
     upper, path = math.inf, None
     try:
         around = dataclasses.replace(problem, no_fly=outer)
-        found = lower_bound(around, 10.0 * tolerance, max_cells=max_cells)
+        found = prove(around, tolerance=10.0 * tolerance, max_cells=max_cells)
         upper, path = found.upper_bound, found.path
     except ProblemError:
         # an end is nearer to an area than the step
@@ -144,7 +144,7 @@ def _simple(area: BaseGeometry, wider: float, step: float) -> BaseGeometry:
     return shapely.simplify(moved, 0.9 * step)
 
 
-def through(on: CheckMap, costs: FloatArray, faulty: BoolArray, tolerance: float, most: int) -> Through:
+def through_waypoints(on: PlanMap, costs: FloatArray, faulty: BoolArray, tolerance: float, most: int) -> Through:
     """
     Bound the cost of every clean plan through the waypoints of a plan, in their order.
 
@@ -162,7 +162,7 @@ def through(on: CheckMap, costs: FloatArray, faulty: BoolArray, tolerance: float
     most
         Legs that are proven.
     """
-    problem, route = on.scenario.problem, on.route
+    problem, route = on.problem, on.route
     if not problem.field.is_proper:
         return Through(math.nan, len(costs), 0, 0, "there is no bound for fields with peaks above 1")
     area = NoFlyArea(shapely.GeometryCollection([one.shape for one in on.walls]))
@@ -193,47 +193,36 @@ def _straight(route: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(*np.diff(route, axis=0).T))
 
 
-def _of_lines(on: CheckMap) -> FloatArray:
+def _of_lines(on: PlanMap) -> FloatArray:
     """Bound the cost of each leg by the length of the straight line between its ends."""
-    lengths, projection = _straight(on.route), on.scenario.projection
+    lengths, projection = _straight(on.route), on.problem.projection
     if projection is None:
         return lengths
     if len(lengths) <= _MOST_GEODESICS:
-        return np.array([_on_earth(on, length, leg) for leg, length in enumerate(lengths.tolist())])
+        return np.array([_on_earth(on, length, on.route[leg : leg + 2]) for leg, length in enumerate(lengths.tolist())])
     away = np.hypot(*on.route.T)
     reach = float((0.5 * (lengths + away[:-1] + away[1:])).max())
     return lengths / projection.stretch(reach)
 
 
-def _on_earth(on: CheckMap, bound: float, leg: int) -> float:
-    """Turn a bound of a leg on the plane into one on the Earth."""
-    scenario = on.scenario
-    if scenario.projection is None:
+def _on_earth(on: PlanMap, bound: float, ends: FloatArray) -> float:
+    """Turn a bound of the cost between two places on the plane into one on the Earth."""
+    if on.problem.projection is None:
         return bound
-    first, last = ((float(x), float(y)) for x, y in on.route[leg : leg + 2])
-    return scenario.projection.bound_on_earth(bound, first, last, _limits_of(on))
+    first, last = ((float(x), float(y)) for x, y in ends)
+    return on.problem.projection.bound_on_earth(bound, first, last, on.limits)
 
 
-def _limits_of(on: CheckMap) -> Bounds:
-    """Return the bounds that no path leaves: those of the map, if it has some."""
-    return on.scenario.problem.bounds if on.has_bounds else EVERYWHERE
-
-
-def _of_leg(on: CheckMap, leg: int, tolerance: float, *, is_clean: bool) -> float:
+def _of_leg(on: PlanMap, leg: int, tolerance: float, *, is_clean: bool) -> float:
     """Prove what every clean way between the ends of a leg costs at least, map units."""
     route = on.route[leg : leg + 2]
-    limits = _limits_of(on)
+    limits = on.limits
     bound = outside = 0.0
     for factor in WIDER[:2]:
         box = widened(wide_bounds(route, float(_straight(route)[0])), factor)
-        inner = (
-            max(box[0], limits[0]),
-            max(box[1], limits[1]),
-            min(box[2], limits[2]),
-            min(box[3], limits[3]),
-        )
-        _, proof = _bracket_within(on, inner, tolerance, _LEG_CELLS, leg=leg, is_clean=is_clean)
-        outside = _on_earth(on, _outside(route, inner, limits), leg)
+        inner = (max(box[0], limits[0]), max(box[1], limits[1]), min(box[2], limits[2]), min(box[3], limits[3]))
+        proof = _bracket_within(on, inner, tolerance, _LEG_CELLS, leg=leg, is_clean=is_clean)
+        outside = _on_earth(on, _outside(route, inner, limits), route)
         bound = proof.lower_bound
         if bound <= outside:
             break

@@ -1,0 +1,199 @@
+"""Check a plan leg by leg, and prove how much better any plan could be."""
+
+import dataclasses
+import os
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cgla_graph._types import FloatArray
+from cgla_graph._validate import point_array, positive_number
+from cgla_graph.airspace.flight_plans.crossings import crossings_of, geodesic_gaps
+from cgla_graph.airspace.flight_plans.formats import read_plan
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint
+from cgla_graph.airspace.plan_check.bracket import bracket, shut_ends, through_waypoints
+from cgla_graph.airspace.plan_check.plan_map import NamedMap, PlainMap, PlanMap, put_on_map
+from cgla_graph.airspace.plan_check.result import PlanCheck
+from cgla_graph.airspace.zones.applying import Zones
+from cgla_graph.airspace.zones.ground import Ground, read_ground
+from cgla_graph.airspace.zones.heights import Altitude
+from cgla_graph.airspace.zones.reading import read_zones
+from cgla_graph.certificate.certificate import MAX_CELLS
+from cgla_graph.errors import CglaError, ProblemError
+from cgla_graph.model.earth import geodesic_between
+from cgla_graph.model.problem import Problem
+from cgla_graph.untrusted.files import FilePath
+
+#: The bracket of the best possible cost is at most so wide, unless told otherwise.
+TOLERANCE = 0.01
+#: Legs for which a bound is proven, at most, unless told otherwise; the others count with their straight lines.
+MOST_PROVEN = 16
+#: Where legs are held against geodesics: at these shares of their lengths.
+_SHARES = (0.25, 0.5, 0.75)
+
+
+def check(
+    plan: FlightPlan | FilePath | ArrayLike,
+    on: Problem | NamedMap | None = None,
+    *,
+    zones: Zones | FilePath | Sequence[FilePath] = (),
+    altitude: str | float | Altitude | None = None,
+    at: str | datetime | None = None,
+    treat: Mapping[str, str] | None = None,
+    ground: Ground | FilePath | None = None,
+    k: float | None = None,
+    clearance: float | None = None,
+    tolerance: float | None = TOLERANCE,
+    through: int = MOST_PROVEN,
+    max_cells: int = MAX_CELLS,
+) -> PlanCheck:
+    """
+    Check a flight plan leg by leg, and prove how much better any plan could be.
+
+    Parameters
+    ----------
+    plan
+        A plan, the file of one (`cgla_graph.read_plan`), or waypoints, shape ``(m, 2)``: longitude and latitude,
+        degrees, or x and y where the map is in a plane.
+    on
+        The map: a problem or a scenario. None: zones alone, on a map that is laid around the plan, so wide that the
+        bound holds for all paths.
+    zones
+        What `cgla_graph.read_zones` gives, or files that it reads.
+    altitude
+        At which zones count, metres above ground, or as ``"450 AMSL"``. None: the plan's own altitudes are held against
+        floors and ceilings, leg by leg.
+    at, treat
+        As of `cgla_graph.airspace.zones.applying.Zones.apply`.
+    ground
+        Elevations, or the file of a raster of them, metres above sea level, by which heights above different things
+        are compared.
+    k, clearance
+        Instead of the map's own; 0 without a map.
+    tolerance
+        How wide the proven bracket of the least cost may be, as a ratio; None for no proof.
+    through
+        For so many legs at most, a bound is proven of plans through the same waypoints.
+    max_cells
+        Cells of a grid of a proof, at most, about 300 bytes each.
+
+    Returns
+    -------
+    check
+        Its legs, crossings and verdict; `PlanCheck.best` brackets the cost of the best clean plan between the same
+        ends, `PlanCheck.through` bounds that of one through the same waypoints.
+
+    Raises
+    ------
+    CglaError
+        If a file, a zone or a setting is malformed, there is nothing to check the plan against, or the plan and the
+        map are not in the same coordinates.
+
+    Examples
+    --------
+    >>> import shapely
+    >>> tower = Problem((0, 0), (10, 0), bounds=(-5, -5, 15, 15), no_fly=shapely.box(4, -1, 5, 2))
+    >>> straight = check([(0, 0), (10, 0)], tower)
+    >>> straight.verdict, straight.crossings.found[0].inside
+    (['not clean: 1 leg crosses 1 area'], 1.0)
+    >>> around = check([(0, 0), (4, -1), (5, -1), (10, 0)], tower)
+    >>> around.is_clean, around.most_to_gain < 0.01
+    (True, True)
+    """
+    if tolerance is not None:
+        positive_number("tolerance", tolerance)
+    if through < 0:
+        msg = f"through is {through}; give how many legs are proven at most, 0 or more"
+        raise ProblemError(msg)
+    held, name = _plan_of(plan, on)
+    has_zones = isinstance(zones, Zones | str | os.PathLike) or bool(zones)
+    if on is None and not has_zones:
+        msg = f"{name}: there is nothing to check it against; give zones, or a map (on)"
+        raise CglaError(msg)
+    for setting, value in (("altitude", altitude), ("at", at), ("treat", treat), ("ground", ground)):
+        if value is not None and not has_zones:
+            msg = f"{setting} is about zones; give their files (zones)"
+            raise CglaError(msg)
+    elevations = read_ground(ground) if isinstance(ground, str | os.PathLike) else ground
+    applied = None
+    if has_zones:
+        read = zones if isinstance(zones, Zones) else read_zones(zones)
+        applied = read.apply(altitude=altitude, at=at, treat=treat, ground=elevations)
+    changes = {setting: value for setting, value in (("k", k), ("clearance", clearance)) if value is not None}
+    source = PlainMap("map", "", on) if isinstance(on, Problem) else on
+    at_one_height = altitude is not None
+    placed = put_on_map(held, name, source, applied, changes, ground=elevations, at_one_height=at_one_height)
+    checked = _legs_of(held, name, placed)
+    return checked if tolerance is None else _with_proofs(checked, tolerance, through, max_cells)
+
+
+def _plan_of(plan: FlightPlan | FilePath | ArrayLike, on: Problem | NamedMap | None) -> tuple[FlightPlan, str]:
+    """Return the plan, and what it is called; waypoints are in the coordinates of the map."""
+    if isinstance(plan, FlightPlan):
+        return plan, plan.name or "plan"
+    if isinstance(plan, str | os.PathLike):
+        return read_plan(plan), os.fspath(plan)
+    places = point_array("plan", plan)
+    if places.ndim != 2 or not len(places):  # noqa: PLR2004 - a list of points
+        msg = f"plan has the shape {places.shape}; give a row a waypoint, shape (m, 2) with m at least 1"
+        raise ProblemError(msg)
+    problem = on if on is None or isinstance(on, Problem) else on.problem
+    on_earth = problem is None or problem.projection is not None
+    waypoints = tuple(Waypoint(x, y) for x, y in places.tolist())
+    return FlightPlan(waypoints, coordinates="lonlat" if on_earth else "plane"), "plan"
+
+
+def _legs_of(plan: FlightPlan, name: str, on: PlanMap) -> PlanCheck:
+    """Check each leg: what it crosses, and what it costs."""
+    route = on.route
+    starts, ends = (route, route) if len(route) == 1 else (route[:-1], route[1:])
+    return PlanCheck(
+        name,
+        plan,
+        on,
+        lengths=np.hypot(*(ends - starts).T),
+        risks=np.asarray(on.problem.field.line_integral(starts, ends)),
+        crossings=crossings_of(route, on.areas, rounding=on.rounding, radii=_radii(plan, on), heights=on.heights),
+        gaps=_gaps(on, starts, ends),
+    )
+
+
+def _with_proofs(checked: PlanCheck, tolerance: float, most_legs: int, max_cells: int) -> PlanCheck:
+    """Prove how much better a plan could be."""
+    on = checked.on
+    if len(on.route) > 2:  # noqa: PLR2004 - one leg
+        costs = checked.lengths + checked.k * checked.risks
+        through = through_waypoints(on, costs, checked.faulty, tolerance, most_legs)
+        checked = dataclasses.replace(checked, through=through)
+    if (on.route[0] == on.route[-1]).all():
+        return dataclasses.replace(checked, no_best="it ends where it begins: the best way there is to stay")
+    if shut := shut_ends(on):
+        return dataclasses.replace(checked, no_best=shut)
+    try:
+        best = bracket(on, tolerance, max_cells, is_clean=checked.is_straight)
+    except ProblemError as error:
+        return dataclasses.replace(checked, no_best=str(error))
+    return dataclasses.replace(checked, best=best)
+
+
+def _radii(plan: FlightPlan, on: PlanMap) -> list[float]:
+    """Return the circles flown around each place of the route; of waypoints in one place, the widest."""
+    radii = [0.0] * len(on.route)
+    at = 0
+    for number, one in enumerate(plan.waypoints, start=1):
+        while at + 1 < len(on.stops) and on.stops[at + 1] <= number:
+            at += 1
+        radii[at] = max(radii[at], one.loiter_radius)
+    return radii
+
+
+def _gaps(on: PlanMap, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """Return how far legs are from geodesics."""
+    projection = on.problem.projection
+    if projection is None:
+        return np.zeros(len(starts))
+    first, last = projection.inverse(starts), projection.inverse(ends)
+    samples = [projection.forward(geodesic_between(first, last, share)) for share in _SHARES]
+    return geodesic_gaps(np.stack([starts, ends], axis=1), samples)

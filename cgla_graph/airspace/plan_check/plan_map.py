@@ -1,0 +1,357 @@
+"""The map that a plan is checked on: a map with or without zones, or one laid around the plan where zones are alone."""
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from shapely.geometry.base import BaseGeometry
+
+from cgla_graph._types import Bounds, FloatArray
+from cgla_graph.airspace.flight_plans.area_outline import ClosedArea
+from cgla_graph.airspace.flight_plans.plan import FlightPlan
+from cgla_graph.airspace.lonlat_box import bounds_of, box_around
+from cgla_graph.airspace.plan_check.plan_heights import Limits, PlanHeights
+from cgla_graph.airspace.zones.applying import Applied, Verdict
+from cgla_graph.airspace.zones.ground import Ground
+from cgla_graph.airspace.zones.shapes import AreaShape, joined, part_near
+from cgla_graph.airspace.zones.zone import NoArea
+from cgla_graph.airspace.zones.zone_account import ZoneAccount
+from cgla_graph.errors import ProblemError, ScenarioError
+from cgla_graph.model.clearance import ROUNDING
+from cgla_graph.model.earth import LocalProjection, geodesic_length, project_area
+from cgla_graph.model.problem import Problem
+
+#: A map that is laid around a plan holds every path at most so many times as long as the plan, and as the way between
+#: its ends; the latter is less, as most plans are near to that.
+LONGER, FARTHER = 1.3, 4.0
+#: Where areas leave no way inside of it, it is made so many times as wide; zones are known as far.
+WIDER = (1.0, 4.0, 16.0)
+#: Crossings that a shift by this would undo do not count, metres: autopilots keep places to 1e-7 degrees.
+ROUNDED = 0.01
+#: Room around everything: part of the longer side, and metres.
+_MARGIN, _LEAST_ROOM = 0.02, 50.0
+#: A plan that is so much longer than the way between its ends is no way from the one to the other.
+_ROUND = 2.0
+#: Metres of a degree of latitude, at least; and a latitude from which on all meridians may be near.
+_DEGREE, _NEAR_POLE = 110_500.0, 85.0
+
+
+class NamedMap(Protocol):
+    """What is known of a map, as of a `cgla_graph.Scenario`: its problem, names, and areas that have one."""
+
+    @property
+    def name(self) -> str:
+        """A short name."""
+
+    @property
+    def title(self) -> str:
+        """One line that says what it shows."""
+
+    @property
+    def problem(self) -> Problem:
+        """Risk, weight, bounds, no-fly areas and clearance."""
+
+    @property
+    def areas(self) -> Sequence[tuple[str, BaseGeometry]]:
+        """Names and shapes of no-fly areas that have a name."""
+
+
+@dataclass(frozen=True)
+class PlainMap:
+    """
+    A problem with a name.
+
+    Attributes
+    ----------
+    name, title, problem, areas
+        As of `NamedMap`.
+    """
+
+    name: str
+    title: str
+    problem: Problem
+    areas: Sequence[tuple[str, BaseGeometry]] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class PlanMap:
+    """
+    A plan on a map.
+
+    Attributes
+    ----------
+    source
+        The map as it was given, or laid around the plan.
+    problem
+        Its risk, weight, bounds, projection and clearance, without a no-fly area; it begins and ends anywhere.
+    areas
+        What no leg may cross, map units.
+    route
+        What is flown, map units, shape ``(m, 2)``: places in a row that are the same count once.
+    stops
+        What each place of it is: 0 for home, else the number of the waypoint, from 1.
+    has_bounds
+        Whether the bounds are the map's: no leg may leave them. Else they are laid around the plan.
+    zones
+        What became of every zone; None where there are no files of zones.
+    at_all_heights
+        Whether there are zones, and all of them count, whatever their floors and ceilings.
+    heights
+        The plan's own altitudes against floors and ceilings; None where these are not compared.
+    """
+
+    source: NamedMap
+    problem: Problem
+    areas: tuple[ClosedArea, ...]
+    route: FloatArray
+    stops: tuple[int, ...]
+    has_bounds: bool
+    zones: ZoneAccount | None = None
+    at_all_heights: bool = False
+    heights: PlanHeights | None = None
+
+    @cached_property
+    def walls(self) -> tuple[ClosedArea, ...]:
+        """The areas that no clean plan comes through at the heights of this one."""
+        heights = self.heights
+        return tuple(one for number, one in enumerate(self.areas) if heights is None or heights.holds_all(number))
+
+    @property
+    def name(self) -> str:
+        """The short name of the map."""
+        return self.source.name
+
+    @property
+    def full_title(self) -> str:
+        """Name and title of the map in one line."""
+        return f"{self.name}: {self.source.title}" if self.source.title else self.name
+
+    @property
+    def limits(self) -> Bounds:
+        """The bounds that no path leaves: those of the map, if it has some."""
+        return self.problem.bounds if self.has_bounds else (-math.inf, -math.inf, math.inf, math.inf)
+
+    @property
+    def rounding(self) -> float:
+        """How much of a crossing is rounding only, map units."""
+        x_min, y_min, x_max, y_max = self.problem.bounds
+        return ROUNDED if self.problem.projection is not None else ROUNDING * max(x_max - x_min, y_max - y_min)
+
+    def stop(self, place: int) -> str:
+        """Return the number of the waypoint at a place of the route, or ``home``."""
+        return str(self.stops[place] or "home")
+
+
+def put_on_map(
+    plan: FlightPlan,
+    name: str,
+    on: NamedMap | None,
+    zones: Applied | None,
+    changes: Mapping[str, Any],
+    *,
+    ground: Ground | None = None,
+    at_one_height: bool = False,
+) -> PlanMap:
+    """
+    Put a plan on the map that it is checked on.
+
+    Parameters
+    ----------
+    plan, name
+        The plan, and what messages call it.
+    on
+        The map; None for one that is laid around the plan.
+    zones
+        What is closed.
+    changes
+        Weight and clearance instead of the map's own: ``k`` and ``clearance``, where they are given.
+    ground
+        Elevations.
+    at_one_height
+        Whether zones were applied at an altitude; else the plan's own altitudes are held against their limits.
+
+    Raises
+    ------
+    ScenarioError
+        If plan, map and zones are not in the same coordinates.
+    """
+    stops, flown = _stops(plan)
+    if on is None and plan.coordinates != "lonlat":
+        msg = f"{name}: it has x and y alone, and zones are in degrees; give the scenario that it is of"
+        raise ScenarioError(msg)
+    chosen = _around(plan, flown, name) if on is None else on
+    problem = dataclasses.replace(chosen.problem, no_fly=None, **changes)
+    projection = problem.projection
+    route = _on_plane(plan, flown, name, chosen)
+    areas = _own_areas(chosen)
+    limits: list[Limits | None] = [None] * len(areas)
+    account = heights = None
+    if zones is not None:
+        if projection is None:
+            msg = f"zones are in longitude and latitude, and the map {chosen.name} is in the plane; leave them out"
+            raise ScenarioError(msg)
+        seen = problem.bounds if on is not None else widened(problem.bounds, WIDER[-1])
+        box = _degrees_around(projection, seen, problem.clearance)
+        near = zones.within(box)
+        apart = not at_one_height and any(one.altitude is not None for one in plan.waypoints)
+        for verdict in near.verdicts:
+            for area, between in _layers(verdict, box, apart=apart):
+                areas.append(ClosedArea(str(getattr(verdict.zone, "label", "a zone")), project_area(area, projection)))
+                limits.append(between)
+        account = near.account()
+        if any(one is not None and one.bounded for one in limits):
+            boxes = np.array([one.shape.bounds for one in areas])
+            heights = PlanHeights(plan, stops, limits, ground, route, boxes, projection)
+    return PlanMap(
+        chosen,
+        problem,
+        tuple(areas),
+        route,
+        stops,
+        on is not None,
+        account,
+        zones is not None and not at_one_height,
+        heights,
+    )
+
+
+def _on_plane(plan: FlightPlan, flown: FloatArray, name: str, on: NamedMap) -> FloatArray:
+    """Return what is flown in the coordinates of the map."""
+    projection = on.problem.projection
+    if (projection is None) is (plan.coordinates == "lonlat"):
+        one, other = "in degrees", "in x and y of a plane"
+        here, there = (other, one) if projection is None else (one, other)
+        msg = f"{name}: the plan is {there}, and the map {on.name} is {here}; give one of the same coordinates"
+        raise ScenarioError(msg)
+    try:
+        return flown if projection is None else projection.forward(flown)
+    except ProblemError as error:
+        msg = f"{name}: {error}"
+        raise ScenarioError(msg) from error
+
+
+def _layers(verdict: Verdict, box: Bounds, *, apart: bool) -> list[tuple[AreaShape, Limits | None]]:
+    """Return what is closed of a zone near a map; if floors and ceilings matter, apart by these."""
+    if verdict.area is None or isinstance(verdict.zone, NoArea):
+        return []
+    if not apart:
+        return [(verdict.area, None)]
+    groups: dict[Limits, list[AreaShape]] = {}
+    for layer in verdict.zone.layers:
+        groups.setdefault(Limits(layer.lower, layer.upper), []).append(layer.area)
+    if len(groups) == 1:
+        return [(verdict.area, next(iter(groups)))]
+    parts = [(part_near(joined(shapes), box), limits) for limits, shapes in groups.items()]
+    return [(area, limits) for area, limits in parts if area is not None]
+
+
+def _stops(plan: FlightPlan) -> tuple[tuple[int, ...], FloatArray]:
+    """Return the places that are flown to, each once in a row, and what they are."""
+    flown = plan.flown
+    first = 1 if len(flown) == len(plan.waypoints) else 0
+    moved = np.concatenate([[True], (flown[1:] != flown[:-1]).any(axis=1)])
+    return tuple((np.nonzero(moved)[0] + first).tolist()), flown[moved]
+
+
+def _own_areas(on: NamedMap) -> list[ClosedArea]:
+    """Return the no-fly areas of a map, with their names where they have some."""
+    no_fly = on.problem.no_fly
+    parts = [] if no_fly is None else list(getattr(no_fly, "geoms", [no_fly]))
+    names = {shape.wkb: name for name, shape in on.areas}
+    return [ClosedArea(names.get(part.wkb, f"no-fly area {number}"), part) for number, part in enumerate(parts)]
+
+
+def _around(plan: FlightPlan, flown: FloatArray, name: str) -> PlainMap:
+    """Lay a map around a plan, so wide that better plans do not leave it."""
+    middle = LocalProjection.centred_on(bounds_of(box_around(flown)))
+    length = float(np.hypot(*np.diff(middle.forward(flown), axis=0).T).sum())
+    start, goal = ((float(x), float(y)) for x, y in (flown[0], flown[-1]))
+    is_round = length > _ROUND * geodesic_length(start, goal)
+    projection = middle if is_round else LocalProjection.between(start, goal)
+    route = projection.forward(flown)
+    first, last = (float(route[0, 0]), float(route[0, 1])), (float(route[-1, 0]), float(route[-1, 1]))
+    bounds = wide_bounds(route, length)
+    problem = Problem(first, last, bounds=bounds, projection=projection)
+    stem = Path(name).stem
+    return PlainMap(stem, plan.name if plan.name != stem else "", problem)
+
+
+def wide_bounds(route: FloatArray, length: float) -> Bounds:
+    """
+    Return a box around a route, and around every path between its ends that is not much longer.
+
+    Paths of a length ``a`` between two points stay in an ellipse around these, whose longer axis is ``a``.
+
+    Parameters
+    ----------
+    route
+        Map units, shape ``(m, 2)``.
+    length
+        Its length.
+
+    Examples
+    --------
+    >>> tuple(round(side, 1) for side in wide_bounds(np.array([(0.0, 0.0), (1000.0, 0.0)]), 1000.0))
+    (-200.0, -465.3, 1200.0, 465.3)
+    """
+    (x, y), (east, north) = route[0].tolist(), route[-1].tolist()
+    apart = math.hypot(east - x, north - y)
+    axis = max(min(LONGER * length, FARTHER * apart), 1.05 * apart)
+    other = math.sqrt(max(axis * axis - apart * apart, 0.0))
+    cos, sin = ((east - x) / apart, (north - y) / apart) if apart > 0.0 else (1.0, 0.0)
+    half = np.array([0.5 * math.hypot(axis * cos, other * sin), 0.5 * math.hypot(axis * sin, other * cos)])
+    middle = 0.5 * (route[0] + route[-1])
+    low = np.minimum(route.min(axis=0), middle - half)
+    high = np.maximum(route.max(axis=0), middle + half)
+    room = max(_MARGIN * float((high - low).max()), _LEAST_ROOM)
+    return (float(low[0] - room), float(low[1] - room), float(high[0] + room), float(high[1] + room))
+
+
+def widened(bounds: Bounds, factor: float) -> Bounds:
+    """
+    Return a box that is so many times as wide, around the same middle.
+
+    Examples
+    --------
+    >>> widened((0.0, 0.0, 2.0, 4.0), 2.0)
+    (-1.0, -2.0, 3.0, 6.0)
+    """
+    x_min, y_min, x_max, y_max = bounds
+    more_x, more_y = 0.5 * (factor - 1.0) * (x_max - x_min), 0.5 * (factor - 1.0) * (y_max - y_min)
+    return x_min - more_x, y_min - more_y, x_max + more_x, y_max + more_y
+
+
+def least_outside(start: FloatArray, goal: FloatArray, bounds: Bounds) -> float:
+    """
+    Return the length of the shortest path between two points inside of bounds that leaves these, map units.
+
+    Examples
+    --------
+    >>> least_outside(np.array([0.0, 0.0]), np.array([3.0, 0.0]), (-1.0, -2.0, 9.0, 9.0))
+    5.0
+    """
+    x_min, y_min, x_max, y_max = bounds
+    mirrored = [
+        (2.0 * x_min - goal[0], goal[1]),
+        (2.0 * x_max - goal[0], goal[1]),
+        (goal[0], 2.0 * y_min - goal[1]),
+        (goal[0], 2.0 * y_max - goal[1]),
+    ]
+    return min(math.hypot(x - start[0], y - start[1]) for x, y in mirrored)
+
+
+def _degrees_around(projection: LocalProjection, bounds: Bounds, margin: float) -> Bounds:
+    """Return a box in degrees around all that is within bounds on the plane."""
+    x_min, y_min, x_max, y_max = bounds
+    reach = math.hypot(max(-x_min, x_max), max(-y_min, y_max)) * (1.0 + _MARGIN) + margin
+    high = reach / _DEGREE
+    south, north = projection.latitude - high, projection.latitude + high
+    if max(-south, north) >= _NEAR_POLE:
+        return projection.longitude - 180.0, -90.0, projection.longitude + 180.0, 90.0
+    wide = min(180.0, high / math.cos(math.radians(max(-south, north))))
+    return projection.longitude - wide, south, projection.longitude + wide, north

@@ -1,0 +1,316 @@
+"""Result of a check of a plan: legs, crossings, heights, the verdict and the proven bracket, as data."""
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from cgla_graph._text import counted
+from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph.airspace.flight_plans.crossings import Crossing, Crossings
+from cgla_graph.airspace.flight_plans.plan import FlightPlan
+from cgla_graph.airspace.plan_check.bracket import Through
+from cgla_graph.airspace.plan_check.plan_map import PlanMap
+from cgla_graph.certificate.certificate import Certificate
+from cgla_graph.model.path_file import degrees_of
+
+#: Curves that a verdict names, at most.
+_MOST_CURVES = 3
+
+
+@dataclass(frozen=True)
+class Leg:
+    """
+    A leg of a plan.
+
+    Attributes
+    ----------
+    number
+        From 1.
+    start, end
+        Numbers of its waypoints, or ``home``.
+    length, risk, cost
+        Length and cost in map units; metres where the map is in degrees.
+    clearance
+        The least distance to an area at its height, map units: 0 where it crosses or touches one, infinite without
+        areas.
+    geodesic_gap
+        How far it is from the geodesic between its ends, metres, at most; 0 on a map in the plane.
+    crosses, leaves_map, too_near
+        Whether it crosses an area, leaves the map, or comes nearer to an area than the clearance that is asked for.
+    """
+
+    number: int
+    start: str
+    end: str
+    length: float
+    risk: float
+    cost: float
+    clearance: float
+    geodesic_gap: float
+    crosses: bool
+    leaves_map: bool
+    too_near: bool
+
+    @property
+    def is_clean(self) -> bool:
+        """Whether nothing is wrong with it."""
+        return not (self.crosses or self.leaves_map or self.too_near)
+
+
+@dataclass(frozen=True, eq=False)
+class PlanCheck:
+    """
+    What a check of a plan found.
+
+    Attributes
+    ----------
+    file
+        What the plan is called.
+    plan, on
+        The plan, and the map that it is on.
+    lengths, risks
+        Of each leg, shape ``(n,)``; lengths in map units.
+    crossings
+        What it crosses.
+    gaps
+        How far each leg is from the geodesic between its ends, metres, at most; 0 on a map in the plane.
+    best
+        The proven bracket of the least cost that a clean plan between the same ends may have; None without one.
+    no_best
+        Why there is none.
+    through
+        A bound of the cost of every clean plan through the same waypoints; None without one.
+    """
+
+    file: str
+    plan: FlightPlan
+    on: PlanMap = field(repr=False)
+    lengths: FloatArray = field(repr=False)
+    risks: FloatArray = field(repr=False)
+    crossings: Crossings = field(repr=False)
+    gaps: FloatArray = field(repr=False)
+    best: Certificate | None = field(default=None, repr=False)
+    no_best: str = ""
+    through: Through | None = None
+
+    @property
+    def k(self) -> float:
+        """The risk weight."""
+        return self.on.problem.k
+
+    @property
+    def length(self) -> float:
+        """Of the whole plan, map units."""
+        return float(self.lengths.sum())
+
+    @property
+    def risk(self) -> float:
+        """Of the whole plan."""
+        return float(self.risks.sum())
+
+    @property
+    def cost(self) -> float:
+        """``length + k * risk``."""
+        return self.length + self.k * self.risk
+
+    @property
+    def clearance(self) -> float:
+        """The least distance of a leg to an area, map units; infinite without areas."""
+        return float(self.crossings.clearances.min())
+
+    @cached_property
+    def outside(self) -> BoolArray:
+        """Which legs leave the map, shape ``(n,)``."""
+        away = ~self.on.problem.in_bounds(self.on.route) & self.on.has_bounds
+        return np.asarray(away if len(away) == 1 else away[:-1] | away[1:])
+
+    @cached_property
+    def near(self) -> BoolArray:
+        """Which legs come nearer to an area than the clearance that is asked for, shape ``(n,)``."""
+        return np.asarray(self.crossings.clearances < self.on.problem.clearance - self.on.rounding)
+
+    @cached_property
+    def crossing(self) -> BoolArray:
+        """Which legs cross an area, shape ``(n,)``."""
+        found = np.zeros(len(self.lengths), dtype=bool)
+        found[self.crossings.legs] = True
+        return found
+
+    @property
+    def circles(self) -> list[Crossing]:
+        """The circles around waypoints that reach into an area."""
+        return [one for one in self.crossings.found if one.is_circle]
+
+    @property
+    def uprights(self) -> list[Crossing]:
+        """Where it goes up or down inside an area, above one place."""
+        return [one for one in self.crossings.found if one.is_upright]
+
+    @property
+    def faulty(self) -> BoolArray:
+        """Which legs are not clean, shape ``(n,)``."""
+        return np.asarray(self.crossing | self.outside | self.near)
+
+    @property
+    def most_to_gain(self) -> float:
+        """How much more it costs than the proven bound, as a ratio; infinite where nothing is proven."""
+        return self._gap_to(self.best)
+
+    @property
+    def most_through(self) -> float:
+        """The same for plans through its waypoints."""
+        return self._gap_to(self.through)
+
+    def _gap_to(self, proof: Certificate | Through | None) -> float:
+        bound = 0.0 if proof is None else proof.lower_bound
+        return max(self.cost / bound - 1.0, 0.0) if bound > 0.0 else math.inf
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether every leg is clean, flown as it is drawn."""
+        return not (self.faulty.any() or self.circles or self.uprights)
+
+    @property
+    def is_clean(self) -> bool:
+        """Whether nothing is wrong with the plan, and nothing in it is flown otherwise than it was checked."""
+        return self.is_straight and not self.plan.curves
+
+    @property
+    def legs(self) -> list[Leg]:
+        """All legs, in order."""
+        return [self.leg(index) for index in range(len(self.lengths))]
+
+    def leg(self, index: int) -> Leg:
+        """Return one leg, counted from 0."""
+        length, risk = float(self.lengths[index]), float(self.risks[index])
+        return Leg(
+            index + 1,
+            self.on.stop(index),
+            self.on.stop(min(index + 1, len(self.on.stops) - 1)),
+            length,
+            risk,
+            length + self.k * risk,
+            float(self.crossings.clearances[index]),
+            float(self.gaps[index]),
+            bool(self.crossing[index]),
+            bool(self.outside[index]),
+            bool(self.near[index]),
+        )
+
+    @property
+    def height_notes(self) -> list[str]:
+        """How heights count, and what could not be compared."""
+        on = self.on
+        if on.heights is not None:
+            held = (
+                "zones count where the plan's own altitudes, which change evenly between waypoints, are within their "
+            )
+            return [f"{held}limits", *on.heights.notes()]
+        if on.at_all_heights and all(one.altitude is None for one in self.plan.waypoints):
+            return ["zones count at all heights, as the plan has no altitudes; --altitude M gives one"]
+        return []
+
+    @property
+    def verdict(self) -> list[str]:
+        """That the plan is clean, or everything that is wrong with it."""
+        if self.is_clean:
+            rounded = len(self.crossings.rounded)
+            note = f"{counted(rounded, 'leg')} along the edge of an area, within a rounding" if rounded else ""
+            return [f"clean{note and f' ({note})'}"]
+        # (layers of a zone are one)
+        areas = len({self.on.areas[one.area].name for one in self.crossings.found})
+        upright = "inside an area where it goes up or down"
+        faults = (
+            (int(self.crossing.sum()), "leg", ("crosses", "cross"), f"{counted(areas, 'area')}"),
+            (len(self.circles), "circle", ("reaches", "reach"), "into an area"),
+            (len(self.uprights), "place", ("lies", "lie"), upright),
+            (int(self.outside.sum()), "leg", ("leaves", "leave"), "the map"),
+            (int((self.near & ~self.crossing).sum()), "leg", ("comes", "come"), "nearer to an area than asked for"),
+        )
+        said = [f"{counted(n, thing)} {verbs[n != 1]} {rest}" for n, thing, verbs, rest in faults if n]
+        said += [f"it is not known where it flies: {curve}" for curve in self.plan.curves[:_MOST_CURVES]]
+        return [f"not clean: {words}" for words in said]
+
+    def degrees(self, places: FloatArray) -> list[list[float]] | None:
+        """Return places of the map in longitude and latitude; None on a map in the plane."""
+        projection = self.on.problem.projection
+        return None if projection is None else degrees_of(places, projection).tolist()
+
+    def document(self) -> dict[str, Any]:
+        """Return all of it as JSON; numbers that are not finite are None."""
+        on, proof, found = self.on, self.best, self.through
+        lonlat = self.degrees(on.route)
+        best = proof and {
+            "lower_bound": _finite(proof.lower_bound),
+            "upper_bound": _finite(proof.upper_bound),
+            "gap": _finite(self.most_to_gain) if self.is_straight else None,
+            "within_bounds": on.has_bounds,
+            "at_its_heights": on.heights is not None,
+            "message": proof.message,
+            "seconds": proof.seconds,
+        }
+        through_waypoints = found and {
+            "lower_bound": _finite(found.lower_bound),
+            "gap": _finite(self.most_through) if self.is_straight else None,
+            "legs": found.legs,
+            "proven": found.proven,
+            "wanting": found.wanting,
+            "message": found.nothing,
+        }
+        return {
+            "plan": self.file,
+            "name": self.plan.name,
+            "clean": self.is_clean,
+            "verdict": self.verdict,
+            "remarks": list(self.plan.remarks),
+            "curves": list(self.plan.curves),
+            "map": on.name,
+            "k": self.k,
+            "areas": len(on.areas),
+            "length": self.length,
+            "risk": self.risk,
+            "cost": self.cost,
+            "clearance": _finite(self.clearance),
+            "clearance_asked": on.problem.clearance,
+            "heights": {"compared": on.heights is not None, "notes": self.height_notes},
+            "geodesic_gap": float(self.gaps.max()),
+            "rounding": on.rounding,
+            "route": on.route.tolist(),
+            **({} if lonlat is None else {"route_lonlat": lonlat}),
+            "legs": [_leg_document(one) for one in self.legs],
+            "crossings": [self._crossing_document(one) for one in self.crossings.found],
+            "best": best,
+            "through": through_waypoints,
+            "no_best": self.no_best,
+            **({} if on.zones is None else {"zones": {on.name: on.zones.document()}}),
+        }
+
+    def _crossing_document(self, one: Crossing) -> dict[str, Any]:
+        at_place = one.is_circle or one.is_upright
+        found: dict[str, Any] = {
+            "leg": None if at_place else one.leg + 1,
+            "upright": one.is_upright,
+            "waypoint": self.on.stop(one.leg) if at_place else None,
+            "area": self.on.areas[one.area].name,
+            "inside": one.inside,
+            "along": list(one.along),
+            "entry": list(one.entry),
+            "exit": list(one.exit),
+        }
+        if self.on.heights is not None:
+            limits = self.on.heights.limits[one.area]
+            found["limits"] = None if limits is None else str(limits)
+        lonlat = self.degrees(np.array([one.entry, one.exit]))
+        return found if lonlat is None else {**found, "entry_lonlat": lonlat[0], "exit_lonlat": lonlat[1]}
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _leg_document(leg: Leg) -> dict[str, Any]:
+    of_leg = {**vars(leg), "clearance": _finite(leg.clearance)}
+    return {"leg": of_leg.pop("number"), "from": of_leg.pop("start"), "to": of_leg.pop("end"), **of_leg}
