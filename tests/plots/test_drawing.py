@@ -1,6 +1,7 @@
 """Pictures from Python: what `plot` and `animate` draw, and that they leave matplotlib's settings and figures alone."""
 
 import pickle
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,11 +24,38 @@ def test_everything_draws_on_axes_that_are_given_and_touches_nothing_else() -> N
     solution, proof = cg.solve(PROBLEM, "cgla", resolution=5), cg.lower_bound(PROBLEM, 0.2)
     flight = cg.Mission(cg.World(), [cg.Uav("a", (0.1, 0.1), (0.9, 0.9), 0.2)], cg.solvers.get("cgla")).fly()
     settings, figures = dict(mpl.rcParams), plt.get_fignums()
-    for draw in (PROBLEM.plot, solution.plot, proof.plot, flight.plot, PROBLEM.on_lattice(3).plot):
+    graph = PROBLEM.on_lattice(3)
+    matrix = cg.cost_matrix(graph.graph, target=graph.target)
+    for thing in (
+        PROBLEM,
+        solution,
+        proof,
+        flight,
+        flight.mission,
+        graph,
+        graph.graph,
+        matrix,
+        cg.solve(graph, "cgla"),
+    ):
         axes = Figure().add_subplot()
-        assert draw(ax=axes) is axes
+        assert cg.plot(thing, axes) is axes
         assert axes.has_data()
     assert (dict(mpl.rcParams), plt.get_fignums()) == (settings, figures)
+
+
+def test_a_cost_matrix_is_drawn_with_its_values_and_its_ways() -> None:
+    graph = cg.GeometricGraph.complete(cg.Lattice(4, bounds=(0, 0, 1, 1)), PROBLEM.field, k=10.0)
+    matrix = cg.cost_matrix(graph, target=15)
+    axes = matrix.plot(ax=Figure().add_subplot())
+    ways, dots = axes.collections[1:]
+    assert len(ways.get_segments()) == 15
+    np.testing.assert_array_equal(dots.get_array(), matrix.values)
+
+
+@pytest.mark.parametrize("draw", [cg.plot, cg.animate])
+def test_what_has_no_picture_says_so(draw: Callable[[object], object]) -> None:
+    with pytest.raises(cg.CglaError, match="str"):
+        draw("a map")
 
 
 def test_solutions_are_named_by_solver_and_cost() -> None:
