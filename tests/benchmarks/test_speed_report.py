@@ -9,8 +9,9 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 # the helpers of the browser's tests
 sys.path.insert(0, str(Path(__file__).parents[1] / "comparisons" / "report"))
+from chromium import CHROMIUM, DRIVER, browser
 from report_studies import large_study
-from test_report_browser import CHROMIUM, DRIVER, browser, with_map
+from test_report_browser import with_map
 
 from cgla_graph.comparisons.report.page import write_report
 

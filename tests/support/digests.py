@@ -28,6 +28,7 @@ OF_KERNELS = tuple(
         "turning/test_curve", "solvers/continuous/test_roadmap_kernels",
     )
 )  # fmt: skip
+BROWSER = ("tests/support/chromium.py", "tests/support/live_page.py")
 OF_PAGES = ("tests/comparisons/report/test_report_browser.py", "tests/comparisons/live/test_live_browser.py")
 LIBRARY = ("cgla_graph/**/*", "solvers/**/*")
 
@@ -63,9 +64,7 @@ CHECKS: Mapping[str, Check] = {
         (("NUMBA_BOUNDSCHECK", "1"), ("NUMBA_OPT", "1"), ("NUMBA_CACHE_DIR", str(ROOT / ".venv/kernels-checked"))),
         ("numba",),
     ),
-    "browser": Check(
-        ("comparisons/report/**/*", "comparisons/live/**/*", "tests/support/live_page.py", *OF_PAGES), OF_PAGES
-    ),
+    "browser": Check(("comparisons/report/**/*", "comparisons/live/**/*", *BROWSER, *OF_PAGES), OF_PAGES),
     "paper": Check(
         ("comparisons/claims/**/*", "tests/comparisons/claims/**/*", "solvers/**/*", "cgla_graph/mission/**/*"),
         ("tests/comparisons/claims",),

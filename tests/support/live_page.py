@@ -1,50 +1,22 @@
 """The page of `cgla live` in Chromium without a window, driven by selenium; importing it skips where there is none."""
 
-import importlib
-import os
-import shutil
-import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-import pytest
+from chromium import NEEDS_BROWSER, browser, one
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.remote.webdriver import WebDriver
+from selenium.webdriver.remote.webelement import WebElement
+from selenium.webdriver.support.ui import WebDriverWait
 
 from cgla_graph.comparisons.live.desk import Desk
 from cgla_graph.comparisons.live.draft import LiveMap
 from cgla_graph.comparisons.live.planning import Planner
 from cgla_graph.comparisons.live.server import LiveServer
 
-#: Whether these tests must not skip: on CI.
-NEEDED = bool(os.environ.get("CGLA_NEEDS_BROWSER"))
-if NEEDED:
-    webdriver = importlib.import_module("selenium.webdriver")
-else:
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
-from selenium.webdriver.common.by import By  # noqa: E402
-from selenium.webdriver.remote.webdriver import WebDriver  # noqa: E402
-from selenium.webdriver.remote.webelement import WebElement  # noqa: E402
-from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-DRIVER = shutil.which("chromedriver")
-#: Of every test that needs a browser.
-NEEDS_BROWSER = pytest.mark.skipif(
-    not NEEDED and (CHROMIUM is None or DRIVER is None),
-    reason="no Chromium with its driver is installed (chromium, chromedriver)",
-)
-SWITCHES = (
-    "--headless=new",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-dev-shm-usage",
-)
+__all__ = ["NEEDS_BROWSER", "browser", "one"]
 #: Whether the last state is answered, in full.
 SETTLED = """
     const {state} = live;
@@ -52,22 +24,6 @@ SETTLED = """
 """
 #: Whether the last state is answered.
 ANSWERED = "return live.idle"
-
-
-@contextmanager
-def browser() -> Iterator[WebDriver]:
-    """Start a browser that logs what its pages say and ask for."""
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        options = webdriver.ChromeOptions()
-        options.binary_location = str(CHROMIUM)
-        for switch in (*SWITCHES, f"--user-data-dir={profile}"):
-            options.add_argument(switch)
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-        driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(str(DRIVER)))
-        try:
-            yield driver
-        finally:
-            driver.quit()
 
 
 @contextmanager
@@ -101,10 +57,6 @@ def until(driver: WebDriver, script: str | Callable[[], object]) -> None:
     WebDriverWait(driver, 60, poll_frequency=0.05).until(
         lambda _: driver.execute_script(script) if isinstance(script, str) else script()
     )
-
-
-def one(driver: WebDriver, selector: str) -> WebElement:
-    return driver.find_element(By.CSS_SELECTOR, selector)
 
 
 def number(driver: WebDriver, selector: str) -> float:

@@ -1,21 +1,22 @@
 """The report in a real browser: Chromium without a window, driven by selenium."""
 
 import dataclasses
-import importlib
 import json
-import os
-import shutil
-import tempfile
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
 import pytest
 import shapely
+from chromium import NEEDS_BROWSER, browser, one
 from report_studies import ODD, failing, odd_runs, small_runs, stored_of
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.remote.webdriver import WebDriver
+from selenium.webdriver.support.ui import WebDriverWait
 
 from cgla_graph.comparisons.report.page import report_html, write_report
 from cgla_graph.comparisons.study.entrant import Entrant
@@ -26,41 +27,8 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.scenario import Scenario
 
-#: Whether these tests must not skip: on CI.
-NEEDED = bool(os.environ.get("CGLA_NEEDS_BROWSER"))
-if NEEDED:
-    webdriver = importlib.import_module("selenium.webdriver")
-else:
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
-from selenium.webdriver.common.by import By  # noqa: E402
-from selenium.webdriver.common.keys import Keys  # noqa: E402
-from selenium.webdriver.remote.webdriver import WebDriver  # noqa: E402
-from selenium.webdriver.remote.webelement import WebElement  # noqa: E402
-from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
+pytestmark = [pytest.mark.slow, NEEDS_BROWSER]
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-DRIVER = shutil.which("chromedriver")
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(
-        not NEEDED and (CHROMIUM is None or DRIVER is None),
-        reason="no Chromium with its driver is installed (chromium, chromedriver)",
-    ),
-]
-
-SWITCHES = (
-    "--headless=new",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-dev-shm-usage",
-    "--window-size=1280,900",
-)
 #: Where the focus is; a complaint where it cannot be seen.
 FOCUSED = """
     const node = document.activeElement, ring = getComputedStyle(node);
@@ -100,23 +68,6 @@ ORDER = """
 """
 PICTURES = ("map", "curves", "success", "profile")
 PATHS = "#map .scatterlayer .trace path.js-line"
-
-
-@contextmanager
-def browser() -> Iterator[WebDriver]:
-    """Start a browser that logs what its pages say and ask for."""
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        options = webdriver.ChromeOptions()
-        options.binary_location = str(CHROMIUM)
-        for switch in (*SWITCHES, f"--user-data-dir={profile}"):
-            options.add_argument(switch)
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-        # with the driver's path given, selenium looks for none and downloads none
-        driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(str(DRIVER)))
-        try:
-            yield driver
-        finally:
-            driver.quit()
 
 
 @pytest.fixture(scope="module")
@@ -160,10 +111,6 @@ def opened(driver: WebDriver, address: str, *, width: int = 1280, colours: str =
 
 def logged(driver: WebDriver, log: str) -> list[dict[str, Any]]:
     return list(driver.get_log(log))
-
-
-def one(driver: WebDriver, selector: str) -> WebElement:
-    return driver.find_element(By.CSS_SELECTOR, selector)
 
 
 def texts(driver: WebDriver, selector: str) -> list[str]:
