@@ -61,8 +61,8 @@ def excess_over(cost: float, best: float) -> float:
 
     Examples
     --------
-    >>> round(excess_over(1.1, 1.0), 3), excess_over(0.0, 0.0)
-    (0.1, 0.0)
+    >>> round(excess_over(1.1, 1.0), 3), excess_over(0.0, 0.0), excess_over(1.0, 0.0)
+    (0.1, 0.0, inf)
     """
     if best == 0.0:
         return 0.0 if cost == 0.0 else math.inf

@@ -130,14 +130,6 @@ def test_a_small_disk_that_fills_up(tiny_disk: Path) -> None:
     assert found == text * (len(found) // 1000), "a row was cut in two"
 
 
-def test_whole_files_on_a_small_disk(tiny_disk: Path) -> None:
-    file = files.write_text(tiny_disk / "rows.csv", "old")
-    with pytest.raises(OutputError, match="No space left"):
-        files.write_text(file, "x" * 100_000)
-    assert file.read_text(encoding="utf-8") == "old"
-    assert list(tiny_disk.iterdir()) == [file]
-
-
 # JSON Lines and CSV
 
 

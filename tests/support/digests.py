@@ -28,7 +28,7 @@ OF_KERNELS = tuple(
         "turning/test_curve", "solvers/continuous/test_roadmap_kernels",
     )
 )  # fmt: skip
-BROWSER = ("tests/support/chromium.py", "tests/support/live_page.py")
+BROWSER = tuple(f"tests/support/{name}.py" for name in ("chromium", "live_page", "serving"))
 OF_PAGES = ("tests/comparisons/report/test_report_browser.py", "tests/comparisons/live/test_live_browser.py")
 LIBRARY = ("cgla_graph/**/*", "solvers/**/*")
 

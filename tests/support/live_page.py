@@ -1,8 +1,7 @@
 """The page of `cgla live` in Chromium without a window, driven by selenium; importing it skips where there is none."""
 
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import Any
 
 from chromium import NEEDS_BROWSER, browser, one
@@ -10,6 +9,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.remote.webdriver import WebDriver
 from selenium.webdriver.remote.webelement import WebElement
 from selenium.webdriver.support.ui import WebDriverWait
+from serving import serving
 
 from cgla_graph.comparisons.live.desk import Desk
 from cgla_graph.comparisons.live.draft import LiveMap
@@ -26,19 +26,11 @@ SETTLED = """
 ANSWERED = "return live.idle"
 
 
-@contextmanager
-def served(spec: str) -> Iterator[LiveServer]:
+def served(spec: str) -> AbstractContextManager[LiveServer]:
     live = LiveMap.open(spec)
     planner = Planner(live)
     planner.warm_up()
-    with LiveServer(live, desk=Desk(planner)) as server:
-        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05})
-        thread.start()
-        try:
-            yield server
-        finally:
-            server.shutdown()
-            thread.join()
+    return serving(LiveServer(live, desk=Desk(planner)))
 
 
 def opened(driver: WebDriver, address: str, *, width: int = 1280, phone: bool = False) -> WebDriver:

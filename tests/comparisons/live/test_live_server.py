@@ -6,7 +6,7 @@ import re
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ import shapely
 from command_line import caller
 from hypothesis import given
 from hypothesis import strategies as st
+from serving import serving
 from strategies import examples
 
 from cgla_graph.certificate import certificate, subsolution
@@ -46,16 +47,8 @@ class Quick(Planner):
         return {**nothing("planned"), "full": full}
 
 
-@contextmanager
-def served(live: LiveMap = LIVE, planner: Planner | None = None) -> Iterator[LiveServer]:
-    with LiveServer(live, desk=Desk(planner or Quick(live))) as server:
-        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
-        thread.start()
-        try:
-            yield server
-        finally:
-            server.shutdown()
-            thread.join()
+def served() -> AbstractContextManager[LiveServer]:
+    return serving(LiveServer(LIVE, desk=Desk(Quick(LIVE))))
 
 
 @pytest.fixture(scope="module")

@@ -12,13 +12,14 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing, contextmanager
+from contextlib import AbstractContextManager, closing
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from serving import serving
 from studies_small import add_run, runs_of, small_study, write_study
 
 from cgla_graph.comparisons.report import loopback, view
@@ -42,18 +43,10 @@ def view_load(folder: Path):  # noqa: ANN201 - as `load`
     return load(folder)
 
 
-@contextmanager
 def served(
-    folder: Path, build: Callable[[Path], Page] = counted, pause: float = 0.0, share: float = 1.0
-) -> Iterator[ViewServer]:
-    with ViewServer(Viewed(folder, build=build, pause=pause, share=share)) as server:
-        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
-        thread.start()
-        try:
-            yield server
-        finally:
-            server.shutdown()
-            thread.join()
+    folder: Path, build: Callable[[Path], Page] = counted, pause: float = 0.0
+) -> AbstractContextManager[ViewServer]:
+    return serving(ViewServer(Viewed(folder, build=build, pause=pause, share=1.0)))
 
 
 @pytest.fixture(scope="module")
@@ -253,34 +246,17 @@ def test_malformed_requests_are_refused(folder: Path, request_bytes: bytes, stat
         assert ask(server).status == 200
 
 
+@pytest.fixture(scope="module")
+def idle(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ViewServer]:
+    """Serve one empty folder to all examples."""
+    with served(tmp_path_factory.mktemp("empty")) as server:
+        yield server
+
+
 @given(request_bytes=st.binary(max_size=300))
-def test_whatever_is_sent_the_next_one_is_answered(
-    request_bytes: bytes, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    server = _fuzzed(tmp_path_factory)
-    raw(server, request_bytes + b"\r\n\r\n")
-    assert ask(server, "/state").status == 200
-
-
-_running: list[ViewServer] = []
-
-
-def _fuzzed(tmp_path_factory: pytest.TempPathFactory) -> ViewServer:
-    """Start one server for all examples."""
-    if not _running:
-        server = ViewServer(Viewed(tmp_path_factory.mktemp("empty")))
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        _running.append(server)
-    return _running[0]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _close_fuzzed() -> Iterator[None]:
-    yield
-    for server in _running:
-        server.shutdown()
-        server.server_close()
-    _running.clear()
+def test_whatever_is_sent_the_next_one_is_answered(idle: ViewServer, request_bytes: bytes) -> None:
+    raw(idle, request_bytes + b"\r\n\r\n")
+    assert ask(idle, "/state").status == 200
 
 
 def test_who_goes_away_is_passed_over(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -16,7 +16,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import fields, lattices, polygons, raster_fields, usual
 
-from cgla_graph._types import Bounds
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons.study.documents import (
     MARK,
@@ -230,13 +229,6 @@ def test_equal_documents_are_equal_texts() -> None:
     assert dumps({"a": 1, "b": [2]}) == dumps({"b": [2], "a": 1})
     first, second = Entrant("x", "x", {"a": 1, "b": 2}), Entrant("x", "x", {"b": 2, "a": 1})
     assert dumps(entrant_document(first)) == dumps(entrant_document(second))
-
-
-def test_bounds_are_exact() -> None:
-    """0.1 + 0.2 is not 0.3, and stays what it is."""
-    bounds: Bounds = (0.1, 0.0, 0.1 + 0.2, 1e-70)
-    lattice = Lattice(3, bounds=bounds)
-    assert decode(through_json({"of": encode(lattice)})["of"]).bounds == bounds
 
 
 @given(raster_fields())
