@@ -1,6 +1,7 @@
 """The end of a call in another process: its value, or why it has none."""
 
 import pickle
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
@@ -57,6 +58,14 @@ class Reply(NamedTuple):
             return Outcome(pickle.loads(self.body))  # noqa: S301 - from a process that this one started
         except Exception as error:  # noqa: BLE001 - a value may be anything
             return Outcome(None, Failure.RAISED, f"what it returned cannot be read: {one_line(error)}")
+
+
+def packed(function: Callable[..., Any], args: tuple[Any, ...]) -> bytes | Outcome:
+    """Pickle a call; one that cannot be sent has failed."""
+    try:
+        return pickle.dumps((function, args), pickle.HIGHEST_PROTOCOL)
+    except Exception as error:  # noqa: BLE001 - arguments may be anything
+        return Outcome(None, Failure.RAISED, f"what it is called with cannot be sent: {one_line(error)}")
 
 
 def one_line(error: BaseException) -> str:

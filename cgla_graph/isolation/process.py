@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from cgla_graph.errors import WorkerError
 from cgla_graph.isolation import worker
-from cgla_graph.isolation.outcome import Failure, Reply, one_line
+from cgla_graph.isolation.outcome import Failure, Outcome, Reply, one_line, packed
 
 #: How long a worker may take to start, in seconds, before it is given up.
 START_SECONDS = 600.0
@@ -52,9 +52,9 @@ class WorkerProcess:
 
     Examples
     --------
-    >>> import math, pickle
+    >>> import math
     >>> process = WorkerProcess()
-    >>> process.run(pickle.dumps((math.sqrt, (16.0,))), seconds=60.0).outcome().value
+    >>> process.make(math.sqrt, (16.0,), seconds=60.0).value
     4.0
     >>> process.stop()
     """
@@ -66,6 +66,17 @@ class WorkerProcess:
         self._changing = threading.Lock()
         self._stopped = False
         self._process: _Process | None = None
+
+    def make(
+        self,
+        function: Callable[..., Any],
+        args: tuple[Any, ...],
+        seconds: float,
+        tell: Callable[[str, str], None] | None = None,
+    ) -> Outcome:
+        """Call a function of a module that the other process can import, as `run` does; both are pickled here."""
+        call = packed(function, args)
+        return call if isinstance(call, Outcome) else self.run(call, seconds, tell).outcome()
 
     def run(self, call: bytes, seconds: float, tell: Callable[[str, str], None] | None = None) -> Reply:
         """

@@ -102,15 +102,13 @@ def made(solver: Any, method: str, args: tuple[Any, ...], *, apart: bool = False
     if is_expendable() or not (apart or getattr(solver.traits, "isolated", False)):
         return _timed(solver, method, args)
     limit = limit_of(solver)
-    try:
-        call = pickle.dumps((_make, (solver, method, args, limit)), pickle.HIGHEST_PROTOCOL)
-    except Exception as error:
-        raise _cannot_be_sent(solver, one_line(error)) from error
     with _working:
-        outcome = _worker.run(call, limit + PREPARATION, _progress.tell_inside).outcome()
+        outcome = _worker.make(_make, (solver, method, args, limit), limit + PREPARATION, _progress.tell_inside)
     if outcome.failure is Failure.RAISED:
         # (what the solver raises is no failure of the call)
-        raise _cannot_be_sent(solver, outcome.message)
+        remedy = "define its class, and those in its problem, in a module that can be imported"
+        msg = f"{solver.traits.name} runs in a process of its own: {outcome.message}; {remedy}"
+        raise SolverSettingError(msg)
     if outcome.failure is not None:
         return outcome, limit if outcome.failure is Failure.TIMED_OUT else 0.0
     timed, raised = pickle.loads(outcome.value)  # noqa: S301 - from the process that was started here
@@ -182,14 +180,6 @@ def _timed(solver: Any, method: str, args: tuple[Any, ...]) -> tuple[Any, float]
         began = time.perf_counter()
         value = getattr(solver, method)(*args)
         return value, time.perf_counter() - began
-
-
-def _cannot_be_sent(solver: Any, why: str) -> SolverSettingError:  # noqa: ANN401 - of either kind
-    msg = (
-        f"{solver.traits.name} runs in a process of its own, to which it and its problem cannot be sent "
-        f"({why}); define their classes in a module that can be imported"
-    )
-    return SolverSettingError(msg)
 
 
 def _begin_anew() -> None:

@@ -17,10 +17,8 @@ from cgla_graph.comparisons.live.planning import Planner, nothing, solved, with_
 from cgla_graph.comparisons.study import execution
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import reason
-from cgla_graph.comparisons.workers.pool import Call, packed
 from cgla_graph.comparisons.workers.tasks import PREPARATION
 from cgla_graph.isolation.limits import Limits
-from cgla_graph.isolation.outcome import Outcome
 from cgla_graph.isolation.process import WorkerProcess
 from cgla_graph.model.isolated import lost
 from cgla_graph.model.solution import Solution
@@ -146,9 +144,9 @@ class Desk:
     def _made_apart(self, draft: Draft, entrant: Entrant) -> dict[str, Any]:
         scenario = self.planner.live.drawn(draft)
         seed = with_seed(entrant)
-        call = Call(entrant.label, execution.run, (execution.pack(scenario), entrant, seed, self._limits))
+        args = (execution.pack(scenario), entrant, seed, self._limits)
         try:
-            outcome = self._outcome(call)
+            outcome = self._worker.make(execution.run, args, self._limits.seconds + PREPARATION)
         except CancelledError:
             return REPLACED
         if outcome.failure is None:
@@ -156,13 +154,6 @@ class Desk:
             return solved(scenario, scenario.problem.judge(solution))
         status, message = lost(outcome, self._limits)
         return solved(scenario, Solution(status, solver=entrant.name, message=message))
-
-    def _outcome(self, call: Call) -> Outcome:
-        """Make a call in the worker process, which is started when first used."""
-        data = packed(call)
-        if isinstance(data, Outcome):
-            return data
-        return self._worker.run(data, self._limits.seconds + PREPARATION).outcome()
 
     def close(self) -> None:
         """End all work, and the worker process with whatever it runs."""

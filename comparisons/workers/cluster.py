@@ -16,9 +16,9 @@ from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
-from cgla_graph.comparisons.workers.pool import AHEAD, Call, NextCall, packed
+from cgla_graph.comparisons.workers.pool import AHEAD, Call, NextCall
 from cgla_graph.errors import WorkerError
-from cgla_graph.isolation.outcome import Failure, Outcome, Reply, one_line
+from cgla_graph.isolation.outcome import Failure, Outcome, Reply, one_line, packed
 from cgla_graph.isolation.process import WorkerProcess
 
 #: How long a scheduler may take to answer, in seconds.
@@ -65,7 +65,7 @@ def spread(
         while True:
             capacity = _capacity(client)
             while len(under_way) < capacity and (call := next_call()) is not None:
-                payload = packed(call)
+                payload = packed(call.function, call.args)
                 if isinstance(payload, Outcome):
                     yield call, payload
                     continue

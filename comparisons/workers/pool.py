@@ -7,7 +7,6 @@ The outer one notices that a worker died or is late, and replaces it (see `proce
 """
 
 import os
-import pickle
 import queue
 import threading
 from collections.abc import Callable, Generator, Hashable, Sequence
@@ -15,7 +14,7 @@ from concurrent.futures import CancelledError
 from contextlib import suppress
 from typing import Any, NamedTuple, TypeAlias
 
-from cgla_graph.isolation.outcome import Failure, Outcome, Reply, one_line
+from cgla_graph.isolation.outcome import Failure, Outcome, one_line
 from cgla_graph.isolation.process import WorkerProcess
 
 #: How many calls wait for each worker, so that it has something to do while the caller is busy with an outcome.
@@ -43,6 +42,8 @@ class Call(NamedTuple):
 
 #: Asked whenever a worker can take more; answers None if there is nothing to do right now.
 NextCall: TypeAlias = Callable[[], Call | None]
+_Asked: TypeAlias = "queue.SimpleQueue[Call | None]"
+_Ended: TypeAlias = "queue.SimpleQueue[tuple[Call, Outcome | BaseException]]"
 
 
 def isolated(
@@ -93,16 +94,54 @@ def isolated(
     if workers < 1 or not seconds > 0.0:
         msg = f"workers is {workers} and seconds {seconds}; give at least 1 worker and more than 0 seconds"
         raise ValueError(msg)
-    pool = _Pool([WorkerProcess(preload, cores) for cores in shares(workers)], seconds)
+    asked: _Asked = queue.SimpleQueue()
+    ended: _Ended = queue.SimpleQueue()
+    processes = [WorkerProcess(preload, cores) for cores in shares(workers)]
+    # daemons: a program that ends in the middle must not wait for them
+    given = [(process, asked, ended, seconds) for process in processes]
+    threads = [threading.Thread(target=_serve, args=each, daemon=True) for each in given]
+    for thread in threads:
+        thread.start()
+    n_under_way = 0
     try:
         while True:
-            while pool.n_under_way < workers * (1 + AHEAD) and (call := next_call()) is not None:
-                pool.begin(call)
-            if not pool.n_under_way:
+            while n_under_way < workers * (1 + AHEAD) and (call := next_call()) is not None:
+                asked.put(call)
+                n_under_way += 1
+            if not n_under_way:
                 return
-            yield pool.ended()
+            yield _next(ended)
+            n_under_way -= 1
     finally:
-        pool.dismiss()
+        for process in processes:
+            asked.put(None)
+            process.stop()
+        for process, thread in zip(processes, threads, strict=True):
+            process.join()
+            thread.join()
+
+
+def _serve(process: WorkerProcess, asked: _Asked, ended: _Ended, seconds: float) -> None:
+    """Hand calls to a worker process, one after the other."""
+    while (call := asked.get()) is not None:
+        try:
+            ended.put((call, process.make(call.function, call.args, seconds)))
+        except CancelledError:
+            return
+        except BaseException as error:  # noqa: BLE001 - raised where outcomes are waited for
+            ended.put((call, error))
+
+
+def _next(ended: _Ended) -> tuple[Call, Outcome]:
+    """Wait for the next call to end."""
+    while True:
+        # in steps, as Ctrl-C does not break into a wait on Windows
+        with suppress(queue.Empty):
+            call, outcome = ended.get(timeout=0.5)
+            break
+    if isinstance(outcome, BaseException):
+        raise outcome
+    return call, outcome
 
 
 def here(next_call: NextCall) -> Generator[tuple[Call, Outcome]]:
@@ -150,68 +189,3 @@ def shares(workers: int) -> list[Sequence[int] | None]:
     cores = sorted(os.sched_getaffinity(0))
     size = max(1, len(cores) // workers)
     return [[cores[(worker * size + core) % len(cores)] for core in range(size)] for worker in range(workers)]
-
-
-def packed(call: Call) -> bytes | Outcome:
-    """Pickle a call; one that cannot be sent is an outcome, too."""
-    try:
-        return pickle.dumps((call.function, call.args), pickle.HIGHEST_PROTOCOL)
-    except Exception as error:  # noqa: BLE001 - arguments may be anything
-        return Outcome(None, Failure.RAISED, f"what it is called with cannot be sent: {one_line(error)}")
-
-
-class _Pool:
-    """Threads, each of which hands calls to one worker process and waits for it."""
-
-    def __init__(self, workers: Sequence[WorkerProcess], seconds: float) -> None:
-        self.n_under_way = 0
-        self._workers = workers
-        self._seconds = seconds
-        self._waiting: queue.SimpleQueue[tuple[Call, bytes] | None] = queue.SimpleQueue()
-        self._ended: queue.SimpleQueue[tuple[Call, Outcome | Reply | BaseException]] = queue.SimpleQueue()
-        # daemons: a program that ends in the middle must not wait for them
-        self._threads = [threading.Thread(target=self._serve, args=(worker,), daemon=True) for worker in workers]
-        for thread in self._threads:
-            thread.start()
-
-    def begin(self, call: Call) -> None:
-        """Put a call at the end of the line."""
-        self.n_under_way += 1
-        payload = packed(call)
-        if isinstance(payload, Outcome):
-            self._ended.put((call, payload))
-        else:
-            self._waiting.put((call, payload))
-
-    def ended(self) -> tuple[Call, Outcome]:
-        """Wait for the next call to end."""
-        while True:
-            # in steps, as Ctrl-C does not break into a wait on Windows
-            with suppress(queue.Empty):
-                call, answer = self._ended.get(timeout=0.5)
-                break
-        self.n_under_way -= 1
-        if isinstance(answer, BaseException):
-            raise answer
-        return call, answer if isinstance(answer, Outcome) else answer.outcome()
-
-    def dismiss(self) -> None:
-        """End everything, whatever is under way."""
-        for _ in self._threads:
-            self._waiting.put(None)
-        for worker in self._workers:
-            worker.stop()
-        for worker in self._workers:
-            worker.join()
-        for thread in self._threads:
-            thread.join()
-
-    def _serve(self, worker: WorkerProcess) -> None:
-        while (item := self._waiting.get()) is not None:
-            call, payload = item
-            try:
-                self._ended.put((call, worker.run(payload, self._seconds)))
-            except CancelledError:
-                return
-            except BaseException as error:  # noqa: BLE001 - told by `ended`
-                self._ended.put((call, error))

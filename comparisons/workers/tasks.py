@@ -9,6 +9,7 @@ import heapq
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
 from typing import Any, Protocol, TypeAlias, cast
 
 from cgla_graph.comparisons.workers.cluster import spread
@@ -148,9 +149,6 @@ def run_tasks(
                 result = store.add(task.key, result)
             agenda.end(task, result)
             yield task, result
-    if agenda.left:
-        msg = f"{next(iter(agenda.left))} needs what needs it in turn; let one of them begin"
-        raise ValueError(msg)
 
 
 def _made(
@@ -172,20 +170,25 @@ class _Agenda:
         self.left = {task.key: task for task in tasks if store is None or task.key not in store}
         self._store = store
         self._places = {key: place for place, key in enumerate(self.left)}
-        self._waits_for = {key: {need for need in task.needs if need in self.left} for key, task in self.left.items()}
-        self._needed_by: dict[Key, list[Key]] = {}
+        self._needed = {need for task in self.left.values() for need in task.needs}
         self._results: dict[Key, Any] = {}
         for key, task in self.left.items():
             for need in task.needs:
-                if need in self.left:
-                    self._needed_by.setdefault(need, []).append(key)
-                elif store is None or need not in store:
+                if need not in self.left and (store is None or need not in store):
                     msg = f"{key} needs {need}, which is no task and not in the store; add it"
                     raise ValueError(msg)
+        self._order = TopologicalSorter({key: self.left.keys() & task.needs for key, task in self.left.items()})
+        try:
+            self._order.prepare()
+        except CycleError as error:
+            msg = f"{error.args[1][0]} needs what needs it in turn; let one of them begin"
+            raise ValueError(msg) from error
         #: places and keys: a heap, the first place first
-        self._ready = [(place, key) for key, place in self._places.items() if not self._waits_for[key]]
+        self._ready: list[tuple[int, Key]] = []
 
     def next_task(self) -> Task | None:
+        for key in self._order.get_ready():
+            heapq.heappush(self._ready, (self._places[key], key))
         return self.left[heapq.heappop(self._ready)[1]] if self._ready else None
 
     def needed(self, task: Task) -> Results:
@@ -197,8 +200,6 @@ class _Agenda:
     def end(self, task: Task, result: Any) -> None:  # noqa: ANN401 - any result
         """Let begin what has waited for this one alone."""
         del self.left[task.key]
-        for key in self._needed_by.get(task.key, ()):
+        if task.key in self._needed:
             self._results[task.key] = result
-            self._waits_for[key].remove(task.key)
-            if not self._waits_for[key]:
-                heapq.heappush(self._ready, (self._places[key], key))
+        self._order.done(task.key)

@@ -183,7 +183,7 @@ def test_what_cannot_be_sent_is_refused() -> None:
     class Local(Awkward):
         pass
 
-    with pytest.raises(SolverSettingError, match=r"awkward runs in a process of its own.* define their classes in"):
+    with pytest.raises(SolverSettingError, match=r"awkward runs in .* cannot be sent.*; define its class"):
         cg.solve(PROBLEM, Local())
     with pytest.raises(SolverSettingError, match="not here"):
         solve(extra=Unreadable())
