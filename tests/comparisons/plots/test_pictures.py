@@ -56,6 +56,10 @@ def scenario(name: str = "map", title: str = "a map", **settings: object) -> Sce
     return Scenario(name, title, problem, Lattice(3, bounds=problem.bounds), **extra)
 
 
+#: A map without risk or areas.
+MAP = scenario()
+
+
 def run(
     where: Scenario,
     solver: str = "solver",
@@ -79,6 +83,12 @@ def traced(where: Scenario, costs: list[float], solver: str = "anytime", seed: i
 
 def map_figure(where: Scenario, runs: list[Run], named: Collection[str] = ()) -> Figure:
     return maps.map_figure(TitledProblem.of(where), paths_of(runs, named), scenario_bound(runs))
+
+
+def traces_figure(runs: list[Run], named: Collection[str] = ()) -> Figure:
+    figure = trace_figure(runs, named)
+    assert figure is not None
+    return figure
 
 
 def legend_of(figure: Figure) -> Legend:
@@ -126,20 +136,13 @@ def test_a_shipped_scenario(suffix: str, tmp_path: Path) -> None:
 
 
 def test_solvers_without_a_path_are_in_the_legend() -> None:
-    where = scenario()
     statuses = [status for status in Status if not status.has_path and status is not Status.INFEASIBLE]
-    runs = [run(where, status.label, (), status=status, exact=True) for status in statuses]
-    figure = map_figure(where, runs, [one.solver for one in runs])
+    # what an answer that was refused holds is not drawn
+    runs = [run(MAP, status.label, status=status, exact=True) for status in statuses]
+    figure = map_figure(MAP, runs, [one.solver for one in runs])
     assert paths(figure) == []
     assert labels(figure) == [*(f"{status.label}: {status.label}" for status in statuses), "start", "goal"]
     assert_tidy(figure)
-
-
-def test_a_refused_answer_is_not_drawn() -> None:
-    where = scenario()
-    figure = map_figure(where, [run(where, "liar", status=Status.FAILED)])
-    assert paths(figure) == []
-    assert labels(figure)[0] == "liar: failed"
 
 
 def test_a_path_of_one_point_shows_around_start_and_goal() -> None:
@@ -165,35 +168,28 @@ def test_an_infeasible_path_looks_different_and_is_called_so() -> None:
 
 
 def test_a_path_that_leaves_the_bounds_is_seen_to_do_so() -> None:
-    where = scenario()
-    leaving = run(where, "bad", [START, (50.0, 0.5), GOAL], status=Status.INFEASIBLE)
-    figure = map_figure(where, [leaving])
+    leaving = run(MAP, "bad", [START, (50.0, 0.5), GOAL], status=Status.INFEASIBLE)
+    figure = map_figure(MAP, [leaving])
     assert figure.axes[0].get_xlim() == pytest.approx((0.0, 1.1))
     assert figure.axes[0].get_ylim() == pytest.approx((0.0, 1.0))
     assert pixel(figure, 1.05, 0.3) == pytest.approx([235] * 3, abs=1)
     assert_tidy(figure)
 
 
-def fan(where: Scenario, count: int) -> list[Run]:
+def fan(where: Scenario, count: int, status: Status = Status.FOUND) -> list[Run]:
     """Return runs of solvers whose paths and costs differ, the cheapest last."""
-    return [run(where, f"solver-{i}", [START, (0.1 + 0.02 * i, 0.9), GOAL], seconds=i) for i in range(count)]
+    ways = [[START, (0.1 + 0.02 * i, 0.9), GOAL] for i in range(count)]
+    return [run(where, f"solver-{i}", way, status=status, seconds=i) for i, way in enumerate(ways)]
 
 
-def test_many_named_solvers_differ_in_colour_or_dashes() -> None:
-    where = scenario(field=THREATS, no_fly=shapely.box(0.9, 0, 1, 0.1))
-    runs = fan(where, 38)
+@pytest.mark.parametrize(("status", "count"), [(Status.FOUND, 38), (Status.INFEASIBLE, 12)])
+def test_many_named_solvers_differ_in_colour_or_dashes(status: Status, count: int) -> None:
+    where = scenario(field=THREATS, no_fly=RING)
+    runs = fan(where, count, status)
     figure = map_figure(where, runs, [one.solver for one in runs])
-    looks = {(to_hex(line.get_color()), str(line._dash_pattern)) for line in paths(figure)}
-    assert len(looks) == 38
-    assert len(labels(figure)) == 41
+    assert len({(to_hex(line.get_color()), str(line._dash_pattern)) for line in paths(figure)}) == count
+    assert len(labels(figure)) == count + 3
     assert_tidy(figure)
-
-
-def test_many_infeasible_paths_differ_in_dashes() -> None:
-    where = scenario(no_fly=RING)
-    runs = [run(where, f"bad-{i}", [START, (0.1 + 0.02 * i, 0.9), GOAL], status=Status.INFEASIBLE) for i in range(12)]
-    figure = map_figure(where, runs, [one.solver for one in runs])
-    assert len({str(line._dash_pattern) for line in paths(figure)}) == 12
 
 
 def test_of_many_solvers_the_best_five_and_the_named_are_in_colour() -> None:
@@ -209,36 +205,23 @@ def test_of_many_solvers_the_best_five_and_the_named_are_in_colour() -> None:
         assert len(coloured) == len(chosen) == len({to_hex(line.get_color()) for line in coloured})
         assert len(grey) == n_others + 2
         assert max(line.get_zorder() for line in grey) < min(line.get_zorder() for line in coloured)
-        assert labels(figure)[len(chosen) :] == [
-            f"{n_others} others",
-            "2 others, infeasible",
-            "1 other, without a path",
-            "start",
-            "goal",
-        ]
+        others = [f"{n_others} others", "2 others, infeasible", "1 other, without a path", "start", "goal"]
+        assert labels(figure)[len(chosen) :] == others
         assert_tidy(figure)
-
-
-def test_the_named_are_in_the_legend_without_a_path_too() -> None:
-    where = scenario()
-    runs = [*fan(where, 9), run(where, "nothing", (), status=Status.STUCK)]
     assert "nothing: stuck" in labels(map_figure(where, runs, {"nothing"}))
 
 
 def test_up_to_eight_solvers_are_all_in_colour() -> None:
-    where = scenario()
-    figure = map_figure(where, fan(where, 8))
+    figure = map_figure(MAP, fan(MAP, 8))
     assert len({to_hex(line.get_color()) for line in paths(figure)}) == len(paths(figure)) == 8
     assert not any(is_dashed(line) for line in paths(figure))
     assert len(labels(figure)) == 10
 
 
 def test_thirty_solvers_have_a_short_legend_over_time_as_well() -> None:
-    where = scenario()
-    runs = [traced(where, [3.0, 1.2 + 0.01 * i], f"anytime-{i}") for i in range(15)]
-    runs += [run(where, f"once-{i}", cost=1.1 + 0.1 * i, seconds=0.1 + i) for i in range(15)]
-    figure = trace_figure(runs, {"once-14"})
-    assert figure is not None
+    runs = [traced(MAP, [3.0, 1.2 + 0.01 * i], f"anytime-{i}") for i in range(15)]
+    runs += [run(MAP, f"once-{i}", cost=1.1 + 0.1 * i, seconds=0.1 + i) for i in range(15)]
+    figure = traces_figure(runs, {"once-14"})
     names = [label.split(":")[0] for label in labels(figure)]
     assert names == ["once-0", "anytime-0", "once-1", "anytime-1", "anytime-2", "once-14", "24 others"]
     colours = [to_hex(line.get_color()) for line in figure.axes[0].lines]
@@ -248,10 +231,8 @@ def test_thirty_solvers_have_a_short_legend_over_time_as_well() -> None:
 
 
 def test_solvers_look_the_same_in_both_pictures_of_many() -> None:
-    where = scenario()
-    runs = [traced(where, [3.0, 1.2 + 0.01 * i], f"anytime-{i}") for i in range(20)]
-    over_time, on_map = trace_figure(runs), map_figure(where, runs)
-    assert over_time is not None
+    runs = [traced(MAP, [3.0, 1.2 + 0.01 * i], f"anytime-{i}") for i in range(20)]
+    over_time, on_map = traces_figure(runs), map_figure(MAP, runs)
     pairs = zip(legend_of(over_time).legend_handles[:5], legend_of(on_map).legend_handles[:5], strict=True)
     # all have one path: the map has one line, in the colour of the best
     first, *others = [(line, drawn) for line, drawn in pairs if isinstance(line, Line2D) and isinstance(drawn, Line2D)]
@@ -270,23 +251,21 @@ def test_paths_within_a_pen_are_one_line_and_no_others(shift: float, points: int
 
 
 def test_paths_within_a_pen_are_drawn_as_one() -> None:
-    where = scenario()
-    runs = [run(where, f"exact-{i}", exact=True) for i in range(4)]
+    runs = [run(MAP, f"exact-{i}", exact=True) for i in range(4)]
     # a pen is 1.6 points wide, the map 4.8 inches
     pen = 1.6 / 72.0 / 4.8
-    runs += [run(where, "near", [START, (0.5, 0.5 + 0.9 * pen), GOAL])]
-    runs += [run(where, "far", [START, (0.5, 0.5 + 3.0 * pen), GOAL])]
-    figure = map_figure(where, runs)
+    runs += [run(MAP, "near", [START, (0.5, 0.5 + 0.9 * pen), GOAL])]
+    runs += [run(MAP, "far", [START, (0.5, 0.5 + 3.0 * pen), GOAL])]
+    figure = map_figure(MAP, runs)
     assert len(paths(figure)) == 2
     assert [label.split(", ")[1:] for label in labels(figure)[:6]] == [[], *[["same line"]] * 4, []]
     assert_tidy(figure)
 
 
 def test_a_line_below_another_is_wider_so_that_it_shows() -> None:
-    where = scenario()
-    runs = [run(where, "best"), run(where, "half", [START, (0.5, 0.5), (0.5, 0.7), GOAL])]
-    runs += [run(where, "aside", [START, (0.1, 0.9), GOAL])]
-    best, half, aside = sorted(paths(map_figure(where, runs)), key=Line2D.get_zorder, reverse=True)
+    runs = [run(MAP, "best"), run(MAP, "half", [START, (0.5, 0.5), (0.5, 0.7), GOAL])]
+    runs += [run(MAP, "aside", [START, (0.1, 0.9), GOAL])]
+    best, half, aside = sorted(paths(map_figure(MAP, runs)), key=Line2D.get_zorder, reverse=True)
     assert half.get_linewidth() > best.get_linewidth() == aside.get_linewidth()
 
 
@@ -301,20 +280,18 @@ def test_a_path_along_the_border_has_its_full_width() -> None:
 
 
 def test_the_legend_has_the_order_of_the_table() -> None:
-    where = scenario()
-    runs = [run(where, "dear", cost=1.5), run(where, "none", (), status=Status.NO_PATH), run(where, "cheap", cost=1.2)]
-    figure = map_figure(where, runs)
+    runs = [run(MAP, "dear", cost=1.5), run(MAP, "none", (), status=Status.NO_PATH), run(MAP, "cheap", cost=1.2)]
+    figure = map_figure(MAP, runs)
     assert labels(figure)[:3] == ["cheap: 1.2000", "dear: 1.5000, same line", "none: no-path"]
 
 
 def test_of_several_seeds_the_median_run_is_drawn() -> None:
-    where = scenario()
     detours = [[START, (0.1, y), GOAL] for y in (0.9, 0.3, 0.6)]
-    runs = [run(where, "seeded", path, seed=seed) for seed, path in enumerate(detours)]
-    runs += [run(where, "unlucky", (), status=Status.NOT_FOUND, seed=seed) for seed in (1, 2)]
-    runs += [run(where, "unlucky", seed=3)]
-    runs += [run(where, "never", (), status=Status.NOT_FOUND, seed=seed) for seed in (1, 2)]
-    figure = map_figure(where, runs)
+    runs = [run(MAP, "seeded", path, seed=seed) for seed, path in enumerate(detours)]
+    runs += [run(MAP, "unlucky", (), status=Status.NOT_FOUND, seed=seed) for seed in (1, 2)]
+    runs += [run(MAP, "unlucky", seed=3)]
+    runs += [run(MAP, "never", (), status=Status.NOT_FOUND, seed=seed) for seed in (1, 2)]
+    figure = map_figure(MAP, runs)
     assert paths(figure)[0].get_xydata().tolist() == np.array(detours[2]).tolist()
     expected = ["seeded: 1.3544 (median of 3)", "unlucky: not-found (median of 3, 1 found)", "never: not-found"]
     assert labels(figure)[:3] == expected
@@ -392,17 +369,13 @@ def test_a_no_fly_area_ends_at_the_bounds() -> None:
 
 
 def test_grid_maps_are_in_cells_and_y_grows_downwards() -> None:
-    figure = map_figure(scenario(y_down=True), [])
+    figure = map_figure(scenario(field=RiskField([Threat(0.5, 0.2, 0.05)]), y_down=True), [])
     axes = figure.axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x (cells)", "y (cells)")
     assert axes.transData.transform((0, 0.1))[1] > axes.transData.transform((0, 0.9))[1]
-    assert_tidy(figure)
-
-
-def test_risk_follows_the_axis_when_y_grows_downwards() -> None:
-    figure = map_figure(scenario(field=RiskField([Threat(0.5, 0.2, 0.05)]), y_down=True), [])
     assert max(pixel(figure, 0.5, 0.2)) < 200
     assert pixel(figure, 0.5, 0.8) == WHITE
+    assert_tidy(figure)
 
 
 def test_maps_with_longitudes_and_latitudes_are_in_kilometres() -> None:
@@ -506,17 +479,14 @@ def test_the_heading_says_name_title_and_k() -> None:
 
 
 def test_no_trace_no_figure() -> None:
-    where = scenario()
-    never = run(where, "never", (), status=Status.NOT_FOUND, trace=(TracePoint(0.1, 1, np.inf),))
+    never = run(MAP, "never", (), status=Status.NOT_FOUND, trace=(TracePoint(0.1, 1, np.inf),))
     assert trace_figure([]) is None
-    assert trace_figure([run(where)]) is None
-    assert trace_figure([run(where), never]) is None
+    assert trace_figure([run(MAP)]) is None
+    assert trace_figure([run(MAP), never]) is None
 
 
 def test_a_trace_is_a_step_line_over_logarithmic_time() -> None:
-    where = scenario()
-    figure = trace_figure([traced(where, [np.inf, 3.0, 2.0], build_seconds=1.0)])
-    assert figure is not None
+    figure = traces_figure([traced(MAP, [np.inf, 3.0, 2.0], build_seconds=1.0)])
     (line,) = figure.axes[0].lines
     assert figure.axes[0].get_xscale() == "log"
     assert line.get_drawstyle() == "steps-post"
@@ -539,12 +509,10 @@ def band_at(figure: Figure, seconds: float) -> tuple[float, float]:
 
 
 def test_of_few_seeds_the_band_is_the_range() -> None:
-    where = scenario()
     runs = [
-        traced(where, [np.inf, first, last], seed=seed) for seed, (first, last) in enumerate([(3, 1), (4, 2), (5, 3)])
+        traced(MAP, [np.inf, first, last], seed=seed) for seed, (first, last) in enumerate([(3, 1), (4, 2), (5, 3)])
     ]
-    figure = trace_figure(runs)
-    assert figure is not None
+    figure = traces_figure(runs)
     (line,) = figure.axes[0].lines
     assert line.get_xydata() == pytest.approx(np.array([(0.02, 4.0), (0.03, 2.0), (1.0, 2.0)]))
     assert band_at(figure, 0.025) == pytest.approx((3.0, 5.0))
@@ -554,24 +522,19 @@ def test_of_few_seeds_the_band_is_the_range() -> None:
 
 
 def test_of_enough_seeds_the_band_is_the_interval_of_the_median() -> None:
-    where = scenario()
-    runs = [traced(where, [9.0, float(seed)], seed=seed) for seed in range(1, 10)]
-    figure = trace_figure(runs)
-    assert figure is not None
+    runs = [traced(MAP, [9.0, float(seed)], seed=seed) for seed in range(1, 10)]
+    figure = traces_figure(runs)
     assert band_at(figure, 0.5) == pytest.approx((2.0, 8.0))
     assert labels(figure) == ["anytime: 5.0000 (median of 9)", "band: 95 % interval of the median"]
 
 
 def test_before_the_first_path_the_band_reaches_the_upper_edge() -> None:
-    where = scenario()
-    found = [traced(where, [3.0, 2.0], seed=seed) for seed in (1, 2)]
-    never = [run(where, "anytime", (), status=Status.NOT_FOUND, seed=3)]
-    figure = trace_figure(found + never)
-    assert figure is not None
+    found = [traced(MAP, [3.0, 2.0], seed=seed) for seed in (1, 2)]
+    never = [run(MAP, "anytime", (), status=Status.NOT_FOUND, seed=3)]
+    figure = traces_figure(found + never)
     assert band_at(figure, 0.5) == pytest.approx((2.0, figure.axes[0].get_ylim()[1]))
     assert labels(figure)[0] == "anytime: 2.0000 (median of 3, 2 found)"
-    figure = trace_figure(found[:1] + never * 2)
-    assert figure is not None
+    figure = traces_figure(found[:1] + never * 2)
     (line,) = figure.axes[0].lines
     assert np.isnan(np.asarray(line.get_ydata(), dtype=float)).all()
     assert labels(figure)[0] == "anytime: not-found (median of 3, 1 found)"
@@ -584,10 +547,8 @@ def bounded(runs: list[Run], bound: float, upper: float = np.inf) -> list[Run]:
 
 
 def test_with_a_lower_bound_gaps_are_drawn() -> None:
-    where = scenario()
-    runs = [traced(where, [3.0, 2.2], seed=seed) for seed in (1, 2)] + [run(where, "exact", exact=True, cost=2.1)]
-    figure = trace_figure(bounded(runs, 2.0))
-    assert figure is not None
+    runs = [traced(MAP, [3.0, 2.2], seed=seed) for seed in (1, 2)] + [run(MAP, "exact", exact=True, cost=2.1)]
+    figure = traces_figure(bounded(runs, 2.0))
     axes = figure.axes[0]
     assert axes.get_yscale() == "log"
     assert axes.get_ylabel() == "best cost so far: gap over 2.0000"
@@ -600,17 +561,13 @@ def test_with_a_lower_bound_gaps_are_drawn() -> None:
 
 
 def test_the_optimum_is_below_the_best_path_known_to_the_certificate() -> None:
-    where = scenario()
-    figure = trace_figure(bounded([traced(where, [3.0, 2.2])], 2.0, upper=2.18))
-    assert figure is not None
+    figure = traces_figure(bounded([traced(MAP, [3.0, 2.2])], 2.0, upper=2.18))
     (zone,) = figure.axes[0].patches
     assert zone.get_window_extent().y1 == pytest.approx(figure.axes[0].transData.transform((1.0, 9.0))[1])
 
 
 def test_a_gap_of_zero_is_at_most_the_least_that_is_shown() -> None:
-    where = scenario()
-    figure = trace_figure(bounded([traced(where, [2.2, 2.0])], 2.0))
-    assert figure is not None
+    figure = traces_figure(bounded([traced(MAP, [2.2, 2.0])], 2.0))
     FigureCanvasAgg(figure).draw()
     words = [label.get_text() for label in figure.axes[0].get_yticklabels()]
     assert "at most 0.01 %" in words
@@ -620,18 +577,14 @@ def test_a_gap_of_zero_is_at_most_the_least_that_is_shown() -> None:
 
 @pytest.mark.parametrize("bound", [np.nan, 0.0, np.inf])
 def test_a_bound_that_bounds_nothing_leaves_costs(bound: float) -> None:
-    where = scenario()
-    figure = trace_figure(bounded([traced(where, [3.0, 2.0])], bound))
-    assert figure is not None
+    figure = traces_figure(bounded([traced(MAP, [3.0, 2.0])], bound))
     assert figure.axes[0].get_yscale() == "linear"
     assert figure.axes[0].get_ylabel() == "best cost so far"
 
 
 @pytest.mark.parametrize("costs", [[2.0], [2.0, 2.0 - 1e-15], [1e12, 2.5], [2.0 + 1e-9, 2.0]])
 def test_gaps_of_any_size(costs: list[float]) -> None:
-    where = scenario()
-    figure = trace_figure(bounded([traced(where, costs), traced(where, [2.6, 2.5], seed=2)], 2.0))
-    assert figure is not None
+    figure = traces_figure(bounded([traced(MAP, costs), traced(MAP, [2.6, 2.5], seed=2)], 2.0))
     low, high = figure.axes[0].get_ylim()
     assert 0.0 < low < high
     assert_tidy(figure)
@@ -649,8 +602,7 @@ def test_results_without_a_trace_are_marked_at_their_time() -> None:
         run(where, "none", (), status=Status.NO_PATH, exact=True),
         traced(where, [2.0, 1.5, 1.25]),
     ]
-    figure = trace_figure(runs)
-    assert figure is not None
+    figure = traces_figure(runs)
     axes = figure.axes[0]
     dashed = [line.get_ydata()[0] for line in axes.lines if is_dashed(line)]
     assert dashed == pytest.approx([1.2, 1.3])
@@ -667,9 +619,7 @@ def test_results_without_a_trace_are_marked_at_their_time() -> None:
 
 @pytest.mark.parametrize("costs", [[[1e9, 2.0, 1.8, 1.0]], [[1e9, 1e8, 1.0], [2.0, 1.0], [1.5, 1.0]]])
 def test_one_huge_first_cost_does_not_flatten_the_rest(costs: list[list[float]]) -> None:
-    where = scenario()
-    figure = trace_figure([traced(where, one, seed=seed) for seed, one in enumerate(costs)])
-    assert figure is not None
+    figure = traces_figure([traced(MAP, one, seed=seed) for seed, one in enumerate(costs)])
     low, high = figure.axes[0].get_ylim()
     assert 0.9 < low < 1.0
     assert 1.5 < high < 2.5
@@ -677,9 +627,7 @@ def test_one_huge_first_cost_does_not_flatten_the_rest(costs: list[list[float]])
 
 @pytest.mark.parametrize("cost", [0.0, 1.0, 1e-9, 1e12])
 def test_a_trace_that_is_flat_and_began_at_once(cost: float) -> None:
-    where = scenario()
-    figure = trace_figure([run(where, trace=(TracePoint(0.0, 1, cost),), cost=cost, seconds=0.0)])
-    assert figure is not None
+    figure = traces_figure([run(MAP, trace=(TracePoint(0.0, 1, cost),), cost=cost, seconds=0.0)])
     low, high = figure.axes[0].get_ylim()
     assert low < cost < high
     assert_tidy(figure)
@@ -687,8 +635,7 @@ def test_a_trace_that_is_flat_and_began_at_once(cost: float) -> None:
 
 def test_costs_over_time_are_in_kilometres_where_the_map_is() -> None:
     where = scenario(projection=LocalProjection(25.0, 60.0))
-    figure = trace_figure([traced(where, [2000.0, 1000.0])])
-    assert figure is not None
+    figure = traces_figure([traced(where, [2000.0, 1000.0])])
     assert figure.axes[0].get_ylabel() == "best cost so far (km)"
     assert labels(figure) == ["anytime: 1.0000"]
 
@@ -701,10 +648,9 @@ def test_costs_over_time_are_in_kilometres_where_the_map_is() -> None:
 def test_hostile_names_are_shown_as_they_are(name: str, tmp_path: Path) -> None:
     where = scenario(name=name, title=name)
     runs = [run(where, name), traced(where, [2.0, 1.0], solver=f"{name}?")]
-    figures = map_figure(where, runs), trace_figure(runs)
+    figures = map_figure(where, runs), traces_figure(runs)
     assert file_bytes(figures[0], tmp_path / "map.png")
     for figure in figures:
-        assert figure is not None
         assert_tidy(figure)
         assert figure.get_size_inches()[0] < 12.0
         ET.fromstring(file_bytes(figure, tmp_path / "map.svg"))  # noqa: S314 - our own file
@@ -722,9 +668,7 @@ def pictures() -> list[Figure]:
         run(where, "bad", status=Status.INFEASIBLE),
         traced(where, [2.0, 1.9, 1.5]),
     ]
-    trace = trace_figure(runs)
-    assert trace is not None
-    return [map_figure(where, runs), trace]
+    return [map_figure(where, runs), traces_figure(runs)]
 
 
 @pytest.mark.slow
