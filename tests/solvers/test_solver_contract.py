@@ -5,6 +5,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from quick_solvers import QUICK
 
 import cgla_graph as cg
 from cgla_graph.model.problem import GraphProblem
@@ -15,18 +16,6 @@ from cgla_graph.solvers.checks import check_solver
 from cgla_graph.solvers.continuous.straight_line import StraightLine
 from cgla_graph.solvers.exact.cgla import Cgla
 
-QUICK: dict[str, dict[str, Any]] = {
-    "rrt-star": {"iterations": 100},
-    "informed-rrt-star": {"iterations": 100},
-    "sorrt-star": {"iterations": 100},
-    "bit-star": {"iterations": 2000},
-    "fmt-star": {"samples": 100},
-    "bfmt-star": {"samples": 100},
-    "prm-star": {"milestones": 100},
-    "ompl-prm-star": {"milestones": 100},
-    "evolutionary": {"generations": 10},
-    "hybrid": {"tolerance": 0.05},
-}
 VARIANTS = [
     *[(name, QUICK.get(name, {})) for name in registry.names(installed=False)],
     ("cgla", {"schedule": "synchronous"}),

@@ -11,7 +11,7 @@ from strategies import examples, few, fields, points
 
 import cgla_graph as cg
 from cgla_graph.scenarios.scenario import load_scenario, shipped
-from cgla_graph.solvers.continuous.fast_marching import FastMarching, least_change
+from cgla_graph.solvers.continuous.fast_marching import least_change
 
 
 def excess(problem: cg.Problem, cells: int, order: int, best: float) -> float:
@@ -54,13 +54,6 @@ def test_a_wall_thinner_than_a_cell_stands() -> None:
     assert answer.cost == pytest.approx(2.0 * math.hypot(0.3, 0.4), rel=1e-2)
 
 
-def test_no_way_is_a_status() -> None:
-    ring = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
-    answer = cg.solve(cg.Problem((0.1, 0.1), (0.8, 0.8), no_fly=ring), "fast-marching", cells=64)
-    assert answer.status is cg.Status.NOT_FOUND
-    assert "64 x 64" in answer.message
-
-
 def test_a_start_between_two_ways_takes_one_of_them() -> None:
     """The fronts meet in the start itself; staying on the ridge would lead through the threat."""
     problem = cg.Problem((0.1, 0.5), (0.9, 0.5), cg.RiskField([cg.Threat(0.5, 0.5, spread=0.1)]), k=30.0)
@@ -83,12 +76,6 @@ def test_an_elongated_map() -> None:
     problem = cg.Problem((1.0, 0.5), (99.0, 1.5), cg.RiskField([cg.Threat(50, 1, 0.5)]), k=2.0, bounds=(0, 0, 100, 2))
     best = cg.solve(problem, "hybrid", tolerance=None).cost
     assert excess(problem, 1024, 2, best) < 0.01
-
-
-@pytest.mark.parametrize("settings", [{"cells": 4}, {"cells": 1e3}, {"cells": True}, {"order": 0}, {"order": 3}])
-def test_its_settings_are_checked(settings: dict[str, int]) -> None:
-    with pytest.raises(cg.CglaError, match=next(iter(settings))):
-        FastMarching(**settings)
 
 
 @pytest.mark.parametrize(

@@ -253,13 +253,6 @@ def test_the_trace_falls_to_the_cost_and_ends_within_the_time() -> None:
     assert found.trace[-1].evaluations <= found.evaluations
 
 
-def test_no_way_is_a_status() -> None:
-    ring = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
-    found = cg.solve(cg.Problem((0.1, 0.1), (0.8, 0.8), no_fly=ring), "hybrid")
-    assert found.status is cg.Status.NOT_FOUND
-    assert found.message == "the goal cannot be reached"
-
-
 @pytest.mark.slow
 def test_odd_maps() -> None:
     """Long and thin, far from the origin, huge, with ends on the border: the contract's checks hold at any setting."""

@@ -13,12 +13,7 @@ from strategies import few, fields, points, polygons, usual
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.mission.mission import Mission
-from cgla_graph.mission.uav import Uav
-from cgla_graph.mission.world import World
-from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario, shipped
-from cgla_graph.solvers.geometric.visibility_graph import VisibilityGraph
 
 RING = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
 
@@ -123,26 +118,6 @@ def test_discs_that_seal_the_way_become_smaller_and_areas_do_not() -> None:
     assert (sealed.status, sealed.message) == (cg.Status.NO_PATH, "the no-fly areas seal the way")
 
 
-@usual
-@given(st.integers(0, 10**6), st.integers(-3, 4), st.integers(-8, 8))
-def test_a_map_drawn_larger_elsewhere_gives_the_same_path_there(seed: int, power: int, shift: int) -> None:
-    problem = random_scenario(seed, areas=2).problem
-    scale = 2.0**power
-    threats = [
-        cg.Threat(scale * t.x + shift, scale * t.y + shift, spread=scale * t.spread, peak=t.peak)
-        for t in problem.field.threats
-    ]
-    there = cg.Problem(
-        *(tuple(scale * np.array(end) + shift) for end in (problem.start, problem.goal)),
-        cg.RiskField(threats),
-        bounds=(shift, shift, scale + shift, scale + shift),
-        no_fly=shapely.transform(problem.no_fly, lambda xy: scale * xy + shift),
-    )
-    one, other = (cg.solve(p, "visibility-graph") for p in (problem, there))
-    assert (one.status, other.status) == (cg.Status.FOUND, cg.Status.FOUND)
-    assert other.length == pytest.approx(scale * one.length, rel=1e-9)
-
-
 @pytest.mark.parametrize("name", shipped())
 def test_on_the_shipped_maps_it_finds_a_way(name: str) -> None:
     problem = load_scenario(name).problem
@@ -151,16 +126,3 @@ def test_on_the_shipped_maps_it_finds_a_way(name: str) -> None:
     assert answer.evaluations > 0
     if not problem.field.threats:
         assert answer.length <= cg.solve(problem, "fast-marching").length
-
-
-@pytest.mark.parametrize("areas", [0, 4])
-def test_it_flies_missions(areas: int) -> None:
-    for seed in range(3):
-        problem = random_scenario(seed, areas=areas).problem
-        world = World(problem.field, bounds=problem.bounds, no_fly=problem.no_fly)
-        uav = Uav("a", problem.start, problem.goal, 0.2, k=10.0)
-        flown = Mission(world, [uav], VisibilityGraph()).fly().uavs["a"]
-        assert flown.status.label == "arrived"
-        # a position on the edge of an area is rounded to one side or the other
-        inside = shapely.LineString(flown.path).intersection(problem.model.area.geometry)
-        assert inside.difference(problem.model.area.geometry.boundary.buffer(1e-9)).is_empty

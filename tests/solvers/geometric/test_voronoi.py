@@ -13,11 +13,7 @@ from strategies import boxes, few, fields, points, polygons, seeds, usual
 
 import cgla_graph as cg
 from cgla_graph._types import Bounds, FloatArray, Point
-from cgla_graph.mission.mission import Mission
-from cgla_graph.mission.uav import Uav
-from cgla_graph.mission.world import World
 from cgla_graph.refine.refine import refine_path
-from cgla_graph.scenarios.random_map import random_scenario
 from cgla_graph.scenarios.scenario import load_scenario, shipped
 from cgla_graph.solvers.geometric import elastic
 from cgla_graph.solvers.geometric.elastic import relaxed
@@ -230,30 +226,3 @@ def test_on_the_shipped_maps_it_finds_a_way(name: str) -> None:
     answer = cg.solve(problem, "voronoi")
     assert answer.status is cg.Status.FOUND
     assert answer.cost <= 1.2 * cg.solve(problem, "fast-marching").cost
-
-
-def test_a_map_drawn_larger_elsewhere_gives_the_same_path_there() -> None:
-    for seed in range(3):
-        problem = random_scenario(seed, areas=2).problem
-        threats = [cg.Threat(8 * t.x + 4, 8 * t.y + 4, spread=8 * t.spread) for t in problem.field.threats]
-        there = cg.Problem(
-            *(tuple(8.0 * np.array(end) + 4.0) for end in (problem.start, problem.goal)),
-            cg.RiskField(threats),
-            problem.k,
-            bounds=(4, 4, 12, 12),
-            no_fly=shapely.transform(problem.no_fly, lambda xy: 8.0 * xy + 4.0),
-        )
-        one, other = (cg.solve(p, "voronoi") for p in (problem, there))
-        assert other.length == pytest.approx(8.0 * one.length, rel=1e-3)
-        assert other.risk == pytest.approx(8.0 * one.risk, rel=1e-2)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("areas", [0, 4])
-def test_it_flies_missions(areas: int) -> None:
-    for seed in range(2):
-        problem = random_scenario(seed, areas=areas).problem
-        world = World(problem.field, bounds=problem.bounds, no_fly=problem.no_fly)
-        uav = Uav("a", problem.start, problem.goal, 0.2, k=10.0)
-        flown = Mission(world, [uav], VoronoiRoadmap()).fly().uavs["a"]
-        assert flown.status.label == "arrived"

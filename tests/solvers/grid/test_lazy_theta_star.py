@@ -211,13 +211,6 @@ def ring() -> shapely.Polygon:
     return shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
 
 
-@pytest.mark.parametrize("ends", [((0.1, 0.1), (0.8, 0.8)), ((0.8, 0.8), (0.1, 0.1))])
-@pytest.mark.parametrize("rule", ["touch", "both-free"])
-def test_walled_in(ends: tuple[Point, Point], rule: str) -> None:
-    answer = cg.solve(cg.Problem(*ends, no_fly=ring()), "lazy-theta-star", resolution=12, corner_rule=rule)
-    assert (answer.status, len(answer.path)) == (cg.Status.NO_PATH, 0)
-
-
 def test_points_beyond_the_bounds_are_not_visited() -> None:
     """A lattice may be larger than the map: eight directions go astray there, this search does not."""
     wall = shapely.box(0.45, -1.0, 0.55, 0.9)
@@ -232,13 +225,6 @@ def test_both_ends_in_one_cell() -> None:
     problem = cg.Problem((0.51, 0.52), (0.57, 0.58))
     answer = cg.solve(problem, LazyThetaStar(3))
     assert len(answer.path) == 2
-
-
-def test_same_answer_again() -> None:
-    problem = load_scenario("fifty-threats").problem
-    first, second = (cg.solve(problem, "lazy-theta-star", resolution=25) for _ in range(2))
-    np.testing.assert_array_equal(first.path, second.path)
-    assert (first.cost, first.evaluations, first.message) == (second.cost, second.evaluations, second.message)
 
 
 def test_what_a_node_is_joined_to() -> None:

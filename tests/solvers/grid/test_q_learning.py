@@ -455,38 +455,6 @@ def test_shipped_scenarios(name: str) -> None:
     assert answer.evaluations == best.evaluations
 
 
-@own.few
-@given(problems(), st.integers(-20, 20), st.integers(2, 8), st.sampled_from(["risk_aware", "goal_only"]))
-def test_a_scaled_problem_has_the_scaled_path(
-    problem: cg.Problem, exponent: int, resolution: int, reward: Reward
-) -> None:
-    """Lengths in other units change nothing; by a power of 2, not one bit."""
-    scale = 2.0**exponent
-    threats = [cg.Threat(scale * t.x, scale * t.y, scale * t.spread, t.peak) for t in problem.field.threats]
-    no_fly = None if problem.no_fly is None else shapely.transform(problem.no_fly, lambda points: scale * points)
-    scaled = cg.Problem(
-        (scale * problem.start[0], scale * problem.start[1]),
-        (scale * problem.goal[0], scale * problem.goal[1]),
-        cg.RiskField(threats),
-        problem.k,
-        (0.0, 0.0, scale * SIDE, scale * SIDE),
-        no_fly,
-    )
-    learner = QLearning(reward=reward, target_reward=2.0, resolution=resolution)
-    answer = learner.solve(problem)
-    other = dataclasses.replace(learner, target_reward=2.0 * scale).solve(scaled)
-    assert (answer.status, answer.nodes) == (other.status, other.nodes)
-    np.testing.assert_array_equal(other.path, scale * answer.path)
-    if answer.status.has_path:
-        assert answer.message == other.message
-
-
-def test_the_seed_decides() -> None:
-    answers = [QLearning(seed=seed, episodes=300).solve(ONE) for seed in (1, 1, 2)]
-    assert answers[0].message == answers[1].message != answers[2].message
-    assert answers[0].nodes == answers[1].nodes
-
-
 def test_stuck_says_where() -> None:
     """With a discount and nothing at the goal, the best moves go to and fro in the cheapest place."""
     answer = cg.solve(GUARDED, QLearning(gamma=0.9))
@@ -562,12 +530,6 @@ def test_states_beyond_reach_do_not_keep_it_from_settling() -> None:
     ring = shapely.box(0.0, 0.5, 0.5, 1.0).difference(shapely.box(0.1, 0.6, 0.4, 0.9))
     answer = cg.solve(cg.Problem((0.9, 0.1), (0.9, 0.9), no_fly=ring), QLearning())
     assert answer.message.startswith("settled")
-
-
-def test_start_at_goal() -> None:
-    answer = QLearning().solve(cg.Problem((0.5, 0.5), (0.5, 0.5)))
-    assert answer.path.tolist() == [[0.5, 0.5]]
-    assert answer.cost == 0.0
 
 
 def test_moves_that_earn_something_are_refused() -> None:

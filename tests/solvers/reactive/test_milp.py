@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 from hypothesis import given
-from strategies import examples, few, polygons, scaled, seeds
+from strategies import examples, few, polygons, seeds
 
 import cgla_graph as cg
 from cgla_graph._types import FloatArray
@@ -132,14 +132,6 @@ def test_paths_stand_up_to_the_oracle(seed: int) -> None:
         return
     assert problem.evaluate(answer.path).feasible
     assert (np.hypot(*np.diff(answer.path, axis=0).T) <= 0.02 * (1.0 + 1e-9)).all()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("scale", [0.25, 1024.0])
-def test_a_map_of_another_size_has_the_same_path(scale: float) -> None:
-    problem = random_scenario(3, threats=3).problem
-    path = Milp().solve(problem).path
-    assert np.allclose(Milp().solve(scaled(problem, scale)).path / scale, path, atol=1e-9)
 
 
 def test_less_risk_for_more_k() -> None:

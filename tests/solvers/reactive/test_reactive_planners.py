@@ -75,13 +75,6 @@ def test_shipped_scenarios_end_in_a_path_or_a_reason(planner: str, name: str) ->
     assert answer.status.has_path or (answer.status is Status.STUCK and answer.message.startswith("at ("))
 
 
-@every
-def test_a_goal_that_is_walled_in_is_given_up(planner: str) -> None:
-    ring = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
-    answer = made(planner).solve(cg.Problem((0.1, 0.1), (0.8, 0.8), no_fly=ring))
-    assert answer.status is Status.STUCK
-
-
 @pytest.mark.parametrize(
     ("planner", "reason"),
     [

@@ -16,9 +16,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+import quick_solvers
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from quick_solvers import quick
 from strategies import few, fields, points, usual
 
 import cgla_graph as cg
@@ -39,25 +41,13 @@ from ompl import geometric as og  # noqa: E402
 
 from cgla_graph.solvers.sampling import ompl_run, ompl_space  # noqa: E402
 
-QUICK: dict[str, dict[str, Any]] = {
-    "rrt-star": {"iterations": 200},
-    "informed-rrt-star": {"iterations": 200},
-    "sorrt-star": {"iterations": 200},
-    "bit-star": {"iterations": 1000},
-    "fmt-star": {"samples": 200},
-    "bfmt-star": {"samples": 200},
-    "ompl-prm-star": {"milestones": 200},
-}
+QUICK = {name: settings for name, settings in quick_solvers.QUICK.items() if registry.traits(name).needs == ("ompl",)}
 ANYTIME = [name for name in QUICK if registry.traits(name).anytime]
 CHARGED = [name for name in QUICK if name != "ompl-prm-star"]
 FIELD = cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=0.9), cg.Threat(0.3, 0.7, 0.05)])
 PROBLEM = cg.Problem((0.1, 0.1), (0.9, 0.9), FIELD, k=10.0)
 RING = shapely.box(0.6, 0.6, 1.0, 1.0).difference(shapely.box(0.7, 0.7, 0.9, 0.9))
 WALLED_IN = cg.Problem((0.1, 0.1), (0.8, 0.8), no_fly=RING)
-
-
-def quick(name: str, **settings: Any) -> Any:
-    return registry.get(name, **{**QUICK[name], **settings})
 
 
 # what they find
@@ -96,23 +86,6 @@ def test_no_path_beats_the_certificate(name: str) -> None:
     many = {key: 2 * value for key, value in QUICK[name].items()}
     for seed in (1, 2, 3):
         assert cg.solve(PROBLEM, name, **many, seed=seed).cost >= bound
-
-
-@pytest.mark.parametrize("name", QUICK)
-def test_no_wall_is_too_thin(name: str) -> None:
-    wall = shapely.box(0.5, 0.1, 0.5 + 1e-9, 1.0)
-    problem = cg.Problem((0.1, 0.7), (0.9, 0.7), no_fly=wall)
-    answer = cg.solve(problem, name, **{key: 3 * value for key, value in QUICK[name].items()})
-    assert answer.status is Status.FOUND
-    assert answer.cost >= 2 * math.dist((0.1, 0.7), (0.5, 0.1)) * (1.0 - 1e-8)
-
-
-@pytest.mark.parametrize("name", QUICK)
-def test_a_goal_that_is_walled_in_is_not_found(name: str) -> None:
-    answer = cg.solve(WALLED_IN, name, **QUICK[name])
-    assert (answer.status, answer.path.size, math.isinf(answer.cost)) == (Status.NOT_FOUND, 0, True)
-    assert answer.message
-    assert answer.trace == ()
 
 
 @pytest.mark.parametrize("name", QUICK)
@@ -230,12 +203,6 @@ def test_a_seed_gives_the_same_path_here_and_in_another_process() -> None:
     assert json.loads(done.stdout) == here
     # nanobind tells at exit of objects that outlived their function
     assert done.stderr == ""
-
-
-@pytest.mark.parametrize("name", QUICK)
-def test_another_seed_gives_another_path(name: str) -> None:
-    first, second = (cg.solve(PROBLEM, name, seed=seed, **QUICK[name]).path.tolist() for seed in (1, 2))
-    assert first != second
 
 
 class Deaf(ompl_run.Watch):

@@ -203,18 +203,6 @@ def test_bounds_of_any_size_and_shape(bounds: Bounds, ends: tuple[Point, Point],
     assert math.dist(start, goal) * (1 - 1e-9) <= answer.cost <= math.dist(start, goal) + 0.2 * diagonal
 
 
-@given(power=st.integers(-30, 30), seed=seeds)
-@few
-def test_scaling_the_map_scales_the_path(power: int, seed: int) -> None:
-    factor = 2.0**power
-    wall = shapely.transform(WALL, lambda corners: corners * factor)
-    scaled = cg.Problem(
-        (0.1 * factor, 0.1 * factor), (0.9 * factor, 0.1 * factor), bounds=(0, 0, factor, factor), no_fly=wall
-    )
-    first, second = (PrmStar(milestones=200, seed=seed).solve(problem) for problem in (AROUND, scaled))
-    assert first.path.tolist() == (second.path / factor).tolist()
-
-
 def box_with_pocket(x: float) -> BaseGeometry:
     """Make a box around ``(x, 0.5)`` that is open in a slit towards the middle of the map."""
     outer, inner = shapely.box(x - 0.1, 0.4, x + 0.1, 0.6), shapely.box(x - 0.05, 0.45, x + 0.05, 0.55)
@@ -228,13 +216,6 @@ def test_start_and_goal_in_pockets() -> None:
     answer = cg.solve(problem, "prm-star", milestones=4000)
     assert answer.status is Status.FOUND
     assert answer.cost < 0.7
-
-
-def test_no_wall_is_too_thin() -> None:
-    wall = shapely.box(0.5, 0.1, 0.5 + 1e-9, 1.0)
-    answer = cg.solve(cg.Problem((0.1, 0.7), (0.9, 0.7), no_fly=wall), "prm-star", milestones=1000)
-    assert answer.status is Status.FOUND
-    assert answer.cost >= 2 * math.dist((0.1, 0.7), (0.5, 0.1)) * (1.0 - 1e-8)
 
 
 @pytest.mark.parametrize(
@@ -261,18 +242,7 @@ def test_a_map_without_a_free_place_ends() -> None:
     assert answer.seconds < 10.0
 
 
-def test_start_at_goal_is_a_path_of_no_length() -> None:
-    answer = PrmStar(milestones=50).solve(cg.Problem((0.5, 0.5), (0.5, 0.5)))
-    assert (answer.status, answer.cost) == (Status.FOUND, 0.0)
-
-
 # settings and seeds
-
-
-def test_seeds_give_different_paths() -> None:
-    paths = [cg.solve(PROBLEM, "prm-star", milestones=300, seed=seed).path.tolist() for seed in (0, 1, 2, 1)]
-    assert paths[1] == paths[3]
-    assert paths[0] != paths[1] != paths[2] != paths[0]
 
 
 WITHOUT_OMPL = """
