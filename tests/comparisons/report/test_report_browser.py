@@ -2,9 +2,8 @@
 
 import dataclasses
 import json
-import threading
 from collections.abc import Callable, Iterator, Sequence
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,11 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.remote.webdriver import WebDriver
 from selenium.webdriver.support.ui import WebDriverWait
+from serving import serving
 
+from cgla_graph.comparisons.report.loopback import HTML, Response
 from cgla_graph.comparisons.report.page import report_html, write_report
+from cgla_graph.comparisons.report.view import State, ViewServer
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run, compare
 from cgla_graph.comparisons.study.store import Stored
@@ -505,46 +507,18 @@ def test_odd_names_appear_as_text_and_run_nothing(chromium: WebDriver, tmp_path:
 # ---- while a study runs
 
 
-class Served:
-    """A server of a study that goes on: what `cgla view` is to the page."""
+class Growing:
+    """A study that goes on, as `cgla view` shows it."""
 
     def __init__(self, stored: Stored) -> None:
         self.stored = stored
-        served = self
 
-        class Handler(BaseHTTPRequestHandler):
-            def do_GET(self) -> None:
-                now = served.stored
-                state = {
-                    "runs": len(now.runs),
-                    "cells": now.n_cells,
-                    "complete": now.is_complete,
-                    "stamp": len(now.runs),
-                }
-                body = json.dumps(state) if self.path == "/state" else report_html(now, live=True)
-                self.send_response(200)
-                self.send_header(
-                    "Content-Type", "application/json" if self.path == "/state" else "text/html; charset=utf-8"
-                )
-                self.end_headers()
-                self.wfile.write(body.encode())
+    def state(self) -> State:
+        now = self.stored
+        return State(len(now.runs), now.n_cells, now.is_complete, str(len(now.runs)))
 
-            def log_message(self, *_: object) -> None:
-                """Say nothing."""
-
-        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        self.thread = threading.Thread(target=self.server.serve_forever, daemon=True)
-        self.thread.start()
-
-    @property
-    def address(self) -> str:
-        return f"http://127.0.0.1:{self.server.server_address[1]}/"
-
-    def close(self) -> None:
-        if self.thread.is_alive():
-            self.server.shutdown()
-            self.server.server_close()
-            self.thread.join()
+    def page(self) -> Response:
+        return Response(HTTPStatus.OK, HTML, report_html(self.stored, live=True).encode())
 
 
 def half_of(runs: Sequence[Run]) -> Stored:
@@ -553,10 +527,9 @@ def half_of(runs: Sequence[Run]) -> Stored:
 
 
 def test_a_live_page_follows_and_keeps_what_was_chosen(chromium: WebDriver, stored: Stored) -> None:
-    whole = stored_of(stored.runs)
-    served = Served(half_of(stored.runs))
-    try:
-        page = opened(chromium, served.address)
+    whole, growing = stored_of(stored.runs), Growing(half_of(stored.runs))
+    with serving(ViewServer(growing)) as server:  # type: ignore[arg-type]
+        page = opened(chromium, server.url)
         with_map(page)
         one(page, "#legend input[value='cgla']").click()
         choose(page, "#scenario", "1")
@@ -569,7 +542,7 @@ def test_a_live_page_follows_and_keeps_what_was_chosen(chromium: WebDriver, stor
         assert page.find_elements(By.CSS_SELECTOR, "progress")
         before = texts(page, "#count")
         page.execute_script("window.same = true")
-        served.stored = whole
+        growing.stored = whole
         until(page, lambda: not page.find_elements(By.CSS_SELECTOR, "progress"))
         until(page, lambda: texts(page, "#live") == ["complete"])
         assert page.execute_script("return window.same"), "the page was not loaded anew"
@@ -585,7 +558,4 @@ def test_a_live_page_follows_and_keeps_what_was_chosen(chromium: WebDriver, stor
         show(page, "#map")
         until(page, lambda: n_paths(page) > 0)
         assert [entry for entry in logged(page, "browser") if entry["level"] == "SEVERE"] == []
-        served.close()
-        until(page, lambda: texts(page, "#live") == ["not connected"])
-    finally:
-        served.close()
+    until(page, lambda: texts(page, "#live") == ["not connected"])

@@ -265,9 +265,21 @@ def test_the_least_gap_comes_first(costs: list[float]) -> None:
     assert len(gaps) == len(costs)
 
 
-def test_a_solver_that_proved_more_comes_first() -> None:
-    runs = [run_of(1.9, solver="cheap", lower_bound=1.0), run_of(2.0, solver="proven", lower_bound=1.9)]
-    assert [found.solver for found in summaries(runs)] == ["proven", "cheap"]
+@pytest.mark.parametrize(
+    "ordered",
+    [
+        [run_of(2.0, solver="proven", lower_bound=1.9), run_of(1.9, solver="cheap", lower_bound=1.0)],
+        # where a gap is not known, the cost decides
+        [run_of(1.0, solver="cheap"), run_of(2.0, solver="bounded", lower_bound=1.0)],
+        [
+            *(run_of(cost, solver=str(cost)) for cost in (1.0, 2.0)),
+            run_of(0.5, solver="wall", status=Status.INFEASIBLE),
+            run_of(math.inf, solver="none", status=Status.NO_PATH),
+        ],
+    ],
+)
+def test_the_least_gap_or_cost_comes_first_and_no_path_last(ordered: list[Run]) -> None:
+    assert [found.solver for found in summaries(ordered[::-1])] == [run.solver for run in ordered]
 
 
 @pytest.mark.parametrize("bound", [1.0, math.nan])
@@ -279,21 +291,6 @@ def test_of_equal_gaps_the_one_that_took_less_time_comes_first(bound: float) -> 
         run_of(1.3, solver="better", seconds=9.0, lower_bound=bound),
     ]
     assert [found.solver for found in summaries(runs)] == ["better", "quick", "slow"]
-
-
-def test_without_some_gaps_the_cost_decides() -> None:
-    runs = [run_of(2.0, solver="bounded", lower_bound=1.0), run_of(1.0, solver="cheap")]
-    assert [found.solver for found in summaries(runs)] == ["cheap", "bounded"]
-
-
-def test_cheapest_comes_first_and_what_has_no_path_comes_last() -> None:
-    runs = [
-        run_of(0.5, solver="wall", status=Status.INFEASIBLE),
-        run_of(math.inf, solver="none", status=Status.NO_PATH),
-        run_of(2.0, solver="dear"),
-        run_of(1.0, solver="cheap"),
-    ]
-    assert [found.solver for found in summaries(runs)] == ["cheap", "dear", "wall", "none"]
 
 
 @given(costs=st.lists(st.floats(0.0, 1e9) | st.just(math.inf), min_size=1, max_size=6))
