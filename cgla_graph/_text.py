@@ -282,3 +282,15 @@ def at_most(value: float) -> str:
     ('0.06 %', '0.00 %', '0.01 %')
     """
     return f"{math.ceil(1e4 * value) / 1e2:.2f} %" if math.isfinite(value) else DASH
+
+
+def json_number(value: float) -> float | None:
+    """
+    Return a number that JSON knows; None for NaN and infinity, which it does not.
+
+    Examples
+    --------
+    >>> json_number(0.5), json_number(float("inf"))
+    (0.5, None)
+    """
+    return float(value) if math.isfinite(value) else None

@@ -11,6 +11,7 @@ from cgla_graph._text import at_most as at_most  # noqa: PLC0414 - handed on
 from cgla_graph._text import counted as counted  # noqa: PLC0414 - handed on
 from cgla_graph._text import figure as figure  # noqa: PLC0414 - handed on
 from cgla_graph._text import floored as floored  # noqa: PLC0414 - handed on
+from cgla_graph._text import json_number as json_number  # noqa: PLC0414 - handed on
 from cgla_graph._text import listed as listed  # noqa: PLC0414 - handed on
 from cgla_graph._text import rounded_down as rounded_down  # noqa: PLC0414 - handed on
 
@@ -19,11 +20,6 @@ if TYPE_CHECKING:
     from cgla_graph.model.problem import Problem
 
 _SMALLEST_P = 0.001
-
-
-def json_number(value: float) -> float | None:
-    """Return a number that JSON knows; None for NaN and infinity, which it does not."""
-    return float(value) if math.isfinite(value) else None
 
 
 def plain_json(value: Any) -> Any:  # noqa: ANN401 - any JSON

@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike
 
 from cgla_graph._display import Plottable
 from cgla_graph._progress import Tell, showing
-from cgla_graph._text import shown
+from cgla_graph._text import json_number, shown
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph._validate import non_negative_number, point_array, positive_number
 from cgla_graph.certificate import corners
@@ -159,6 +159,20 @@ class Certificate(Plottable):
     def reached(self) -> bool:
         """Whether the gap is within the tolerance."""
         return self.gap <= self.tolerance
+
+    def document(self) -> dict[str, Any]:
+        """Return what is proven as JSON, without path and grids; numbers that are not finite are None."""
+        return {
+            "lower_bound": json_number(self.lower_bound),
+            "upper_bound": json_number(self.upper_bound),
+            "gap": json_number(self.gap),
+            "tolerance": self.tolerance,
+            "reached": bool(self.reached),
+            "spacing": json_number(self.spacing),
+            "cells": int(self.cells),
+            "seconds": json_number(self.seconds),
+            "message": self.message,
+        }
 
 
 def prove(

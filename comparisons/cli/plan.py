@@ -78,26 +78,25 @@ def plan(
         if budget == BudgetOptions():
             run = _solved(opened, entrant, tolerance)
         else:
-            from cgla_graph.comparisons.cli import pareto as trade_off
+            from cgla_graph.comparisons.cli.budget import plan_within, print_within
+            from cgla_graph.comparisons.study.runner import Run
 
-            within = trade_off.plan_of(opened, entrant, budget.max_risk, budget.max_length, tolerance)
-            run = trade_off.run_of(opened, entrant, within.solution)
+            within = plan_within(opened, entrant, budget, tolerance)
+            run = Run(opened, entrant.label, None, exact=False, solution=within.solution)
         if flying is not None:
             run = flying.flown(run)
-        if ground.max_density is not None:
-            from cgla_graph.comparisons.cli import density
-
-            run = density.with_proof(run)
+        if ground.max_density is not None and not run.solution.status.has_path:
+            run = _with_proof(run)
     written = _written(run, folder, kinds, profile, flying, exported)
     if output.as_json:
-        more = {} if within is None else {"within": trade_off.within_document(within)}
+        more = {} if within is None else {"within": within.document()}
         flown = {} if flying is None else {"flyable": flying.document(run)}
         files = [str(file) for group in written for file in group]
         console.out_json({**outputs.plan_document(run), "files": files, **more, **flown, **zoned})
     else:
         outputs.print_plan(run, {} if flying is None else flying.lines(run))
         if within is not None:
-            trade_off.print_within(opened, within)
+            print_within(opened, within)
         for group in written:
             console.out_files(group)
     if not run.solution.status.has_path:
@@ -235,6 +234,17 @@ def _below_density(scenario: "Scenario", ground: GroundRiskOptions) -> "Scenario
 
     problem = below_density(scenario.problem, ground.max_density, corridor=ground.corridor or 0.0)
     return dataclasses.replace(scenario, problem=problem)
+
+
+def _with_proof(run: "Run") -> "Run":
+    """Return a run that found no path below a density with the proof that there is none, where there is one."""
+    from cgla_graph.model.solution import Status
+    from cgla_graph.solvers.trade_off.density import is_proven_closed
+
+    if not is_proven_closed(run.scenario.problem):
+        return run
+    message = "proven: no path stays below the density, not even one that touches the cells above it"
+    return dataclasses.replace(run, solution=dataclasses.replace(run.solution, status=Status.NO_PATH, message=message))
 
 
 def _check_profile(target: Path | None) -> None:

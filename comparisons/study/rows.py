@@ -399,19 +399,6 @@ def bound_note(runs: Sequence[Run], unit: str = "") -> str:
 
 
 def certificate_document(run: Run) -> dict[str, Any] | None:
-    """Return what is proven of a run's scenario as JSON, None where that was not asked for."""
+    """Return what is proven of a run's scenario as JSON; None where no bound was asked for."""
     proof = run.certificate
-    if proof is None:
-        return None
-    return {
-        "scenario": run.scenario.name,
-        "lower_bound": json_number(proof.lower_bound),
-        "upper_bound": json_number(proof.upper_bound),
-        "gap": json_number(proof.gap),
-        "tolerance": proof.tolerance,
-        "reached": bool(proof.reached),
-        "spacing": json_number(proof.spacing),
-        "cells": int(proof.cells),
-        "seconds": json_number(proof.seconds),
-        "message": str(proof.message),
-    }
+    return None if proof is None else {"scenario": run.scenario.name, **proof.document()}

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from cgla_graph._progress import showing
-from cgla_graph._text import ShortRepr
+from cgla_graph._text import ShortRepr, json_number
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.certificate.certificate import prove
@@ -93,6 +93,18 @@ class PlanWithin(ShortRepr):
         if value <= self.dual_bound:
             return 0.0
         return value / self.dual_bound - 1.0 if self.dual_bound > 0.0 else math.inf
+
+    def document(self) -> dict[str, Any]:
+        """Return what is proven as JSON, without the path; numbers that are not finite are None."""
+        return {
+            "limited": self.limited,
+            "budget": self.budget,
+            "k": json_number(self.k),
+            "dual_bound": json_number(self.dual_bound),
+            "duality_gap": json_number(self.gap),
+            "scope": self.scope,
+            "solves": self.n_solves,
+        }
 
 
 def plan_within_risk(

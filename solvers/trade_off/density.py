@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from cgla_graph._progress import waiting
-from cgla_graph._text import ShortRepr
+from cgla_graph._text import ShortRepr, json_number
 from cgla_graph._validate import non_negative_number, number_array, whole_number
 from cgla_graph.certificate.certificate import prove
 from cgla_graph.errors import ProblemError
@@ -114,6 +114,13 @@ class DensityPoint(ShortRepr):
     level: float
     solution: Solution
     no_path: bool
+
+    def document(self) -> dict[str, Any]:
+        """Return it as JSON; numbers that are not finite are None."""
+        found = self.solution
+        numbers = {key: json_number(getattr(found, key)) for key in ("cost", "length", "risk", "gap")}
+        words = {"max_density": self.level, "status": found.status.label, "no_path": self.no_path}
+        return {**words, **numbers, "path": found.path.tolist()}
 
 
 def density_front(

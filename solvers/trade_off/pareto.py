@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from cgla_graph._progress import Tell, showing
-from cgla_graph._text import ShortRepr, shown
+from cgla_graph._text import ShortRepr, json_number, shown
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import non_negative_number, positive_number
 from cgla_graph.errors import ProblemError
@@ -78,6 +78,19 @@ class FrontPoint(ShortRepr):
         """Its waypoints, shape ``(m, 2)``, map units."""
         return self.solution.path
 
+    def document(self) -> dict[str, Any]:
+        """Return it as JSON; a range of weights without end has no `k_high`."""
+        return {
+            "k_low": self.k_low,
+            "k_high": json_number(self.k_high),
+            "k": self.k,
+            "length": self.length,
+            "risk": self.risk,
+            "cost": self.cost,
+            "waypoints": len(self.path),
+            "path": self.path.tolist(),
+        }
+
 
 @dataclass(frozen=True, eq=False)
 class Front(ShortRepr):
@@ -131,6 +144,18 @@ class Front(ShortRepr):
             msg = f"the front is empty ({self.status.value}); there is no path to choose"
             raise ProblemError(msg)
         return next((point for point in self.points if weight <= point.k_high), self.points[-1])
+
+    def document(self) -> dict[str, Any]:
+        """Return all of it as JSON: the knee as the number of its point; numbers that are not finite are None."""
+        return {
+            "status": self.status.label,
+            "message": self.message,
+            "error": json_number(self.error),
+            "k_max": json_number(self.k_max),
+            "solves": self.n_solves,
+            "knee": None if self.knee is None else self.points.index(self.knee),
+            "points": [point.document() for point in self],
+        }
 
     @property
     def knee(self) -> FrontPoint | None:

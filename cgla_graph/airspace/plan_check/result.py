@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cgla_graph._text import counted
+from cgla_graph._text import counted, json_number
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.airspace.flight_plans.crossings import Crossing, Crossings
 from cgla_graph.airspace.flight_plans.plan import FlightPlan
@@ -244,17 +244,17 @@ class PlanCheck:
         on, proof, found = self.on, self.best, self.through
         lonlat = self.degrees(on.route)
         best = proof and {
-            "lower_bound": _finite(proof.lower_bound),
-            "upper_bound": _finite(proof.upper_bound),
-            "gap": _finite(self.most_to_gain) if self.is_straight else None,
+            "lower_bound": json_number(proof.lower_bound),
+            "upper_bound": json_number(proof.upper_bound),
+            "gap": json_number(self.most_to_gain) if self.is_straight else None,
             "within_bounds": on.has_bounds,
             "at_its_heights": on.heights is not None,
             "message": proof.message,
             "seconds": proof.seconds,
         }
         through_waypoints = found and {
-            "lower_bound": _finite(found.lower_bound),
-            "gap": _finite(self.most_through) if self.is_straight else None,
+            "lower_bound": json_number(found.lower_bound),
+            "gap": json_number(self.most_through) if self.is_straight else None,
             "legs": found.legs,
             "proven": found.proven,
             "wanting": found.wanting,
@@ -273,7 +273,7 @@ class PlanCheck:
             "length": self.length,
             "risk": self.risk,
             "cost": self.cost,
-            "clearance": _finite(self.clearance),
+            "clearance": json_number(self.clearance),
             "clearance_asked": on.problem.clearance,
             "heights": {"compared": on.heights is not None, "notes": self.height_notes},
             "geodesic_gap": float(self.gaps.max()),
@@ -307,10 +307,6 @@ class PlanCheck:
         return found if lonlat is None else {**found, "entry_lonlat": lonlat[0], "exit_lonlat": lonlat[1]}
 
 
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
-
-
 def _leg_document(leg: Leg) -> dict[str, Any]:
-    of_leg = {**vars(leg), "clearance": _finite(leg.clearance)}
+    of_leg = {**vars(leg), "clearance": json_number(leg.clearance)}
     return {"leg": of_leg.pop("number"), "from": of_leg.pop("start"), "to": of_leg.pop("end"), **of_leg}

@@ -21,7 +21,7 @@ from matplotlib.patches import PathPatch
 import cgla_graph as cg
 from cgla_graph.certificate.certificate import Grid
 from cgla_graph.comparisons import files
-from cgla_graph.comparisons.cli import certify
+from cgla_graph.comparisons.cli.certify import certified
 from cgla_graph.comparisons.plots.runs import certificate_of_run
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables import certificate as words
@@ -164,7 +164,7 @@ def test_certify_a_flight_plan(cgla: Call) -> None:
     plan = cg.FlightPlan.along(scenario.projection.inverse(path), altitude=80)
     for name in ("mine.plan", "mine.kml"):
         cg.write_plan(plan, name)
-        np.testing.assert_allclose(certify.read_path(Path(name), scenario), path, atol=1e-3)
+        np.testing.assert_allclose(cg.read_path(Path(name), scenario.problem), path, atol=1e-3)
     cgla("certify", "small.toml", "--path", "mine.plan").refused("longitude", "x and y")
 
 
@@ -183,8 +183,8 @@ def test_a_path_on_a_lonlat_map(cgla: Call) -> None:
     with Path("both.csv").open(encoding="utf-8") as file:
         table = [(row["longitude"], row["latitude"]) for row in csv.DictReader(file)]
     write_path("lonlat.csv", table, "Longitude, Latitude")
-    np.testing.assert_array_equal(certify.read_path(Path("both.csv"), scenario), path)
-    read = certify.read_path(Path("lonlat.csv"), scenario)
+    np.testing.assert_array_equal(cg.read_path(Path("both.csv"), scenario.problem), path)
+    read = cg.read_path(Path("lonlat.csv"), scenario.problem)
     np.testing.assert_allclose(read, path, atol=1e-3)
     assert tuple(read[0]) == scenario.problem.start
     assert tuple(read[-1]) == scenario.problem.goal
@@ -202,7 +202,7 @@ def test_read_path_inverts_path_csv(tmp_path_factory: pytest.TempPathFactory, in
     path = np.vstack([scenario.problem.start, inner, scenario.problem.goal])
     file = tmp_path_factory.getbasetemp() / "waypoints.csv"
     file.write_text(files.path_csv(scenario, Solution(Status.FOUND, path=path)), encoding="utf-8")
-    np.testing.assert_array_equal(certify.read_path(file, scenario), path)
+    np.testing.assert_array_equal(cg.read_path(file, scenario.problem), path)
 
 
 @pytest.mark.parametrize(
@@ -258,7 +258,7 @@ def test_certify_refuses_wrong_input(cgla: Call, words: list[str], said: str) ->
 def test_ends_off_by_rounding_are_put_in_place(cgla: Call) -> None:
     write_path("near.csv", [(0.1000004, 0.2), (0.2, 0.9), (0.9, 0.6999996)])
     write_path("exact.csv", [(0.1, 0.2), (0.2, 0.9), (0.9, 0.7)])
-    near, exact = (certify.read_path(Path(name), load_scenario("small.toml")) for name in ("near.csv", "exact.csv"))
+    near, exact = (cg.read_path(name, load_scenario("small.toml").problem) for name in ("near.csv", "exact.csv"))
     np.testing.assert_array_equal(near, exact)
 
 
@@ -299,7 +299,7 @@ def run() -> Run:
     field = cg.RiskField([cg.Threat(x=1.0, y=0.5, spread=0.1)])
     wall = shapely.box(0.9, -0.1, 1.1, 0.4)
     problem = cg.Problem((0.1, 0.2), (1.8, 0.3), field, k=5.0, bounds=(0.0, 0.0, 2.0, 1.0), no_fly=wall)
-    return certify.certify(Scenario("wide", "", problem, cg.Lattice(8, bounds=problem.bounds)))
+    return certified(Scenario("wide", "", problem, cg.Lattice(8, bounds=problem.bounds)))
 
 
 def grids_of(run: Run) -> tuple[Grid, ...]:
@@ -312,7 +312,7 @@ def grids_of(run: Run) -> tuple[Grid, ...]:
 def test_nothing_overlaps(run: Run, height: float) -> None:
     problem = replace(run.scenario.problem, bounds=(0.0, 0.0, 2.0, height))
     long = replace(run.scenario, problem=problem, title="a title of many words " * 8, name="a-name" * 8)
-    assert_tidy(certificate_of_run(certify.certify(long, tolerance=0.02)))
+    assert_tidy(certificate_of_run(certified(long, tolerance=0.02)))
 
 
 def tubes_of(figure: Figure) -> list[PathPatch]:

@@ -9,8 +9,8 @@ import pytest
 from command_line import Call, caller
 
 import cgla_graph as cg
-from cgla_graph.comparisons.cli import pareto
 from cgla_graph.comparisons.plots.pareto import pareto_figure
+from cgla_graph.comparisons.tables import fronts
 from cgla_graph.plots.pictures import save
 from cgla_graph.scenarios.scenario import load_scenario
 
@@ -62,7 +62,7 @@ def test_pareto_writes_its_files_and_json(cgla: Call, tmp_path: Path) -> None:
     assert (tmp_path / "out" / "small-cgla-pareto.pdf").read_bytes().startswith(b"%PDF")
     with (tmp_path / "out" / "small-cgla-pareto.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert tuple(rows[0]) == pareto.COLUMNS
+    assert tuple(rows[0]) == fronts.COLUMNS
     assert (found["status"], found["scenario"], found["solver"]) == ("optimal", "small", "cgla")
     problem = load_scenario("small.toml").problem
     for row, point in zip(rows, found["points"], strict=True):
@@ -180,7 +180,7 @@ def test_a_budget_that_cannot_be_kept(cgla: Call, words: list[str], said: str) -
         (["--max-risk", "-1"], "max_risk is -1"),
         (["--max-risk", "nan"], "max_risk is nan"),
         (["--max-length", "inf"], "max_length is inf"),
-        (["--max-risk", "little"], "'little' is not a valid"),
+        (["--max-risk", "little"], "Invalid value for '--max-risk'"),
         (["--max-risk", "1", "--max-length", "1"], "limit one"),
         (["--max-risk", "1", "--refine"], "--refine may break the budget"),
     ],

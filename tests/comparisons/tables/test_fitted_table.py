@@ -22,12 +22,12 @@ from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.claims import terminal
 from cgla_graph.comparisons.claims.claim import Table
-from cgla_graph.comparisons.cli.pareto import front_table
 from cgla_graph.comparisons.missions.tables import flight_table, variants_table
 from cgla_graph.comparisons.results import study_output
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
+from cgla_graph.comparisons.tables.fronts import front_table
 from cgla_graph.comparisons.tables.tables import comparison_table
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.scenarios.scenario import load_scenario

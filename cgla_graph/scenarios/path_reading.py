@@ -1,0 +1,134 @@
+"""Paths of a problem in files: waypoints as CSV, and flight plans."""
+
+import csv
+import io
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+
+from cgla_graph._text import shown
+from cgla_graph._types import FloatArray
+from cgla_graph.airspace.flight_plans.formats import read_plan
+from cgla_graph.errors import ProblemError, ScenarioError
+from cgla_graph.model.earth import LocalProjection
+from cgla_graph.model.problem import Problem
+from cgla_graph.scenarios.text_files import read_text
+
+#: Start and goal in a file may be off by this, relative to the longer side of the map, as rounded coordinates are.
+END_TOLERANCE = 1e-6
+#: Endings of flight plans; CSV is read with all that it knows of the map.
+PLANS = (".plan", ".waypoints", ".kml", ".kmz", ".gpx", ".geojson", ".json")
+
+
+def read_path(file: str | os.PathLike[str], problem: Problem) -> FloatArray:
+    """
+    Read the waypoints of a path of a problem: CSV, or a flight plan in another format.
+
+    Parameters
+    ----------
+    file
+        CSV with the columns ``x`` and ``y``, map units; or on a lon/lat map without these, ``longitude`` and
+        ``latitude``, degrees. Other columns are ignored. Or a flight plan in another format, on a lon/lat map.
+    scenario
+        The map.
+
+    Returns
+    -------
+    path
+        Shape ``(m, 2)``, map units. Ends that differ from start and goal by rounding (`END_TOLERANCE`) become them.
+
+    Raises
+    ------
+    ScenarioError
+        If the file is not there, lacks a column, holds something else than numbers, or does not join start and goal.
+
+    Examples
+    --------
+    >>> import cgla_graph as cg
+    >>> read_path("mine.csv", cg.Problem((0.1, 0.1), (0.9, 0.1)))
+    Traceback (most recent call last):
+        ...
+    cgla_graph.errors.ScenarioError: mine.csv: there is no such file: check the name and the folder
+    """
+    file = Path(file)
+    name = str(file)
+    if file.suffix.lower() in PLANS:
+        return _joined(_of_plan(file, problem), problem, name)
+    # a reader of CSV splits the lines itself
+    reader = csv.reader(io.StringIO(read_text(file, name, "a CSV file of waypoints"), newline=""), strict=True)
+    try:
+        lines = [(reader.line_num, line) for line in reader if line]
+    except csv.Error as error:
+        msg = f"{name}: line {reader.line_num} is no CSV ({error}); give a file such as cgla plan --out writes"
+        raise ScenarioError(msg) from error
+    heads = [head.strip().lower() for head in lines[0][1]] if lines else []
+    wanted = _columns(heads, problem.projection, name)
+    places = [_numbers(line, [heads.index(column) for column in wanted], f"{name}: line {n}") for n, line in lines[1:]]
+    if not places:
+        msg = f"{name}: there are no waypoints below the line {','.join(heads)}; give start, goal and what is between"
+        raise ScenarioError(msg)
+    path = np.array(places)
+    if wanted[0] != "x" and problem.projection is not None:
+        try:
+            path = problem.projection.forward(path)
+        except ProblemError as error:
+            msg = f"{name}: {error}"
+            raise ScenarioError(msg) from error
+    return _joined(path, problem, name)
+
+
+def _of_plan(file: Path, problem: Problem) -> FloatArray:
+    """Read the waypoints of a flight plan, map units."""
+    plan = read_plan(file)
+    if (problem.projection is None) is (plan.coordinates == "lonlat"):
+        kinds = "x and y", "longitude and latitude"
+        here, there = kinds if problem.projection is None else reversed(kinds)
+        msg = f"{file}: the plan is in {there}, and the map in {here}; give one of the same coordinates"
+        raise ScenarioError(msg)
+    points = plan.points if problem.projection is None else problem.projection.forward(plan.points)
+    # the landing is where the last leg ends
+    kept = np.concatenate([[True], (points[1:] != points[:-1]).any(axis=1)])
+    return np.asarray(points[kept])
+
+
+def _columns(heads: list[str], projection: LocalProjection | None, name: str) -> tuple[str, str]:
+    """Choose the two columns that hold the points."""
+    pairs = [("x", "y")] if projection is None else [("x", "y"), ("longitude", "latitude")]
+    for pair in pairs:
+        if set(pair) <= set(heads):
+            return pair
+    got = f"the first line says {shown(','.join(heads))}" if heads else "it is empty"
+    allowed = " or ".join(",".join(pair) for pair in pairs)
+    msg = f"{name}: {got}; the first line has to name the columns {allowed}, as cgla plan --out writes them"
+    raise ScenarioError(msg)
+
+
+def _numbers(line: list[str], places: list[int], where: str) -> list[float]:
+    cells = [line[place].strip() if place < len(line) else "" for place in places]
+    try:
+        numbers = [float(cell) for cell in cells]
+    except ValueError:
+        numbers = [math.nan]
+    if not all(map(math.isfinite, numbers)):
+        msg = f"{where} holds {shown(','.join(cells))}; a waypoint is two finite numbers"
+        raise ScenarioError(msg)
+    return numbers
+
+
+def _joined(path: FloatArray, problem: Problem, name: str) -> FloatArray:
+    """Put the ends of a path on start and goal, which they may miss by rounding only."""
+    x_min, y_min, x_max, y_max = problem.bounds
+    allowed = END_TOLERANCE * max(x_max - x_min, y_max - y_min)
+    joined = path.copy()
+    for what, index, end in (("starts", 0, problem.start), ("ends", -1, problem.goal)):
+        if math.dist(path[index], end) > allowed:
+            at = "({:.9g}, {:.9g})"
+            msg = (
+                f"{name}: the path {what} at {at.format(*path[index])} instead of {at.format(*end)}; give a path of "
+                "this scenario, or move its ends with --start and --goal"
+            )
+            raise ScenarioError(msg)
+        joined[index] = end
+    return joined

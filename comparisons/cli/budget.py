@@ -1,0 +1,53 @@
+"""What ``cgla plan --max-risk`` and ``--max-length`` do: a path within a budget, and what is proven of it."""
+
+import math
+
+from cgla_graph.comparisons.cli.options import BudgetOptions
+from cgla_graph.comparisons.cli.output import print_lines
+from cgla_graph.comparisons.numbers import figure, percent, rounded_down
+from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.errors import CglaError
+from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.solvers import registry
+from cgla_graph.solvers.trade_off.constrained import PlanWithin, plan_within_length, plan_within_risk
+
+
+def plan_within(
+    scenario: Scenario, entrant: Entrant, budget: BudgetOptions, tolerance: float | None = 0.01
+) -> PlanWithin:
+    """
+    Plan within the one budget that is given.
+
+    Raises
+    ------
+    CglaError
+        If both are given, or the budget is no number of at least 0, or the path is to be refined.
+    """
+    max_risk, max_length = budget.max_risk, budget.max_length
+    if max_risk is not None and max_length is not None:
+        msg = "--max-risk and --max-length are both given; limit one, and the other is made small"
+        raise CglaError(msg)
+    if entrant.refine:
+        msg = f"--refine may break the budget; plan with --solver refine:base={entrant.name} instead"
+        raise CglaError(msg)
+    solver = registry.get(entrant.name, **entrant.settings_on(scenario))
+    plan, most = (plan_within_length, max_length) if max_risk is None else (plan_within_risk, max_risk)
+    return plan(scenario.problem, most or 0.0, solver=solver, resolution=scenario.lattice, tolerance=tolerance)
+
+
+def print_within(scenario: Scenario, plan: PlanWithin) -> None:
+    """Print what is proven of a plan within a budget, a line each."""
+    on_risk = plan.limited == "risk"
+    units = ["", " m" if scenario.projection else ""]
+    unit, other_unit = units if on_risk else units[::-1]
+    whom = "on the lattice" if plan.scope == "lattice" else "inside the bounds"
+    best = "shorter" if on_risk else "of less risk"
+    bound = f"{rounded_down(plan.dual_bound, 9)}{other_unit}: no path {whom} within the budget is {best}"
+    lines = {
+        "budget": f"{plan.limited} at most {plan.budget:g}{unit}",
+        "weight": "risk alone" if math.isinf(plan.k) else f"k = {figure(plan.k, 6)} prices the budget",
+        "dual bound": f"none: no path {whom} keeps the budget" if math.isinf(plan.dual_bound) else bound,
+        "gap": f"{percent(plan.gap)}: duality gap" if plan.status.has_path else "",
+    }
+    if not math.isnan(plan.dual_bound):
+        print_lines(lines)

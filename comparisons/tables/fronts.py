@@ -1,0 +1,84 @@
+"""Fronts as tables: length against risk, and cost against a limit of the density."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from cgla_graph.comparisons import files
+from cgla_graph.comparisons.numbers import distortion_note, figure, percent
+from cgla_graph.comparisons.study.entrant import Entrant
+from cgla_graph.comparisons.tables.fitted_table import FittedTable
+from cgla_graph.model.path_file import degrees_of
+from cgla_graph.scenarios.scenario import Scenario
+from cgla_graph.solvers.trade_off.density import DensityPoint
+from cgla_graph.solvers.trade_off.pareto import Front
+
+#: The columns of the waypoints of a front.
+PATH_COLUMNS = ("path", "x", "y", "longitude", "latitude")
+#: The columns of `pareto.csv`: a point's range of weights (empty: without end), and the path's numbers.
+COLUMNS = ("k_low", "k_high", "k", "length", "risk", "cost", "waypoints")
+#: The columns of `density.csv`: the limit, whether a path was found or there is proven to be none, and its numbers.
+DENSITY_COLUMNS = ("max_density", "status", "no_path", "cost", "length", "risk", "gap")
+
+
+def front_table(scenario: Scenario, entrant: Entrant, front: Front) -> FittedTable:
+    """Show a front: a line a path, the shortest first; the knee has a star."""
+    unit = "m" if scenario.projection else "map units"
+    title = f"{scenario.full_title} ({entrant.label}, lengths in {unit})"
+    heads = ("k from", "to", "length", "longer", "risk", "less risk", "knee")
+    first = front.points[0]
+    rows: list[Sequence[str]] = [
+        [
+            figure(point.k_low, 4),
+            "any" if math.isinf(point.k_high) else figure(point.k_high, 4),
+            figure(point.length, 6),
+            percent(point.length / first.length - 1.0) if first.length else "-",
+            figure(point.risk, 4),
+            percent(point.risk / first.risk - 1.0) if first.risk else "-",
+            "*" if point is front.knee else "",
+        ]
+        for point in front
+    ]
+    what = "proven on the lattice" if front.status.label == "optimal" else "as far as the solver finds paths"
+    note = (
+        f"{len(front)} paths by {front.n_solves} solves, k up to {figure(front.k_max, 4)}; between them, no path is "
+        f"cheaper by more than {100.0 * front.error:.2g} %: {what}"
+    )
+    flat = distortion_note(scenario.problem, [point.path for point in front])
+    notes = [note, flat] if flat else [note]
+    return FittedTable(title, (), heads, ("less risk", "longer", "knee"), notes, rows)
+
+
+def density_table(scenario: Scenario, entrant: Entrant, corridor: float, front: Sequence[DensityPoint]) -> FittedTable:
+    """Show a front, a line a limit, the lowest first."""
+    unit = "m" if scenario.projection else "map units"
+    title = f"{scenario.full_title} ({entrant.label}, corridor {corridor:g} wide, lengths in {unit})"
+    rows: list[Sequence[str]] = []
+    for point in front:
+        found = point.solution
+        has_path = found.status.has_path
+        status = "proven: no path" if point.no_path else found.status.label
+        numbers = [figure(found.cost, 6), figure(found.length, 6), figure(found.risk, 4), percent(found.gap)]
+        rows.append([status, figure(point.level, 4), *(numbers if has_path else ["-"] * 4)])
+    heads = ("at most", "cost", "length", "risk", "gap")
+    note = "at most: no cell of a raster within half the corridor is above it, in the raster's unit"
+    return FittedTable(title, ("status",), heads, ("risk", "gap"), [note], rows)
+
+
+def csv_of_documents(documents: Iterable[Mapping[str, Any]], columns: Sequence[str]) -> str:
+    """Write some keys of JSON documents as CSV."""
+    return files.csv_text([{key: one[key] for key in columns} for one in documents], columns)
+
+
+def waypoints_csv(scenario: Scenario, front: Front) -> str:
+    """Write the waypoints of all paths as CSV, each with the number of its row in the table of paths, from 1."""
+    columns = PATH_COLUMNS if scenario.projection else PATH_COLUMNS[:3]
+    rows: list[dict[str, Any]] = []
+    for number, point in enumerate(front, start=1):
+        table = np.column_stack(
+            [point.path, *([degrees_of(point.path, scenario.projection)] if scenario.projection else [])]
+        )
+        rows += [dict(zip(columns, (number, *line), strict=True)) for line in table.tolist()]
+    return files.csv_text(rows, columns)
