@@ -64,6 +64,11 @@ def nap_noted(note, seconds):
     return nap(seconds)
 
 
+def wait_for(note):
+    while not Path(note).exists():
+        time.sleep(0.01)
+
+
 def raises(error, *words):
     raise {"pickle": Unpicklable, "speak": Unspeakable}.get(error, error)(*words)
 
@@ -145,7 +150,6 @@ def aftermath(seconds):
             raise KeyError
     except KeyError:
         look()
-    time.sleep(2.0 * seconds)
     return [(timer > 0.0, str(handler), limit) for timer, handler, limit in found]
 
 

@@ -11,6 +11,7 @@ from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 
+from cgla_graph._progress import showing
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
@@ -26,9 +27,9 @@ class UnsendableError(Exception):
         raise TypeError(msg)
 
 
-def _print() -> None:
-    print("a word of Python's")
-    os.write(1, b"a word of compiled code's\n")
+def _tell() -> None:
+    with showing("counting") as tell:
+        tell("one")
 
 
 def _raise(error: Exception) -> NoReturn:
@@ -43,7 +44,7 @@ DEEDS: dict[str, Callable[[], object]] = {
     "hang": lambda: ctypes.PyDLL(None).sleep(10**6),
     "sleep": lambda: time.sleep(1000.0),
     "nap": lambda: time.sleep(0.1),
-    "print": _print,
+    "progress": _tell,
     "ask": lambda: sys.stdin.read(1),
     "raise": lambda: _raise(ProblemError("not this problem")),
     "raise what cannot be sent": lambda: _raise(UnsendableError("stuck there")),
@@ -71,6 +72,9 @@ class Awkward:
             cells = problem.field.rasters[0].cells
             cells.flags.writeable = True
             cells[0, 0] = 9.0
+        elif self.does == "interrupt":
+            os.kill(self.number, signal.SIGINT)
+            time.sleep(1000.0)
         else:
             DEEDS[self.does]()
         path = np.array([problem.start, problem.goal])
