@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 
 #: Exit statuses: done, a result is missing or a claim does not hold, wrong input, Ctrl-C.
 DONE, MISSING, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
-#: Width and height of what is written where there is no terminal.
+#: Width and height of output that goes to no terminal.
 PAGE = (160, 50)
-#: What is said where kernels are missing.
+#: The message where kernels are missing.
 COMPILING = "compiling kernels: once after an installation, for up to a minute"
 
 
 class ReaderGoneError(Exception):
-    """Whoever read standard output has gone, as in ``cgla compare | head``: there is no one left to tell."""
+    """The reader of standard output has gone, as in ``cgla compare | head``."""
 
 
 class InterruptedRunError(Exception):
-    """Ctrl-C ended a comparison; the message says what is kept."""
+    """Ctrl-C ended a comparison; the message says which results are kept."""
 
 
 #: What a second process does to compile kernels.
@@ -53,7 +53,7 @@ def out(text: str) -> None:
     Raises
     ------
     ReaderGoneError
-        If nobody reads it any more.
+        If its reader has gone.
     """
     if cast("object", sys.stdout) is None:
         # it was closed before we began, as by ``cgla compare >&-``
@@ -109,7 +109,7 @@ def progress(total: int | None) -> Iterator[Callable[[str], None]]:
     """
     Show progress on standard error while it is a terminal; the body calls what it gets after each step.
 
-    Of how many steps, nobody may know beforehand: then `total` is None.
+    If the number of steps is not known beforehand, `total` is None.
     """
     from cgla_graph._progress import showing  # noqa: PLC0415 - `cgla --help` answers at once
 
@@ -127,7 +127,7 @@ def running_solvers(model: "CostModel | None" = None) -> Iterator[None]:
     The garbage collector, which the command line leaves off until there is work, is turned on.
     """
     if not gc.isenabled():
-        # what is there by now stays: it need not be looked through ever again
+        # objects that exist by now stay: the collector need not look through them again
         gc.freeze()
         gc.enable()
     with ExitStack() as stack:

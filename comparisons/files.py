@@ -41,7 +41,7 @@ def make_folder(folder: Path) -> Path:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write a text file like `write_bytes`; what is no UTF-8 (from odd file names) becomes an escape."""
+    """Write a text file like `write_bytes`; characters outside UTF-8 (from odd file names) become escapes."""
     return write_bytes(path, text.encode("utf-8", errors="backslashreplace"))
 
 
@@ -96,12 +96,12 @@ def append_text(path: Path, text: str, *, is_kept: bool = False) -> None:
     """
     Append text to a file, which is made if it is not there: all of it, or nothing.
 
-    It is there once this returns, even if the process is killed then. What is no UTF-8 becomes an escape.
+    It is there once this returns, even if the process is killed then. Characters outside UTF-8 become escapes.
 
     Raises
     ------
     OutputError
-        If the disk is full or gone (`is_kept` as of `cannot_write`); what was in the file stays.
+        If the disk is full or gone (`is_kept` as of `cannot_write`); the file stays as it was.
     """
     data = text.encode("utf-8", errors="backslashreplace")
     try:

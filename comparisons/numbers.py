@@ -48,7 +48,7 @@ def plain_json(value: Any) -> Any:  # noqa: ANN401 - any JSON
 
 def rounded(value: float, digits: int = 5) -> float | None:
     """
-    Round to significant digits for JSON; None for what is no number, and whole ones lose their point.
+    Round to significant digits for JSON; None for NaN and infinity; whole ones lose their point.
 
     Examples
     --------

@@ -60,7 +60,7 @@ def profile_of(problem: Problem, path: ArrayLike) -> Profile:
     Follow a path.
 
     Steps are at most half the finest cell of a raster or a tenth of the narrowest spread; longer where that were more
-    than `MOST_ROWS`. Accumulated risk is exact whatever the steps (`RiskField.line_integral`).
+    than `MOST_ROWS`. Accumulated risk is exact for any steps (`RiskField.line_integral`).
 
     Parameters
     ----------

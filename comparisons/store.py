@@ -56,11 +56,11 @@ class Log:
         path
             The file.
         what
-            What is in it: the first line says so.
+            The kind of its content, which the first line states.
         lines
             What it begins with: all of that, or the file that was there stays.
         overwrite
-            Replace what is there; never another program's file.
+            Replace the file; never another program's file.
 
         Raises
         ------
@@ -120,7 +120,7 @@ class Log:
         Raises
         ------
         OutputError
-            If the disk is full or gone; what was written before stays, and it may be tried again.
+            If the disk is full or gone; earlier lines stay, and it may be tried again.
         """
         append_text(self.path, "".join(map(_text, lines)), is_kept=True)
 
@@ -141,7 +141,7 @@ class Log:
 
 class Reader:
     """
-    Reads a file of results, whole and then what was added, also while it is being written.
+    Reads a file of results, and later the lines added since, also while it is being written.
 
     Attributes
     ----------
@@ -212,7 +212,7 @@ class Reader:
 @contextmanager
 def understood(path: Path) -> Iterator[None]:
     """
-    Say of what is read from a file of results and makes no sense that the file is damaged.
+    Report malformed content of a file of results as damage.
 
     Raises
     ------

@@ -26,9 +26,9 @@ from cgla_graph.errors import CglaError
 from cgla_graph.model.problem import Problem
 from cgla_graph.solvers.solving import solve
 
-#: What is asked of a bracket, and cells of a grid of its proof.
+#: Width of a bracket, and most cells of a grid of its proof.
 TOLERANCE, MAX_CELLS = 0.002, 3_000_000
-#: Who looks for a path: a solver, and points a side of its lattice.
+#: Solvers that look for a path, with points a side of their lattices.
 PLANNERS = (("hybrid", 20), ("hybrid", 45), ("visibility-graph", 20), ("fast-marching", 20), ("lazy-theta-star", 53))
 #: How far waypoints that are left out may be from the path, as parts of the map's longer side, and what that may cost.
 SIMPLER, SPENT = (1e-3, 3e-4, 1e-4, 3e-5, 1e-5), 2e-5

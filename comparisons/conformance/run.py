@@ -1,4 +1,4 @@
-"""Every instance put to a planner, one process each, and what comes of it."""
+"""Run a planner on each instance, one process each, and judge its answers."""
 
 import os
 import shutil
@@ -65,7 +65,7 @@ def conform(
     Raises
     ------
     CglaError
-        If there is no such program or instance, or a setting is wrong; the message says what is allowed.
+        If there is no such program or instance, or a setting is wrong; the message names allowed values.
 
     Examples
     --------
@@ -134,14 +134,14 @@ def results_of(
     command: Sequence[str], instances: Sequence[Instance], limits: Limits, *, workers: int = 1
 ) -> Generator[Result]:
     """
-    Put instances to a planner, and hand on what comes of each as soon as it is there.
+    Put instances to a planner, and yield each result as soon as it is there.
 
     Parameters
     ----------
     command
         Program and arguments; it reads a problem and writes an answer (see `documents`).
     instances
-        What is asked.
+        The problems.
     limits
         Time and memory for each.
     workers

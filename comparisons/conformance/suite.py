@@ -1,4 +1,4 @@
-"""The instances of the suite as they are stored: each a problem, what is proven of its optimum, and a path."""
+"""Stored instances of the suite: problems, proven bounds of their optima, and paths."""
 
 import difflib
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ FILE, WIDEST = "instances.json", 0.005
 
 class Instance(Document):
     """
-    A problem, and what is proven of it.
+    A problem with proven bounds of its optimum.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What an answer is worth: judged by the oracle, and held against what is proven."""
+"""Verdicts on answers, by the oracle and by proven bounds."""
 
 import math
 from dataclasses import dataclass
@@ -61,7 +61,7 @@ class Result(ShortRepr):
     verdict
         In a word.
     message
-        One sentence on what is wrong, or strange; empty if nothing is.
+        One sentence on the fault, or on a strange value; empty without one.
     seconds
         From the planner's start until it ended, by the wall clock; NaN where that is not known.
     cost, length, risk
@@ -99,7 +99,7 @@ def judged(instance: Instance, answer: AnswerDocument, seconds: float = math.nan
     Parameters
     ----------
     instance
-        What was asked.
+        The problem.
     answer
         What the planner wrote.
     seconds
@@ -128,7 +128,7 @@ def judged(instance: Instance, answer: AnswerDocument, seconds: float = math.nan
 
 
 def _claims(instance: Instance, answer: AnswerDocument, cost: float) -> tuple[Verdict, str]:
-    """Hold a feasible path's cost against what is proven, and what the planner says against its cost."""
+    """Compare a feasible path's cost with proven bounds, and the planner's own numbers with its cost."""
     lower, upper = instance.lower_bound, instance.upper_bound
     if lower is None or upper is None:
         return Verdict.CONTRADICTION, f"a path costs {cost:.9g} where it is proven that there is none"

@@ -1,1 +1,1 @@
-"""What the runs of a study say of its solvers: who leads, how soon, how often, and what has changed."""
+"""Rankings of a study's solvers, their performance over time, and changes between versions."""

@@ -168,7 +168,7 @@ def leaderboard_of(runs: Sequence[Run]) -> list[LeaderboardRow]:
     rank_of = dict(zip(ranks.solvers, ranks.average_ranks, strict=True))
 
     def merit(solver: str) -> tuple[float, float, float]:
-        # what is unknown is unknown for all
+        # a value that is unknown is unknown for all
         rank, gap, seconds = rank_of[solver], gaps[solver].median, times[solver].median
         return _or_zero(rank), _or_zero(gap), _or_zero(seconds)
 
@@ -216,5 +216,5 @@ def _estimate(values: Sequence[float]) -> Estimate:
 
 
 def _or_zero(value: float) -> float:
-    """Return a number to sort by, without what is only rounding."""
+    """Return a number to sort by, without differences from rounding."""
     return 0.0 if math.isnan(value) else round(value, 9)

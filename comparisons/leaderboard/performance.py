@@ -64,7 +64,7 @@ class Performance:
 
     def document(self) -> dict[str, Any]:
         """
-        Return a flat row for files: one value for each of `PERFORMANCE_COLUMNS`, None for what is no number.
+        Return a flat row for files: one value for each of `PERFORMANCE_COLUMNS`, None for NaN and infinity.
 
         Of a median, None is "never" (or "unknown" without a lower bound); of the ends of an interval it is "no end".
         """

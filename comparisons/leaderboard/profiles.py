@@ -60,8 +60,8 @@ def success_curve(solutions: Sequence[Solution]) -> SuccessCurve:
     """
     Return the rate of runs with a path over time, with a band for the whole curve.
 
-    The band is that of Kolmogorov: his statistic's exact 95 % quantile above and below the rate. It holds whatever the
-    distribution of times is, and also where some runs never find a path.
+    The band is that of Kolmogorov: his statistic's exact 95 % quantile above and below the rate. It holds for any
+    distribution of times, and also where some runs never find a path.
 
     Parameters
     ----------

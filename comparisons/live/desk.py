@@ -1,5 +1,5 @@
 """
-Who does the work that the page asks for: always what was asked last.
+Job queue of the live page: the newest request first.
 
 A page numbers its states. Work on a state is dropped as soon as there is a newer one, unless it is under way. Paths and
 proofs, and fast solvers, take turns in one thread of this process, which has its kernels; slow solvers, and those that
@@ -25,7 +25,7 @@ from cgla_graph.model.solution import Solution
 
 #: What a slow solver may take.
 LIMITS = Limits(seconds=10.0, megabytes=2048.0)
-#: What is done first: the path while something moves, fast solvers, the path when nothing moves.
+#: Ranks of jobs: the path while something moves, fast solvers, the path when nothing moves.
 QUICK, OTHERS, FULL = range(3)
 #: The answer to what a newer state has replaced.
 REPLACED: dict[str, Any] = {"replaced": True}
@@ -37,7 +37,7 @@ Work = Callable[[], dict[str, Any]]
 
 class Line:
     """
-    A thread that does what waits, the least rank first and then in order, and drops what has been replaced.
+    A thread that does waiting jobs, the least rank first and then in order, and drops replaced ones.
 
     Examples
     --------
@@ -92,7 +92,7 @@ class Line:
             self._changed.notify()
 
     def join(self) -> None:
-        """Wait until what is under way has ended."""
+        """Wait until the current job has ended."""
         self._thread.join()
 
     def _is_old(self, page: str, number: int) -> bool:
@@ -156,7 +156,7 @@ class Desk:
         return solved(scenario, Solution(status, solver=entrant.name, message=message))
 
     def close(self) -> None:
-        """End all work, and the worker process with whatever it runs."""
+        """End all work, and the worker process with its run."""
         self._here.close()
         self._apart.close()
         self._worker.stop()

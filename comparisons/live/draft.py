@@ -76,7 +76,7 @@ def read_part(kind: type[PartT], data: bytes) -> PartT:
     Raises
     ------
     ScenarioError
-        If it is not that; the message says what is wrong in one line, in the words of errors in scenario files.
+        If it is malformed; the message names the fault in one line, as errors in scenario files do.
 
     Examples
     --------
@@ -141,7 +141,7 @@ class LiveMap:
         try:
             table = open_table(spec) if is_file or not Path(spec).suffix else None
         except ScenarioError:
-            # a random map, or whatever else has a name and no file
+            # a random map, or another map with a name and no file
             table = None
         problem = scenario.problem
         areas: list[list[list[float]]] = []

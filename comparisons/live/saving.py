@@ -1,4 +1,4 @@
-"""A draft as a scenario file: TOML that loads again, never over a file that nobody meant."""
+"""Save a draft as TOML without overwriting other files."""
 
 import re
 from collections.abc import Iterable

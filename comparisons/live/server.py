@@ -33,7 +33,7 @@ POLICY = (
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 _SCRIPT, _STYLE = "text/javascript; charset=utf-8", "text/css; charset=utf-8"
-#: What is served: the package and the file that it is in, and its kind.
+#: Served files: package, name and kind.
 _FILES = {
     "": ("live", "live.html", HTML),
     "live.css": ("live", "live.css", _STYLE),
@@ -43,7 +43,7 @@ _FILES = {
 
 
 class StateRequest(Part):
-    """A state of a page, and what is to be done with it."""
+    """A state of a page, numbered."""
 
     page: Annotated[str, Field(min_length=1, max_length=64)]
     number: Annotated[int, Field(ge=0, le=2**53)]
@@ -130,7 +130,7 @@ class _Handler(LoopbackHandler):
         self.send(self.misdirected() or self._foreign() or self._done())
 
     def _asked(self) -> str | None:
-        """Return what is asked for, behind the token; None without the token."""
+        """Return the requested path behind the token; None without the token."""
         token, _, rest = self.path.removeprefix("/").partition("?")[0].partition("/")
         known = hmac.compare_digest(token.encode("utf-8", errors="replace"), self.server.token.encode())
         return rest if known and self.path.startswith("/") else None
@@ -187,7 +187,7 @@ class _Handler(LoopbackHandler):
 
     def _save(self, body: bytes) -> Response:
         asked = read_part(SaveRequest, body)
-        # what is saved can be planned on
+        # a draft that cannot be planned on is not saved
         self.server.live.drawn(asked.draft)
         try:
             path = save(self.server.live, asked.draft, asked.name, overwrite=asked.overwrite)
@@ -219,7 +219,7 @@ def serve(spec: str, *, port: int = 0, open_browser: bool = False) -> None:
     CglaError
         If there is no such map, or the port is taken.
     ReaderGoneError
-        If nobody reads standard output any more.
+        If the reader of standard output has gone.
     """
     live = LiveMap.open(spec)
     planner = Planner(live)

@@ -114,14 +114,14 @@ def _warm_up(entrant: Entrant) -> None:
     """Load the compiled kernels with a short flight, so that a solver's first plan is not charged for that."""
     world = World(RiskField([Threat(0.5, 0.5, 0.1)]), no_fly=shapely.box(0.45, 0.7, 0.55, 0.8))
     uavs = [Uav("a", (0.1, 0.4), (0.9, 0.4), 0.3), Uav("b", (0.9, 0.6), (0.1, 0.6), 0.3)]
-    # what is wrong with a solver is told by its own flight
+    # a solver's own flight reports its errors
     with suppress(Exception):
         solver = shortened(registry.get(entrant.name, **entrant.settings_on(None)))
         Mission(world, uavs, solver, resolution=4, virtual_obstacle=True, max_ticks=8).fly()
 
 
 def _run(mission: MissionFile, variant: str, entrant: Entrant, seed: int | None) -> Mapping[str, Any]:
-    """Fly one variant with one solver; whatever that raises becomes its answer."""
+    """Fly one variant with one solver; an exception becomes its answer."""
     missing = registry.missing(entrant.name)
     if missing is not None:
         return {"status": "unavailable", "message": missing}

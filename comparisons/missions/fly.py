@@ -110,7 +110,7 @@ class StopRequest:
     is_made
         Whether it was asked for.
     waits
-        Whether somebody looks at `is_made`, as while a mission is flown; otherwise the first one stops at once, too.
+        Whether `is_made` is polled, as while a mission is flown; otherwise the first one stops at once, too.
     """
 
     def __init__(self) -> None:
@@ -188,10 +188,10 @@ def fly_all(
     Returns
     -------
     flights
-        After Ctrl-C what there is until then, with logs and traces, and no pictures. Where a file cannot be written,
-        what was flown until then: results that took long are not lost for want of room on a disk.
+        After Ctrl-C the flights so far, with logs and traces, and no pictures. Where a file cannot be written, the
+        flights so far: a full disk loses no results.
     """
-    step = step or _tell_nobody
+    step = step or _no_progress
     done = Flights()
     taken: set[str] = set()
     stems = [folder and folder / files.file_stem(f"{one.name} {one.variant}", taken) for one in specs]
@@ -224,8 +224,8 @@ def fly_all(
     return done
 
 
-def _tell_nobody(_: str) -> None:
-    """Take what nobody wants to know."""
+def _no_progress(_: str) -> None:
+    """Show no progress."""
 
 
 def fly_one(
@@ -353,7 +353,7 @@ def _write_variants(folder: Path, flights: Sequence[MissionRun], taken: set[str]
 
 
 def print_flights(flights: Sequence[MissionRun]) -> None:
-    """Print a table a variant with what is to be said of it, and one that holds all variants beside each other."""
+    """Print a table and notes for each variant, and one table of all variants."""
     if not flights:
         return
     console.out(f"{heading(flights[0])}\n\n")

@@ -1,4 +1,4 @@
-"""A server that answers nobody but this machine's own browser: what `cgla view` and `cgla live` have in common."""
+"""A server for this machine's own browser, which `cgla view` and `cgla live` share."""
 
 import re
 import socketserver

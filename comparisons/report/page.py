@@ -70,7 +70,7 @@ def report_html(stored: Stored, *, live: bool = False) -> str:
     Returns
     -------
     page
-        HTML. What is no UTF-8 (from odd file names) is an escape in it.
+        HTML. Characters outside UTF-8 (from odd file names) are escapes in it.
     """
     runs = stored.runs
     found, ranks = leaderboard_of(runs), ranking(instance_costs(runs))
@@ -217,8 +217,8 @@ def _template(name: str) -> str:
 
 
 def _inlined(name: str) -> Markup:
-    """Return our own style sheet or script, which no user has a hand in."""
-    return Markup(_template(name))  # noqa: S704 - not made of anybody's input
+    """Return our own style sheet or script, which holds no user input."""
+    return Markup(_template(name))  # noqa: S704 - not made of user input
 
 
 def _plotly() -> Markup:
@@ -239,7 +239,7 @@ def _embedded(text: str) -> Markup:
     >>> _embedded('{"name":"</script>"}')
     Markup('{"name":"\\u003c/script\\u003e"}')
     """
-    # what is no UTF-8 becomes an escape that is read, as in the rest of the page
+    # characters outside UTF-8 become visible escapes, as in the rest of the page
     text = re.sub("[\ud800-\udfff]", lambda found: f"\\\\u{ord(found[0]):04x}", text)
     for letter in "<>&\u2028\u2029":
         text = text.replace(letter, f"\\u{ord(letter):04x}")

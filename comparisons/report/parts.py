@@ -43,7 +43,7 @@ def ranking_table(found: Sequence[LeaderboardRow], ranks: Ranking) -> dict[str, 
 
 
 def _dashed(cell: Cell) -> Cell:
-    """Write the dash that the page's script writes, too, for what is not known."""
+    """Write the dash that the page's script writes, too, for unknown values."""
     return Cell("–") if cell.value == DASH else cell
 
 
@@ -51,7 +51,7 @@ def rank_picture(ranks: Ranking) -> dict[str, Any] | None:
     """
     Place the picture of ranks, in pixels; None where there are no ranks to compare.
 
-    The best are on the left; bars join those not told apart (Demsar, JMLR 7, 2006, fig. 1).
+    The best are on the left; bars join those that do not differ significantly (Demsar, JMLR 7, 2006, fig. 1).
 
     Examples
     --------
@@ -116,7 +116,7 @@ def _described(ranks: Ranking) -> str:
 
 
 def _not_joined(ranks: Ranking) -> str:
-    """Name the pairs that are not told apart, though no bar can join them without what lies between."""
+    """Name pairs that do not differ significantly but that no bar can join without a solver between."""
     pairs = listed([" and ".join(pair) for pair in ranks.apart_in_rank])
     return f" Nor are these told apart: {pairs}." if pairs else ""
 

@@ -145,7 +145,7 @@ def rows_document(runs: Sequence[Run], scenarios: Sequence[str], solvers: Sequen
     Returns
     -------
     document
-        One list a column, None for what is no number. Columns of words hold places: that of the status in
+        One list a column, None for NaN and infinity. Columns of words hold places: that of the status in
         `statuses_document`, others in the lists of ``words``.
     """
     known = {"scenario": scenarios, "solver": solvers, "status": [status.label for status in Status]}

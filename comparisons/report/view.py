@@ -2,7 +2,7 @@
 A study as a page on loopback that grows while the study runs: what `cgla view` serves.
 
 There are two things to ask for: ``/``, the report, and ``/state``, which says cheaply whether there is a newer one.
-Nothing else of the folder is served, and nobody but this machine's own browser is answered.
+Nothing else of the folder is served, and only to this machine's own browser.
 """
 
 import html
@@ -168,7 +168,7 @@ class Viewed:
         found = self._follower.state()
         with self._publishing:
             now = time.monotonic()
-            # what is there for the first time, gone or complete is no matter of pace
+            # a study that appears, vanishes or is complete is published at once
             if now >= self._next or found.complete or not found.stamp or not self._state.stamp:
                 if found.stamp != self._state.stamp:
                     self._next = now + self._pause
@@ -176,7 +176,7 @@ class Viewed:
             return self._state
 
     def page(self) -> Response:
-        """Return the page of the published state, or one that says what is waited for."""
+        """Return the page of the published state, or one that says that it waits."""
         # who asks while it is built waits for the same page
         with self._building:
             stamp = self.state().stamp
@@ -191,14 +191,14 @@ class Viewed:
             self._page, self._page_stamp = page.text.encode("utf-8", errors="backslashreplace"), stamp
             with self._publishing:
                 if self._state.stamp == stamp:
-                    # what was added since is in the page already: it is not asked for twice
+                    # runs that were added since are in the page already
                     self._state = replace(self._state, runs=page.runs, complete=page.complete)
                 self._next = max(self._next, began + seconds / self._share)
             return Response(HTTPStatus.OK, HTML, self._page)
 
 
 def _waiting(folder: Path, why: str) -> Response:
-    """Return a page that says what is waited for, and asks again on its own."""
+    """Return a page that says that it waits, and that reloads on its own."""
     title = f"Waiting for the study in {html.escape(str(folder))}"
     text = (
         '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><meta http-equiv="refresh" content="2">'
@@ -280,7 +280,7 @@ def serve(folder: Path, *, port: int = 0, open_browser: bool = False) -> None:
     OutputError
         If there is no such folder, or the port is taken or not allowed.
     ReaderGoneError
-        If nobody reads standard output any more.
+        If the reader of standard output has gone.
     """
     if not folder.is_dir():
         msg = f"{folder}: there is no such folder; give that of a study, which cgla compare FILE --out FOLDER makes"

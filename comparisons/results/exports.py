@@ -16,7 +16,7 @@ from cgla_graph.comparisons.tables.latex import booktabs
 from cgla_graph.comparisons.tables.leaderboard_columns import leaderboard_cells, leaderboard_heads, leaderboard_notes
 from cgla_graph.errors import CglaError, OutputError
 
-#: What is said of a run of a study.
+#: The columns of a run of a study.
 RUN_COLUMNS = tuple(column.key for column in EXPORTED)
 #: What pyarrow calls the types of columns.
 _ARROW_TYPES: Mapping[Kind, str] = {"word": "string", "whole": "int64", "number": "float64", "flag": "bool_"}
@@ -24,7 +24,7 @@ _ARROW_TYPES: Mapping[Kind, str] = {"word": "string", "whole": "int64", "number"
 
 def run_rows(runs: Sequence[Run], every: Sequence[Run]) -> list[dict[str, Any]]:
     """
-    Turn runs into flat rows, one value for each of `RUN_COLUMNS`; None for what is no number.
+    Turn runs into flat rows, one value for each of `RUN_COLUMNS`; None for NaN and infinity.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def _utf8(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _utf8_text(text: str) -> str:
-    """Escape what is no UTF-8, as from odd file names."""
+    """Escape characters outside UTF-8, as from odd file names."""
     return text.encode("utf-8", errors="backslashreplace").decode("utf-8")
 
 

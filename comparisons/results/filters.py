@@ -67,7 +67,7 @@ class Filters:
 
     def note(self) -> str:
         """
-        Say in one line what is kept; empty if that is everything.
+        Name the kept runs in one line; empty if all are kept.
 
         Examples
         --------
@@ -101,7 +101,7 @@ class Filters:
         Raises
         ------
         CglaError
-            If there is no such scenario, solver or seed; the message offers what is near.
+            If there is no such scenario, solver or seed; the message offers near ones.
         """
         kept = list(runs)
         if self.scenarios is not None:
@@ -152,7 +152,7 @@ def _split(option: str, text: str | None) -> tuple[str, ...] | None:
 
 
 def _matches(kind: str, words: Iterable[str], known: Iterable[str]) -> list[str]:
-    """List what words or patterns name, in the order of what is known."""
+    """List what words or patterns name, in the order of known names."""
     names = list(known)
     found: set[str] = set()
     for word in words:

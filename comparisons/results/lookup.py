@@ -46,9 +46,9 @@ class Results:
     runs, flights
         Those that pass the filters.
     filters
-        What was left out.
+        The runs that were left out.
     leaderboard
-        None where the filters leave runs out by how they ended: what is left then says nothing of the solvers.
+        None where the filters leave runs out by how they ended: the rest says nothing of the solvers.
     regression, old
         What changed, and the study that it is held against, where that was asked for.
     rerun
@@ -156,7 +156,7 @@ def _is_tex(target: Path) -> bool:
 
 
 def print_results(found: Results) -> None:
-    """Print what was found: tables and lines on standard output (errors as `terminal.out`)."""
+    """Print tables and lines on standard output (errors as `console.out`)."""
     if found.rerun is not None:
         console.out_table(rerun_table(found.rerun))
         return
@@ -209,7 +209,7 @@ def _print_leaderboard(found: Results, ranked: Sequence[LeaderboardRow]) -> None
 
 
 def print_leaderboard(runs: Sequence[Run], ranked: Sequence[LeaderboardRow]) -> None:
-    """Print who wins, by how much, how sure that is, and where each solver fails (errors as `terminal.out`)."""
+    """Print who wins, by how much, how sure that is, and where each solver fails (errors as `console.out`)."""
     console.out_table(leaderboard_table("leaderboard", ranked))
     n_scenarios = len({run.scenario.name for run in runs})
     _print_lines("", overview_lines(overview(ranked, n_scenarios)))
@@ -228,7 +228,7 @@ def _print_lines(title: str, lines: Sequence[str]) -> None:
 
 def document(found: Results) -> dict[str, Any]:
     """
-    Return what was found as one JSON document.
+    Return the results as one JSON document.
 
     Numbers that JSON does not know are None: infinite ones (never, no end) and unknown ones.
     """

@@ -164,7 +164,7 @@ def run_row(run: Run) -> tuple[float | int | None, ...]:
     Return what others plot of a run, a value for each of `RUN_COLUMNS`.
 
     Times are in seconds (``time`` is that of building the graph and of solving), memory in units of 2**20 bytes, the
-    others in map units. NaN, infinity and what is said of a path that may not be flown are None.
+    others in map units. NaN, infinity and the numbers of an infeasible path are None.
 
     Examples
     --------

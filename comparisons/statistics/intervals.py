@@ -131,7 +131,7 @@ def success_interval(successes: int, n: int) -> Interval:
     """
     Return the 95 % interval of a success rate by Clopper and Pearson (Biometrika 26(4), 1934).
 
-    It covers the rate with at least this confidence, whatever the rate is.
+    It covers any rate with at least this confidence.
 
     Raises
     ------

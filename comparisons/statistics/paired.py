@@ -177,7 +177,7 @@ def holm(p_values: Sequence[float]) -> list[float]:
     """
     Adjust the p-values of one table, so that a wrong one below `a` is among them with probability `a` at most.
 
-    Whatever the tests have to do with each other (Holm, Scandinavian Journal of Statistics 6(2), 1979).
+    The tests may depend on each other (Holm, Scandinavian Journal of Statistics 6(2), 1979).
 
     Parameters
     ----------

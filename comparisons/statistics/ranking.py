@@ -1,4 +1,4 @@
-"""Ranks of several solvers over many instances, Friedman's test, and whom paired tests tell apart."""
+"""Ranks of several solvers over many instances, Friedman's test, and significant differences."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -32,10 +32,10 @@ class Ranking:
         Of Friedman's test, corrected for ties, that no solver tends to rank before another. None with fewer than two
         solvers or instances.
     groups
-        The greatest sets of two or more solvers next to each other, best first, within which no two are told apart
+        The greatest sets of two or more solvers next to each other, best first, of which no two differ significantly
         (see `significantly_different`). None as above.
     apart_in_rank
-        The other pairs that are not told apart, as a solver between them differs from one of them.
+        The other pairs without a significant difference, as a solver between them differs from one of them.
     """
 
     solvers: tuple[str, ...]
@@ -48,7 +48,7 @@ class Ranking:
 
 def ranking(costs: Mapping[str, Sequence[float]]) -> Ranking:
     """
-    Rank solvers on every instance, and say which of them are told apart.
+    Rank solvers on every instance, and say which of them differ significantly.
 
     Equal costs (up to rounding, failures among themselves) share their mean rank. Friedman's test asks whether the
     ranks could be drawn by lot on every instance; its p-value is that of chi-square with ``k - 1`` degrees of freedom,
@@ -132,7 +132,7 @@ def _friedman(ranks: FloatArray) -> float:
 
 
 def _groups(solvers: Sequence[str], apart: frozenset[frozenset[str]]) -> tuple[tuple[str, ...], ...]:
-    """List the greatest runs of solvers, two or more, of which no two are told apart."""
+    """List the greatest runs of solvers, two or more, of which no two differ significantly."""
     groups = []
     reached = 0
     for first in range(len(solvers)):
@@ -198,7 +198,7 @@ def least_p(n_instances: int, n_solvers: int) -> float:
 
 def fewest_instances(n_solvers: int) -> int:
     """
-    Return the number of instances below which no two of so many solvers can be told apart, whatever happens on them.
+    Return the number of instances below which no costs can make a difference of two of so many solvers significant.
 
     Examples
     --------

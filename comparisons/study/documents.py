@@ -408,7 +408,7 @@ def run_document(run: Run) -> Document:
 def run_from(
     document: Document, scenario: Scenario, solver: str, seed: int | None, certificate: Certificate | None, number: int
 ) -> Run:
-    """Build the run of a document; what is malformed raises whatever it does."""
+    """Build the run of a document; a malformed one raises any error."""
     numbers: dict[str, Any] = {name: float(decode(document[name])) for name in SOLUTION_NUMBERS}
     solution = Solution(
         status=Status[document["status"]],
@@ -503,7 +503,7 @@ def _text(value: object) -> str:
 
 
 def _built(kind: str, document: Document, build: Callable[[Document], T]) -> T:
-    """Build something of a document; whatever is wrong with it is one error."""
+    """Build something of a document; any fault becomes a `StudyError`."""
     try:
         return build(document)
     except (CglaError, shapely.GEOSException, LookupError, TypeError, ValueError, AttributeError) as error:

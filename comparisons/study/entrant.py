@@ -122,7 +122,7 @@ class Entrant:
         """
         Merge all settings: the scenario's, then the budget, then the user's own, which win.
 
-        A solver that could certify its own path is told not to where nobody asked it to: a comparison certifies each
+        A solver that could certify its own path is told not to unless the user asks for it: a comparison certifies each
         scenario once, and charges no solver for that.
 
         Parameters
@@ -281,7 +281,7 @@ def budget_note(entrants: Sequence[Entrant]) -> str:
     return f"budget: {words}, {f'taken by {takers}' if takers else 'which no solver here takes'}"
 
 
-def _literal(text: str) -> Any:  # noqa: ANN401 - whatever the user wrote
+def _literal(text: str) -> Any:  # noqa: ANN401 - any literal
     try:
         return ast.literal_eval(text)
     except (ValueError, SyntaxError):

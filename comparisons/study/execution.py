@@ -38,8 +38,8 @@ from cgla_graph.scenarios.scenario import Scenario
 PROOF_LIMITS = Limits()
 #: What workers load beforehand.
 PRELOAD = (__name__,)
-#: What is ready in this process: entrants by label, for small lattices and for large ones, on a kind of map; the proof
-#: of one (None).
+#: Kernels that are warm in this process: of entrants by label, for small lattices and for large ones, on a kind of map;
+#: and of proofs (None).
 _ready: set[tuple[str, bool, MapKind] | tuple[None, MapKind]] = set()
 #: The scenario of the last run in this process, by its key.
 _last: dict[str, runner.SharedGraph] = {}
@@ -59,7 +59,7 @@ def run_study(
     study
         What to run.
     store
-        Where runs go as they come, and what is done already; None keeps nothing.
+        Keeps runs as they come, and knows finished ones; None keeps nothing.
     workers
         How many processes make runs at the same time; 0 makes them in this process, where a solver that hangs or
         crashes takes all with it (for debugging).
@@ -172,7 +172,7 @@ def pack(scenario: Scenario) -> Packed:
 
 
 class Answer(NamedTuple):
-    """What came out of a run: plain numbers, whatever the solver handed over; and what it took."""
+    """A run's answer as plain numbers, its memory and its machine."""
 
     solution: Solution
     megabytes: float
@@ -181,7 +181,7 @@ class Answer(NamedTuple):
 
 @lru_cache(maxsize=4)
 def unpacked(packed: Packed) -> Scenario:
-    """Unwrap a scenario; the same one for the same data, so that what is known of it is not found anew."""
+    """Unwrap a scenario; the same one for the same data, so that cached results of it are reused."""
     scenario: Scenario = pickle.loads(packed.data)  # noqa: S301 - from the process that started this one
     return scenario
 
@@ -238,7 +238,7 @@ def plain(solution: Solution) -> Solution:
     r"""
     Copy an answer, so that it holds nothing but numbers and words, and no nodes.
 
-    Whatever in it is no number becomes NaN (of a count: 0): a solver may answer anything.
+    Values that are no numbers become NaN (counts 0): a solver may answer anything.
 
     Examples
     --------

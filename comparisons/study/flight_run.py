@@ -69,7 +69,7 @@ class FlightRun:
     message
         Why, if not all arrived.
     numbers
-        What it came to, by the names of `COLUMNS`; None for what is no number, and empty where nothing flew.
+        What it came to, by the names of `COLUMNS`; None for NaN and infinity, and empty where nothing flew.
     tracks
         Of the UAVs; empty where nothing flew.
     """
@@ -107,7 +107,7 @@ class FlightRun:
 
 
 def flight_from(key: Sequence[Any], document: Document) -> FlightRun:
-    """Build the flight of a document and its names; what is malformed raises whatever it does."""
+    """Build the flight of a document and its names; a malformed one raises any error."""
     mission, variant, solver, seed = key
     return FlightRun(
         mission,
@@ -182,7 +182,7 @@ class ComparedMission:
 
     @classmethod
     def from_document(cls, document: Document) -> "ComparedMission":
-        """Read it; what is malformed raises whatever it does."""
+        """Read it; a malformed one raises any error."""
         # before there were rasters, nothing was said of a shade
         given = {"shade": "", **document}
         return cls(**{one.name: decode(given[one.name]) for one in dataclasses.fields(cls)})
@@ -206,7 +206,7 @@ def _shade(field: RiskField, bounds: Bounds) -> str:
 
 def mission_digest(mission: MissionFile) -> str:
     """
-    Return what tells a mission from another one, whatever words are about it.
+    Return a digest of a mission, without its texts.
 
     Examples
     --------
@@ -219,7 +219,7 @@ def mission_digest(mission: MissionFile) -> str:
 
 
 def _described(value: Any) -> Any:  # noqa: ANN401 - any part of a mission
-    """Write any part of a mission as JSON; nobody reads it again."""
+    """Write any part of a mission as JSON for a digest."""
     if isinstance(value, BaseGeometry):
         return shapely.to_wkb(value, hex=True)
     if isinstance(value, RiskField):

@@ -110,7 +110,7 @@ class Session:
 
 def session(number: int, *, workers: str = "", command: str = "", source: str = "") -> Session:
     """
-    Say where results of this process come from; what is given is as of `Session`.
+    Describe this process as a session; arguments are those of `Session`.
 
     Examples
     --------
@@ -257,7 +257,7 @@ def _requirements() -> list[str]:
 
 def visible(text: str) -> str:
     r"""
-    Write text that every reader takes: what is no UTF-8 (from odd file names), and NUL, becomes an escape.
+    Write text that every reader takes: NUL and characters outside UTF-8 (from odd file names) become escapes.
 
     Examples
     --------

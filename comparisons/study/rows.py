@@ -137,7 +137,7 @@ def median_run(runs: Sequence[Run]) -> Run:
     Return the run that stands for a solver on a scenario: the median one by cost, of two middle ones the cheaper.
 
     Paths count before paths that may not be flown, and those before no path at all: a failure is worse than any cost,
-    so that what is shown is neither the luckiest run nor flattered by leaving failures out.
+    so that the shown run is neither the luckiest nor flattered by leaving failures out.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def median_run(runs: Sequence[Run]) -> Run:
     Returns
     -------
     run
-        One of them, whatever their order; of equally costly ones the middle one by seed.
+        One of them, in any order of the runs; of equally costly ones the middle one by seed.
 
     Examples
     --------
@@ -230,7 +230,7 @@ def trace_row(run: Run) -> dict[str, Any]:
     """
     Turn the trace of a run into a row: lists of seconds since the solver started, evaluations and costs.
 
-    What was built before that took `build_seconds`. The cost is None before the first path.
+    Building the graph before that took `build_seconds`. The cost is None before the first path.
     """
     trace = run.solution.trace
     return {

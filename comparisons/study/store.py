@@ -1,4 +1,4 @@
-"""The store of a study: what was asked for and what came out, run by run and flight by flight, in one file."""
+"""The store of a study: its request and its results, run by run and flight by flight, in one file."""
 
 import dataclasses
 import gc
@@ -214,7 +214,7 @@ class Content:
     n_runs: int = 0
 
     def take(self, lines: Iterable[Line]) -> None:
-        """Sort lines in; what is malformed raises whatever it does."""
+        """Sort lines in; a malformed one raises any error."""
         for line in lines:
             match line["kind"]:
                 case "session":
@@ -252,7 +252,7 @@ class Content:
         return self.n_runs_asked + len(self.flight_cells() | self.flights.keys())
 
     def missions(self) -> list[ComparedMission]:
-        """Build what is remembered of missions."""
+        """Build the stored missions."""
         return [ComparedMission.from_document(document) for document in self.asked["missions"]]
 
     def study(self) -> Study:
@@ -274,7 +274,7 @@ class Content:
         )
 
     def certificates(self) -> dict[str, Certificate]:
-        """Build what is proven of scenarios."""
+        """Build the certificates of scenarios."""
         return {name: certificate_from(document) for name, document in self.proofs.items()}
 
     def runs_of(self, study: Study) -> list[Run]:
@@ -345,7 +345,7 @@ class StudyStore:
     path
         The file.
     study
-        The study with all that was ever asked for in this folder: what this session brought, then what is older.
+        The study with all requests in this folder: those of this session, then older ones.
 
     Examples
     --------
@@ -417,7 +417,7 @@ class StudyStore:
         folder
             Where its file is.
         study
-            What is asked for now. What has the name of something that is there must be equal to it.
+            The request of this session. A part with the name of a stored one must be equal to it.
         workers, command
             As in `create`.
 
@@ -436,7 +436,7 @@ class StudyStore:
                 content.take(lines)
                 merged.append(_merged(study, content.study()))
                 missions = _merged_missions(study, content.missions())
-                # what makes no sense is refused before anything is written
+                # malformed certificates are refused before anything is written
                 content.certificates()
             line = _session_line(merged[0], missions, len(content.sessions) + 1, workers, command)
             content.take([line])
@@ -449,7 +449,7 @@ class StudyStore:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Let others write, whatever happened."""
+        """Let others write, also after an error."""
         self.close()
 
     def close(self) -> None:
@@ -461,7 +461,7 @@ class StudyStore:
         return key in self._done
 
     def __getitem__(self, key: Key) -> Certificate:
-        """Return what is proven of a scenario, which is all that tasks need of each other."""
+        """Return the certificate of a scenario, which is all that tasks need of each other."""
         return self._certificates[key[1]]
 
     def finished(self) -> set[Cell]:
@@ -482,7 +482,7 @@ class StudyStore:
         StudyError
             If it is not one of the study, is there already, or has settings that cannot be kept.
         OutputError
-            If it cannot be written; what was written before stays, and it may be tried again.
+            If it cannot be written; earlier lines stay, and it may be tried again.
         """
         kind, *names = key
         if key not in self._open or (key in self._done and kind != PROOF):
@@ -506,7 +506,7 @@ class StudyStore:
 
 
 def _merged(study: Study, before: Study) -> Study:
-    """Return a study with what was asked for before, which it must agree with."""
+    """Merge a study with the stored one, which it must agree with."""
     for word in ("tolerance", "limits"):
         old, new = getattr(before, word), getattr(study, word)
         if old != new:
@@ -538,7 +538,7 @@ def _by_label(*entrants: Iterable[Entrant]) -> list[Entrant]:
 
 
 def _merged_missions(study: Study, before: Iterable[ComparedMission]) -> list[ComparedMission]:
-    """Return what is known of all missions; those of today come first, and must be the same as before."""
+    """Merge missions; those of this session come first, and must equal stored ones of their name."""
     found = {mission.name: ComparedMission.of(mission) for mission in study.missions}
     for old in before:
         new = found.setdefault(old.name, old)
@@ -577,7 +577,7 @@ def _check_same(what: str, name: str, differing: list[str]) -> None:
 def _session_line(
     study: Study, missions: Iterable[ComparedMission], number: int, workers: int | str, command: str
 ) -> Line:
-    """Say all that is asked for, and by whom: whoever reads the last session knows the whole study."""
+    """Write the whole request and its origin: the last session describes the whole study."""
     missions = list(missions)
     for what, names in (
         ("scenario", [scenario.name for scenario in study.scenarios]),

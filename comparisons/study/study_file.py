@@ -155,7 +155,7 @@ def study_from_toml(text: str, folder: Path | None = None, *, where: str = "stud
 
 def is_study_file(spec: str | Path) -> bool:
     """
-    Tell a study from a scenario and a mission by what is in it.
+    Tell a study from a scenario and a mission by its keys.
 
     Parameters
     ----------

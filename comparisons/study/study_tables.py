@@ -36,7 +36,7 @@ def _list_or_number(value: object) -> str:
 
 
 def _different(values: list[int]) -> list[int]:
-    """Refuse what is there twice."""
+    """Refuse repeated values."""
     twice = [value for value, count in Counter(values).items() if count > 1]
     if twice:
         msg = f"{twice[0]} is given twice; give different numbers"
@@ -45,7 +45,7 @@ def _different(values: list[int]) -> list[int]:
 
 
 def _megabytes(value: object) -> object:
-    """Read a text such as "4 GiB" as units of 2**20 bytes; what is no text stays."""
+    """Read a text such as "4 GiB" as units of 2**20 bytes; other values stay."""
     if not isinstance(value, str):
         return value
     match = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*([KMGT])(i?)B\s*", value, re.IGNORECASE | re.ASCII)

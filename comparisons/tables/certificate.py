@@ -1,4 +1,4 @@
-"""What is proven of a path, in words and as a table: how the bracket closed, grid by grid."""
+"""Certificates in words and as a table: how the bracket closed, grid by grid."""
 
 import math
 from collections.abc import Callable

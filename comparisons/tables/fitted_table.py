@@ -21,7 +21,7 @@ class FittedTable:
     """
     A table that leaves out columns where the terminal is too narrow for all, so that no number is cut in two.
 
-    Long words on the left are folded before that. What is still too wide runs over the edge of the terminal.
+    Long words on the left are folded before that. A table that is still too wide runs over the edge of the terminal.
 
     Attributes
     ----------

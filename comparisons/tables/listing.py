@@ -13,7 +13,7 @@ def listing(
     """
     Show records as a plain table, one column for each head; the first, names to be typed, is not folded.
 
-    Columns in `widest` are at most so wide, whatever the room.
+    Columns in `widest` are at most so wide.
     """
     table = Table(title=title, title_justify="left", title_style="bold")
     for number, head in enumerate(heads):

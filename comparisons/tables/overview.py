@@ -38,7 +38,7 @@ class Overview:
     answers
         The questions that can be answered so far.
     caution
-        What has to be kept in mind; empty if nothing.
+        A reservation; empty if there is none.
     """
 
     headline: str
@@ -115,7 +115,7 @@ def _how_confident(found: Sequence[LeaderboardRow]) -> Answer:
     """
     Say which of the others are shown to differ from the first, by the p-values that the table has of them.
 
-    These are adjusted for all pairs, so they also hold for the first, whoever that turns out to be.
+    These are adjusted for all pairs, so they also hold for the first, which the same costs have chosen.
     """
     first, others = found[0], found[1:]
     if note := too_few_note(first.n_instances, len(found)):
