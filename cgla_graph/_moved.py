@@ -57,7 +57,7 @@ MOVED = {
     "scenarios.lonlat_box": "airspace.lonlat_box",
     "steps": "model.solver",
     "zones": "airspace.zones",
-    "zones.account": "airspace.zones.zone_account",
+    "zones.account": "airspace.zones.applying",
 }
 
 

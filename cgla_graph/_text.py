@@ -294,3 +294,31 @@ def json_number(value: float) -> float | None:
     (0.5, None)
     """
     return float(value) if math.isfinite(value) else None
+
+
+def duration(seconds: float) -> str:
+    """
+    Write a time in a unit that suits it.
+
+    Examples
+    --------
+    >>> duration(0.000123), duration(2.5)
+    ('0.123 ms', '2.50 s')
+    """
+    milliseconds = f"{1e3 * seconds:.3g}"
+    return f"{seconds:.2f} s" if "e+" in milliseconds or seconds >= 1.0 else f"{milliseconds} ms"
+
+
+def at_most_percent(ratio: float) -> str:
+    """
+    Write a small ratio as a percentage of two digits that is never below it.
+
+    Examples
+    --------
+    >>> at_most_percent(0.00010001), at_most_percent(0.0), at_most_percent(0.125)
+    ('0.011 %', '0 %', '13 %')
+    """
+    if not 0.0 < ratio < math.inf:
+        return "0 %" if ratio == 0.0 else "any amount"
+    unit = 10.0 ** (math.floor(math.log10(ratio)) - 1)
+    return f"{100.0 * math.ceil(ratio / unit) * unit:.2g} %"

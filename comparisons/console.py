@@ -5,7 +5,7 @@ import json
 import os
 import shutil
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, redirect_stdout, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -63,6 +63,11 @@ def out(text: str) -> None:
         sys.stdout.flush()
     except BrokenPipeError as error:
         raise ReaderGoneError from error
+
+
+def out_lines(lines: Mapping[str, str]) -> None:
+    """Write a line for each key that has a text (errors as `out`)."""
+    out("".join(f"{key:10} {text}\n" for key, text in lines.items() if text))
 
 
 def out_json(document: Any) -> None:  # noqa: ANN401 - any JSON

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from cgla_graph._files import replace_files
 from cgla_graph.errors import OutputError
-from cgla_graph.model.path_file import csv_of, degrees_of
+from cgla_graph.model.earth import degrees_of
+from cgla_graph.model.path_file import csv_of
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.geojson import line_feature_collection
 from cgla_graph.scenarios.scenario import Scenario

@@ -4,20 +4,18 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from cgla_graph._text import DASH as DASH  # noqa: PLC0414 - handed on
 from cgla_graph._text import at_most as at_most  # noqa: PLC0414 - handed on
+from cgla_graph._text import at_most_percent as at_most_percent  # noqa: PLC0414 - handed on
 from cgla_graph._text import counted as counted  # noqa: PLC0414 - handed on
+from cgla_graph._text import duration as duration  # noqa: PLC0414 - handed on
 from cgla_graph._text import figure as figure  # noqa: PLC0414 - handed on
 from cgla_graph._text import floored as floored  # noqa: PLC0414 - handed on
 from cgla_graph._text import json_number as json_number  # noqa: PLC0414 - handed on
 from cgla_graph._text import listed as listed  # noqa: PLC0414 - handed on
 from cgla_graph._text import rounded_down as rounded_down  # noqa: PLC0414 - handed on
-
-if TYPE_CHECKING:
-    from cgla_graph._types import FloatArray
-    from cgla_graph.model.problem import Problem
 
 _SMALLEST_P = 0.001
 
@@ -83,19 +81,6 @@ def percent(value: float) -> str:
     ('+4.04 %', '+0.00 %')
     """
     return f"{100.0 * value + 0.0:+.2f} %".replace("-0.00", "+0.00") if math.isfinite(value) else DASH
-
-
-def duration(seconds: float) -> str:
-    """
-    Write a time in a unit that suits it.
-
-    Examples
-    --------
-    >>> duration(0.000123), duration(2.5)
-    ('0.123 ms', '2.50 s')
-    """
-    milliseconds = f"{1e3 * seconds:.3g}"
-    return f"{seconds:.2f} s" if "e+" in milliseconds or seconds >= 1.0 else f"{milliseconds} ms"
 
 
 def ratio(value: float) -> str:
@@ -226,44 +211,3 @@ def or_never(write: Callable[[float], str]) -> Callable[[float], str]:
     'never'
     """
     return lambda value: write(value) if value < math.inf else "never"
-
-
-def distortion_note(problem: "Problem", paths: "Iterable[FloatArray]") -> str:
-    """
-    Say by how much lengths on a flat map exceed those on the Earth; empty for a map in the plane.
-
-    Parameters
-    ----------
-    problem
-        On the map.
-    paths
-        Those that are shown, map units.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> finland = load_scenario("finland").problem
-    >>> distortion_note(finland, [np.array([finland.start])])
-    'lengths exceed those on the Earth by at most 0.0056 %; lower bounds allow for that'
-    """
-    if problem.projection is None:
-        return ""
-    stretch = max((problem.stretch(path) for path in paths), default=1.0)
-    much = at_most_percent(stretch - 1.0)
-    return f"lengths exceed those on the Earth by at most {much}; lower bounds allow for that"
-
-
-def at_most_percent(ratio: float) -> str:
-    """
-    Write a small ratio as a percentage of two digits that is never below it.
-
-    Examples
-    --------
-    >>> at_most_percent(0.00010001), at_most_percent(0.0), at_most_percent(0.125)
-    ('0.011 %', '0 %', '13 %')
-    """
-    if not 0.0 < ratio < math.inf:
-        return "0 %" if ratio == 0.0 else "any amount"
-    unit = 10.0 ** (math.floor(math.log10(ratio)) - 1)
-    return f"{100.0 * math.ceil(ratio / unit) * unit:.2g} %"

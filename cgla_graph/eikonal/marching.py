@@ -9,12 +9,11 @@ from shapely.geometry import MultiPoint
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point, WholeArray
-from cgla_graph.cost_to_go.cost_matrix import cost_matrix
 from cgla_graph.eikonal import front_kernels, marching_kernels
 from cgla_graph.eikonal.bends import bends_of
 from cgla_graph.eikonal.marching_kernels import Bends, Joints
 from cgla_graph.eikonal.mesh import SplineMesh, corners
-from cgla_graph.model.graph import GeometricGraph
+from cgla_graph.model import graph_kernels
 from cgla_graph.model.problem import Problem
 
 #: Steps of a descent, at most, and how many of its points are kept where it has to be led around corners.
@@ -175,10 +174,15 @@ def _around_corners(problem: Problem, path: FloatArray, reach: float) -> FloatAr
     # a wall too thin for the mesh is far from its corners
     for beside in (beside_path, every[:MOST_WAYPOINTS]):
         points = np.vstack([path[:1], some[~area.contains(some)], beside, path[-1:]])
-        graph = GeometricGraph.from_matrix(problem.model.matrix(points))
-        nodes = cost_matrix(graph, len(points) - 1).path_from(0)
-        if nodes:
-            return points[np.array(nodes, dtype=np.int64)]
+        goal = len(points) - 1
+        costs, successors, order = np.full(len(points), np.inf), *np.full((2, len(points)), -1)
+        costs[goal] = 0.0
+        graph_kernels.label_setting(problem.model.matrix(points), goal, 0, costs, successors, order)
+        if np.isfinite(costs[0]):
+            nodes = [0]
+            while nodes[-1] != goal:
+                nodes.append(int(successors[nodes[-1]]))
+            return points[nodes]
     return np.empty((0, 2))
 
 

@@ -1,6 +1,7 @@
 """Metres around a point of the Earth: planners need a plane, maps give degrees."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Self, TypeVar
@@ -10,6 +11,7 @@ import shapely
 from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
+from cgla_graph._text import at_most_percent
 from cgla_graph._types import Bounds, FloatArray, Point
 from cgla_graph._validate import point_array
 from cgla_graph.errors import ProblemError
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
 #: Straight edges in longitude and latitude bend when projected; points this close keep them within a metre.
 EDGE_DEGREES = 0.05
 EDGE_METRES = 1.0
+
+#: Digits of degrees that are written: a tenth of a millimetre.
+DIGITS = 9
 
 GeometryT = TypeVar("GeometryT", bound=BaseGeometry)
 
@@ -459,6 +464,40 @@ def geodesic_lengths(place: Point, points: FloatArray) -> FloatArray:
     """
     many = np.ones(len(points))
     return np.asarray(_geod().inv(place[0] * many, place[1] * many, wrapped(points[:, 0]), points[:, 1])[2])
+
+
+def degrees_of(path: FloatArray, projection: LocalProjection) -> FloatArray:
+    """
+    Return waypoints in longitude and latitude, rounded to a tenth of a millimetre.
+
+    Examples
+    --------
+    >>> degrees_of(np.zeros((1, 2)), LocalProjection(24.0, 60.0)).tolist()
+    [[24.0, 60.0]]
+    """
+    return np.round(projection.inverse(path), DIGITS)
+
+
+def distortion_note(projection: LocalProjection | None, paths: Iterable[FloatArray]) -> str:
+    """
+    Say by how much lengths on a flat map exceed those on the Earth; empty for a map in the plane.
+
+    Parameters
+    ----------
+    projection
+        Of the map.
+    paths
+        Those that are shown, metres.
+
+    Examples
+    --------
+    >>> distortion_note(LocalProjection(24.0, 60.0), [np.array([(0.0, 0.0), (3e4, 4e4)])])
+    'lengths exceed those on the Earth by at most 0.0011 %; lower bounds allow for that'
+    """
+    if projection is None:
+        return ""
+    stretch = max((projection.stretch(float(np.hypot(*path.T).max(initial=0.0))) for path in paths), default=1.0)
+    return f"lengths exceed those on the Earth by at most {at_most_percent(stretch - 1.0)}; lower bounds allow for that"
 
 
 def wrapped(longitude: FloatArray) -> FloatArray:

@@ -9,28 +9,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from cgla_graph._files import write_files
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import OutputError
-from cgla_graph.model.earth import LocalProjection
+from cgla_graph.model.earth import LocalProjection, degrees_of
 
-#: Digits of degrees that are written: a tenth of a millimetre.
-DIGITS = 9
 ENDINGS = (".csv", ".geojson", ".json")
-
-
-def degrees_of(path: FloatArray, projection: LocalProjection) -> FloatArray:
-    """
-    Return waypoints in longitude and latitude, rounded to a tenth of a millimetre.
-
-    Examples
-    --------
-    >>> degrees_of(np.zeros((1, 2)), LocalProjection(24.0, 60.0)).tolist()
-    [[24.0, 60.0]]
-    """
-    return np.round(projection.inverse(path), DIGITS)
 
 
 def csv_of(path: FloatArray, projection: LocalProjection | None) -> str:

@@ -51,8 +51,8 @@ def small_field(kind: MapKind) -> RiskField:
     (1, ['bilinear', 'nearest'])
     """
     values, bounds = [[0.1, 0.2], [0.0, 0.1]], (0.0, 0.0, 1.0, 1.0)
-    rasters = [RasterRisk(values, bounds=bounds, interpolation=how) for how in ("bilinear", "nearest")]
-    return RiskField([Threat(0.5, 0.5, 0.1)], rasters=rasters if kind.rasters else ())
+    rasters = [RasterRisk(values, bounds=bounds, interpolation=how) for how in ("bilinear", "nearest") if kind.rasters]
+    return RiskField([Threat(0.5, 0.5, 0.1)], rasters=rasters)
 
 
 def small_problem(kind: MapKind) -> Problem:

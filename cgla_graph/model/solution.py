@@ -14,8 +14,8 @@ from cgla_graph._lazy import function_above
 from cgla_graph._types import FloatArray
 from cgla_graph.errors import ProblemError
 from cgla_graph.model.adjacency import Node
-from cgla_graph.model.earth import LocalProjection
-from cgla_graph.model.path_file import degrees_of, save_path
+from cgla_graph.model.earth import LocalProjection, degrees_of
+from cgla_graph.model.path_file import save_path
 
 
 class Status(Enum):

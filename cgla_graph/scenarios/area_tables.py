@@ -13,11 +13,10 @@ from pydantic import BaseModel, ConfigDict, Field
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import Bounds, Point
-from cgla_graph.airspace.zones.applying import Applied
+from cgla_graph.airspace.zones.applying import Applied, ZoneAccount
 from cgla_graph.airspace.zones.ground import read_ground
 from cgla_graph.airspace.zones.reading import is_geojson, read_zones
 from cgla_graph.airspace.zones.shapes import with_fewer_corners
-from cgla_graph.airspace.zones.zone_account import ZoneAccount
 from cgla_graph.model.earth import LocalProjection, project_area
 
 #: How much of a map's side is seen around it, and the latitude from which on all meridians may be near.

@@ -11,7 +11,7 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._text import ShortRepr, shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph._validate import four_numbers, non_negative_number, point
-from cgla_graph.airspace.zones.zone_account import ZoneAccount
+from cgla_graph.airspace.zones.applying import ZoneAccount
 from cgla_graph.errors import CglaError, ScenarioError
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice

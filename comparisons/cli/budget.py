@@ -2,8 +2,8 @@
 
 import math
 
+from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.options import BudgetOptions
-from cgla_graph.comparisons.cli.output import print_lines
 from cgla_graph.comparisons.numbers import figure, percent, rounded_down
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.errors import CglaError
@@ -50,4 +50,4 @@ def print_within(scenario: Scenario, plan: PlanWithin) -> None:
         "gap": f"{percent(plan.gap)}: duality gap" if plan.status.has_path else "",
     }
     if not math.isnan(plan.dual_bound):
-        print_lines(lines)
+        console.out_lines(lines)

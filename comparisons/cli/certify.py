@@ -108,25 +108,25 @@ def certified(
 def _print(run: "Run") -> None:
     """Print the path, a line a grid, and what is proven."""
     from cgla_graph.certificate.verdict import verdict
-    from cgla_graph.comparisons.cli.output import print_lines
-    from cgla_graph.comparisons.numbers import distortion_note, duration, figure
+    from cgla_graph.comparisons.numbers import duration, figure
     from cgla_graph.comparisons.tables.certificate import certificate_table, proof_of
+    from cgla_graph.model.earth import distortion_note
 
     scenario, solution, proof = run.scenario, run.solution, proof_of(run)
     unit = " m" if scenario.projection else ""
     numbers = f"cost {figure(solution.cost, 9)}{unit}, length {figure(solution.length, 9)}{unit}, "
     numbers += f"risk {figure(solution.risk, 6)}, {len(solution.path)} waypoints"
     none = f"{solution.status.label}: {solution.message or solution.status.value}"
-    print_lines({
+    console.out_lines({
         "scenario": f"{scenario.full_title} (k = {scenario.problem.k:g})",
         "path": f"{run.solver}: {numbers if solution.status.has_path else none}",
     })  # fmt: skip
     if proof.grids:
         console.out_table(certificate_table(run))
     remedy = "; --max-cells N allows more" if "allowed" in proof.message else ""
-    print_lines({
+    console.out_lines({
         "proven": verdict(proof, with_path=solution.status.has_path, unit=unit),
-        "flat map": distortion_note(scenario.problem, [solution.path]),
+        "flat map": distortion_note(scenario.projection, [solution.path]),
         "ended": f"{proof.message}{remedy} ({duration(proof.seconds)})",
     })  # fmt: skip
 

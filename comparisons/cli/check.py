@@ -65,9 +65,8 @@ def check(
     """
     from cgla_graph.airspace.plan_check.check import check as check_plan
     from cgla_graph.comparisons.cli import check_report
-    from cgla_graph.comparisons.study.options import read_tolerance
 
-    asked = read_tolerance(tolerance, certify=not no_certificate)
+    asked = None if no_certificate or tolerance == 0.0 else tolerance
     kinds = output.pictures("png")
     settings = zone_options.settings()
     spec, zone_files = _maps_and_zones(plan_file, against or [], risk, zones or [])
@@ -78,13 +77,15 @@ def check(
         checked = check_plan(
             plan_file, on, zones=zone_files, **settings, k=k, clearance=clearance, tolerance=asked, through=through
         )
-    zone_options.report([checked.on], as_json=output.as_json)
+    if zone_options.zones_list is not None:
+        zone_options.report([checked.on], as_json=True)
     written = check_report.write_checked(folder, checked, kinds) if folder else []
     if output.as_json:
         console.out_json({**checked.document(), "files": [*map(str, written)]})
     else:
         check_report.print_checked(checked)
         console.out_files(written)
+        console.out_files([] if zone_options.zones_list is None else [zone_options.zones_list])
     if not checked.is_clean:
         raise typer.Exit(console.MISSING)
 

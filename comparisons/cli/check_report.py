@@ -10,9 +10,9 @@ from cgla_graph.airspace.flight_plans.crossings import Crossing
 from cgla_graph.airspace.plan_check.plan_map import ROUNDED
 from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.comparisons import console, files
-from cgla_graph.comparisons.cli import output
-from cgla_graph.comparisons.numbers import at_most, counted, distortion_note, duration, figure, listed, rounded_down
+from cgla_graph.comparisons.numbers import at_most, counted, duration, figure, listed, rounded_down
 from cgla_graph.comparisons.tables.listing import listing
+from cgla_graph.model.earth import distortion_note
 
 #: Of longer plans, only those legs are printed that are not clean; and so many at most.
 MOST_ROWS = 30
@@ -29,25 +29,29 @@ def print_checked(checked: PlanCheck) -> None:
     clearance = checked.clearance
     legs = counted(len(checked.lengths), "leg")
     where = f"{on.full_title}: " if on.has_bounds else ""
-    output.print_lines({
+    for account in [] if on.zones is None else [on.zones]:
+        console.out_lines({"zones": account.summary()})
+        for note in account.notes():
+            console.out_lines({"note": note})
+    console.out_lines({
         "plan": f"{checked.file}{name}: {counted(len(plan.waypoints), 'waypoint')}, {legs}",
         "map": f"{where}{counted(len(on.areas), 'area')}, k = {checked.k:g}",
     })  # fmt: skip
     for remark in plan.remarks:
-        output.print_lines({"remark": remark})
+        console.out_lines({"remark": remark})
     for note in checked.height_notes:
-        output.print_lines({"note": note})
+        console.out_lines({"note": note})
     _print_legs(checked)
     for words in _crossing_lines(checked):
-        output.print_lines({"crossing": words})
+        console.out_lines({"crossing": words})
     asked = on.problem.clearance
-    output.print_lines({
+    console.out_lines({
         "length": figure(checked.length, 9) + unit,
         "risk": figure(checked.risk, _DIGITS),
         "cost": figure(checked.cost, 9) + unit,
         "clearance": (_far(checked, clearance) + unit if math.isfinite(clearance) else "no area")
         + (f", of at least {asked:g}{unit} asked for" if asked > 0.0 else ""),
-        "flat map": distortion_note(on.problem, [on.route]),
+        "flat map": distortion_note(on.problem.projection, [on.route]),
         "geodesic": _geodesic_line(checked),
         "best": _best_line(checked),
         "through": _through_line(checked),

@@ -10,7 +10,7 @@ from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, Waypoin
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.cli.options import ExportOptions
 from cgla_graph.errors import CglaError, OutputError
-from cgla_graph.model.path_file import degrees_of
+from cgla_graph.model.earth import degrees_of
 from cgla_graph.model.solution import Solution
 from cgla_graph.scenarios.scenario import Scenario
 

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from cgla_graph.comparisons import console, files
-from cgla_graph.comparisons.numbers import distortion_note, duration, figure, json_number, percent, rounded_down
+from cgla_graph.comparisons.numbers import duration, figure, json_number, percent, rounded_down
 from cgla_graph.comparisons.study.rows import bound_note, certificate_document, row
 from cgla_graph.comparisons.study.runner import Run
-from cgla_graph.model.path_file import degrees_of
+from cgla_graph.model.earth import degrees_of, distortion_note
 from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.scenario import Scenario
 
@@ -61,20 +61,13 @@ def print_plan(run: Run, more: Mapping[str, str] | None = None) -> None:
         "risk": figure(solution.risk, 6),
         "k": f"{scenario.problem.k:g}",
         "clearance": clearance,
-        "flat map": distortion_note(scenario.problem, [solution.path]) if solution.status.has_path else "",
+        "flat map": distortion_note(scenario.projection, [solution.path]) if solution.status.has_path else "",
         **(more or {}),
         "waypoints": str(len(solution.path)),
         "time": f"{duration(solution.seconds)}, and {duration(solution.build_seconds)} to weigh the graph",
         "remark": solution.message,
     }
-    print_lines(lines)
-
-
-def print_lines(lines: Mapping[str, str]) -> None:
-    """Print what there is to say under each key, a line each."""
-    for key, text in lines.items():
-        if text:
-            console.out(f"{key:10} {text}\n")
+    console.out_lines(lines)
 
 
 def plan_document(run: Run) -> dict[str, Any]:

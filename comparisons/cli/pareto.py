@@ -70,7 +70,7 @@ def pareto(
 def _of_weights(scenario: "Scenario", entrant: "Entrant") -> _Answer:
     """Find the front of length against risk, by `cgla_graph.pareto`."""
     from cgla_graph.comparisons import files
-    from cgla_graph.comparisons.cli.output import print_lines, stem_of
+    from cgla_graph.comparisons.cli.output import stem_of
     from cgla_graph.comparisons.tables import fronts
     from cgla_graph.solvers import registry
     from cgla_graph.solvers.trade_off.pareto import pareto as front_of
@@ -85,7 +85,7 @@ def _of_weights(scenario: "Scenario", entrant: "Entrant") -> _Answer:
         else:
             status = f"{front.status.label}: {front.status.value}"
             said = {"solver": entrant.label, "status": status, "remark": front.message}
-            print_lines({"scenario": scenario.full_title, **said})
+            console.out_lines({"scenario": scenario.full_title, **said})
 
     def write(folder: Path, kinds: list[str]) -> list[Path]:
         from cgla_graph.comparisons.plots.pareto import pareto_figure

@@ -14,7 +14,7 @@ from cgla_graph.errors import OutputError
 from cgla_graph.mission.mission import Mission
 from cgla_graph.mission.records import Flight, Separation, UavFlight
 from cgla_graph.mission.world import TimedArea, TimedThreat, World
-from cgla_graph.model.path_file import degrees_of
+from cgla_graph.model.earth import degrees_of
 from cgla_graph.scenarios.geojson import line_feature_collection
 
 #: The columns of traces; on lon/lat maps, longitude and latitude follow.

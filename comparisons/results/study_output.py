@@ -6,7 +6,6 @@ from typing import Any
 
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.leaderboard.performance import PERFORMANCE_COLUMNS, performances
-from cgla_graph.comparisons.numbers import distortion_note
 from cgla_graph.comparisons.results.ompl_database import ompl_database
 from cgla_graph.comparisons.study.entrant import Entrant, budget_note
 from cgla_graph.comparisons.study.flight_run import COLUMNS as FLIGHT_COLUMNS
@@ -14,6 +13,7 @@ from cgla_graph.comparisons.study.rows import COLUMNS, by_scenario, rows_of, tra
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.study.store import OMPL_FILE, Stored
 from cgla_graph.comparisons.tables.tables import comparison_table, performance_table
+from cgla_graph.model.earth import distortion_note
 
 
 def print_comparison(runs: Sequence[Run], entrants: Sequence[Entrant]) -> None:
@@ -21,7 +21,7 @@ def print_comparison(runs: Sequence[Run], entrants: Sequence[Entrant]) -> None:
     note = budget_note(entrants)
     for group in by_scenario(runs):
         scenario = group[0].scenario
-        flat = distortion_note(scenario.problem, [run.solution.path for run in group])
+        flat = distortion_note(scenario.projection, [run.solution.path for run in group])
         console.out_table(comparison_table(scenario, group, notes=[line for line in (flat, note) if line]))
         if any(run.seed is not None or run.solution.trace for run in group):
             console.out_table(performance_table(performances(group)))

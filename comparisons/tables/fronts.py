@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from cgla_graph.comparisons import files
-from cgla_graph.comparisons.numbers import distortion_note, figure, percent
+from cgla_graph.comparisons.numbers import figure, percent
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
-from cgla_graph.model.path_file import degrees_of
+from cgla_graph.model.earth import degrees_of, distortion_note
 from cgla_graph.scenarios.scenario import Scenario
 from cgla_graph.solvers.trade_off.density import DensityPoint
 from cgla_graph.solvers.trade_off.pareto import Front
@@ -46,7 +46,7 @@ def front_table(scenario: Scenario, entrant: Entrant, front: Front) -> FittedTab
         f"{len(front)} paths by {front.n_solves} solves, k up to {figure(front.k_max, 4)}; between them, no path is "
         f"cheaper by more than {100.0 * front.error:.2g} %: {what}"
     )
-    flat = distortion_note(scenario.problem, [point.path for point in front])
+    flat = distortion_note(scenario.projection, [point.path for point in front])
     notes = [note, flat] if flat else [note]
     return FittedTable(title, (), heads, ("less risk", "longer", "knee"), notes, rows)
 

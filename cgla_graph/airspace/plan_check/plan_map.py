@@ -14,16 +14,14 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.airspace.flight_plans.area_outline import ClosedArea
 from cgla_graph.airspace.flight_plans.plan import FlightPlan
-from cgla_graph.airspace.lonlat_box import bounds_of, box_around
 from cgla_graph.airspace.plan_check.plan_heights import Limits, PlanHeights
-from cgla_graph.airspace.zones.applying import Applied, Verdict
+from cgla_graph.airspace.zones.applying import Applied, Verdict, ZoneAccount
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.shapes import AreaShape, joined, part_near
 from cgla_graph.airspace.zones.zone import NoArea
-from cgla_graph.airspace.zones.zone_account import ZoneAccount
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.clearance import ROUNDING
-from cgla_graph.model.earth import LocalProjection, geodesic_length, project_area
+from cgla_graph.model.earth import LocalProjection, geodesic_length, project_area, wrapped
 from cgla_graph.model.problem import Problem
 
 #: A map that is laid around a plan holds every path at most so many times as long as the plan, and as the way between
@@ -268,7 +266,9 @@ def _own_areas(on: NamedMap) -> list[ClosedArea]:
 
 def _around(plan: FlightPlan, flown: FloatArray, name: str) -> PlainMap:
     """Lay a map around a plan, so wide that better plans do not leave it."""
-    middle = LocalProjection.centred_on(bounds_of(box_around(flown)))
+    from_first = np.column_stack([wrapped(flown[:, 0] - flown[0, 0]), flown[:, 1] - flown[0, 1]])
+    east, north = flown[0] + 0.5 * (from_first.min(axis=0) + from_first.max(axis=0))
+    middle = LocalProjection(float(wrapped(east)), float(north))
     length = float(np.hypot(*np.diff(middle.forward(flown), axis=0).T).sum())
     start, goal = ((float(x), float(y)) for x, y in (flown[0], flown[-1]))
     is_round = length > _ROUND * geodesic_length(start, goal)

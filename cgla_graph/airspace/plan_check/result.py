@@ -14,7 +14,7 @@ from cgla_graph.airspace.flight_plans.plan import FlightPlan
 from cgla_graph.airspace.plan_check.bracket import Through
 from cgla_graph.airspace.plan_check.plan_map import PlanMap
 from cgla_graph.certificate.certificate import Certificate
-from cgla_graph.model.path_file import degrees_of
+from cgla_graph.model.earth import degrees_of
 
 #: Curves that a verdict names, at most.
 _MOST_CURVES = 3
