@@ -13,6 +13,7 @@ import typer
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli import completion
 from cgla_graph.comparisons.cli.commands import CommandGroup, renamed
+from cgla_graph.comparisons.cli.options import option
 
 app = typer.Typer(cls=CommandGroup, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -29,7 +30,7 @@ def _version(asked: bool) -> None:
 @app.callback()
 def cgla(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version and exit")
+        bool, option("--version", "print the version and exit", callback=_version, is_eager=True)
     ] = False,
 ) -> None:
     """Plan over risk maps with every solver, over one and the same cost: length + k * risk."""

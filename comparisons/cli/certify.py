@@ -16,6 +16,7 @@ from cgla_graph.comparisons.cli.options import (
     ScenarioArg,
     ZoneOptions,
     open_map,
+    option,
 )
 
 if TYPE_CHECKING:
@@ -30,13 +31,10 @@ def certify(
     zones: ZoneOptions,
     raster: RasterOptions,
     path: Annotated[
-        Path | None,
-        typer.Option("--path", metavar="FILE", help="a path, as plan --out or --export writes it (default: hybrid's)"),
+        Path | None, option("--path FILE", "a path, as plan --out or --export writes it (default: hybrid's)")
     ] = None,
-    tolerance: Annotated[float, typer.Option("--tolerance", metavar="R", help="gap that is good enough")] = 0.001,
-    max_cells: Annotated[
-        int, typer.Option("--max-cells", metavar="N", help="cells of a grid at most, about 300 bytes each")
-    ] = 2_500_000,
+    tolerance: Annotated[float, option("--tolerance R", "gap that is good enough")] = 0.001,
+    max_cells: Annotated[int, option("--max-cells N", "cells of a grid at most, about 300 bytes each")] = 2_500_000,
 ) -> None:
     """
     Prove how far a path is from the best possible.

@@ -14,6 +14,7 @@ from cgla_graph.comparisons.cli.options import (
     OutputOptions,
     RasterOptions,
     ZoneOptions,
+    option,
 )
 
 if TYPE_CHECKING:
@@ -40,22 +41,15 @@ def check(
             "--zones", "--no-fly", metavar="FILE", help="zones: ED-269, ED-318, KML, KMZ, GeoJSON; may be repeated"
         ),
     ] = None,
-    risk: Annotated[
-        Path | None, typer.Option("--risk", metavar="FILE.tif", help="risk on a raster: .tif, .asc, .npy")
-    ] = None,
+    risk: Annotated[Path | None, option("--risk FILE.tif", "risk on a raster: .tif, .asc, .npy")] = None,
     k: KOption = None,
     clearance: ClearanceOption = None,
     bounds: BoundsOption = None,
-    tolerance: Annotated[
-        float, typer.Option("--tolerance", metavar="R", help="how tight the bracket of the best cost shall be")
-    ] = 0.01,
+    tolerance: Annotated[float, option("--tolerance R", "how tight the bracket of the best cost shall be")] = 0.01,
     through: Annotated[
-        int,
-        typer.Option("--through", metavar="N", help="legs that are proven at most for the bound through its waypoints"),
+        int, option("--through N", "legs that are proven at most for the bound through its waypoints")
     ] = 16,
-    no_certificate: Annotated[
-        bool, typer.Option("--no-certificate", help="leave out the lower bound, and so the gaps")
-    ] = False,
+    no_certificate: Annotated[bool, option("--no-certificate", "leave out the lower bound, and so the gaps")] = False,
 ) -> None:
     """
     Check a plan of anybody: which zones its legs cross, and how much better any plan could be.

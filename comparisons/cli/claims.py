@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.cli.options import JsonOption, StudyOptions
+from cgla_graph.comparisons.cli.options import JsonOption, StudyOptions, option
 
 
 def claims(
@@ -14,14 +14,10 @@ def claims(
     ids: Annotated[
         list[str] | None, typer.Argument(metavar="ID", help="claims, as C28, or C17-C19 for a range (default: all)")
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="on a few maps only: minutes instead of an hour")] = False,
-    maps: Annotated[
-        int | None, typer.Option("--maps", metavar="N", min=1, help="random maps a cell (default: 200)")
-    ] = None,
-    seed: Annotated[int, typer.Option("--seed", metavar="S", min=0, help="of all that is drawn")] = 1,
-    strict: Annotated[
-        bool, typer.Option("--strict", help="exit with 1 unless every claim is proved or supported")
-    ] = False,
+    quick: Annotated[bool, option("--quick", "on a few maps only: minutes instead of an hour")] = False,
+    maps: Annotated[int | None, option("--maps N", "random maps a cell (default: 200)", min=1)] = None,
+    seed: Annotated[int, option("--seed S", "of all that is drawn", min=0)] = 1,
+    strict: Annotated[bool, option("--strict", "exit with 1 unless every claim is proved or supported")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """

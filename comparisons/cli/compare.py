@@ -20,6 +20,7 @@ from cgla_graph.comparisons.cli.options import (
     ZoneOptions,
     map_changes,
     naming_graphs,
+    option,
 )
 
 
@@ -32,35 +33,24 @@ def compare(
     scenarios: MissionsArg = None,
     solvers: SolversOption = None,
     seeds: Annotated[
-        int | None,
-        typer.Option("--seeds", metavar="N", min=1, help="runs of each solver that draws random numbers (default: 3)"),
+        int | None, option("--seeds N", "runs of each solver that draws random numbers (default: 3)", min=1)
     ] = None,
     budget: Annotated[
-        str | None,
-        typer.Option(
-            "--budget", metavar="seconds=S,…", help="seconds, iterations or evaluations, for all solvers that take it"
-        ),
+        str | None, option("--budget seconds=S,…", "seconds, iterations or evaluations, for all solvers that take it")
     ] = None,
     limits: Annotated[
-        str | None,
-        typer.Option(
-            "--limits", metavar="seconds=S,memory=MB", help="what kills a run (default: 600 seconds, 4096 megabytes)"
-        ),
+        str | None, option("--limits seconds=S,memory=MB", "what kills a run (default: 600 seconds, 4096 megabytes)")
     ] = None,
     refine: RefineOption = False,
     pictures: Annotated[
-        int | None,
-        typer.Option("--pictures", metavar="N", min=0, help="draw the first N scenarios (default: 20; of a study: 0)"),
+        int | None, option("--pictures N", "draw the first N scenarios (default: 20; of a study: 0)", min=0)
     ] = None,
     highlight: Annotated[
-        str | None,
-        typer.Option(
-            "--highlight", metavar="A,B", help="draw these in colour, too (default: the best 5 of more than 8)"
-        ),
+        str | None, option("--highlight A,B", "draw these in colour, too (default: the best 5 of more than 8)")
     ] = None,
-    strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a run has no path")] = False,
-    example: Annotated[bool, typer.Option("--example", help="print a study file as a start for your own")] = False,
-    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of study files")] = False,
+    strict: Annotated[bool, option("--strict", "exit with 1 if a run has no path")] = False,
+    example: Annotated[bool, option("--example", "print a study file as a start for your own")] = False,
+    schema: Annotated[bool, option("--schema", "print the JSON schema of study files")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.cli.options import JsonOption, RefineOption, SolverOption
+from cgla_graph.comparisons.cli.options import JsonOption, RefineOption, SolverOption, option
 
 
 def conform(
@@ -15,28 +15,17 @@ def conform(
         list[str] | None,
         typer.Argument(metavar="-- COMMAND", help="a planner: reads a problem as JSON, writes a path as JSON"),
     ] = None,
-    instances: Annotated[
-        str | None, typer.Option("--instances", metavar="A,B", help="names or families of instances (default: all)")
-    ] = None,
-    timeout: Annotated[float, typer.Option("--timeout", metavar="S", help="seconds an instance may take")] = 60.0,
-    memory: Annotated[
-        float, typer.Option("--memory", metavar="MB", help="megabytes that each process of the planner may take")
-    ] = 4096.0,
+    instances: Annotated[str | None, option("--instances A,B", "names or families of instances (default: all)")] = None,
+    timeout: Annotated[float, option("--timeout S", "seconds an instance may take")] = 60.0,
+    memory: Annotated[float, option("--memory MB", "megabytes that each process of the planner may take")] = 4096.0,
     tolerance: Annotated[
-        float | None,
-        typer.Option(
-            "--tolerance", metavar="R", help="exit with 1 if a path costs more than this above the best known"
-        ),
+        float | None, option("--tolerance R", "exit with 1 if a path costs more than this above the best known")
     ] = None,
-    workers: Annotated[
-        int, typer.Option("--workers", metavar="N", min=1, help="instances at a time; they share out the cores")
-    ] = 1,
-    out: Annotated[Path | None, typer.Option("--out", metavar="FILE.json", help="write the results to a file")] = None,
-    as_list: Annotated[bool, typer.Option("--list", help="list the instances and leave")] = False,
-    show: Annotated[
-        str | None, typer.Option("--show", metavar="NAME", help="print the problem of an instance, as planners get it")
-    ] = None,
-    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schemas of problems and answers")] = False,
+    workers: Annotated[int, option("--workers N", "instances at a time; they share out the cores", min=1)] = 1,
+    out: Annotated[Path | None, option("--out FILE.json", "write the results to a file")] = None,
+    as_list: Annotated[bool, option("--list", "list the instances and leave")] = False,
+    show: Annotated[str | None, option("--show NAME", "print the problem of an instance, as planners get it")] = None,
+    schema: Annotated[bool, option("--schema", "print the JSON schemas of problems and answers")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """
@@ -91,9 +80,7 @@ def _show_conformance(name: str | None, *, schema: bool, as_json: bool) -> None:
 
 def answer(
     solver: SolverOption = "hybrid",
-    resolution: Annotated[
-        int, typer.Option("--resolution", metavar="N", help="points a side of a closed lattice")
-    ] = 20,
+    resolution: Annotated[int, option("--resolution N", "points a side of a closed lattice")] = 20,
     refine: RefineOption = False,
 ) -> None:
     """

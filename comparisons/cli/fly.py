@@ -6,7 +6,7 @@ import typer
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli import completion
-from cgla_graph.comparisons.cli.options import ClearanceOption, ExportOptions, JsonOption, OutOption
+from cgla_graph.comparisons.cli.options import ClearanceOption, ExportOptions, JsonOption, OutOption, option
 
 
 def fly(
@@ -21,25 +21,21 @@ def fly(
     ] = "fig8",
     solver: Annotated[
         str | None,
-        typer.Option(
-            "--solver",
-            metavar="NAME",
+        option(
+            "--solver NAME",
+            "name, with settings as NAME:A=1:B=2 (default: the mission's)",
             autocompletion=completion.solvers,
-            help="name, with settings as NAME:A=1:B=2 (default: the mission's)",
         ),
     ] = None,
-    variant: Annotated[
-        str | None, typer.Option("--variant", metavar="NAME", help="fly only this variant (default: all)")
-    ] = None,
-    max_ticks: Annotated[int | None, typer.Option("--max-ticks", metavar="N", min=1, help="stop after N ticks")] = None,
+    variant: Annotated[str | None, option("--variant NAME", "fly only this variant (default: all)")] = None,
+    max_ticks: Annotated[int | None, option("--max-ticks N", "stop after N ticks", min=1)] = None,
     clearance: ClearanceOption = None,
     value: Annotated[
-        bool,
-        typer.Option(help="fly again with full knowledge, and without sharing, to see what these are worth"),
+        bool, typer.Option(help="fly again with full knowledge, and without sharing, to see what these are worth")
     ] = True,
     animation: Annotated[bool, typer.Option(help="with --out: draw animations as well as pictures")] = True,
     out: OutOption = None,
-    strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a UAV does not arrive")] = False,
+    strict: Annotated[bool, option("--strict", "exit with 1 if a UAV does not arrive")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """

@@ -7,13 +7,13 @@ import typer
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli import completion
-from cgla_graph.comparisons.cli.options import GraphArg, GraphOptions, JsonOption, OutOption, SolversOption
+from cgla_graph.comparisons.cli.options import GraphArg, GraphOptions, JsonOption, OutOption, SolversOption, option
 
 if TYPE_CHECKING:
     from cgla_graph.comparisons.results.graph_run import GraphRun
 
-FromOption = Annotated[str | None, typer.Option("--from", metavar="A", help="the node to start at")]
-ToOption = Annotated[str | None, typer.Option("--to", metavar="B", help="the node to get to")]
+FromOption = Annotated[str | None, option("--from A", "the node to start at")]
+ToOption = Annotated[str | None, option("--to B", "the node to get to")]
 
 
 def plan(
@@ -22,13 +22,7 @@ def plan(
     source: FromOption = None,
     target: ToOption = None,
     solver: Annotated[
-        str,
-        typer.Option(
-            "--solver",
-            metavar="A,B",
-            autocompletion=completion.solvers,
-            help="one or more, with settings as NAME:A=1:B=2",
-        ),
+        str, option("--solver A,B", "one or more, with settings as NAME:A=1:B=2", autocompletion=completion.solvers)
     ] = "cgla",
     out: OutOption = None,
     as_json: JsonOption = False,
@@ -49,11 +43,9 @@ def compare(
     options: GraphOptions,
     source: FromOption = None,
     target: ToOption = None,
-    pairs: Annotated[
-        int | None, typer.Option("--pairs", metavar="N", min=1, help="draw N pairs of nodes instead")
-    ] = None,
+    pairs: Annotated[int | None, option("--pairs N", "draw N pairs of nodes instead", min=1)] = None,
     solvers: SolversOption = None,
-    strict: Annotated[bool, typer.Option("--strict", help="exit with 1 if a run has no path")] = False,
+    strict: Annotated[bool, option("--strict", "exit with 1 if a run has no path")] = False,
     out: OutOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -103,12 +95,10 @@ def _answer(run: "GraphRun", out: Path | None, *, as_json: bool) -> None:
 def check(
     graph: GraphArg,
     options: GraphOptions,
-    target: Annotated[str, typer.Option("--target", metavar="T", help="the node whose costs-to-go are computed")],
-    source: Annotated[
-        str | None, typer.Option("--source", metavar="S", help="the node at which the search may stop (default: any)")
-    ] = None,
+    target: Annotated[str, option("--target T", "the node whose costs-to-go are computed")],
+    source: Annotated[str | None, option("--source S", "the node at which the search may stop (default: any)")] = None,
     strict: Annotated[
-        bool, typer.Option("--strict", help="exit with 1 if something does not hold that Theorem 1 is about")
+        bool, option("--strict", "exit with 1 if something does not hold that Theorem 1 is about")
     ] = False,
     as_json: JsonOption = False,
 ) -> None:

@@ -3,10 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
-import typer
-
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.cli.options import JsonOption
+from cgla_graph.comparisons.cli.options import JsonOption, option
 
 
 def solvers(as_json: JsonOption = False) -> None:
@@ -26,10 +24,8 @@ def solvers(as_json: JsonOption = False) -> None:
 
 
 def scenarios(
-    show: Annotated[
-        str | None, typer.Option("--show", metavar="NAME", help="print the file of a shipped scenario")
-    ] = None,
-    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of scenario files")] = False,
+    show: Annotated[str | None, option("--show NAME", "print the file of a shipped scenario")] = None,
+    schema: Annotated[bool, option("--schema", "print the JSON schema of scenario files")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """
@@ -50,10 +46,8 @@ def scenarios(
 
 
 def missions(
-    show: Annotated[
-        str | None, typer.Option("--show", metavar="NAME", help="print the file of a shipped mission")
-    ] = None,
-    schema: Annotated[bool, typer.Option("--schema", help="print the JSON schema of mission files")] = False,
+    show: Annotated[str | None, option("--show NAME", "print the file of a shipped mission")] = None,
+    schema: Annotated[bool, option("--schema", "print the JSON schema of mission files")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import Field, dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_type_hints
 
 import typer
 
@@ -24,6 +24,17 @@ ABOVE = {"ground": "AGL", "sea": "AMSL", "home": "HOME"}
 #: Formats that pictures are written in.
 FORMATS = ("png", "svg", "pdf")
 _BY_NAME = inspect.Parameter.KEYWORD_ONLY
+
+
+Number: TypeAlias = float | None
+Text: TypeAlias = str | None
+
+
+def option(name: str, text: str, **more: Any) -> Any:  # noqa: ANN401 - typer's
+    """Declare an option: its name, with what stands for its value (``--k K``), and its help."""
+    flag, _, metavar = name.partition(" ")
+    return typer.Option(flag, metavar=metavar or None, help=text, **more)
+
 
 MissionsArg = Annotated[
     list[str] | None,
@@ -46,63 +57,36 @@ ScenarioArg = Annotated[
 GraphArg = Annotated[str, typer.Argument(metavar="GRAPH", help=".graphml, .json (node-link), .csv, .mtx or .npz")]
 StudyArg = Annotated[Path, typer.Argument(metavar="DIR", help="folder of a study, as compare --out makes it")]
 SolverOption = Annotated[
-    str,
-    typer.Option(
-        "--solver", metavar="NAME", autocompletion=completion.solvers, help="name, with settings as NAME:A=1:B=2"
-    ),
+    str, option("--solver NAME", "name, with settings as NAME:A=1:B=2", autocompletion=completion.solvers)
 ]
 SolversOption = Annotated[
-    str | None,
-    typer.Option(
-        "--solvers",
-        metavar="A,B",
-        autocompletion=completion.solvers,
-        help="names, with settings as NAME:A=1:B=2 (default: all)",
-    ),
+    Text,
+    option("--solvers A,B", "names, with settings as NAME:A=1:B=2 (default: all)", autocompletion=completion.solvers),
 ]
-CorridorOption = Annotated[
-    float | None, typer.Option("--corridor", metavar="W", help="whole width of the corridor (default: 0), map units")
-]
-RefineOption = Annotated[bool, typer.Option("--refine", help="refine every path in the plane before it counts")]
+CorridorOption = Annotated[Number, option("--corridor W", "whole width of the corridor (default: 0), map units")]
+RefineOption = Annotated[bool, option("--refine", "refine every path in the plane before it counts")]
 ClearanceOption = Annotated[
-    float | None,
-    typer.Option("--clearance", metavar="C", help="stay at least so far from no-fly areas (map units, or metres)"),
+    Number, option("--clearance C", "stay at least so far from no-fly areas (map units, or metres)")
 ]
 BoundsOption = Annotated[
-    str | None,
-    typer.Option(
-        "--bounds", metavar="W,S,E,N", help="no path leaves these, instead of the map's: least x, y, greatest x, y"
-    ),
+    Text, option("--bounds W,S,E,N", "no path leaves these, instead of the map's: least x, y, greatest x, y")
 ]
-KOption = Annotated[
-    float | None, typer.Option("--k", metavar="K", help="risk weight, instead of the scenario's: length + k * risk")
-]
+KOption = Annotated[Number, option("--k K", "risk weight, instead of the scenario's: length + k * risk")]
 AltitudeOption = Annotated[
-    float | None,
-    typer.Option(
-        "--altitude", metavar="M", help="of the flight, metres (see --above): of exported plans, and which zones count"
-    ),
+    Number, option("--altitude M", "of the flight, metres (see --above): of exported plans, and which zones count")
 ]
 AboveOption = Annotated[
-    str | None,
-    typer.Option(
-        "--above",
-        metavar="WHAT",
-        help="what --altitude is above: home, ground or sea (default: home in exported plans, ground of zones)",
+    Text,
+    option(
+        "--above WHAT",
+        "what --altitude is above: home, ground or sea (default: home in exported plans, ground of zones)",
     ),
 ]
-SpeedOption = Annotated[
-    float | None, typer.Option("--speed", metavar="V", help="of the flight, metres a second (default: left open)")
-]
-OutOption = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="write files and pictures into DIR")]
-FormatsOption = Annotated[
-    str | None,
-    typer.Option("--formats", metavar="A,B", help="with --out: formats of pictures, some of png,svg,pdf"),
-]
-JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON document on standard output, nothing else")]
-PortOption = Annotated[
-    int, typer.Option("--port", metavar="N", min=0, max=65535, help="to listen on (default: one that is free)")
-]
+SpeedOption = Annotated[Number, option("--speed V", "of the flight, metres a second (default: left open)")]
+OutOption = Annotated[Path | None, option("--out DIR", "write files and pictures into DIR")]
+FormatsOption = Annotated[Text, option("--formats A,B", "with --out: formats of pictures, some of png,svg,pdf")]
+JsonOption = Annotated[bool, option("--json", "print one JSON document on standard output, nothing else")]
+PortOption = Annotated[int, option("--port N", "to listen on (default: one that is free)", min=0, max=65535)]
 BrowserOption = Annotated[bool, typer.Option(help="open the page in the browser")]
 
 
@@ -110,26 +94,19 @@ BrowserOption = Annotated[bool, typer.Option(help="open the page in the browser"
 class MapOptions:
     """Changes to a map."""
 
-    start: Annotated[
-        str | None, typer.Option("--start", metavar="X,Y", help="instead of the scenario's (lon,lat on such maps)")
-    ] = None
-    goal: Annotated[
-        str | None, typer.Option("--goal", metavar="X,Y", help="instead of the scenario's (lon,lat on such maps)")
-    ] = None
+    start: Annotated[Text, option("--start X,Y", "instead of the scenario's (lon,lat on such maps)")] = None
+    goal: Annotated[Text, option("--goal X,Y", "instead of the scenario's (lon,lat on such maps)")] = None
     bounds: BoundsOption = None
     k: KOption = None
     clearance: ClearanceOption = None
     no_fly: Annotated[
         list[Path] | None,
-        typer.Option(
-            "--no-fly",
-            metavar="FILE",
-            help="more no-fly areas, on maps in lon/lat: GeoJSON, or zones (ED-269, ED-318, KML, KMZ); may be repeated",
+        option(
+            "--no-fly FILE",
+            "more no-fly areas, on maps in lon/lat: GeoJSON, or zones (ED-269, ED-318, KML, KMZ); may be repeated",
         ),
     ] = None
-    resolution: Annotated[
-        int | None, typer.Option("--resolution", metavar="N", help="points a side of a closed lattice")
-    ] = None
+    resolution: Annotated[int | None, option("--resolution N", "points a side of a closed lattice")] = None
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -139,28 +116,20 @@ class ZoneOptions:
     altitude: AltitudeOption = None
     above: AboveOption = None
     at: Annotated[
-        str | None,
-        typer.Option(
-            "--at", metavar="TIME", help="of zones: when the flight is, as 2026-08-01T12:00+02:00 (default: all)"
-        ),
+        Text, option("--at TIME", "of zones: when the flight is, as 2026-08-01T12:00+02:00 (default: all)")
     ] = None
     treat: Annotated[
         list[str] | None,
-        typer.Option(
-            "--treat",
-            metavar="KIND=closed|open",
-            help="of zones: as REQ_AUTHORISATION=open (default: all closed but NO_RESTRICTION); may be repeated",
+        option(
+            "--treat KIND=closed|open",
+            "of zones: as REQ_AUTHORISATION=open (default: all closed but NO_RESTRICTION); may be repeated",
         ),
     ] = None
     ground: Annotated[
-        Path | None,
-        typer.Option(
-            "--ground", metavar="FILE.tif", help="of zones: elevations, to compare heights above ground and sea"
-        ),
+        Path | None, option("--ground FILE.tif", "of zones: elevations, to compare heights above ground and sea")
     ] = None
     zones_list: Annotated[
-        Path | None,
-        typer.Option("--zones-list", metavar="FILE", help="write what became of each zone, and why: .csv or .json"),
+        Path | None, option("--zones-list FILE", "write what became of each zone, and why: .csv or .json")
     ] = None
 
     def settings(self) -> dict[str, Any]:
@@ -241,26 +210,13 @@ class ZoneOptions:
 class RasterOptions:
     """How a raster of risk is read."""
 
-    kind: Annotated[
-        str | None,
-        typer.Option("--kind", metavar="KIND", help="of a raster: density, or count (of each cell, as people)"),
-    ] = None
-    scale: Annotated[
-        float | None, typer.Option("--scale", metavar="S", help="of a raster: what its densities are multiplied by")
-    ] = None
-    nodata: Annotated[
-        float | None, typer.Option("--nodata", metavar="V", help="of a raster: what cells without data stand for")
-    ] = None
-    interpolation: Annotated[
-        str | None, typer.Option("--interpolation", metavar="HOW", help="of a raster: bilinear or nearest")
-    ] = None
-    origin: Annotated[
-        str | None,
-        typer.Option("--origin", metavar="WHERE", help="of a .npy: row 0 is the upper one (default), or lower"),
-    ] = None
+    kind: Annotated[Text, option("--kind KIND", "of a raster: density, or count (of each cell, as people)")] = None
+    scale: Annotated[Number, option("--scale S", "of a raster: what its densities are multiplied by")] = None
+    nodata: Annotated[Number, option("--nodata V", "of a raster: what cells without data stand for")] = None
+    interpolation: Annotated[Text, option("--interpolation HOW", "of a raster: bilinear or nearest")] = None
+    origin: Annotated[Text, option("--origin WHERE", "of a .npy: row 0 is the upper one (default), or lower")] = None
     coordinates: Annotated[
-        str | None,
-        typer.Option("--coordinates", metavar="WHICH", help="of a .npy or .asc: plane (default) or lonlat for degrees"),
+        Text, option("--coordinates WHICH", "of a .npy or .asc: plane (default) or lonlat for degrees")
     ] = None
 
 
@@ -269,19 +225,14 @@ class GroundRiskOptions:
     """Prices instead of a risk weight, and limits of the density below."""
 
     prevented_fatality: Annotated[
-        float | None,
-        typer.Option(
-            "--prevented-fatality", metavar="P", help="what preventing a fatality is worth; with --metre-price"
-        ),
+        Number, option("--prevented-fatality P", "what preventing a fatality is worth; with --metre-price")
     ] = None
     metre_price: Annotated[
-        float | None,
-        typer.Option("--metre-price", metavar="P", help="price of a metre flown: k is the one price over the other"),
+        Number, option("--metre-price P", "price of a metre flown: k is the one price over the other")
     ] = None
-    max_density: Annotated[
-        float | None,
-        typer.Option("--max-density", metavar="D", help="of rasters: no cell under the corridor is above it"),
-    ] = None
+    max_density: Annotated[Number, option("--max-density D", "of rasters: no cell under the corridor is above it")] = (
+        None
+    )
     corridor: CorridorOption = None
 
 
@@ -290,26 +241,17 @@ class ProofOptions:
     """How tight the lower bound is."""
 
     tolerance: Annotated[
-        float | None,
-        typer.Option(
-            "--tolerance", metavar="R", help="how tight the lower bound shall be (default: 0.005; 0: no bound)"
-        ),
+        Number, option("--tolerance R", "how tight the lower bound shall be (default: 0.005; 0: no bound)")
     ] = None
-    no_certificate: Annotated[
-        bool, typer.Option("--no-certificate", help="leave out the lower bound, and so the gaps")
-    ] = False
+    no_certificate: Annotated[bool, option("--no-certificate", "leave out the lower bound, and so the gaps")] = False
 
 
 @dataclass(frozen=True, repr=False)
 class BudgetOptions:
     """A budget instead of the risk weight."""
 
-    max_risk: Annotated[
-        float | None, typer.Option("--max-risk", metavar="R", help="find the shortest path with at most that risk")
-    ] = None
-    max_length: Annotated[
-        float | None, typer.Option("--max-length", metavar="L", help="find the least risk on a path at most that long")
-    ] = None
+    max_risk: Annotated[Number, option("--max-risk R", "find the shortest path with at most that risk")] = None
+    max_length: Annotated[Number, option("--max-length L", "find the least risk on a path at most that long")] = None
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -317,30 +259,19 @@ class FlyableOptions:
     """A path of lines and arcs, and how long it takes to fly it."""
 
     turn_radius: Annotated[
-        float | None,
-        typer.Option("--turn-radius", metavar="R", help="make the path flyable: lines and arcs, none tighter than R"),
+        Number, option("--turn-radius R", "make the path flyable: lines and arcs, none tighter than R")
     ] = None
     start_heading: Annotated[
-        float | None,
-        typer.Option("--start-heading", metavar="DEG", help="of a flyable path, degrees clockwise from north (y)"),
+        Number, option("--start-heading DEG", "of a flyable path, degrees clockwise from north (y)")
     ] = None
-    goal_heading: Annotated[
-        float | None, typer.Option("--goal-heading", metavar="DEG", help="the same at the goal")
-    ] = None
+    goal_heading: Annotated[Number, option("--goal-heading DEG", "the same at the goal")] = None
     arc_tolerance: Annotated[
-        float | None,
-        typer.Option("--arc-tolerance", metavar="D", help="of arcs as exported waypoints (default: R / 100)"),
+        Number, option("--arc-tolerance D", "of arcs as exported waypoints (default: R / 100)")
     ] = None
     wind: Annotated[
-        str | None,
-        typer.Option(
-            "--wind", metavar="EAST,NORTH", help="where the air moves to, metres a second, for the time of flight"
-        ),
+        Text, option("--wind EAST,NORTH", "where the air moves to, metres a second, for the time of flight")
     ] = None
-    power: Annotated[
-        float | None,
-        typer.Option("--power", metavar="W", help="what the aircraft draws, watts, for the energy of flight"),
-    ] = None
+    power: Annotated[Number, option("--power W", "what the aircraft draws, watts, for the energy of flight")] = None
     speed: SpeedOption = None
 
 
@@ -350,10 +281,9 @@ class ExportOptions:
 
     export: Annotated[
         list[Path] | None,
-        typer.Option(
-            "--export",
-            metavar="NAME.plan",
-            help="write the path to fly it: .plan, .waypoints, .kml, .gpx, .geojson, .csv; may be repeated",
+        option(
+            "--export NAME.plan",
+            "write the path to fly it: .plan, .waypoints, .kml, .gpx, .geojson, .csv; may be repeated",
         ),
     ] = None
     altitude: AltitudeOption = None
@@ -365,13 +295,8 @@ class ExportOptions:
 class GraphOptions:
     """How the file of a graph is read."""
 
-    weight: Annotated[
-        str | None,
-        typer.Option("--weight", metavar="NAME", help="what holds the weights of the edges (default: weight)"),
-    ] = None
-    directed: Annotated[
-        bool, typer.Option("--directed", help="of a .csv: its edges lead from source to target only")
-    ] = False
+    weight: Annotated[Text, option("--weight NAME", "what holds the weights of the edges (default: weight)")] = None
+    directed: Annotated[bool, option("--directed", "of a .csv: its edges lead from source to target only")] = False
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -379,20 +304,14 @@ class StudyOptions:
     """Where a study is kept, and what makes its runs."""
 
     out: OutOption = None
-    resume: Annotated[
-        bool, typer.Option("--resume", help="go on with the study in --out; nothing that is done is made again")
-    ] = False
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="replace the study that is in --out")] = False
+    resume: Annotated[bool, option("--resume", "go on with the study in --out; nothing that is done is made again")] = (
+        False
+    )
+    overwrite: Annotated[bool, option("--overwrite", "replace the study that is in --out")] = False
     workers: Annotated[
-        int | None,
-        typer.Option(
-            "--workers", metavar="N", min=0, help="processes that make runs (default: one a core; 0: this one)"
-        ),
+        int | None, option("--workers N", "processes that make runs (default: one a core; 0: this one)", min=0)
     ] = None
-    dask: Annotated[
-        str | None,
-        typer.Option("--dask", metavar="SCHEDULER", help="make the runs on a Dask cluster, as tcp://HOST:8786"),
-    ] = None
+    dask: Annotated[Text, option("--dask SCHEDULER", "make the runs on a Dask cluster, as tcp://HOST:8786")] = None
 
 
 @dataclass(frozen=True, repr=False, eq=False)

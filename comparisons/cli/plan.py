@@ -21,6 +21,7 @@ from cgla_graph.comparisons.cli.options import (
     SolverOption,
     ZoneOptions,
     open_map,
+    option,
 )
 
 if TYPE_CHECKING:
@@ -46,8 +47,7 @@ def plan(
     solver: SolverOption = "hybrid",
     refine: RefineOption = False,
     profile: Annotated[
-        Path | None,
-        typer.Option("--profile", metavar="FILE", help="write risk and cost along the path: .csv, or .png, .svg, .pdf"),
+        Path | None, option("--profile FILE", "write risk and cost along the path: .csv, or .png, .svg, .pdf")
     ] = None,
 ) -> None:
     """

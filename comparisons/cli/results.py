@@ -6,30 +6,20 @@ from typing import Annotated
 import typer
 
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.cli.options import JsonOption, PageOptions, StudyArg
+from cgla_graph.comparisons.cli.options import JsonOption, PageOptions, StudyArg, option
 
 
 def results(
     folder: StudyArg,
-    scenario: Annotated[
-        str | None, typer.Option("--scenario", metavar="A,B", help="only these, as random-* too")
-    ] = None,
-    solver: Annotated[str | None, typer.Option("--solver", metavar="A,B", help="only these")] = None,
-    status: Annotated[
-        str | None,
-        typer.Option("--status", metavar="A,B", help="only runs that ended so, as timed-out,stuck"),
-    ] = None,
-    seed: Annotated[int | None, typer.Option("--seed", metavar="N", help="only runs of this seed")] = None,
-    runs: Annotated[bool, typer.Option("--runs", help="list single runs")] = False,
-    against: Annotated[
-        Path | None, typer.Option("--against", metavar="DIR", help="say what changed since an older study")
-    ] = None,
-    rerun: Annotated[
-        int | None, typer.Option("--rerun", metavar="NUMBER", help="make a run once more, and say what is different")
-    ] = None,
+    scenario: Annotated[str | None, option("--scenario A,B", "only these, as random-* too")] = None,
+    solver: Annotated[str | None, option("--solver A,B", "only these")] = None,
+    status: Annotated[str | None, option("--status A,B", "only runs that ended so, as timed-out,stuck")] = None,
+    seed: Annotated[int | None, option("--seed N", "only runs of this seed")] = None,
+    runs: Annotated[bool, option("--runs", "list single runs")] = False,
+    against: Annotated[Path | None, option("--against DIR", "say what changed since an older study")] = None,
+    rerun: Annotated[int | None, option("--rerun NUMBER", "make a run once more, and say what is different")] = None,
     export: Annotated[
-        list[Path] | None,
-        typer.Option("--export", metavar="FILE", help="write .csv, .jsonl, .parquet, .tex or .db (OMPL's tables)"),
+        list[Path] | None, option("--export FILE", "write .csv, .jsonl, .parquet, .tex or .db (OMPL's tables)")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

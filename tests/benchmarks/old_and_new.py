@@ -115,13 +115,12 @@ def mission(n_uavs, n_threats, **more):
 def command(first):
     # `cgla plan paper` in a process of its own; the first one after an installation has to compile
     import os, subprocess, sys, tempfile
-    code = "import sys; from cgla_graph.comparisons.cli.app import main; sys.argv[1:] = ['plan', 'paper']; main()"
     kept = tempfile.TemporaryDirectory()
     def run():
         with tempfile.TemporaryDirectory() as empty:
             environment = {**os.environ, "NUMBA_CACHE_DIR": empty if first else kept.name}
             environment.pop("PYTHONDONTWRITEBYTECODE", None)
-            words = [sys.executable, "-c", code]
+            words = [sys.executable, "-m", "cgla_graph.comparisons", "plan", "paper"]
             done = subprocess.run(words, env=environment, capture_output=True, text=True, check=True)
         return float(done.stdout.split("cost")[1].split()[0])
     return run
