@@ -1,78 +1,85 @@
-"""The picture of a plan that was checked: its legs over areas and risk, and the pieces that are inside of areas."""
+"""The picture of a checked plan: its legs over areas and risk, and the pieces of legs that are inside of areas."""
 
-import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator
 
 import numpy as np
 import shapely
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from shapely.geometry.base import BaseGeometry
 
-from cgla_graph._types import FloatArray
+from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.model.problem import Problem
 from cgla_graph.plots.map import BaseMap
-from cgla_graph.plots.page import Key, heading, style
+from cgla_graph.plots.page import Key, add_inner_legend, heading, style
 from cgla_graph.plots.scene import TitledProblem, area_key, clip_to_bounds, draw_area, line_key, unit_scale
 
-#: Blue, as the first solver's path in other pictures; and red, which no solver has.
+#: Blue, as the first path in other pictures; and red, which no path has.
 _PLAN, _INSIDE = "#0072B2", "#C00000"
 
 
-def check_figure(
-    shown: TitledProblem, route: FloatArray, areas: Sequence[BaseGeometry], pieces: Sequence[FloatArray], *, clean: bool
-) -> Figure:
+def check_figure(checked: PlanCheck, *, figure: Figure | None = None) -> Figure:
     """
     Draw a plan that was checked.
 
     Parameters
     ----------
-    shown
-        The map; what closes it are the `areas`.
-    route
-        What is flown, shape ``(m, 2)``, map units; it may begin in an area, and leave the map.
-    areas
-        What no leg may cross, map units.
-    pieces
-        Those of legs that do, shape ``(2, 2)`` each.
-    clean
-        Whether nothing is wrong with the plan.
+    checked
+        The plan may begin in an area, and leave the map: all of it is shown.
+    figure
+        An empty one to draw on; None makes one.
 
     Examples
     --------
-    >>> from cgla_graph.scenarios.scenario import load_scenario
-    >>> route = np.array([(0.1, 0.1), (0.9, 0.9)])
-    >>> shown = TitledProblem.of(load_scenario("one-threat"))
-    >>> figure = check_figure(shown, route, [shapely.box(0.4, 0, 0.5, 0.8)], [route], clean=False)
+    >>> import cgla_graph as cg
+    >>> tower = cg.Problem((0, 0), (10, 0), bounds=(-5, -5, 15, 15), no_fly=shapely.box(4, -1, 5, 2))
+    >>> figure = check_figure(cg.check([(0, 0), (10, 0)], tower))
     >>> [text.get_text() for text in figure.legends[0].get_texts()]
     ['plan, not clean', 'inside an area', 'start', 'goal', 'no-fly area']
     """
-    old = shown.problem
+    shown = _map_of(checked)
+    with style():
+        base = BaseMap.of(shown, places=[checked.on.route], figure=figure)
+        keys = list(_draw(base, checked))
+        base.name_areas([checked.on.route])
+        base.arrange(heading(shown.name, shown.title, shown.problem.k), [*base.parts, base.add_legend(keys)])
+    return base.figure
+
+
+def draw_check(axes: Axes, checked: PlanCheck) -> None:
+    """Draw the same on axes of the user's, with the legend inside and no bar of colours."""
+    with style():
+        keys = list(_draw(BaseMap.on(axes, _map_of(checked), places=[checked.on.route]), checked))
+        add_inner_legend(axes, keys, least=2)
+
+
+def _map_of(checked: PlanCheck) -> TitledProblem:
+    """Return a map that reaches over all of the plan."""
+    on, old, route = checked.on, checked.on.problem, checked.on.route
     low, high = np.minimum(route.min(axis=0), old.bounds[:2]), np.maximum(route.max(axis=0), old.bounds[2:])
     bounds = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
-    first, last = ((float(x), float(y)) for x, y in (route[0], route[-1]))
-    problem = Problem(first, last, old.field, old.k, bounds, projection=old.projection)
-    shown = dataclasses.replace(shown, problem=problem)
-    scale = unit_scale(problem)
-    with style():
-        base = BaseMap.of(shown, places=[route])
-        base.axes.plot(*(route * scale).T, color="white", linewidth=3.0, alpha=0.85, zorder=3.4)
-        (line,) = base.axes.plot(*(route * scale).T, color=_PLAN, linewidth=1.6, zorder=4.0)
-        if len(route) > 1:
-            base.axes.plot(*(route[1:-1] * scale).T, ".", color=_PLAN, markersize=4.0, zorder=4.1)
-        keys: list[Key] = [(line, "plan, clean" if clean else "plan, not clean")]
-        if pieces:
-            inside = LineCollection([piece * scale for piece in pieces], colors=_INSIDE, linewidths=3.0, zorder=4.2)
-            base.axes.add_collection(inside, autolim=False)
-            base.axes.plot(
-                *(np.concatenate(pieces) * scale).T, "x", color=_INSIDE, markersize=5.0, markeredgewidth=1.2, zorder=4.3
-            )
-            keys.append((line_key(color=_INSIDE, linewidth=3.0), "inside an area"))
-        keys += base.draw_marks()
-        if areas:
-            united = shapely.union_all(list(areas))
-            clip_to_bounds(base.axes, bounds, draw_area(base.axes, united, scale), scale)
-            keys.append((area_key(), "no-fly area"))
-        base.name_areas([route])
-        base.arrange(heading(shown.name, shown.title, problem.k), [*base.parts, base.add_legend(keys)])
-    return base.figure
+    start, goal = ((float(x), float(y)) for x, y in (route[0], route[-1]))
+    problem = Problem(start, goal, old.field, old.k, bounds, projection=old.projection)
+    named = [(one.name, one.shape) for one in on.areas]
+    return TitledProblem(problem, on.name, on.source.title, named, getattr(on.source, "y_down", False))
+
+
+def _draw(base: BaseMap, checked: PlanCheck) -> Iterator[Key]:
+    """Draw legs, the pieces inside of areas, marks and areas; yield the rows of the legend."""
+    axes, problem, scale = base.axes, base.shown.problem, unit_scale(base.shown.problem)
+    route = checked.on.route * scale
+    axes.plot(*route.T, color="white", linewidth=3.0, alpha=0.85, zorder=3.4)
+    (line,) = axes.plot(*route.T, color=_PLAN, linewidth=1.6, zorder=4.0)
+    axes.plot(*route[1:-1].T, ".", color=_PLAN, markersize=4.0, zorder=4.1)
+    yield line, "plan, clean" if checked.is_clean else "plan, not clean"
+    if checked.crossings.found:
+        pieces = np.array([(one.entry, one.exit) for one in checked.crossings.found]) * scale
+        axes.add_collection(LineCollection(list(pieces), colors=_INSIDE, linewidths=3.0, zorder=4.2), autolim=False)
+        ends = np.concatenate(list(pieces))
+        axes.plot(*ends.T, "x", color=_INSIDE, markersize=5.0, markeredgewidth=1.2, zorder=4.3)
+        yield line_key(color=_INSIDE, linewidth=3.0), "inside an area"
+    yield from base.draw_marks()
+    if checked.on.areas:
+        united = shapely.union_all([one.shape for one in checked.on.areas])
+        clip_to_bounds(axes, problem.bounds, draw_area(axes, united, scale), scale)
+        yield area_key(), "no-fly area"

@@ -14,6 +14,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from cgla_graph._text import figure as digits
+from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.certificate.certificate import Certificate
 from cgla_graph.cost_to_go.cost_matrix import CostMatrix
 from cgla_graph.errors import OutputError, ProblemError
@@ -26,6 +27,7 @@ from cgla_graph.plots.animation import DPI, Film, frame_ticks
 from cgla_graph.plots.animation_file import animate as write_animation
 from cgla_graph.plots.animation_file import frame_milliseconds
 from cgla_graph.plots.certificate import certificate_figure, draw_certificate
+from cgla_graph.plots.check import check_figure, draw_check
 from cgla_graph.plots.flight import LabelledFlight, draw_flight, flight_figure
 from cgla_graph.plots.looks import COLOURS, LabelledPath, labelled_paths
 from cgla_graph.plots.map import draw_map, map_figure
@@ -39,7 +41,7 @@ MOST_EDGES = 2000
 @singledispatch
 def plot(thing: object, ax: Axes | None = None, *, solutions: Iterable[Solution] = ()) -> Any:  # noqa: ANN401 - axes, one or two
     """
-    Draw a problem, a graph, a cost matrix, a solution, a certificate, a mission or a flight.
+    Draw a problem, graph, cost matrix, solution, certificate, mission, flight or checked plan.
 
     Parameters
     ----------
@@ -111,6 +113,14 @@ def _(certificate: Certificate, ax: Axes | None = None) -> Any:  # noqa: ANN401 
     both = [_axes(one) for one in np.ravel(np.array(ax, dtype=object))]
     draw_certificate(both, TitledProblem(problem), certificate, paths)
     return ax
+
+
+@plot.register
+def _(checked: PlanCheck, ax: Axes | None = None) -> Axes:
+    if ax is not None:
+        draw_check(_axes(ax), checked)
+        return ax
+    return check_figure(checked, figure=_figure()).axes[0]
 
 
 @plot.register

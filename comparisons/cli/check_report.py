@@ -193,12 +193,6 @@ def write_checked(folder: Path, checked: PlanCheck, formats: Sequence[str] = ("p
     """
     from cgla_graph.plots import pictures
     from cgla_graph.plots.check import check_figure
-    from cgla_graph.plots.scene import TitledProblem
 
-    on, source = checked.on, checked.on.source
     stem = folder / files.file_stem(f"{Path(checked.file).stem}-check", set())
-    pieces = [np.array([one.entry, one.exit]) for one in checked.crossings.found]
-    named = [(one.name, one.shape) for one in on.areas]
-    shown = TitledProblem(on.problem, source.name, source.title, named, y_down=getattr(source, "y_down", False))
-    figure_ = check_figure(shown, on.route, [one.shape for one in on.areas], pieces, clean=checked.is_clean)
-    return pictures.save_all(figure_, stem, formats)
+    return pictures.save_all(check_figure(checked), stem, formats)

@@ -26,17 +26,9 @@ def test_everything_draws_on_axes_that_are_given_and_touches_nothing_else() -> N
     settings, figures = dict(mpl.rcParams), plt.get_fignums()
     graph = PROBLEM.on_lattice(3)
     matrix = cg.cost_matrix(graph.graph, target=graph.target)
-    for thing in (
-        PROBLEM,
-        solution,
-        proof,
-        flight,
-        flight.mission,
-        graph,
-        graph.graph,
-        matrix,
-        cg.solve(graph, "cgla"),
-    ):
+    checked = cg.check([(0.1, 0.1), (0.5, 0.9), (0.9, 0.9)], PROBLEM)
+    maps = (PROBLEM, solution, proof, flight, flight.mission, checked)
+    for thing in (*maps, graph, graph.graph, matrix, cg.solve(graph, "cgla")):
         axes = Figure().add_subplot()
         assert cg.plot(thing, axes) is axes
         assert axes.has_data()

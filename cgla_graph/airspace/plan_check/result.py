@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cgla_graph._display import Plottable
 from cgla_graph._text import counted, json_number
 from cgla_graph._types import BoolArray, FloatArray
 from cgla_graph.airspace.flight_plans.crossings import Crossing, Crossings
@@ -61,7 +62,7 @@ class Leg:
 
 
 @dataclass(frozen=True, eq=False)
-class PlanCheck:
+class PlanCheck(Plottable):
     """
     What a check of a plan found.
 
