@@ -338,13 +338,6 @@ class MapBuilder:
         return [*rings, *areas, *self.shapes("no_fly.geojson", [], given.geojson)]
 
     @cached_property
-    def no_fly_shapes(self) -> list[BaseGeometry]:
-        """All no-fly areas in the file's own coordinates; of zones, those that are closed, and what is near the map."""
-        zones = self.zones
-        closed = [] if zones is None else [one.area for one in zones.applied.closed if one.area is not None]
-        return [*self._own_shapes, *closed]
-
-    @cached_property
     def no_fly_names(self) -> list[str]:
         """What each of them is called: its place in this file, or what its own file calls it."""
         given = self.table.no_fly

@@ -14,8 +14,7 @@ from strategies import few, fields, points, seeds, usual
 import cgla_graph as cg
 from cgla_graph.model.solution import Status
 from cgla_graph.scenarios.random_map import random_scenario
-from cgla_graph.solvers.continuous.b_spline import basis, curvature
-from cgla_graph.solvers.continuous.evolutionary import Evolutionary, _Curves, _is_better
+from cgla_graph.solvers.continuous.evolutionary import Evolutionary, _Curves, _is_better, basis, curvature
 
 QUICK: dict[str, Any] = {"generations": 25, "segments": 24, "population": 20}
 
