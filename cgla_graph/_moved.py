@@ -39,6 +39,7 @@ MOVED = {
     "comparisons.plots.pictures": "plots.pictures",
     "comparisons.plots.scene": "plots.scene",
     "comparisons.plots.view": "plots.view",
+    "comparisons.profile": "plots.profile",
     "comparisons.results.regression_table": "comparisons.results.tables",
     "comparisons.risk_samples": "plots.risk_samples",
     "comparisons.statistics.cost_table": "comparisons.statistics.paired",

@@ -175,7 +175,7 @@ def _written(
 
         written.append(write_plan(folder, run, kinds))
     if profile is not None:
-        from cgla_graph.comparisons.profile import write_profile
+        from cgla_graph.plots.profile import write_profile
 
         clock = None if flying is None else flying.clock
         written.append([write_profile(profile, run.scenario, run.solution.path, clock)])
@@ -250,6 +250,6 @@ def _with_proof(run: "Run") -> "Run":
 def _check_profile(target: Path | None) -> None:
     """Check the file of --profile before any work is done."""
     if target is not None:
-        from cgla_graph.comparisons.profile import check_profile_file
+        from cgla_graph.plots.profile import check_profile_file
 
         check_profile_file(target)

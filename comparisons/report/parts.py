@@ -112,13 +112,15 @@ def rank_picture(ranks: Ranking) -> dict[str, Any] | None:
 def _described(ranks: Ranking) -> str:
     ordered = ", ".join(f"{s} {r:.2f}" for s, r in zip(ranks.solvers, ranks.average_ranks, strict=True))
     groups = "; ".join(f"{', '.join(group)}" for group in ranks.groups)
-    return f"Average ranks, best first: {ordered}. Not told apart: {groups or 'none'}.{_not_joined(ranks)}"
+    return (
+        f"Average ranks, best first: {ordered}. Without significant difference: {groups or 'none'}.{_not_joined(ranks)}"
+    )
 
 
 def _not_joined(ranks: Ranking) -> str:
     """Name pairs that do not differ significantly but that no bar can join without a solver between."""
     pairs = listed([" and ".join(pair) for pair in ranks.apart_in_rank])
-    return f" Nor are these told apart: {pairs}." if pairs else ""
+    return f" Nor do these differ significantly: {pairs}." if pairs else ""
 
 
 def _caption(ranks: Ranking) -> str:

@@ -126,7 +126,7 @@ def _how_confident(found: Sequence[LeaderboardRow]) -> Answer:
     level = [one.solver for one in others if one not in shown]
     words = f"p < {LEVEL:.2g} by Wilcoxon's signed ranks, scenario by scenario, after Holm for all pairs"
     if level:
-        words += f"; not told apart from the first: {listed(level, _MOST_NAMES)}"
+        words += f"; no significant difference from the first: {listed(level, _MOST_NAMES)}"
     if cheaper:
         words += f"; shown to be cheaper than it, though behind in rank: {listed(cheaper, _MOST_NAMES)}"
     return Answer("How confident?", f"{len(worse)} of {len(others)} are more expensive beyond chance", words)

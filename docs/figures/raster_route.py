@@ -5,7 +5,7 @@ import numpy as np
 from drawing import BLUE, GREY, draw_map, draw_path, panels
 
 import cgla_graph as cg
-from cgla_graph.comparisons.profile import profile_of
+from cgla_graph.plots.profile import profile_of
 
 cells = [
     [0, 0, 10, 0, 0, 0],

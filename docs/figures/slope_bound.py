@@ -7,8 +7,8 @@ from scipy.interpolate import RegularGridInterpolator
 
 import cgla_graph as cg
 from cgla_graph.certificate.subsolution import Level, first_grid
-from cgla_graph.comparisons.profile import profile_of
 from cgla_graph.eikonal import cell_runs
+from cgla_graph.plots.profile import profile_of
 
 problem = cg.load_scenario("paper").problem
 best = cg.solve(problem)

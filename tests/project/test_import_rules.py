@@ -52,7 +52,6 @@ FLOORS = (
     ("comparisons.leaderboard",),
     ("comparisons.tables",),
     ("comparisons.plots",),
-    ("comparisons.profile",),
     ("comparisons.report",),
     ("comparisons.live",),
     ("comparisons.missions",),

@@ -1,5 +1,6 @@
 """The profile of a path: distance, density, accumulated risk and cost at points along it, as a table and as a plot."""
 
+import csv
 import io
 import math
 from collections.abc import Callable
@@ -11,9 +12,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from cgla_graph._files import write_files
 from cgla_graph._types import FloatArray
 from cgla_graph._validate import point_array
-from cgla_graph.comparisons import files
 from cgla_graph.errors import OutputError, ProblemError
 from cgla_graph.model.problem import Problem
 from cgla_graph.plots import pictures
@@ -116,15 +117,16 @@ def _points(problem: Problem, waypoints: FloatArray) -> FloatArray:
 
 def profile_csv(scenario: Scenario, profile: Profile, seconds: FloatArray | None = None) -> str:
     """Write a profile as CSV: `COLUMNS`, seconds if known, and longitude and latitude where the map has them."""
-    table = np.column_stack([profile.distance, profile.points, profile.density, profile.risk, profile.cost])
-    columns: tuple[str, ...] = COLUMNS
+    columns, table = list(COLUMNS), [profile.distance, profile.points, profile.density, profile.risk, profile.cost]
     if seconds is not None:
-        columns = (*columns, "seconds")
-        table = np.column_stack([table, seconds])
+        columns.append("seconds")
+        table.append(seconds)
     if scenario.projection is not None:
-        columns = (*columns, "longitude", "latitude")
-        table = np.column_stack([table, scenario.projection.inverse(profile.points)])
-    return files.csv_text([dict(zip(columns, row, strict=True)) for row in table.tolist()], columns)
+        columns += ["longitude", "latitude"]
+        table.append(scenario.projection.inverse(profile.points))
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([columns, *np.column_stack(table).tolist()])
+    return text.getvalue()
 
 
 def profile_figure(scenario: Scenario, profile: Profile) -> Figure:
@@ -197,13 +199,8 @@ def write_profile(
     """
     check_profile_file(path)
     profile = profile_of(scenario.problem, waypoints)
-    if path.suffix.lower() == ".csv":
-        seconds = None if clock is None else clock(profile.points)
-        return files.write_text(path, profile_csv(scenario, profile, seconds))
-    figure = profile_figure(scenario, profile)
-    if path.suffix.lower() != ".pdf":
-        return pictures.save(figure, path)
-    image = io.BytesIO()
-    with style():
-        figure.savefig(image, format="pdf", metadata={"CreationDate": None})
-    return files.write_bytes(path, image.getvalue())
+    if path.suffix.lower() != ".csv":
+        return pictures.save(profile_figure(scenario, profile), path)
+    seconds = None if clock is None else clock(profile.points)
+    write_files({path: profile_csv(scenario, profile, seconds).encode()})
+    return path

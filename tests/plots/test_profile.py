@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 
 from cgla_graph.comparisons import files
 from cgla_graph.comparisons.cli.app import app
-from cgla_graph.comparisons.profile import COLUMNS, MOST_ROWS, profile_of, write_profile
 from cgla_graph.errors import OutputError, ProblemError
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.lattice import Lattice
@@ -20,6 +19,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField, Threat
 from cgla_graph.model.risk_raster import RasterRisk
 from cgla_graph.model.solution import Solution, Status
+from cgla_graph.plots.profile import COLUMNS, MOST_ROWS, profile_of, write_profile
 from cgla_graph.scenarios.scenario import Scenario
 
 PATH = np.array([(0.1, 0.1), (0.4, 0.7), (0.4, 0.7), (0.9, 0.9)])
