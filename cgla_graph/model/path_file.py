@@ -23,6 +23,7 @@ def csv_of(path: FloatArray, projection: LocalProjection | None) -> str:
 
     Examples
     --------
+    >>> import numpy as np
     >>> csv_of(np.array([[0.0, 0.5]]), None).split()
     ['x,y', '0.0,0.5']
     """

@@ -246,7 +246,7 @@ def test_risk_on_a_raster_is_told_and_weighed_on_request(cgla: Call) -> None:
         (["straight.csv", "--zones", "straight.csv"], ("straight.csv", "formats")),
         (["straight.csv", "mine.toml", "paper"], ("one map", "paper")),
         (["straight.csv", "--risk", "bay.geojson"], ("--risk", ".tif")),
-        (["straight.csv", "bay.geojson", "--tolerance", "-1"], ("--tolerance",)),
+        (["straight.csv", "bay.geojson", "--tolerance", "-1"], ("tolerance",)),
         (["straight.csv", "bay.geojson", "--clearance", "nan"], ("clearance",)),
         (["straight.csv", "bay.geojson", "--bounds", "1,2,3,4"], ("--bounds",)),
         (["straight.csv", "--at", "2026-08-01T12:00Z", "paper"], ("--at", "zones")),
