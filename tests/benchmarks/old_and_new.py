@@ -99,7 +99,6 @@ def first_good(problem):
     return run
 
 def mission(n_uavs, n_threats, **more):
-    from cgla_graph.mission.world import World
     rng = np.random.default_rng(1)
     threats = [cg.Threat(x, y, s, 0.8) for x, y, s in rng.uniform((0, 0, 0.005), (1, 1, 0.02), (n_threats, 3))]
     side = int(np.ceil(np.sqrt(n_uavs)))
@@ -108,7 +107,7 @@ def mission(n_uavs, n_threats, **more):
         cg.Uav(f"u{i}", start, (1.0 - start[0], 1.0 - start[1]), detection_radius=0.2, safe_distance=0.2 / side)
         for i, start in enumerate(starts)
     ]
-    world = World(cg.RiskField(threats), bounds=(0.0, 0.0, 1.0, 1.0))
+    world = cg.World(cg.RiskField(threats), bounds=(0.0, 0.0, 1.0, 1.0))
     rules = {"collisions": "record", "collision_distance": 0.001, **more}
     return lambda: len(cg.Mission(world, uavs, get("cgla"), resolution=20, **rules).fly().uavs)
 

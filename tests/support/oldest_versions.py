@@ -35,4 +35,4 @@ def pins(extras: Iterable[str] = ()) -> list[str]:
 
 
 if __name__ == "__main__":
-    print("\n".join(pins(sys.argv[1:])))
+    print("\n".join(pins(name for names in sys.argv[1:] for name in names.split(","))))
