@@ -152,7 +152,7 @@ print("scipy.linalg" in sys.modules, product(np.eye(2), np.eye(2)).tolist(), "sc
 """
 
 
-@pytest.mark.parametrize("threads", [False, True])
+@pytest.mark.parametrize("threads", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_kernels_need_no_linear_algebra_and_leave_it_to_those_who_do(*, threads: bool) -> None:
     """Where other threads might need it meanwhile, numba looks for it before the first kernel, as it always does."""
     words = [sys.executable, "-c", LINEAR_ALGEBRA, "threads" if threads else ""]

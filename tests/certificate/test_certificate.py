@@ -734,14 +734,10 @@ def test_a_grid_is_no_finer_than_the_tolerance_takes() -> None:
         assert grid.last[0] < found.grids[-1].last[0] < 1.5 * grid.last[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "orders", "interpolation"),
-    [
-        (16, 10, "nearest"),
-        pytest.param(10, 40, "nearest", marks=pytest.mark.slow),
-        pytest.param(11, 80, "nearest", marks=pytest.mark.slow),
-        pytest.param(47, 80, "bilinear", marks=pytest.mark.slow),
-    ],
+    [(16, 10, "nearest"), (10, 40, "nearest"), (11, 80, "nearest"), (47, 80, "bilinear")],
 )
 def test_risk_of_many_orders_of_magnitude_breaks_no_proof(
     seed: int, orders: int, interpolation: Literal["nearest", "bilinear"]

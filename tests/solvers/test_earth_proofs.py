@@ -50,6 +50,7 @@ def around_a_box(k: float = 0.0) -> Problem:
     )
 
 
+@pytest.mark.slow
 def test_a_path_does_not_undercut_the_bound_that_is_proven_with_it() -> None:
     problem = around_a_box()
     path = cg.solve(problem, tolerance=None).path

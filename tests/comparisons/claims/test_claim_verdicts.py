@@ -79,13 +79,14 @@ POSITIVE = "p_s can reach p_t and no weight is below 0"
             ),
         ),
         ("C16", "refuted"),
-        (
+        pytest.param(
             "C24",
             (
                 "cannot be used directly: refuted with limited information, planning again as CGLA does; "
                 "exhaustive: refuted as trying all paths; "
                 "exhaustive: proved as weighing all pairs, which CGLA does as well"
             ),
+            marks=pytest.mark.slow,
         ),
     ],
 )

@@ -404,12 +404,12 @@ def bounds(monkeypatch: pytest.MonkeyPatch) -> Bounds:
     def put(bound: Callable[[Problem], float]) -> list[Problem]:
         asked: list[Problem] = []
 
-        def lower_bound(problem: Problem, tolerance: float, *, path: object) -> Certificate:
+        def prove(problem: Problem, _path: object, *, tolerance: float) -> Certificate:
             asked.append(problem)
             return Certificate(bound(problem), 2.0, tolerance, 0.1, 7, "a test's own", 0.1)
 
         monkeypatch.setattr(runner, "warm_up_proof", lambda _: None)
-        monkeypatch.setattr(runner, "lower_bound", lower_bound)
+        monkeypatch.setattr(runner, "prove", prove)
         return asked
 
     return put
@@ -493,7 +493,7 @@ def test_where_nothing_can_be_proven_nothing_is_said(bounds: Bounds) -> None:
 
 
 def test_a_proof_that_fails_leaves_no_bound(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runner, "lower_bound", lambda *_, **__: 1 / 0)
+    monkeypatch.setattr(runner, "prove", lambda *_, **__: 1 / 0)
     (run,) = runs_of([small()], "cgla", tolerance=0.1)
     assert run.solution.status is Status.OPTIMAL
     assert run.certificate is not None
