@@ -1,0 +1,89 @@
+"""Commands print what Python answers: the same numbers, for every kind of map."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from command_line import Call, caller
+
+import cgla_graph as cg
+from cgla_graph.comparisons.study.options import MapOptions, open_one
+from cgla_graph.scenarios.scenario import Scenario
+
+ASC = "ncols 4\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 1\n0 5 0 0\n0 5 0 0\n0 0 0 1\n"
+ROOM = "type octile\nheight 4\nwidth 5\nmap\n.....\n..@..\n..@..\n.....\n"
+#: A map of each kind: in the plane, with walls, in degrees, a raster, a grid.
+MAPS: dict[str, tuple[str, dict[str, Any]]] = {
+    "plane": ("one-threat", {}),
+    "walls": ("thin-wall", {}),
+    "degrees": ("finland", {"k": 50.0}),
+    "raster": ("risk.asc", {"start": "0.5,0.5", "goal": "3.5,2.5", "k": 2.0}),
+    "grid": ("room.map", {"start": "0.5,1.5", "goal": "4.5,1.5"}),
+}
+LOOSE = ("--tolerance", 0.05)
+
+
+@pytest.fixture
+def cgla(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Call:
+    (tmp_path / "risk.asc").write_text(ASC, encoding="utf-8")
+    (tmp_path / "room.map").write_text(ROOM, encoding="utf-8")
+    return caller(tmp_path, monkeypatch, capfd)
+
+
+def opened(kind: str) -> tuple[Scenario, list[object]]:
+    """Open a map as the command does; return also how it is named there."""
+    spec, changes = MAPS[kind]
+    words = [word for name, value in changes.items() for word in (f"--{name}", value)]
+    return open_one("plan", spec, MapOptions(**changes)), [spec, *words]
+
+
+def lasting(document: dict[str, Any]) -> dict[str, Any]:
+    """Leave out what differs from run to run: times."""
+    return {key: value for key, value in document.items() if "seconds" not in key}
+
+
+@pytest.mark.parametrize("solver", ["hybrid", "cgla"])
+@pytest.mark.parametrize("kind", MAPS)
+def test_a_plan(kind: str, solver: str, cgla: Call) -> None:
+    scenario, words = opened(kind)
+    document = cgla("plan", *words, "--solver", solver, *LOOSE, "--json").document()
+    settings = {"tolerance": 0.05} if solver == "hybrid" else {"resolution": scenario.lattice}
+    found = cg.solve(scenario.problem, solver, **settings)
+    proof = cg.lower_bound(scenario.problem, 0.05, path=found.path)
+    numbers = found.cost, found.length, found.risk, proof.lower_bound, found.path.tolist()
+    assert tuple(document[key] for key in ("cost", "length", "risk", "lower_bound", "path")) == numbers
+    assert document["gap"] == found.cost / proof.lower_bound - 1.0 == proof.gap
+    assert lasting(document["certificate"]) == {"scenario": scenario.name, **lasting(proof.document())}
+
+
+@pytest.mark.parametrize("kind", MAPS)
+def test_a_certificate(kind: str, cgla: Call) -> None:
+    scenario, words = opened(kind)
+    document = cgla("certify", *words, *LOOSE, "--json").document()
+    found = cg.solve(scenario.problem, "hybrid", tolerance=None)
+    proof = cg.lower_bound(scenario.problem, 0.05, path=found.path)
+    assert lasting(document["certificate"]) == {"scenario": scenario.name, **lasting(proof.document())}
+    assert document["path"] == found.path.tolist()
+
+
+@pytest.mark.parametrize("kind", ["plane", "walls", "raster"])
+def test_a_front(kind: str, cgla: Call) -> None:
+    scenario, words = opened(kind)
+    document = cgla("pareto", *words, "--solver", "cgla", "--json").document()
+    found = cg.pareto(scenario.problem, solver="cgla", resolution=scenario.lattice).document()
+    assert {key: document[key] for key in found} == found
+
+
+def test_a_plan_within_a_budget(cgla: Call) -> None:
+    scenario, words = opened("plane")
+    document = cgla("plan", *words, "--solver", "cgla", "--max-length", 1.3, "--json").document()
+    found = cg.plan_within_length(scenario.problem, 1.3, solver="cgla", resolution=scenario.lattice)
+    assert document["within"] == found.document()
+    assert document["path"] == found.solution.path.tolist()
+
+
+def test_limits_of_the_density(cgla: Call) -> None:
+    scenario, words = opened("raster")
+    document = cgla("pareto", *words, "--corridor", 0.2, "--json").document()
+    front = cg.density_front(scenario.problem, corridor=0.2, tolerance=None)
+    assert document["points"] == [point.document() for point in front]
