@@ -20,6 +20,8 @@ with suppress(ImportError):
     _resource = import_module("resource")
 
 MEGABYTE = 2**20
+#: How long a worker may take on top of a time limit, to load kernels or to compile them for the first time, in seconds.
+PREPARATION = 600.0
 
 _PROCESS = Path("/proc/self")
 #: What makes the kernel forget the peak of a process's memory (man 5 proc).

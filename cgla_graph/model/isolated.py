@@ -13,13 +13,12 @@ import traceback
 from contextlib import nullcontext
 from functools import cache
 from importlib import import_module
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from cgla_graph import _progress
 from cgla_graph.errors import SolverFaultError, SolverSettingError
-from cgla_graph.isolation.limits import Limits, is_expendable, limited
+from cgla_graph.isolation.limits import PREPARATION, Limits, is_expendable, limited
 from cgla_graph.isolation.outcome import Failure, Outcome, one_line
-from cgla_graph.isolation.process import WorkerProcess
 from cgla_graph.model import risk_kernels
 from cgla_graph.model.no_fly_kernels import point_inside, segment_crosses
 from cgla_graph.model.problem import GraphProblem, Problem
@@ -27,12 +26,13 @@ from cgla_graph.model.small_problem import MapKind, load_oracle, small_problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.unchanged import unchanged
 
+if TYPE_CHECKING:
+    from cgla_graph.isolation.process import WorkerProcess
+
 #: How long a run without a setting ``seconds`` may take, in seconds.
 LONGEST = 600.0
 #: By how much a run may exceed its setting ``seconds``: so many seconds, and such a share of it.
 GRACE, GRACE_SHARE = 2.0, 0.1
-#: How long a worker may take on top of that, to load kernels or to compile them for the first time, in seconds.
-PREPARATION = 600.0
 
 _STATUS = {
     Failure.TIMED_OUT: Status.TIMED_OUT,
@@ -40,8 +40,8 @@ _STATUS = {
     Failure.CRASHED: Status.CRASHED,
     Failure.RAISED: Status.FAILED,
 }
-#: The worker, and what is held while it works.
-_worker, _working = WorkerProcess([__name__]), threading.Lock()
+#: Held while the worker works.
+_working = threading.Lock()
 
 
 def run(solver: Any, problem: Problem | GraphProblem, *, apart: bool = False) -> tuple[Solution, float]:  # noqa: ANN401 - of either kind
@@ -103,7 +103,7 @@ def made(solver: Any, method: str, args: tuple[Any, ...], *, apart: bool = False
         return _timed(solver, method, args)
     limit = limit_of(solver)
     with _working:
-        outcome = _worker.make(_make, (solver, method, args, limit), limit + PREPARATION, _progress.tell_inside)
+        outcome = _worker().make(_make, (solver, method, args, limit), limit + PREPARATION, _progress.tell_inside)
     if outcome.failure is Failure.RAISED:
         # (what the solver raises is no failure of the call)
         remedy = "define its class, and those in its problem, in a module that can be imported"
@@ -182,10 +182,19 @@ def _timed(solver: Any, method: str, args: tuple[Any, ...]) -> tuple[Any, float]
         return value, time.perf_counter() - began
 
 
+@cache
+def _worker() -> "WorkerProcess":
+    """Return the worker of this program."""
+    from cgla_graph.isolation.process import WorkerProcess  # noqa: PLC0415 - slow to import, and rarely needed
+
+    return WorkerProcess([__name__])
+
+
 def _begin_anew() -> None:
     """Have a worker of its own in a copy of this process."""
-    global _worker, _working
-    _worker, _working = WorkerProcess([__name__]), threading.Lock()
+    global _working  # noqa: PLW0603 - one a process
+    _worker.cache_clear()
+    _working = threading.Lock()
 
 
 if hasattr(os, "register_at_fork"):

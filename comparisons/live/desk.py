@@ -17,8 +17,7 @@ from cgla_graph.comparisons.live.planning import Planner, nothing, solved, with_
 from cgla_graph.comparisons.study import execution
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import reason
-from cgla_graph.comparisons.workers.tasks import PREPARATION
-from cgla_graph.isolation.limits import Limits
+from cgla_graph.isolation.limits import PREPARATION, Limits
 from cgla_graph.isolation.process import WorkerProcess
 from cgla_graph.model.isolated import lost
 from cgla_graph.model.solution import Solution

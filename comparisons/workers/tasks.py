@@ -14,11 +14,8 @@ from typing import Any, Protocol, TypeAlias, cast
 
 from cgla_graph.comparisons.workers.cluster import spread
 from cgla_graph.comparisons.workers.pool import Call, NextCall, here, isolated
-from cgla_graph.isolation.limits import NO_LIMITS, Limits
+from cgla_graph.isolation.limits import NO_LIMITS, PREPARATION, Limits
 from cgla_graph.isolation.outcome import Outcome
-
-#: How long a worker may take on top of a task's time limit, to compile kernels for the first time and to load them.
-PREPARATION = 600.0
 
 #: By what a task and its result are known: a kind, and names or numbers.
 Key: TypeAlias = tuple[Any, ...]

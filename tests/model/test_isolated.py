@@ -197,7 +197,7 @@ def test_what_cannot_be_sent_is_refused() -> None:
 
 @pytest.mark.parametrize("program", ["false", "no such program"])
 def test_a_process_that_does_not_start_is_an_error(program: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(isolated, "_worker", WorkerProcess())
+    monkeypatch.setattr(isolated, "_worker", WorkerProcess)
     monkeypatch.setattr(process, "_servers", {})
     monkeypatch.setattr(process.spawn, "get_executable", lambda: program)
     with pytest.raises(WorkerError, match=r"in a row died|does not start"):
