@@ -1,4 +1,4 @@
-"""The sentence that says what a certificate proves."""
+"""The sentence that states a proof."""
 
 import math
 
@@ -8,7 +8,7 @@ from cgla_graph.certificate.certificate import Certificate
 
 def verdict(proof: Certificate, *, with_path: bool = True, digits: int = 9, scale: float = 1.0, unit: str = "") -> str:
     """
-    Say in one sentence what is proven.
+    State in one sentence what a certificate proves.
 
     Parameters
     ----------

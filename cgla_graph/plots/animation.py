@@ -1,4 +1,4 @@
-"""The animation of a flight: what is true, what each UAV knows of it, and what it is going to do."""
+"""Frames of the animation of a flight: the true map, the knowledge of each UAV, and its plan."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -48,13 +48,13 @@ from cgla_graph.plots.scene import (
 #: Frames at most.
 MOST_FRAMES = 120
 DPI = 110
-_FAINT = 0.45  # opacity of the risk that is true, whoever knows it
-_BANDS = (0.05, 0.2, 0.4, 0.6, 0.8)  # where its colour changes, relative to the greatest
+_FAINT = 0.45  # opacity of the true risk
+_BANDS = (0.05, 0.2, 0.4, 0.6, 0.8)  # where its colour changes, as parts of the greatest risk
 _FEW_SAMPLES = 60  # along the longer side, to find the greatest
 _NEGATIVE = "#D3DDE2"  # what an improper field has below 0
-_FLASH, _LEAST_FLASH = 10, 8.0  # frames that something new is pointed at; points: the least radius of a ring around it
-_MOST_KNOWERS = 5  # so many UAVs each have a ring of their own around what they know
-_MOST_ROWS = 12  # so many UAVs each have a line of their own that says how they are
+_FLASH, _LEAST_FLASH = 10, 8.0  # frames that a ring around something new lasts; points: its least radius
+_MOST_KNOWERS = 5  # up to so many UAVs each have rings of their own around the threats that they know
+_MOST_ROWS = 12  # up to so many UAVs each have a line of their own that says their state
 _PLAN_DASHES = (0, (2, 1.5))
 _TURN = 5.0  # line widths of a dash of an outline that several UAVs share
 _RING_GAP = 2.6  # points between the rings of UAVs that know the same threat
@@ -77,7 +77,7 @@ class Film:
     """
     The frames of a flight.
 
-    What does not change is drawn once for as long as the world stays as it is; each frame adds what moves.
+    The background is drawn once for each state of the world; each frame adds what moves.
     """
 
     def __init__(self, view: LabelledFlight, dpi: int = DPI) -> None:
@@ -122,13 +122,13 @@ class Film:
     # what stays
 
     def _lay_out(self, base: BaseMap) -> Text:
-        """Make the page: the map, and beside it a clock, how each UAV is, and a legend; return the clock."""
+        """Make the page: the map, and beside it a clock, the state of each UAV, and a legend; return the clock."""
         names = list(self.flight.uavs)
         # the longest words that may stand there, so that the page keeps its size
         longest = max(
             (f"{plain(name, 20)}: {status.label} at tick 00000" for name in names for status in MissionStatus), key=len
         )
-        # where there are too many, how many are how
+        # where there are too many UAVs, the number of them in each state
         n_rows = len(names) if len(names) <= _MOST_ROWS else len(MissionStatus) + 2
         clock = self.figure.text(0.0, 1.0, "tick 00000 of 00000", fontsize=11.0, va="top", fontweight="bold")
         self._status = [self.figure.text(0.0, 1.0, longest, va="top") for _ in range(n_rows)]
@@ -162,9 +162,9 @@ class Film:
 
     def _make_bands(self) -> tuple[Colormap, BoundaryNorm]:
         """
-        Choose a few even colours for the risk of all ticks: a GIF has no room for shades, which it would turn to rings.
+        Choose a few even colours for the risk of all ticks, since a GIF would turn shades into rings.
 
-        They do not change when a threat comes or goes.
+        They stay the same when a threat comes or goes.
         """
         scenes = [self.view.scene(tick) for tick in sorted({0, *self.view.mission.world.changes})]
         # as the picture chooses them; a few samples say how great risk gets
@@ -201,7 +201,7 @@ class Film:
     # what moves
 
     def _words(self, tick: int) -> Iterator[Artist]:
-        """Write the clock, and how each UAV is."""
+        """Write the clock, and the state of each UAV."""
         self._clock.set_text(f"tick {tick} of {self.flight.ticks}")
         yield self._clock
         flights = list(self.flight.uavs.values())
@@ -216,7 +216,7 @@ class Film:
             yield text
 
     def _moving(self, tick: int) -> Iterator[Artist]:
-        """Draw what each UAV has flown, is going to fly, sees and knows."""
+        """Draw the trace, the plan, the sight and the knowledge of each UAV."""
         flights = list(self.flight.uavs.values())
         if len(flights) > _MOST_KNOWERS:
             yield from self._known_to_any(flights, tick)
@@ -224,7 +224,7 @@ class Film:
         for number, uav in enumerate(flights):
             yield from self._trace(uav, number, tick)
             place = uav.position_at(tick)
-            # who arrived is gone; others are seen where their flight ends
+            # UAVs that arrived are gone; others are drawn where their flight ends
             if place is None or (tick == uav.ended and uav.status is MissionStatus.ARRIVED):
                 continue
             if len(flights) <= _MOST_KNOWERS:
@@ -235,7 +235,7 @@ class Film:
         yield from self._near(flights, tick)
 
     def _new(self, tick: int) -> Iterator[Artist]:
-        """Point at what has just come up: a ring that closes in on it, for the next few frames."""
+        """Point at new threats and areas: a ring closes in on each during its first frames."""
         for item in self.view.mission.world.timed:
             age = (tick - item.appears) / self._flash
             if not item.appears or not 0.0 <= age < 1.0:
@@ -269,14 +269,14 @@ class Film:
             )
 
     def _sight(self, uav: UavFlight, number: int, tick: int) -> Iterator[Artist]:
-        """Draw how far it sees, and the virtual obstacles that it plans around."""
+        """Draw the detection radius, and the virtual obstacles of the plan."""
         place, colour = uav.trace[tick - uav.departed], own_colour(uav.uav, number)
         many = len(self.flight.uavs) > _MOST_KNOWERS
         radius = uav.uav.detection_radius
         yield self._ring(place, radius, edgecolor="none", facecolor=colour, alpha=0.05 if many else 0.1, zorder=1.4)
         if not many:
             yield self._ring(place, radius, edgecolor=colour, alpha=0.6, linewidth=0.7, zorder=1.5)
-        # where its flight ends it plans no more: those would be of the tick before
+        # at the end of its flight it plans no more: these would be of the tick before
         for obstacle in uav.obstacles_at(tick) if tick < uav.ended else ():
             spot = np.array([obstacle.x, obstacle.y])
             yield self._ring(spot, obstacle.spread, edgecolor=colour, linewidth=0.7, hatch=OBSTACLE_HATCH, zorder=2.7)
@@ -307,21 +307,21 @@ class Film:
         )
 
     def _known(self, uav: UavFlight, number: int, tick: int) -> Iterator[Artist]:
-        """Outline what a UAV knows in its colour; rings of several stand one in the other."""
+        """Outline the threats and areas that a UAV knows, in its colour; rings of several UAVs are nested."""
         knowledge = uav.knowledge_at(tick)
         look: Look = {"edgecolor": own_colour(uav.uav, number), "linewidth": 1.3, "zorder": 2.4}
         for threat in knowledge.threats.values():
             radius = OUTLINE_SPREADS * threat.spread - _RING_GAP * number / (self._points * self.scale)
             if radius > 0.0:
                 yield self._ring(np.array([threat.x, threat.y]), radius, **look)
-        # an outline has no room inside: the dashes of several UAVs take turns
+        # outlines of areas cannot be nested: the dashes of several UAVs take turns
         others = len(self.flight.uavs) - 1
         turns = (_TURN * number, (_TURN, _TURN * others)) if others else "solid"
         for area in knowledge.areas.values():
             yield self._outlined(area, linestyle=turns, **look)
 
     def _known_to_any(self, flights: Sequence[UavFlight], tick: int) -> Iterator[Artist]:
-        """Outline what at least one UAV in the air knows."""
+        """Outline the threats and areas that at least one UAV in the air knows."""
         known = [uav.knowledge_at(tick) for uav in flights if uav.position_at(tick) is not None]
         look: Look = {"edgecolor": "0.15", "linewidth": 1.0, "zorder": 2.4}
         for threat in dict.fromkeys(threat for one in known for threat in one.threats.values()):
@@ -354,7 +354,7 @@ class Film:
         return self._on_map(PathPatch(outline(area, self.scale), facecolor="none", **look))
 
     def _on_map(self, artist: Artist) -> Artist:
-        """Tie an artist to the map without adding it: it is drawn once, and takes no part in the limits of the axes."""
+        """Tie an artist to the map without adding it: it is drawn once, and leaves the limits of the axes alone."""
         artist.set_figure(self.figure)
         artist.axes = self.axes
         artist.set_transform(self.axes.transData)
@@ -363,7 +363,7 @@ class Film:
 
 
 def state_at(uav: UavFlight, tick: int) -> str:
-    """Say in a few words how a UAV is at a tick."""
+    """Return the state of a UAV at a tick, in a few words."""
     if tick < uav.departed:
         return "on the ground"
     if tick < uav.ended:
@@ -372,7 +372,7 @@ def state_at(uav: UavFlight, tick: int) -> str:
 
 
 def plan_ahead(uav: UavFlight, tick: int) -> FloatArray:
-    """Return what of its plan a UAV has not flown yet, waypoints of shape ``(m, 2)``, map units."""
+    """Return the rest of the plan of a UAV, waypoints of shape ``(m, 2)``, map units."""
     plan, place = uav.plan_at(tick), uav.position_at(tick)
     since = max((when for when, _ in uav.plans if when <= tick), default=None)
     if place is None or since is None or len(plan) < 2:  # noqa: PLR2004 - a line

@@ -99,10 +99,10 @@ def frame_milliseconds(n_frames: int) -> int:
 
 
 class _Gif:
-    """Encodes frames as a GIF that repeats for ever; all share one palette: what does not change costs nothing."""
+    """Encodes frames as a GIF that repeats; all share one palette, so that still parts cost nothing."""
 
     def __init__(self, some: Sequence[Image.Image], milliseconds: int, own: Sequence[str], n_colours: int) -> None:
-        # one more says that a dot has not changed
+        # one more colour marks dots that have not changed
         self.palette, self.milliseconds = _palette(some, own, n_colours), milliseconds
         self.images: list[Image.Image] = []
 
@@ -113,7 +113,7 @@ class _Gif:
         self.images.clear()
 
     def add(self, frame: Image.Image) -> None:
-        """Give each dot its nearest colour; what is as good as white becomes white, which Pillow only nearly finds."""
+        """Give each dot its nearest colour; nearly white becomes white, which Pillow may miss."""
         image = frame.quantize(palette=self.palette, dither=Image.Dither.NONE)
         white = np.asarray(frame).min(axis=2) >= _WHITE
         image.paste(0, mask=Image.fromarray(white))
@@ -130,12 +130,12 @@ class _Gif:
 
 
 def _palette(some: Sequence[Image.Image], own: Sequence[str], n_colours: int) -> Image.Image:
-    """Return an image whose palette suits all frames: exact where colours mean something, else what is used most."""
+    """Return an image whose palette suits all frames: exact colours of UAVs, and the most frequent others."""
     meant = [
         to_rgb(name)
         for name in ("white", "black", NEAR_COLOUR, TIMED_COLOUR, *dict.fromkeys(own[: min(_MOST_OWN, n_colours // 4)]))
     ]
-    # with the shades of thin lines, which are mixed with what is below
+    # with the shades of thin lines, which mix with the background
     shades = [[round(255 * (1 - share * (1 - part))) for part in colour] for colour in meant for share in (1.0, 0.55)]
     exact = [list(colour) for colour in dict.fromkeys(map(tuple, shades))]
     sheet = Image.new("RGB", (some[0].width, sum(frame.height for frame in some)))
@@ -179,7 +179,7 @@ class _Mp4:
         return self
 
     def __exit__(self, *error: object) -> None:
-        # whatever went wrong, no process and no file stays
+        # on errors, too, no process and no file stays
         if self.process.stdin is not None:
             with suppress(OSError):
                 self.process.stdin.close()
@@ -189,7 +189,7 @@ class _Mp4:
         self.folder.cleanup()
 
     def add(self, frame: Image.Image) -> None:
-        """Hand over a frame; what is wrong with a program that is gone already is said at the end."""
+        """Hand over a frame; if ffmpeg has ended, `data` says why."""
         self.last = frame
         if self.process.stdin is not None:
             with suppress(BrokenPipeError):

@@ -23,10 +23,7 @@ from cgla_graph.plots.map import BaseMap
 from cgla_graph.plots.page import Key, Part, add_inner_legend, add_legend, arrange, heading, style
 from cgla_graph.plots.scene import TitledProblem, cost_unit, outline, unit_scale
 
-_WIDTH, _LOWEST, _HIGHEST = 3.6, 2.1, 3.4  # inches: width of the plot of the bracket, and within what its height is
-_LABELS = 0.5  # inches: what its labels take below it
-_GAP = 0.25  # inches: space above the legend
-_LOW_MAP = 3.2  # inches: maps lower than this have the legend below them
+_WIDTH, _LOWEST = 3.6, 2.1  # inches: width of the plot of the bracket, and its least height
 _OPACITY, _MOST_TICKS = 0.5, 6  # of tubes; of the axis of grid steps
 #: Tubes from the coarsest to the finest: orange, as risk is violet, paths are blue and areas are grey.
 _LIGHT, _DARK = "#FFDFA3", "#A34F00"
@@ -70,34 +67,19 @@ def certificate_figure(
         keys = [*base.draw_paths(paths), *base.draw_marks(), *tubes]
         base.name_areas([one.path for one in paths])
         about = "no better path leaves a tube" if tubes else ""
-        columns = 3 if base.wide else 4 if base.size[1] < _LOW_MAP else 2
-        legend = add_legend(base.figure, keys, title=about, columns=columns)
-        parts = [*base.parts, Part.of(base.figure, legend)]
-        rows: list[list[Part]] = []
-        with_path = any(one.solution.status.has_path for one in paths)
+        legend = add_legend(base.figure, keys, title=about, columns=3 if base.wide else 4)
+        parts, with_path = base.parts, any(one.solution.status.has_path for one in paths)
         if proof.grids and math.isfinite(proof.lower_bound):
             axes = base.figure.add_axes((0.0, 0.0, 0.5, 0.5))
             _draw_bracket(axes, proof, problem, with_path=with_path)
-            below = parts.pop()
-            room = base.size[1] - _LABELS - _GAP - below.size[1]
-            height = _LOWEST if base.wide else min(max(room, _LOWEST), _HIGHEST)
-            bracket = Part.of(base.figure, axes, (_WIDTH, height))
-            if base.wide:
-                parts += [bracket, below]
-            elif base.size[1] < _LOW_MAP:
-                # a low map has room below it, not beside it
-                parts.append(bracket)
-                rows = [parts, [below]]
-            else:
-                parts.append(bracket.over(below, _GAP))
+            height = _LOWEST if base.wide else max(base.size[1], _LOWEST)
+            parts.append(Part.of(base.figure, axes, (_WIDTH, height)))
         name, title = heading(shown.name, shown.title, problem.k)
         unit = "" if problem.projection is None else " km"
         said = verdict(proof, with_path=with_path, digits=6, scale=scale, unit=unit)
         about_it = (f"{name}:  {title}" if title else name, said[0].upper() + said[1:])
-        if rows:
-            arrange(base.figure, about_it, rows)
-        else:
-            base.arrange(about_it, parts)
+        below = Part.of(base.figure, legend)
+        arrange(base.figure, about_it, [*([part] for part in parts), [below]] if base.wide else [parts, [below]])
     return base.figure
 
 
@@ -131,7 +113,7 @@ def _draw_tubes(axes: Axes, problem: Problem, grids: Sequence[Grid], scale: floa
 
 
 def _corners(problem: Problem, grids: Sequence[Grid]) -> list[FloatArray]:
-    """Return the corners of the box around what is shaded, a little inside: a tube may reach the edge of the map."""
+    """Return the corners of the box around all tubes, a little inside: a tube may reach the edge of the map."""
     if len(grids) < 2:  # noqa: PLR2004 - the first is not shaded
         return []
     low, high = np.reshape(_tube(problem, grids[1]).bounds, (2, 2))

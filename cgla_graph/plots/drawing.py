@@ -46,7 +46,7 @@ def plot(thing: object, ax: Axes | None = None, *, solutions: Iterable[Solution]
     Parameters
     ----------
     thing
-        What is drawn.
+        One of these.
     ax
         Matplotlib axes to draw on, with a legend inside; None makes a figure, as ``pyplot`` does, with a legend beside
         the map. Of a certificate, two axes may be given: for the map, and for how its bounds closed.

@@ -87,7 +87,7 @@ class LabelledFlight:
 
     @property
     def mission(self) -> Rules:
-        """What was flown."""
+        """The mission of the flight."""
         return self.flight.mission
 
     def scene(self, tick: int) -> TitledProblem:
@@ -176,7 +176,7 @@ def draw_flight(axes: Axes, view: LabelledFlight) -> None:
 
 
 def flown_places(view: LabelledFlight) -> list[FloatArray]:
-    """List what is seen whole in pictures of a flight: starts, goals and traces, and what comes and goes."""
+    """List the places that pictures of a flight show in full: starts, goals and traces."""
     ends = [np.array([uav.start, uav.goal], dtype=np.float64) for uav in view.mission.uavs]
     flown = [uav.path for uav in view.flight.uavs.values() if len(uav.path)]
     return [*ends, *flown]
@@ -202,7 +202,7 @@ def _draw_flight(axes: Axes, view: LabelledFlight, moment: float, scale: float) 
     spacing = mark_spacing(view)
     n_uavs = len(view.flight.uavs)
     for number, uav in enumerate(view.flight.uavs.values()):
-        # where paths run one over the other, each shows beside the next
+        # where traces overlap, each shows beside the next
         width = 1.6 + (min(n_uavs, 4) - 1 - number) * 1.3 if n_uavs <= 4 else 1.3  # noqa: PLR2004 - more would be stripes
         _draw_trace(axes, uav, number, spacing, width, scale)
     draw_ends(axes, mission.uavs, scale, size=6.5, zorder=4.0)
@@ -306,7 +306,7 @@ def _draw_moment(axes: Axes, view: LabelledFlight, moment: float, scale: float) 
 
 
 def _panel_title(view: LabelledFlight, scale: float) -> str:
-    """Name a variant, and how near its UAVs came to each other."""
+    """Write the name of a variant, and its least separation."""
     pair = view.flight.closest
     unit = "" if view.projection is None else " km"
     near = f"least separation {digits(pair.distance * scale, 3)}{unit}, tick {pair.time:.4g}" if pair else ""
@@ -314,7 +314,7 @@ def _panel_title(view: LabelledFlight, scale: float) -> str:
 
 
 def _closest_text(view: LabelledFlight, scale: float) -> str:
-    """Say how near two UAVs came to each other, and when."""
+    """Write the least separation of two UAVs, and when it was."""
     pair = view.flight.closest
     if pair is None:
         return ""
@@ -357,7 +357,7 @@ def _legend_rows(views: Sequence[LabelledFlight], moments: Sequence[float], scal
 
 
 def _numbers_table(views: Sequence[LabelledFlight], scale: float) -> list[list[str]]:
-    """Write what each UAV has flown: one line each, and for several variants, those of all."""
+    """Write the numbers of each UAV, a line each; of several variants, those of all."""
     unit = "" if views[0].projection is None else " (km)"
     several = len(views) > 1
     n_uavs = len(views[0].flight.uavs)

@@ -52,14 +52,14 @@ def dashes_of(number: int) -> Dashes:
 @dataclass(frozen=True, eq=False)
 class LabelledPath:
     """
-    A path in a picture: its label, what is known of it, and how it looks.
+    A path in a picture: its label, its solution, and how it looks.
 
     Attributes
     ----------
     label
-        What the user called it.
+        The name that the user gave it.
     solution
-        The path, and what it costs; or why there is none.
+        The path and its cost, or why there is none.
     look
         The number of its colour, dashes and marker, no other's in this picture; None for one that stays grey.
     note

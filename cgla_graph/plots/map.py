@@ -143,7 +143,7 @@ class BaseMap:
     size, inches
         Width and height of the map, and of one unit of its axes, inches.
     part
-        What of the map is shown, map units.
+        The part of the map in the picture, map units.
     """
 
     shown: TitledProblem
@@ -420,5 +420,5 @@ def n_above(paths: Sequence[FloatArray], pen: float) -> list[int]:
 
 
 def _line(path: FloatArray, pen: float) -> BaseGeometry:
-    """Return a path as a line, without what is too fine to be seen; one of a point too."""
+    """Return a path as a line, without corners too fine to be seen; a path of one point, too."""
     return LineString(np.vstack([path, path[-1:]])).simplify(_FINE * pen)

@@ -19,7 +19,7 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
-#: A row of a legend: what is drawn, and what it is.
+#: A row of a legend: an artist and its label.
 Key: TypeAlias = tuple[Artist, str]
 _PAD, _GAP = 0.1, 0.2  # inches: border, space between parts
 _MOST_COVERED = 0.2  # of axes, by a legend inside them
@@ -36,7 +36,7 @@ _STYLE: dict[str, Any] = {
 @contextmanager
 def style() -> Iterator[None]:
     """
-    Draw with this style, whatever the user's matplotlibrc says.
+    Draw with this style and ignore the user's matplotlibrc.
 
     Examples
     --------
@@ -62,7 +62,7 @@ def add_legend(
     figure
         The figure, or axes.
     rows
-        What is drawn, and what it is: every label is shown as it is.
+        Artists and their labels, which are shown as they are.
     title
         What stands above; may be empty.
     columns
@@ -138,7 +138,7 @@ def add_inner_legend(axes: Axes, rows: Sequence[Key], *, least: int, title: str 
     axes
         The axes, in their place.
     rows
-        What is drawn, and what it is.
+        Artists and their labels.
     least
         How many of them matter most.
     title
@@ -170,9 +170,9 @@ class Part:
     size
         Width and height: of axes without their labels.
     left, right, top, bottom
-        How far labels stand out, and what is below.
+        How far labels stand out, and how far the parts below reach.
     below
-        What goes along with it, and how far below its upper left corner that begins.
+        Another part, and how far below the upper left corner of this one it begins.
     """
 
     artist: Axes | Legend | Text

@@ -9,7 +9,7 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.risk import RiskField
 from cgla_graph.model.risk_raster import RasterRisk
 
-#: Where the greatest risk of a raster is so many times the median of what is above 0, equal steps would hide the rest.
+#: Where the greatest risk of a raster is so many times the median of its positive cells, equal steps would hide them.
 HEAVY = 15.0
 #: What such a risk is raised to, relative to the greatest, to choose its colour.
 POWER = 1.0 / 3.0

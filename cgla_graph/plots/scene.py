@@ -1,4 +1,4 @@
-"""What all pictures of maps share: units, the risk and its colours, no-fly areas, UAVs, and what comes and goes."""
+"""Parts of all pictures of maps: units, the risk and its colours, no-fly areas, UAVs, timed threats and areas."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -38,7 +38,7 @@ _FINE_GRID = 720  # the same where there are rasters: about a pixel each
 _FEW_CELLS = 40  # a raster of so many cells a side, at most, has lines between them
 #: How places without data look, and how they are explained.
 NO_DATA_LOOK: Look = {"facecolor": "none", "edgecolor": "0.6", "hatch": "....", "linewidth": 0.0}
-#: The colour of what is close, and of what comes and goes: no UAV has either.
+#: The colours of close pairs, and of threats and areas that come and go: no UAV has either.
 NEAR_COLOUR, TIMED_COLOUR = "#D55E00", "#8A3A00"
 #: A threat is outlined at this many spreads from its centre.
 OUTLINE_SPREADS = 1.5

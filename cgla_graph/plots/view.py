@@ -1,4 +1,4 @@
-"""What part of a map a picture shows, and how its frame is labelled: in map units, or in degrees with a scale in km."""
+"""The part of a map that a picture shows, and the labels of its frame: map units, or degrees with a scale in km."""
 
 import math
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ _AROUND = 0.2
 _MOST_OF_MAP = 0.75
 #: A shown part is at least so wide or high, of its other side.
 _LEAST_SHAPE = 0.5
-#: What is so near to the edge, of the longer side, would lie on the frame: then room of the other size is left.
+#: Paths so near to the edge, as a part of the longer side, would lie on the frame: then the other part is left free.
 _ON_EDGE, _EDGE_ROOM = 0.004, 0.02
 _SCALE_SHARE = 0.25  # the scale is at most so long, of the width that is shown
 _MOST_NAMES = 12  # areas that are named, the largest first
@@ -32,14 +32,14 @@ _HALO = [patheffects.withStroke(linewidth=2.0, foreground="white", alpha=0.9)]
 @dataclass(frozen=True)
 class View:
     """
-    What part of a map is shown.
+    The part of a map that is shown.
 
     Attributes
     ----------
     frame
-        What the axes show, map units: may reach over the edge of the map.
+        The limits of the axes, map units: may reach over the edge of the map.
     part
-        What of the map is in it, map units.
+        The part of the map inside of them, map units.
     """
 
     frame: Bounds
@@ -50,7 +50,7 @@ def view_of(
     bounds: Bounds, ends: FloatArray, paths: Sequence[FloatArray], leaving: Sequence[FloatArray], *, crop: bool
 ) -> View:
     """
-    Choose what is shown: the map, or of a large one, the part around the flight.
+    Choose what the picture shows: the map, or of a large one, the part around the flight.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def view_of(
     ends
         Starts and goals, shape ``(n, 2)``.
     paths
-        What is to be seen whole, shape ``(m, 2)`` each.
+        Paths that are shown in full, shape ``(m, 2)`` each.
     leaving
         Infeasible paths, which may leave the bounds; they are seen to do so, up to a tenth of the longer side.
     crop

@@ -38,7 +38,7 @@ class Flyable(Solution):
     curve
         Its lines and arcs; without any if none was found.
     start_heading, goal_heading
-        What was asked for, degrees clockwise from north (the y axis); None where it was left open.
+        As given, degrees clockwise from north (the y axis); None where it was left open.
     path
         The curve as waypoints whose segments are within 1e-4 of the turn radius of it, shape ``(m, 2)``, map units;
         `waypoints` has other tolerances.
@@ -185,7 +185,7 @@ def plan_flyable(
     Parameters
     ----------
     problem
-        What is planned; its bounds, its no-fly area and its clearance hold for the curve itself.
+        The problem; its bounds, its no-fly area and its clearance hold for the curve itself.
     path
         A polyline to begin with, shape ``(m, 2)``, map units; it may be empty.
     turn_radius

@@ -157,8 +157,8 @@ def trace_figure(runs: Sequence[Run], named: Collection[str] = ()) -> Figure | N
     Returns
     -------
     figure
-        Gaps over the scenario's lower bound, or costs where there is none. What is far above the first ones of anytime
-        solvers is marked at the upper edge. None if no run found a path and has a trace.
+        Gaps over the scenario's lower bound, or costs where there is none. Costs far above the first ones of anytime
+        solvers are marked at the upper edge. None if no run found a path and has a trace.
 
     Examples
     --------
@@ -204,7 +204,7 @@ def trace_figure(runs: Sequence[Run], named: Collection[str] = ()) -> Figure | N
 def _explain_solvers(
     paths: Sequence[LabelledPath], drawn: Mapping[str, Artist], measure: Measure, high: float
 ) -> Iterator[Key]:
-    """Yield handles and labels of those that stand out, and one for all others; say what is off the scale."""
+    """Yield handles and labels of those that stand out, and one for all others; say which ones are off the scale."""
     for one in paths:
         if one.stands_out:
             off = ", above" if high < measure.heights(path_cost(one.solution)) < math.inf else ""
