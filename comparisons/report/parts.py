@@ -128,8 +128,8 @@ def _caption(ranks: Ranking) -> str:
         return "Average ranks, best on the left. One scenario is too few to say which of them differ."
     note = too_few_note(ranks.n_instances, len(ranks.solvers))
     return (
-        f"Average ranks over {ranks.n_instances:,} scenarios, best on the left. Solvers that a bar joins are not told "
-        "apart by the test of the table, Wilcoxon's signed ranks after Holm for all pairs (p below 0.05)."
+        f"Average ranks over {ranks.n_instances:,} scenarios, best on the left. Solvers that a bar joins do not "
+        "differ significantly by the table's test, Wilcoxon's signed ranks after Holm for all pairs (p below 0.05)."
         f"{_not_joined(ranks)}{note and f' {note}.'}"
     )
 
