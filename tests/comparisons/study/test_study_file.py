@@ -142,15 +142,8 @@ def test_a_file_as_windows_writes_it(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("memory", "megabytes"),
     [
-        ("512", 512.0),
-        ("0.5", 0.5),
-        ("'4 GiB'", 4096.0),
-        ("'4GiB'", 4096.0),
-        ("' 4 gib '", 4096.0),
-        ("'512 MiB'", 512.0),
-        ("'1 GB'", 1e9 / 2**20),
-        ("'500 MB'", 5e8 / 2**20),
-        ("'2048 KiB'", 2.0),
+        *(("512", 512.0), ("0.5", 0.5), ("'4 GiB'", 4096.0), ("'4GiB'", 4096.0), ("' 4 gib '", 4096.0)),
+        *(("'512 MiB'", 512.0), ("'1 GB'", 1e9 / 2**20), ("'500 MB'", 5e8 / 2**20), ("'2048 KiB'", 2.0)),
         ("'0.5 TiB'", 524288.0),
     ],
 )
@@ -280,28 +273,15 @@ def test_random_maps_of_other_settings_have_other_names() -> None:
 @usual
 def test_no_run_is_asked_for_twice(data: st.DataObject) -> None:
     drawn = [
-        "'paper'",
-        "'maze'",
-        "{ generate = 'random', seeds = 2 }",
-        "{ generate = 'random', seeds = [2, 5], areas = 1 }",
-        "{ generate = 'random', buckets = [1, 1.5, 9], resolution = 4 }",
+        *("'paper'", "'maze'", "{ generate = 'random', seeds = 2 }"),
+        *(
+            "{ generate = 'random', seeds = [2, 5], areas = 1 }",
+            "{ generate = 'random', buckets = [1, 1.5, 9], resolution = 4 }",
+        ),
     ]
+    named = ["'cgla'", "'prm-star'", "'prm-star:seed=2'", "{ name = 'prm-star', label = 'mine' }", "{ name = 'cgla' }"]
     scenarios = data.draw(st.lists(st.sampled_from(drawn), min_size=1, max_size=4))
-    solvers = data.draw(
-        st.lists(
-            st.sampled_from(
-                [
-                    "'cgla'",
-                    "'prm-star'",
-                    "'prm-star:seed=2'",
-                    "{ name = 'prm-star', label = 'mine' }",
-                    "{ name = 'cgla' }",
-                ]
-            ),
-            min_size=1,
-            max_size=4,
-        )
-    )
+    solvers = data.draw(st.lists(st.sampled_from(named), min_size=1, max_size=4))
     seeds = data.draw(st.one_of(st.integers(1, 4), st.lists(st.integers(1, 9), min_size=1, max_size=3)))
     refine = data.draw(st.booleans())
     text = (
@@ -532,17 +512,10 @@ def test_files_that_cannot_be_read(tmp_path: Path, make: Any, words: str) -> Non
 @pytest.mark.parametrize(
     ("text", "is_study"),
     [
-        ("scenarios = ['paper']", True),
-        ("scenarios = 5", True),
-        ("seeds = 5\nsolvers = ['cgla']", True),
+        *((text, True) for text in ("scenarios = ['paper']", "scenarios = 5", "seeds = 5\nsolvers = ['cgla']")),
         ("scenarios = ['paper']\nk = 5", True),
-        (MAP, False),
-        (f"{MAP}resolution = 5", False),
-        (f"{MAP}[solvers.cgla]", False),
-        ("title = 'x'", False),
-        ("", False),
-        ("scenarios = [", False),
-        (f"a = {'[' * 3000}", False),
+        *((text, False) for text in (MAP, f"{MAP}resolution = 5", f"{MAP}[solvers.cgla]", "title = 'x'", "")),
+        *((text, False) for text in ("scenarios = [", f"a = {'[' * 3000}")),
     ],
 )
 def test_a_study_is_known_by_its_keys(tmp_path: Path, text: str, is_study: bool) -> None:
