@@ -172,7 +172,7 @@ class Bent(NamedTuple):
     worth: float
 
 
-class Steep(NamedTuple):
+class SteepCorner(NamedTuple):
     """
     A corner where the cost changes too much for a `Corner`.
 
@@ -216,7 +216,7 @@ def links_of(mesh: SplineMesh, corners: Sequence[CornerBlock]) -> Links:
 
 def corners_of(
     problem: Problem, mesh: SplineMesh, reach: int, taken: Sequence[tuple[int, int]], bent: Bent | None = None
-) -> tuple[list[Corner], list[Steep]]:
+) -> tuple[list[Corner], list[SteepCorner]]:
     """
     Lay blocks around the sharp corners of an area, where they are worth it.
 
@@ -250,7 +250,7 @@ def corners_of(
     sharp = np.unique(here[(angles > 0.0) & (angles < math.pi - SHARP)], axis=0)
     grid = _Grid(problem, mesh, convex, turns, bent)
     found: list[Corner] = []
-    steep: list[Steep] = []
+    steep: list[SteepCorner] = []
     centres = [(*centre, reach) for centre in taken]
     # (far corners are no whole numbers of cells)
     places = np.rint((sharp - mesh.origin) / mesh.spacing)
@@ -326,7 +326,7 @@ class _Grid:
         facts = vertices - corner, walls, numbers, turn, min(mesh.spacing)
         return Corner(pieces, cuts, sights, rim, places, lines, *facts), reach
 
-    def steep(self, corner: FloatArray, centre: tuple[int, int], room: int) -> Steep | None:
+    def steep(self, corner: FloatArray, centre: tuple[int, int], room: int) -> SteepCorner | None:
         """
         Lay the least block around a corner that a path bends around, if enough is lost there.
 
@@ -344,7 +344,7 @@ class _Grid:
         if not lost > self.bent.worth:
             return None
         block = self.block(centre, reach, self.convex[inside], self.rim(reach))
-        return Steep(block, centre, reach, lost)
+        return SteepCorner(block, centre, reach, lost)
 
     def block(
         self, centre: tuple[int, int], reach: int, vertices: FloatArray, radius: float

@@ -22,14 +22,14 @@ import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, WholeArray
 from cgla_graph.certificate import certificate_kernels, corner_kernels
-from cgla_graph.certificate.corners import ROUNDING, CornerBlock, Steep, corners_of, links_of, rim_of
+from cgla_graph.certificate.corners import ROUNDING, CornerBlock, SteepCorner, corners_of, links_of, rim_of
 from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
 from cgla_graph.eikonal import cell_runs, marching_kernels
 from cgla_graph.eikonal.marching import march
 from cgla_graph.eikonal.mesh import IN_AREA, SplineMesh
 from cgla_graph.model.problem import Problem
 
-#: Finer cells along the side of a cell: an odd number, so that sides of cells are sides of finer ones.
+#: FineCornerBlock cells along the side of a cell: an odd number, so that sides of cells are sides of finer ones.
 FINER = 7
 #: Cells from the rim of the block to the border of the box, at most and at least, and finer ones beyond it.
 MARGIN, LEAST_MARGIN, BEYOND = 8, 3, 2
@@ -41,7 +41,7 @@ MOST_ROUNDS, STEEP, STALLED = 5, 2e-3, 0.95
 
 
 @dataclass(frozen=True, eq=False)
-class Finer(CornerBlock):
+class FineCornerBlock(CornerBlock):
     """
     A block around a corner, and a finer grid around it.
 
@@ -87,7 +87,7 @@ class Finer(CornerBlock):
     worth: float
 
     @classmethod
-    def around(cls, problem: Problem, coarse: SplineMesh, steep: Steep) -> "Finer | None":
+    def around(cls, problem: Problem, coarse: SplineMesh, steep: SteepCorner) -> "FineCornerBlock | None":
         """Lay a finer grid around a block; None where the map or the mesh leaves no room for it."""
         centre, reach = np.array(steep.centre), steep.reach
         room = int(min(centre.min(), (np.array(coarse.last) - centre).min()))

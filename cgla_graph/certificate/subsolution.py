@@ -43,7 +43,7 @@ from cgla_graph._types import BoolArray, FloatArray, Point, WholeArray
 from cgla_graph.certificate import certificate_kernels
 from cgla_graph.certificate.corners import Bent, CornerBlock, corners_of, links_of
 from cgla_graph.certificate.costs import cost_bounds, costs_to_solve_for
-from cgla_graph.certificate.finer import Finer
+from cgla_graph.certificate.finer import FineCornerBlock
 from cgla_graph.certificate.scale import scale_at
 from cgla_graph.certificate.tips import Near, Tip
 from cgla_graph.eikonal import cell_runs
@@ -381,7 +381,7 @@ class Level:
         taken = [_middle(self.mesh, end) for end in ends]
         bent = None if self.path is None else Bent(shapely.LineString(self.path), self.worth)
         found, steep = corners_of(self.problem, self.mesh, self.reach, taken, bent)
-        looked = (Finer.around(self.problem, self.mesh, one) for one in steep)
+        looked = (FineCornerBlock.around(self.problem, self.mesh, one) for one in steep)
         return [*found, *(one for one in looked if one is not None)]
 
     @cached_property

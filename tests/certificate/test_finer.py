@@ -21,7 +21,7 @@ import cgla_graph as cg
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate import certificate_kernels, finer
 from cgla_graph.certificate.corners import Bent, corners_of
-from cgla_graph.certificate.finer import FINER, Finer
+from cgla_graph.certificate.finer import FINER, FineCornerBlock
 from cgla_graph.certificate.subsolution import Level
 from cgla_graph.eikonal import cell_runs
 from cgla_graph.eikonal.marching import costs_to_go
@@ -76,15 +76,15 @@ def needle() -> cg.Problem:
     return cg.Problem((0.311, 0.196), (0.95, 0.1), field, 700.0, no_fly=area)
 
 
-def steep_level(problem: cg.Problem) -> tuple[Level, list[Finer]] | None:
+def steep_level(problem: cg.Problem) -> tuple[Level, list[FineCornerBlock]] | None:
     """Lay a grid with blocks at the steep corners of a good path; None where the path bends around none."""
     path = cg.solve(problem, "hybrid", tolerance=None).path
     level = Level.lay(problem, (CELLS, CELLS), cell_runs.rectangle((CELLS, CELLS)), 1e-6, path)
-    blocks = [block for block in level.corners if isinstance(block, Finer)]
+    blocks = [block for block in level.corners if isinstance(block, FineCornerBlock)]
     return (level, blocks) if blocks else None
 
 
-def points_around(block: Finer, level: Level, rng: np.random.Generator) -> tuple[FloatArray, int]:
+def points_around(block: FineCornerBlock, level: Level, rng: np.random.Generator) -> tuple[FloatArray, int]:
     """Return free points on the rim of a block, and how many they are, then others around it, corners among them."""
     problem, mesh = level.problem, block.mesh
     middles = np.column_stack([mesh.columns[block.finer_rim], mesh.rows[block.finer_rim]])
@@ -168,8 +168,8 @@ def test_a_front_that_is_too_late_does_no_harm_if_it_is_checked(monkeypatch: pyt
 @pytest.mark.slow
 def test_a_charge_without_ways_that_leave_the_box_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     check_some()
-    excess = Finer._excess
-    monkeypatch.setattr(Finer, "_excess", staticmethod(lambda *given: excess(*given[:3], given[3] + 1e6)))
+    excess = FineCornerBlock._excess
+    monkeypatch.setattr(FineCornerBlock, "_excess", staticmethod(lambda *given: excess(*given[:3], given[3] + 1e6)))
     with pytest.raises(AssertionError):
         check_some()
 
@@ -179,7 +179,7 @@ def test_where_the_cost_is_steep_at_a_corner_a_finer_grid_there_helps(monkeypatc
     gaps, problem = [], steep_corner(2)
     for look in (True, False):
         if not look:
-            monkeypatch.setattr(Finer, "around", lambda *_: None)
+            monkeypatch.setattr(FineCornerBlock, "around", lambda *_: None)
         path = cg.solve(problem, "hybrid", tolerance=None).path
         proof = cg.lower_bound(problem, 1e-4, path=path, max_cells=60_000)
         assert proof.lower_bound <= proof.upper_bound
@@ -201,7 +201,7 @@ def test_corners_too_near_for_blocks_of_their_own_share_one(cells: float) -> Non
     assert check_charges(problem) > 0
 
 
-def holds(level: Level, block: Finer, corner: FloatArray) -> bool:
+def holds(level: Level, block: FineCornerBlock, corner: FloatArray) -> bool:
     """Tell whether a corner is inside a block, far enough from its rim for splines not to follow its fan there."""
     mesh = level.mesh
     cells = np.column_stack([mesh.columns, mesh.rows])[block.pieces]
@@ -263,7 +263,7 @@ def test_ways_out_of_the_box_cost_the_same_on_part_of_a_grid() -> None:
     rows = np.arange(row, row + 30)
     runs = np.column_stack([rows, np.full(30, column - 6), np.full(30, column + 7)]).astype(np.int32)
     tube = Level.lay(problem, (CELLS, CELLS), runs, 1e-6, whole.path)
-    (narrow,) = (one for one in tube.corners if isinstance(one, Finer))
+    (narrow,) = (one for one in tube.corners if isinstance(one, FineCornerBlock))
     assert len(narrow.seeds) < 0.9 * len(block.seeds)
     assert block.way_out.min() > 0.0
     of = dict(zip(map(tuple, np.column_stack([block.finer_rim, block.finer_places])), block.way_out, strict=True))
