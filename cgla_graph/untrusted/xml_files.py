@@ -94,3 +94,15 @@ def tag_of(element: Element) -> str:
     'kml'
     """
     return element.tag.rpartition("}")[2]
+
+
+def child_text(element: Element, name: str) -> str:
+    """
+    Return the text of the first child of a name, without blanks around it; empty if there is none.
+
+    Examples
+    --------
+    >>> child_text(xml_of(b"<a><name> route </name></a>", "plan.kml"), "name")
+    'route'
+    """
+    return next((one.text or "" for one in element if tag_of(one) == name), "").strip()

@@ -6,11 +6,10 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from cgla_graph._text import shown
-from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, Waypoint, decimal, fault
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Waypoint, decimal, fault, few_read
 from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     NAMES,
     assembled,
-    number_of,
     place_of,
     tags_of,
     text_tags,
@@ -62,27 +61,17 @@ def _rows(text: str, where: str) -> Iterator[tuple[int, list[str]]]:
     """Yield the lines that say something, with their numbers."""
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     try:
-        count = 0
-        for cells in reader:
-            if any(cell.strip() for cell in cells):
-                count += 1
-                if count > MOST_WAYPOINTS + 2:
-                    fault(where, "it has too many lines", f"give at most {MOST_WAYPOINTS} waypoints")
-                yield reader.line_num, cells
+        filled = (cells for cells in reader if any(cell.strip() for cell in cells))
+        for number, cells in enumerate(filled):
+            few_read(number, where)
+            yield reader.line_num, cells
     except csv.Error as error:
         fault(f"{where}: line {reader.line_num}", f"it is no CSV ({error})", "write numbers with commas between them")
 
 
 def _waypoint(cells: Sequence[str], columns: dict[str, int], pair: tuple[str, str], where: str) -> Waypoint | Home:
     said = {name: cells[index] for name, index in columns.items() if index < len(cells)}
-    if pair == _DEGREES:
-        place = place_of([said.get(name, "") for name in pair], where)
-    else:
-        x, y = (number_of(said.get(name), f"{where}: {name}") for name in pair)
-        if x is None or y is None:
-            fault(where, f"it is {shown(','.join(cells))}", "a waypoint has an x and a y")
-        place = x, y
-    return waypoint_of(place, said, where)
+    return waypoint_of(place_of([said.get(name) for name in pair], where, in_plane=pair == _PLANE), said, where)
 
 
 def write(plan: FlightPlan) -> str:

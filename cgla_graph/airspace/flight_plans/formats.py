@@ -8,8 +8,9 @@ from xml.etree.ElementTree import Element
 
 from cgla_graph._files import write_files
 from cgla_graph._text import place, shown
-from cgla_graph.airspace.flight_plans import csv_file, geojson, gpx, json_path, kml, qgroundcontrol, waypoints
-from cgla_graph.airspace.flight_plans.plan import FlightPlan, fault
+from cgla_graph.airspace.flight_plans import csv_file, geojson, gpx, kml, qgroundcontrol, waypoints
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint, fault, few_read
+from cgla_graph.airspace.flight_plans.tagged_waypoints import assembled, place_of
 from cgla_graph.errors import OutputError, PlanError
 from cgla_graph.untrusted.files import FilePath, kind_of, read_bytes, text_of
 from cgla_graph.untrusted.json_files import json_of
@@ -18,6 +19,8 @@ from cgla_graph.untrusted.xml_files import tag_of, xml_of
 
 #: Endings of files that plans are written to.
 WRITTEN: Final = (".plan", ".waypoints", ".kml", ".gpx", ".geojson", ".csv")
+#: Where JSON files have paths, in degrees and in map units.
+_PATHS: Final = ("path_lonlat", "path")
 #: What is said where a file is none of them.
 _READ: Final = "plans are QGroundControl's .plan, QGC WPL .waypoints, KML, KMZ, GPX, GeoJSON, or CSV with named columns"
 
@@ -95,10 +98,23 @@ def _of_json(document: Mapping[str, Any], where: str) -> FlightPlan:
         return qgroundcontrol.read_document(document, where)
     if isinstance(document.get("type"), str):
         return geojson.read_document(document, where)
-    if any(key in document for key in json_path.KEYS):
-        return json_path.read_document(document, where)
+    for key in _PATHS:
+        if key in document:
+            return _of_path(document[key], f"{where}: {key}", in_plane=key == "path")
     msg = f"{where}: its keys are {shown(list(document))}; {_READ}"
     raise PlanError(msg)
+
+
+def _of_path(rows: object, where: str, *, in_plane: bool) -> FlightPlan:
+    """Return the plan of a path as ``Solution.save`` writes it to ``.json``, and ``cgla plan --json`` prints it."""
+    if not isinstance(rows, list):
+        fault(where, f"it is {shown(rows)}", "give a list of pairs of numbers")
+    few_read(len(rows), where)
+    for index, row in enumerate(rows):
+        if not isinstance(row, list) or len(row) != 2 or any(isinstance(value, str) for value in row):  # noqa: PLR2004
+            fault(f"{where}, {index}", f"it is {shown(row)}", "a waypoint is two numbers")
+    found = (Waypoint(*place_of(row, f"{where}, {index}", in_plane=in_plane)) for index, row in enumerate(rows))
+    return assembled(found, "", (), where, coordinates="plane" if in_plane else "lonlat")
 
 
 def text_of_plan(plan: FlightPlan, where: str) -> str:

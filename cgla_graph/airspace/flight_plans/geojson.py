@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from cgla_graph._text import shown
-from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, Waypoint, fault
+from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Waypoint, fault, few_read
 from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     ALTITUDE,
     REFERENCE,
@@ -58,7 +58,7 @@ def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
         if kind == "Point":
             has_roles = has_roles or ROLE in tags
             points.append(_point(coordinates, tags, place))
-            _few(points, where)
+            few_read(len(points), where)
         elif kind == "LineString":
             name = tags.get("name")
             lines.append((name if isinstance(name, str) else "", _line(coordinates, place)))
@@ -134,14 +134,9 @@ def _features(document: Mapping[str, Any], where: str) -> Iterator[tuple[Any, Ma
 def _line(coordinates: object, where: str) -> list[Waypoint]:
     if not isinstance(coordinates, list):
         fault(where, f"its coordinates are {shown(coordinates)}", "a line has a list of positions")
-    _few(coordinates, where)
+    few_read(len(coordinates), where)
     found = [_point(position, {}, f"{where}, position {index}") for index, position in enumerate(coordinates)]
     return [one for one in found if isinstance(one, Waypoint)]
-
-
-def _few(found: Sequence[object], where: str) -> None:
-    if len(found) > MOST_WAYPOINTS + 1:
-        fault(where, f"it has {len(found)} positions or more", f"give at most {MOST_WAYPOINTS}")
 
 
 def _point(position: object, tags: Mapping[str, Any], where: str) -> Waypoint | Home:

@@ -1,17 +1,16 @@
 """Plans as GPX 1.1: a route, and home as a waypoint; what GPX has no word for stands in extensions."""
 
-from collections.abc import Sequence
 from typing import Final
 from xml.etree.ElementTree import Element
 from xml.sax.saxutils import escape
 
 from cgla_graph.airspace.flight_plans.plan import (
-    MOST_WAYPOINTS,
     FlightPlan,
     Home,
     Waypoint,
     decimal,
     fault,
+    few_read,
     few_written,
 )
 from cgla_graph.airspace.flight_plans.tagged_waypoints import (
@@ -25,7 +24,7 @@ from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     text_tags,
     waypoint_of,
 )
-from cgla_graph.untrusted.xml_files import tag_of
+from cgla_graph.untrusted.xml_files import child_text, tag_of
 
 #: The namespace of our extensions.
 NAMESPACE: Final = "urn:cgla-graph:plan:1"
@@ -60,9 +59,10 @@ def read_tree(root: Element, where: str) -> FlightPlan:
     for child in root:
         if tag_of(child) in parts:
             parts[tag_of(child)].append(child)
+    few_read(len(parts["wpt"]), where)
     segments = [part for track in parts["trk"] for part in track if tag_of(part) == "trkseg"]
     remarks: list[str] = []
-    marks = [_waypoint(one, f"{where}: waypoint {index}") for index, one in enumerate(_few(parts["wpt"], where))]
+    marks = [_waypoint(one, f"{where}: waypoint {index}") for index, one in enumerate(parts["wpt"])]
     home = [one for one in marks if isinstance(one, Home)]
     kind, routes = ("rte", parts["rte"]) if parts["rte"] else ("trk", segments)
     if len(routes) > 1:
@@ -73,26 +73,16 @@ def read_tree(root: Element, where: str) -> FlightPlan:
         beside = len(marks) - len(home)
         remarks += [f"{beside} waypoints beside the route: no part of what is flown, left out"] if beside else []
         tag = "rtept" if kind == "rte" else "trkpt"
-        points = _few([one for one in routes[0] if tag_of(one) == tag], where)
+        points = [one for one in routes[0] if tag_of(one) == tag]
+        few_read(len(points), where)
         marks = [*home, *(_waypoint(one, f"{where}: {tag} {index}") for index, one in enumerate(points))]
     named = routes[0] if kind == "rte" and routes else parts["trk"][0] if parts["trk"] else None
     metadata = next((one for one in root if tag_of(one) == "metadata"), None)
-    name = "" if named is None else _text(named, "name")
-    return assembled(iter(marks), name or ("" if metadata is None else _text(metadata, "name")), remarks, where)
+    name = "" if named is None else child_text(named, "name")
+    return assembled(iter(marks), name or ("" if metadata is None else child_text(metadata, "name")), remarks, where)
 
 
 _ONE: Final = "a plan is one: keep the one that is flown"
-
-
-def _few(points: Sequence[Element], where: str) -> Sequence[Element]:
-    if len(points) > MOST_WAYPOINTS:
-        fault(where, f"it has {len(points)} waypoints", f"give at most {MOST_WAYPOINTS}")
-    return points
-
-
-def _text(element: Element, name: str) -> str:
-    found = next((child for child in element if tag_of(child) == name), None)
-    return "" if found is None else " ".join((found.text or "").split())
 
 
 def _waypoint(point: Element, where: str) -> Waypoint | Home:
@@ -106,7 +96,7 @@ def _waypoint(point: Element, where: str) -> Waypoint | Home:
         if child.tag.startswith(own)
     }
     tags = {name: text for name, text in tags.items() if name in NAMES}
-    elevation = _text(point, "ele")
+    elevation = child_text(point, "ele")
     if elevation and ALTITUDE not in tags:
         tags |= {ALTITUDE: elevation, REFERENCE: tags.get(REFERENCE, "sea")}
     return waypoint_of(place, tags, where)

@@ -13,13 +13,13 @@ from xml.sax.saxutils import escape, quoteattr
 from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.geojson import chosen
 from cgla_graph.airspace.flight_plans.plan import (
-    MOST_WAYPOINTS,
     FlightPlan,
     Home,
     Reference,
     Waypoint,
     decimal,
     fault,
+    few_read,
     few_written,
 )
 from cgla_graph.airspace.flight_plans.tagged_waypoints import (
@@ -31,7 +31,7 @@ from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     text_tags,
     waypoint_of,
 )
-from cgla_graph.untrusted.xml_files import tag_of
+from cgla_graph.untrusted.xml_files import child_text, tag_of
 
 #: How KML says what its altitudes are measured from, and how it does not: on the ground they count for nothing.
 _MODES: Final[dict[Reference, str]] = {"home": "relativeToGround", "ground": "relativeToGround", "sea": "absolute"}
@@ -81,7 +81,7 @@ def read_tree(root: Element, where: str) -> FlightPlan:
         if kind != "Placemark":
             continue
         number += 1
-        name, tags = _text(element, "name"), _tags(element)
+        name, tags = child_text(element, "name"), _tags(element)
         place = f"{where}: placemark {number}" + (f" ({shown(name)})" if name else "")
         for geometry in _geometries(element):
             shape = tag_of(geometry)
@@ -97,9 +97,9 @@ def read_tree(root: Element, where: str) -> FlightPlan:
                 fault(place, f"it is a {shape}", "a plan is a LineString or Points: save the track as a path")
             else:
                 remarks.append(f"placemark {number}: a {shape} is no part of what is flown: left out")
-    _few(len(points), where)
+    few_read(len(points), where)
     plan = chosen(lines, points, has_roles=has_roles, remarks=remarks, where=where)
-    title = next((_text(one, "name") for one in root.iter() if tag_of(one) == "Document"), "")
+    title = next((child_text(one, "name") for one in root.iter() if tag_of(one) == "Document"), "")
     return plan.renamed(title or plan.name)
 
 
@@ -113,36 +113,26 @@ def _geometries(element: Element) -> Iterator[Element]:
             yield child
 
 
-def _text(element: Element, name: str) -> str:
-    found = next((child for child in element if tag_of(child) == name), None)
-    return "" if found is None else " ".join((found.text or "").split())
-
-
 def _tags(element: Element) -> dict[str, str]:
     """Return what the data of a placemark say."""
     tags = {}
     for data in (child for part in element if tag_of(part) == "ExtendedData" for child in part):
         name = data.get("name")
         if tag_of(data) == "Data" and name in NAMES:
-            tags[name] = _text(data, "value")
+            tags[name] = child_text(data, "value")
     return tags
-
-
-def _few(count: int, where: str) -> None:
-    if count > MOST_WAYPOINTS + 1:
-        fault(where, f"it has {count} positions", f"give at most {MOST_WAYPOINTS}")
 
 
 def _waypoints(geometry: Element, tags: dict[str, str], where: str) -> list[Waypoint | Home]:
     """Return the positions of a geometry."""
-    mode = _text(geometry, "altitudeMode") or _ON_GROUND
+    mode = child_text(geometry, "altitudeMode") or _ON_GROUND
     if mode not in {_ON_GROUND, "clampToSeaFloor", *_REFERENCES}:
         fault(where, f"its altitudeMode is {shown(mode)}", f"{_ON_GROUND}, relativeToGround and absolute are read")
     found = [child for child in geometry if tag_of(child) == "coordinates"]
     places = (found[0].text or "").split() if len(found) == 1 else []
     if not places:
         fault(where, "it has no coordinates", "write longitude,latitude,altitude with blanks between positions")
-    _few(len(places), where)
+    few_read(len(places), where)
     waypoints = []
     for text in places:
         parts = text.split(",")

@@ -362,6 +362,18 @@ def numbered(remarks: Sequence[str], most: int = 20) -> Iterator[str]:
         yield f"and {len(remarks) - most} more like these"
 
 
+def few_read(count: int, where: str) -> None:
+    """
+    Check that a file that is read has no more places than a plan: its waypoints, and home.
+
+    Examples
+    --------
+    >>> few_read(3, "mine.kml")
+    """
+    if count > MOST_WAYPOINTS + 1:
+        fault(where, f"it has {count} places or more", f"give at most {MOST_WAYPOINTS} waypoints")
+
+
 def few_written(count: int, most: int, kind: str) -> None:
     """
     Check that a file that is written is small enough to be read again.

@@ -142,18 +142,20 @@ def number_of(value: object, where: str) -> float | None:
     return number
 
 
-def place_of(parts: Sequence[object], where: str) -> tuple[float, float]:
+def place_of(parts: Sequence[object], where: str, *, in_plane: bool = False) -> tuple[float, float]:
     """
-    Return longitude and latitude of two numbers or texts.
+    Return longitude and latitude, or x and y in a plane, of two numbers or texts.
 
     Examples
     --------
     >>> place_of(["24.9", 60.2], "row 1")
     (24.9, 60.2)
     """
-    found = [number_of(part, where) for part in parts]
-    longitude, latitude = (math.nan if part is None else part for part in found)
-    return check_place(where, longitude, latitude)
+    x, y = (number_of(part, where) for part in parts)
+    if in_plane and (x is None or y is None):
+        fault(where, f"it is {shown(list(parts))}", "a waypoint has an x and a y")
+    place = math.nan if x is None else x, math.nan if y is None else y
+    return place if in_plane else check_place(where, *place)
 
 
 def assembled(

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
 
@@ -13,11 +13,9 @@ from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference
 from cgla_graph.airspace.flight_plans.profile import Heights, Profile, profile_of
 from cgla_graph.airspace.flight_plans.simultaneous_areas import WHOLE, Shares
 from cgla_graph.airspace.zones.ground import Ground
-from cgla_graph.airspace.zones.heights import GEOID
-from cgla_graph.airspace.zones.zone import Limit
+from cgla_graph.airspace.zones.heights import Range, difference
+from cgla_graph.airspace.zones.zone import Limits
 from cgla_graph.model.earth import LocalProjection
-
-Range: TypeAlias = tuple[float, float]
 
 #: What heights of plans are above, as those of zones are written.
 _ABOVE: Final[dict[Reference, str]] = {"home": "HOME", "ground": "AGL", "sea": "AMSL", "ellipsoid": "WGS84"}
@@ -31,32 +29,6 @@ _MOST_TABLE: Final = 20_000_000
 _ROUNDING: Final = 1e-9
 #: Notes are given of so many reasons.
 _MOST_NOTES: Final = 4
-
-
-@dataclass(frozen=True)
-class Limits:
-    """
-    The floor and the ceiling of an area.
-
-    Examples
-    --------
-    >>> str(Limits(Limit(0.0, "AGL"), Limit(120.0, "AGL"))), Limits(Limit(0.0, "AGL"), Limit(math.inf, "AGL")).bounded
-    ('0 m AGL to 120 m AGL', [])
-    """
-
-    lower: Limit
-    upper: Limit
-
-    def __str__(self) -> str:
-        """Write both."""
-        return f"{self.lower} to {self.upper}"
-
-    @property
-    def bounded(self) -> list[tuple[Limit, float]]:
-        """The floor (1) and the ceiling (-1), where there are any; nobody flies below the ground."""
-        from_ground = self.lower.reference == "AGL" and self.lower.metres <= 0.0
-        floor = [] if from_ground or math.isinf(self.lower.metres) else [(self.lower, 1.0)]
-        return floor + ([] if math.isinf(self.upper.metres) else [(self.upper, -1.0)])
 
 
 @dataclass
@@ -110,27 +82,12 @@ class PlanHeights:
         known += [] if seen is None else [seen]
         return (min(one[0] for one in known), max(one[1] for one in known)) if known else None
 
-    def _above_sea(self, reference: str, ground: Range | None) -> Range | None:
-        """Return how much is to be added to a height to have one above the sea, at least and at most."""
-        if reference == "AMSL":
-            return 0.0, 0.0
-        if reference == "WGS84":
-            return -GEOID[1], -GEOID[0]
-        return self.home if reference == "HOME" else ground
-
-    def _difference(self, reference: str, limit: Limit, ground: Range | None) -> Range | None:
-        """Return what is to be added to a height to have one above what a limit is, at least and at most."""
-        if reference == limit.reference:
-            return 0.0, 0.0
-        ours, theirs = self._above_sea(reference, ground), self._above_sea(limit.reference, ground)
-        return None if ours is None or theirs is None else (ours[0] - theirs[1], ours[1] - theirs[0])
-
     def _within(self, heights: Heights, limits: Limits, ground: Range | None, part: Range) -> tuple[Range | None, bool]:
         """Return where in a part of a leg a limit lets the aircraft be inside, and whether all limits were compared."""
         (first, last), all_known = part, True
         assert heights.reference is not None  # noqa: S101 - for the type checker
         for limit, sign in limits.bounded:
-            more = self._difference(_ABOVE[heights.reference], limit, ground)
+            more = difference(_ABOVE[heights.reference], limit.reference, ground, self.home)
             if more is None:
                 all_known = False
                 continue
@@ -244,7 +201,7 @@ class PlanHeights:
         if heights.reference is None:
             return True
         for limit, sign in limits.bounded:
-            more = self._difference(_ABOVE[heights.reference], limit, ground)
+            more = difference(_ABOVE[heights.reference], limit.reference, ground, self.home)
             if more is None and self.ground is None:
                 continue
             ends = heights.low if sign > 0.0 else heights.high

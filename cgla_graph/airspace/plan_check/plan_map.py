@@ -14,11 +14,11 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import Bounds, FloatArray
 from cgla_graph.airspace.flight_plans.area_outline import ClosedArea
 from cgla_graph.airspace.flight_plans.plan import FlightPlan
-from cgla_graph.airspace.plan_check.plan_heights import Limits, PlanHeights
+from cgla_graph.airspace.plan_check.plan_heights import PlanHeights
 from cgla_graph.airspace.zones.applying import Applied, Verdict, ZoneAccount
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.shapes import AreaShape, joined, part_near
-from cgla_graph.airspace.zones.zone import NoArea
+from cgla_graph.airspace.zones.zone import Limits, NoArea
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.clearance import ROUNDING
 from cgla_graph.model.earth import LocalProjection, geodesic_length, project_area, wrapped
@@ -241,7 +241,7 @@ def _layers(verdict: Verdict, box: Bounds, *, apart: bool) -> list[tuple[AreaSha
         return [(verdict.area, None)]
     groups: dict[Limits, list[AreaShape]] = {}
     for layer in verdict.zone.layers:
-        groups.setdefault(Limits(layer.lower, layer.upper), []).append(layer.area)
+        groups.setdefault(layer.limits, []).append(layer.area)
     if len(groups) == 1:
         return [(verdict.area, next(iter(groups)))]
     parts = [(part_near(joined(shapes), box), limits) for limits, shapes in groups.items()]

@@ -1,11 +1,12 @@
 """ED-269 (EUROCAE, 2020): zones as JSON, each with its volumes under `geometry`."""
 
 import math
+from collections.abc import Sequence
 
 from cgla_graph._text import shown
 from cgla_graph.airspace.zones.entries import Entry
 from cgla_graph.airspace.zones.periods import Period, period_of
-from cgla_graph.airspace.zones.shapes import circle_of, polygon_of, ring_of
+from cgla_graph.airspace.zones.shapes import area_of, circle_of
 from cgla_graph.airspace.zones.zone import FOOT, GROUND, NO_CEILING, SPELLINGS, UNLIMITED, Layer, Limit, Zone
 from cgla_graph.untrusted.files import fault
 
@@ -65,14 +66,21 @@ def _zone(value: object, index: int, file: str) -> Zone:
     entry = Entry(value, f"{file}: zone {index}")
     identifier = entry.text("identifier")
     entry.where = f"{file}: zone {index} {shown(identifier)}"
-    kind = entry.choice("restriction", KINDS)
+    layers = [_layer(volume) for volume in entry.entries("geometry", empty=False)]
+    return zone_of(entry, identifier, entry.choice("restriction", KINDS), layers, _periods(entry), file)
+
+
+def zone_of(
+    entry: Entry, identifier: str, kind: str, layers: Sequence[Layer], periods: tuple[Period, ...], file: str
+) -> Zone:
+    """Return a zone with what both standards say of it under the same keys."""
     conditions = entry.values.get("restrictionConditions")
     return Zone(
         identifier=identifier,
         name=entry.wording("name"),
         kind=SPELLINGS.get(kind, kind),
-        layers=tuple(_layer(volume) for volume in entry.entries("geometry", empty=False)),
-        periods=_periods(entry),
+        layers=tuple(layers),
+        periods=periods,
         file=file,
         reason=reasons_of(entry),
         conditions="; ".join(map(str, conditions)) if isinstance(conditions, list) else str(conditions or ""),
@@ -95,7 +103,7 @@ def _layer(entry: Entry) -> Layer:
         return Layer(circle, lower, upper)
     rings = shape.items("coordinates", empty=False)
     where = f"{shape.where}: coordinates"
-    area, remark = polygon_of([ring_of(ring, f"{where}[{n}]") for n, ring in enumerate(rings)], where)
+    area, remark = area_of(rings, where)
     return Layer(area, lower, upper, remark)
 
 

@@ -1,18 +1,11 @@
 """ED-318 (EUROCAE, 2024): zones as GeoJSON, with a layer in each geometry, and circles as points with an extent."""
 
 from cgla_graph._text import shown
-from cgla_graph.airspace.zones.ed269 import (
-    KINDS,
-    UNITS,
-    authorities_of,
-    limit_of,
-    reasons_of,
-    require_order,
-)
+from cgla_graph.airspace.zones.ed269 import KINDS, UNITS, limit_of, require_order, zone_of
 from cgla_graph.airspace.zones.entries import Entry
 from cgla_graph.airspace.zones.periods import Period, moment_of, period_of
-from cgla_graph.airspace.zones.shapes import AreaShape, circle_of, joined, polygon_of, ring_of, short
-from cgla_graph.airspace.zones.zone import GROUND, SPELLINGS, UNLIMITED, Layer, Validity, Zone
+from cgla_graph.airspace.zones.shapes import area_of, circle_of, joined, short
+from cgla_graph.airspace.zones.zone import GROUND, UNLIMITED, Layer, Validity, Zone
 from cgla_graph.untrusted.files import fault
 
 #: Keys that no other GeoJSON has: those of properties, and those of geometries.
@@ -98,20 +91,8 @@ def _zone(value: object, index: int, file: str) -> Zone:
     about.where = feature.where
     identifier = about.text("identifier")
     feature.where = about.where = f"{file}: zone {index} {shown(identifier)}"
-    kind = about.choice("type", KINDS)
-    conditions = about.values.get("restrictionConditions")
-    return Zone(
-        identifier=identifier,
-        name=about.wording("name"),
-        kind=SPELLINGS.get(kind, kind),
-        layers=tuple(_layers(feature.entry("geometry"), Entry(feature.values["properties"], about.where))),
-        periods=_periods(about),
-        file=file,
-        reason=reasons_of(about),
-        conditions=str(conditions or ""),
-        message=about.wording("message"),
-        authority=authorities_of(about),
-    )
+    layers = _layers(feature.entry("geometry"), Entry(feature.values["properties"], about.where))
+    return zone_of(about, identifier, about.choice("type", KINDS), layers, _periods(about), file)
 
 
 def _layers(geometry: Entry, about: Entry, *, nested: bool = False) -> list[Layer]:
@@ -141,21 +122,16 @@ def _layers(geometry: Entry, about: Entry, *, nested: bool = False) -> list[Laye
         )
         return [Layer(circle, lower, upper)]
     if kind == "Polygon":
-        area, remark = _polygon(geometry.items("coordinates", empty=False), where)
+        area, remark = area_of(geometry.items("coordinates", empty=False), where)
         return [Layer(area, lower, upper, remark)]
     if kind == "MultiPolygon":
         found = []
         for index, rings in enumerate(geometry.items("coordinates", empty=False)):
             if not isinstance(rings, list) or not rings:
                 fault(f"{where}[{index}]", f"it is {short(rings)}", "give a list of rings")
-            found.append(_polygon(rings, f"{where}[{index}]"))
+            found.append(area_of(rings, f"{where}[{index}]"))
         return [Layer(joined([area for area, _ in found]), lower, upper, next((one for _, one in found if one), ""))]
     return geometry.wrong("type", "give one of Polygon, MultiPolygon, Point, GeometryCollection (of these)")
-
-
-def _polygon(rings: list[object], where: str) -> tuple[AreaShape, str]:
-    """Read a polygon: its border, then its holes."""
-    return polygon_of([ring_of(ring, f"{where}[{index}]") for index, ring in enumerate(rings)], where)
 
 
 def _periods(about: Entry) -> tuple[Period, ...]:

@@ -1,13 +1,12 @@
 """Heights above ground, sea and ellipsoid: whether a flight is in a layer of a zone, as far as that can be known."""
 
-import math
 import re
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from cgla_graph.airspace.zones.ground import Ground
 from cgla_graph.airspace.zones.shapes import short
-from cgla_graph.airspace.zones.zone import Layer, Limit
+from cgla_graph.airspace.zones.zone import Layer
 from cgla_graph.errors import FileFormatError
 
 Range: TypeAlias = tuple[float, float]
@@ -74,6 +73,7 @@ def meets(layer: Layer, flight: Altitude | None, ground: Ground | None) -> bool 
     Examples
     --------
     >>> import shapely
+    >>> from cgla_graph.airspace.zones.zone import Limit
     >>> layer = Layer(shapely.box(6, 49, 7, 50), upper=Limit(450.0, "AMSL"))
     >>> [meets(layer, Altitude.of(flight), None) for flight in ("400 AMSL", "500 AMSL", "100 AGL")]
     [True, False, None]
@@ -81,32 +81,35 @@ def meets(layer: Layer, flight: Altitude | None, ground: Ground | None) -> bool 
     if flight is None:
         return True
     answers: list[bool | None] = []
-    range_of: list[Range | None] = []
-    for limit, sign in ((layer.lower, 1.0), (layer.upper, -1.0)):
-        # nobody flies below the ground, and there is always room above no ceiling
-        if math.isinf(limit.metres) or (sign > 0.0 and limit.reference == "AGL" and limit.metres <= 0.0):
-            continue
-        if limit.reference == flight.reference:
-            answers.append(sign * (flight.metres - limit.metres) >= 0.0)
-            continue
-        if not range_of:
-            range_of.append(None if ground is None else ground.range_over(layer.area))
-        answers.append(_above(flight, limit, sign, range_of[0]))
+    seen: list[Range | None] = []
+    for limit, sign in layer.limits.bounded:
+        if limit.reference != flight.reference and not seen:
+            seen.append(None if ground is None else ground.range_over(layer.area))
+        more = difference(flight.reference, limit.reference, seen[0] if seen else None)
+        # above a floor by the greatest height that may be, below a ceiling by the least
+        end = None if more is None else more[1 if sign > 0.0 else 0]
+        answers.append(None if end is None else sign * (flight.metres + end - limit.metres) >= 0.0)
     return False if False in answers else None if None in answers else True
 
 
-def _above(flight: Altitude, limit: Limit, sign: float, ground: Range | None) -> bool | None:
-    """Whether a flight is above a floor (sign 1) or below a ceiling (-1) at some place; None if that is not known."""
-    ours, theirs = (_sea_level(one.metres, one.reference, ground) for one in (flight, limit))
-    if ours is None or theirs is None:
-        return None
-    return ours[1] >= theirs[0] if sign > 0.0 else ours[0] <= theirs[1]
+def difference(reference: str, other: str, ground: Range | None, home: Range | None = None) -> Range | None:
+    """
+    Return what to add to a height above one thing to have one above another, at least and at most; None if unknown.
 
+    Parameters
+    ----------
+    reference, other
+        ``AGL``, ``AMSL``, ``WGS84`` or ``HOME``.
+    ground, home
+        How high the ground and home are above the sea, at least and at most, metres; None where that is not known.
 
-def _sea_level(metres: float, reference: str, ground: Range | None) -> Range | None:
-    """Return how high a height is above mean sea level, at least and at most."""
-    if reference == "AMSL":
-        return metres, metres
-    if reference == "WGS84":
-        return metres - GEOID[1], metres - GEOID[0]
-    return (ground[0] + metres, ground[1] + metres) if ground is not None and reference == "AGL" else None
+    Examples
+    --------
+    >>> difference("AGL", "AMSL", (300.0, 350.0)), difference("AGL", "AMSL", None), difference("HOME", "HOME", None)
+    ((300.0, 350.0), None, (0.0, 0.0))
+    """
+    if reference == other:
+        return 0.0, 0.0
+    above_sea = {"AMSL": (0.0, 0.0), "WGS84": (-GEOID[1], -GEOID[0]), "HOME": home, "AGL": ground}
+    ours, theirs = above_sea[reference], above_sea[other]
+    return None if ours is None or theirs is None else (ours[0] - theirs[1], ours[1] - theirs[0])

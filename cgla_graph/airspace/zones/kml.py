@@ -9,7 +9,7 @@ from cgla_graph._text import shown
 from cgla_graph.airspace.zones.shapes import AreaShape, polygon_of, ring_of, short
 from cgla_graph.airspace.zones.zone import Layer, NoArea, Zone
 from cgla_graph.untrusted.files import fault
-from cgla_graph.untrusted.xml_files import tag_of
+from cgla_graph.untrusted.xml_files import child_text, tag_of
 
 #: What holds placemarks, and what is drawn on a map without being an area.
 FOLDERS = {"kml", "Document", "Folder"}
@@ -50,7 +50,7 @@ def read_root(root: Element, file: str) -> tuple[list[Zone], list[NoArea]]:
     zones: list[Zone] = []
     others: list[NoArea] = []
     for index, (feature, kind) in enumerate(_features(root, file)):
-        name = " ".join((_child_text(feature, "name") or feature.get("id") or f"placemark {index}").split())
+        name = " ".join((child_text(feature, "name") or feature.get("id") or f"placemark {index}").split())
         where = f"{file}: {shown(name)}"
         if kind == "NetworkLink":
             link = next((one.text or "" for one in feature.iter() if tag_of(one) == "href"), "")
@@ -62,7 +62,7 @@ def read_root(root: Element, file: str) -> tuple[list[Zone], list[NoArea]]:
         if polygons:
             found = [_polygon(one, f"{where}: Polygon {number}") for number, one in enumerate(polygons)]
             layers = tuple(Layer(area, remark=remark) for area, remark in found)
-            zones.append(Zone(name, "", "UNCLASSIFIED", layers, file=file, message=_child_text(feature, "description")))
+            zones.append(Zone(name, "", "UNCLASSIFIED", layers, file=file, message=child_text(feature, "description")))
         others += [NoArea(name, f"a {line}, not an area", file) for line in dict.fromkeys(lines)]
         if not polygons and not lines:
             others.append(NoArea(name, "it has no geometry", file))
@@ -121,7 +121,7 @@ def _polygon(polygon: Element, where: str) -> tuple[AreaShape, str]:
 
 def _ring(ring: Element, where: str) -> list[list[float]]:
     """Return the positions of a ring."""
-    text = _child_text(ring, "coordinates")
+    text = child_text(ring, "coordinates")
     positions = [word.split(",") for word in text.split()]
     if not positions:
         fault(f"{where}: coordinates", "there are none", "give longitude,latitude with blanks between positions")
@@ -136,8 +136,3 @@ def _ring(ring: Element, where: str) -> list[list[float]]:
     except ValueError as error:
         fault(f"{where}: coordinates", f"one is no number ({str(error)[:100]})", "give degrees")
     return flat.reshape(-1, 2).tolist()
-
-
-def _child_text(element: Element, name: str) -> str:
-    """Return the text of a child, or nothing."""
-    return next((one.text or "" for one in element if tag_of(one) == name), "").strip()

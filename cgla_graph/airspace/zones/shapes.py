@@ -182,6 +182,18 @@ def polygon_of(rings: list[FloatArray], where: str) -> tuple[AreaShape, str]:
     return enclosed, "its outline crosses itself: all that it encloses is closed"
 
 
+def area_of(rings: Sequence[object], where: str, *, closed: bool = True) -> tuple[AreaShape, str]:
+    """
+    Read the area of lists of positions, the border and then its holes: `ring_of` and `polygon_of`.
+
+    Examples
+    --------
+    >>> area_of([[[6, 49], [7, 49], [7, 50], [6, 49]]], "a zone")[0].area
+    0.5
+    """
+    return polygon_of([ring_of(ring, f"{where}[{index}]", closed=closed) for index, ring in enumerate(rings)], where)
+
+
 def _crosses_seldom(border: FloatArray) -> bool:
     """Whether few of the edges' boxes overlap, so that the crossings of all edges are soon found."""
     edges = np.asarray(shapely.linestrings(np.stack([border[:-1], border[1:]], axis=1)))

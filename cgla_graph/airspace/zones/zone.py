@@ -54,6 +54,32 @@ class Limit:
         return f"{self.metres:.6g} m {self.reference}" if math.isfinite(self.metres) else "unlimited"
 
 
+@dataclass(frozen=True)
+class Limits:
+    """
+    The floor and the ceiling of an area.
+
+    Examples
+    --------
+    >>> str(Limits(Limit(0.0, "AGL"), Limit(120.0, "AGL"))), Limits(Limit(0.0, "AGL"), Limit(math.inf, "AGL")).bounded
+    ('0 m AGL to 120 m AGL', [])
+    """
+
+    lower: Limit
+    upper: Limit
+
+    def __str__(self) -> str:
+        """Write both."""
+        return f"{self.lower} to {self.upper}"
+
+    @property
+    def bounded(self) -> list[tuple[Limit, float]]:
+        """The floor (1) and the ceiling (-1), where there are any; nobody flies below the ground."""
+        from_ground = self.lower.reference == "AGL" and self.lower.metres <= 0.0
+        floor = [] if from_ground or math.isinf(self.lower.metres) else [(self.lower, 1.0)]
+        return floor + ([] if math.isinf(self.upper.metres) else [(self.upper, -1.0)])
+
+
 #: Where nothing is said: from the ground up.
 GROUND, UNLIMITED = Limit(0.0, "AGL"), Limit(math.inf, "AGL")
 
@@ -83,6 +109,11 @@ class Layer:
     lower: Limit = GROUND
     upper: Limit = UNLIMITED
     remark: str = ""
+
+    @property
+    def limits(self) -> Limits:
+        """Its floor and ceiling."""
+        return Limits(self.lower, self.upper)
 
 
 @dataclass(frozen=True)

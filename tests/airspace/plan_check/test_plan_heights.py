@@ -23,10 +23,10 @@ from cgla_graph.airspace.flight_plans.formats import plan_of_bytes, text_of_plan
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Reference, Waypoint
 from cgla_graph.airspace.flight_plans.profile import profile_of
 from cgla_graph.airspace.plan_check.check import check
-from cgla_graph.airspace.plan_check.plan_heights import Limits, PlanHeights
+from cgla_graph.airspace.plan_check.plan_heights import PlanHeights
 from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.airspace.zones.ground import Ground
-from cgla_graph.airspace.zones.zone import Limit
+from cgla_graph.airspace.zones.zone import Limit, Limits
 from cgla_graph.errors import CglaError
 from cgla_graph.model.earth import LocalProjection
 
