@@ -155,10 +155,6 @@ class WorkerProcess:
             process.close()
 
 
-class _DisarmedError(Exception):
-    """A call has outlived its own limit."""
-
-
 class _Process:
     """A process that works, as seen from here: its line, and what becomes readable when it has died."""
 
@@ -189,10 +185,8 @@ class _Process:
             return None
         try:
             word = self._word(seconds)
-        except _DisarmedError:
-            return _lost(Failure.TIMED_OUT, "killed after its time limit, which it had disarmed")
-        except TimeoutError:
-            return _lost(Failure.TIMED_OUT, f"stopped after {seconds:g} s")
+        except TimeoutError as error:
+            return _lost(Failure.TIMED_OUT, str(error))
         except Exception as error:  # noqa: BLE001 - a call may have written into the line
             return _lost(Failure.CRASHED, f"its process cannot be understood: {one_line(error)}")
         return self._end() if word is None else Reply(*word)
@@ -234,10 +228,11 @@ class _Process:
                 else:
                     return None if kind == "died" else tuple(words)
             elif self._deadline and now > self._deadline + GRACE:
-                # the alarm that should have ended it was taken away
-                raise _DisarmedError
+                msg = "killed after its time limit, which it had disarmed"
+                raise TimeoutError(msg)
             elif now > latest:
-                raise TimeoutError
+                msg = f"stopped after {seconds:g} s"
+                raise TimeoutError(msg)
 
     def kill(self) -> None:
         """Kill it, and all that it started."""
@@ -291,9 +286,13 @@ def _forked(preload: tuple[str, ...], cores: frozenset[int] | None) -> _Process 
                 reduction.send_handle(server.line, each.fileno(), server.process.pid)
                 each.close()
             pid = report.recv()
-        except (EOFError, OSError):
+        except BaseException as error:
+            # also Ctrl-C: the rest of the request would be taken for the next one
+            server.process.kill()
             _servers.pop(n_cores).end()
-            return None
+            if isinstance(error, EOFError | OSError):
+                return None
+            raise
 
     def exit_code() -> int:
         try:

@@ -20,6 +20,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgla_graph.comparisons.workers.pool import Call, NextCall, here, isolated, shares
+from cgla_graph.isolation import process
 from cgla_graph.isolation.limits import limited
 from cgla_graph.isolation.outcome import Failure, Outcome
 
@@ -92,6 +93,15 @@ def test_whatever_a_call_does_is_an_outcome(awkward: ModuleType) -> None:
         assert words in outcome.message, (call, outcome)
         assert len(outcome.message.splitlines()) == 1
         assert outcomes[2 * number + 1] == Outcome(number * number)
+
+
+@pytest.mark.slow
+def test_workers_without_a_fork(awkward: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(process, "_forks", False)
+    first, crashed, again = ends((awkward.where,), (awkward.leave, 3), (awkward.where,))
+    assert crashed == Outcome(None, Failure.CRASHED, "its process left with the exit code 3")
+    assert len({os.getpid(), first.value, again.value}) == 3
+    assert gone(again.value)
 
 
 @pytest.mark.slow
