@@ -322,3 +322,15 @@ def at_most_percent(ratio: float) -> str:
         return "0 %" if ratio == 0.0 else "any amount"
     unit = 10.0 ** (math.floor(math.log10(ratio)) - 1)
     return f"{100.0 * math.ceil(ratio / unit) * unit:.2g} %"
+
+
+def percent(value: float) -> str:
+    """
+    Write a ratio as a percentage; a dash where there is none.
+
+    Examples
+    --------
+    >>> percent(0.0404), percent(-1e-16)
+    ('+4.04 %', '+0.00 %')
+    """
+    return f"{100.0 * value + 0.0:+.2f} %".replace("-0.00", "+0.00") if math.isfinite(value) else DASH

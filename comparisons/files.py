@@ -142,6 +142,19 @@ def csv_text(rows: Iterable[Mapping[str, Any]], columns: Sequence[str]) -> str:
     return text.getvalue()
 
 
+def stem_of(folder: Path, scenario: Scenario, solver: str, what: str = "") -> Path:
+    """
+    Return what the files of a command begin with: no two commands, maps or solvers share it.
+
+    Examples
+    --------
+    >>> from cgla_graph.scenarios.scenario import load_scenario
+    >>> stem_of(Path("out"), load_scenario("paper"), "prm-star:milestones=100+refine", "pareto").name
+    'paper-prm-star-milestones-100-refine-pareto'
+    """
+    return folder / file_stem("-".join(filter(None, (scenario.name, solver, what))), set())
+
+
 def path_csv(scenario: Scenario, solution: Solution) -> str:
     """Write a path's waypoints as CSV: x and y in map units, and longitude and latitude where the map has them."""
     return csv_of(solution.path, scenario.projection)

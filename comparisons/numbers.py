@@ -15,6 +15,7 @@ from cgla_graph._text import figure as figure  # noqa: PLC0414 - handed on
 from cgla_graph._text import floored as floored  # noqa: PLC0414 - handed on
 from cgla_graph._text import json_number as json_number  # noqa: PLC0414 - handed on
 from cgla_graph._text import listed as listed  # noqa: PLC0414 - handed on
+from cgla_graph._text import percent as percent  # noqa: PLC0414 - handed on
 from cgla_graph._text import rounded_down as rounded_down  # noqa: PLC0414 - handed on
 
 _SMALLEST_P = 0.001
@@ -69,18 +70,6 @@ def rounded_all(values: Iterable[float], digits: int = 5) -> list[float | None]:
     [1234.6, None, 3]
     """
     return [rounded(float(value), digits) for value in values]
-
-
-def percent(value: float) -> str:
-    """
-    Write a ratio as a percentage; a dash where there is none.
-
-    Examples
-    --------
-    >>> percent(0.0404), percent(-1e-16)
-    ('+4.04 %', '+0.00 %')
-    """
-    return f"{100.0 * value + 0.0:+.2f} %".replace("-0.00", "+0.00") if math.isfinite(value) else DASH
 
 
 def ratio(value: float) -> str:

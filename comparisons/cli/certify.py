@@ -42,7 +42,7 @@ def certify(
     Prints a bracket around the least cost that any path can have, grid by grid as it closes; with --out, writes it
     and a picture (NAME-SOLVER-certificate.*). Any planner's path can be held against it with --path.
     """
-    from cgla_graph.comparisons.cli.output import plan_document
+    from cgla_graph.comparisons.study.rows import plan_document
     from cgla_graph.comparisons.tables.certificate import grid_rows, proof_of
 
     opened = open_map("certify", scenario, maps, zones, raster)
@@ -132,12 +132,11 @@ def _print(run: "Run") -> None:
 def _written(folder: Path, run: "Run", formats: Sequence[str]) -> list[Path]:
     """Write ``NAME-SOLVER-certificate.csv``, a row a grid, and the picture."""
     from cgla_graph.comparisons import files
-    from cgla_graph.comparisons.cli.output import stem_of
     from cgla_graph.comparisons.plots.runs import certificate_of_run
     from cgla_graph.comparisons.tables.certificate import COLUMNS, grid_rows, proof_of
     from cgla_graph.plots import pictures
 
-    stem = stem_of(folder, run.scenario, run.solver.removesuffix(".csv"), "certificate")
+    stem = files.stem_of(folder, run.scenario, run.solver.removesuffix(".csv"), "certificate")
     table = files.csv_text(grid_rows(proof_of(run)), COLUMNS)
     written = [files.write_text(stem.with_name(f"{stem.name}.csv"), table)]
     return [*written, *pictures.save_all(certificate_of_run(run), stem, formats)]

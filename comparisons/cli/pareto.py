@@ -70,7 +70,6 @@ def pareto(
 def _of_weights(scenario: "Scenario", entrant: "Entrant") -> _Answer:
     """Find the front of length against risk, by `cgla_graph.pareto`."""
     from cgla_graph.comparisons import files
-    from cgla_graph.comparisons.cli.output import stem_of
     from cgla_graph.comparisons.tables import fronts
     from cgla_graph.solvers import registry
     from cgla_graph.solvers.trade_off.pareto import pareto as front_of
@@ -93,7 +92,7 @@ def _of_weights(scenario: "Scenario", entrant: "Entrant") -> _Answer:
 
         if not front.points:
             return []
-        stem = stem_of(folder, scenario, entrant.label, "pareto")
+        stem = files.stem_of(folder, scenario, entrant.label, "pareto")
         table = fronts.csv_of_documents(document["points"], fronts.COLUMNS)
         return [
             files.write_text(stem.with_name(f"{stem.name}.csv"), table),
@@ -107,7 +106,6 @@ def _of_weights(scenario: "Scenario", entrant: "Entrant") -> _Answer:
 def _of_limits(scenario: "Scenario", entrant: "Entrant", corridor: float) -> _Answer:
     """Find what each limit of the density under a corridor costs, by `cgla_graph.density_front`."""
     from cgla_graph.comparisons import files
-    from cgla_graph.comparisons.cli.output import stem_of
     from cgla_graph.comparisons.tables import fronts
     from cgla_graph.solvers import registry
     from cgla_graph.solvers.trade_off.density import density_front
@@ -121,7 +119,7 @@ def _of_limits(scenario: "Scenario", entrant: "Entrant", corridor: float) -> _An
 
     def write(folder: Path, kinds: list[str]) -> list[Path]:
         del kinds
-        stem = stem_of(folder, scenario, entrant.label, "density")
+        stem = files.stem_of(folder, scenario, entrant.label, "density")
         table = fronts.csv_of_documents(points, fronts.DENSITY_COLUMNS)
         return [files.write_text(stem.with_name(f"{stem.name}.csv"), table)]
 

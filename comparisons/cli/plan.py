@@ -1,6 +1,8 @@
 """The command `plan`: one path, and how far it is from the best possible."""
 
 import dataclasses
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -59,8 +61,8 @@ def plan(
     --corridor is above it. With --turn-radius, the path is one of lines and arcs, bent until it costs least.
     On the file of a graph: cgla graph plan.
     """
-    from cgla_graph.comparisons.cli import output as outputs
     from cgla_graph.comparisons.study.options import read_entrant, read_tolerance
+    from cgla_graph.comparisons.study.rows import plan_document
 
     flying = _flying(flyable, budget)
     exported = _exports(export, flying, zoned=zones.may_count(scenario[0], maps))
@@ -92,9 +94,9 @@ def plan(
         more = {} if within is None else {"within": within.document()}
         flown = {} if flying is None else {"flyable": flying.document(run)}
         files = [str(file) for group in written for file in group]
-        console.out_json({**outputs.plan_document(run), "files": files, **more, **flown, **zoned})
+        console.out_json({**plan_document(run), "files": files, **more, **flown, **zoned})
     else:
-        outputs.print_plan(run, {} if flying is None else flying.lines(run))
+        _print(run, {} if flying is None else flying.lines(run))
         if within is not None:
             print_within(opened, within)
         for group in written:
@@ -161,7 +163,7 @@ def _exports(export: ExportOptions, flying: "Flying | None", *, zoned: bool) -> 
 def _written(
     run: "Run",
     folder: Path | None,
-    kinds: list[str],
+    kinds: Sequence[str],
     profile: Path | None,
     flying: "Flying | None",
     exported: "Export | None",
@@ -171,9 +173,7 @@ def _written(
         return []
     written = []
     if folder is not None:
-        from cgla_graph.comparisons.cli.output import write_plan
-
-        written.append(write_plan(folder, run, kinds))
+        written.append(_write(folder, run, kinds))
     if profile is not None:
         from cgla_graph.plots.profile import write_profile
 
@@ -183,6 +183,55 @@ def _written(
         tolerance = None if flying is None else flying.tolerance
         written += [[file] for file in exported.write(run.scenario, run.solution, arc_tolerance=tolerance)]
     return written
+
+
+def _write(folder: Path, run: "Run", formats: Sequence[str]) -> list[Path]:
+    """Write one path: waypoints, GeoJSON on lon/lat maps, a picture in some formats."""
+    from cgla_graph.comparisons import files
+    from cgla_graph.comparisons.plots.runs import map_of_runs
+    from cgla_graph.plots import pictures
+
+    stem = files.stem_of(folder, run.scenario, run.solver)
+    written = [files.write_text(stem.with_name(f"{stem.name}.csv"), files.path_csv(run.scenario, run.solution))]
+    if run.scenario.projection is not None:
+        geojson = files.path_geojson(run.scenario, run.solution)
+        written.append(files.write_text(stem.with_name(f"{stem.name}.geojson"), geojson))
+    return [*written, *pictures.save_all(map_of_runs([run]), stem, formats)]
+
+
+def _print(run: "Run", more: Mapping[str, str]) -> None:
+    """Print a path's numbers, a line each, and `more` lines of that kind."""
+    from cgla_graph._text import duration, figure, percent, rounded_down
+    from cgla_graph.comparisons.study.rows import bound_note
+    from cgla_graph.model.earth import distortion_note
+    from cgla_graph.model.solution import Status
+
+    scenario, solution = run.scenario, run.solution
+    unit = " m" if scenario.projection else ""
+    note = bound_note([run], unit)
+    clearance = "no no-fly area" if scenario.problem.no_fly is None else figure(solution.clearance, 6) + unit
+    if scenario.problem.clearance > 0.0:
+        clearance += f", of at least {scenario.problem.clearance:g}{unit} asked for"
+    lines = {
+        "scenario": scenario.full_title,
+        "solver": run.solver,
+        "status": f"{solution.status.label}: {solution.status.value}"
+        if solution.status is not Status.OPTIMAL
+        else "optimal on its lattice: no path over its points costs less",
+        "cost": figure(solution.cost, 9) + unit,
+        "bound": rounded_down(solution.lower_bound, 9) + unit if math.isfinite(solution.lower_bound) else "",
+        "gap": f"{percent(solution.gap)}: {note}" if note and solution.status.has_path else "",
+        "length": figure(solution.length, 9) + unit,
+        "risk": figure(solution.risk, 6),
+        "k": f"{scenario.problem.k:g}",
+        "clearance": clearance,
+        "flat map": distortion_note(scenario.projection, [solution.path]) if unit and solution.status.has_path else "",
+        **more,
+        "waypoints": str(len(solution.path)),
+        "time": f"{duration(solution.seconds)}, and {duration(solution.build_seconds)} to weigh the graph",
+        "remark": solution.message,
+    }
+    console.out_lines(lines)
 
 
 def _price_of_risk(k: float | None, ground: GroundRiskOptions) -> float | None:

@@ -11,6 +11,7 @@ import numpy as np
 from cgla_graph.comparisons.numbers import duration, json_number, rounded_down
 from cgla_graph.comparisons.statistics.intervals import path_cost
 from cgla_graph.comparisons.study.runner import Run
+from cgla_graph.model.earth import degrees_of
 from cgla_graph.model.solution import Solution, Status
 
 Kind: TypeAlias = Literal["word", "whole", "number", "flag"]
@@ -402,3 +403,16 @@ def certificate_document(run: Run) -> dict[str, Any] | None:
     """Return what is proven of a run's scenario as JSON; None where no bound was asked for."""
     proof = run.certificate
     return None if proof is None else {"scenario": run.scenario.name, **proof.document()}
+
+
+def plan_document(run: Run) -> dict[str, Any]:
+    """Return one path as JSON: its row, its waypoints (in degrees too, if the map has them), and what is proven."""
+    projection, path = run.scenario.projection, run.solution.path
+    in_degrees = {} if projection is None or not len(path) else {"path_lonlat": degrees_of(path, projection).tolist()}
+    return {
+        **row(run),
+        "path": path.tolist(),
+        **in_degrees,
+        "certificate": certificate_document(run),
+        "stretch": json_number(run.scenario.problem.stretch(run.solution.path)),
+    }
