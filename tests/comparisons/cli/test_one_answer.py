@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import networkx as nx
 import pytest
 from command_line import Call, caller
 
@@ -80,6 +81,48 @@ def test_a_plan_within_a_budget(cgla: Call) -> None:
     found = cg.plan_within_length(scenario.problem, 1.3, solver="cgla", resolution=scenario.lattice)
     assert document["within"] == found.document()
     assert document["path"] == found.solution.path.tolist()
+
+
+@pytest.mark.parametrize(("kind", "solver"), [("plane", "hybrid"), ("degrees", "cgla")])
+def test_the_tolerance_is_the_same_unless_said(kind: str, solver: str, cgla: Call) -> None:
+    scenario, words = opened(kind)
+    document = cgla("plan", *words, "--solver", solver, "--json").document()
+    found = cg.solve(scenario.problem, solver, **({} if solver == "hybrid" else {"resolution": scenario.lattice}))
+    assert document["lower_bound"] == cg.lower_bound(scenario.problem, path=found.path).lower_bound
+    if solver == "hybrid":
+        assert (document["lower_bound"], document["gap"]) == (found.lower_bound, found.gap)
+
+
+def test_a_budget_on_the_earth(cgla: Call) -> None:
+    scenario, words = opened("degrees")
+    document = cgla("plan", *words, "--max-length", 2.6e5, *LOOSE, "--json").document()
+    found = cg.plan_within_length(scenario.problem, 2.6e5, tolerance=0.05)
+    assert document["within"] == found.document()
+    assert document["path"] == found.solution.path.tolist()
+
+
+def test_turns(cgla: Call) -> None:
+    scenario, words = opened("walls")
+    document = cgla("plan", *words, "--turn-radius", 0.02, *LOOSE, "--json").document()
+    found = cg.flyable(cg.solve(scenario.problem, tolerance=0.05), 0.02)
+    assert (document["cost"], document["lower_bound"], document["gap"]) == (found.cost, found.lower_bound, found.gap)
+
+
+def test_a_graph(cgla: Call) -> None:
+    roads: nx.Graph[str] = nx.Graph()
+    roads.add_weighted_edges_from([("a", "b", 2.0), ("b", "c", 1.0), ("a", "c", 5.0)])
+    Path("roads.csv").write_text("".join(f"{u},{v},{w}\n" for u, v, w in roads.edges(data="weight")), encoding="utf-8")
+    (row,) = cgla("graph", "plan", "roads.csv", "--from", "a", "--to", "c", "--json").document()["runs"]
+    found = cg.solve(cg.GraphProblem(cg.GeometricGraph.from_networkx(roads), "a", "c"))
+    assert (row["cost"], row["path"], row["status"]) == (found.cost, list(found.nodes), found.status.label)
+
+
+def test_a_mission(cgla: Call) -> None:
+    flights = cgla("fly", "fig9", "--json").document()["flights"]
+    missions = cg.load_mission("fig9").missions(cg.solvers.get).values()
+    for flight, found in zip(flights, (mission.fly() for mission in missions), strict=True):
+        uavs = {uav["name"]: (uav["cost"], uav["length"], uav["risk"]) for uav in flight["uavs"]}
+        assert uavs == {name: (one.cost, one.length, one.risk) for name, one in found.uavs.items()}
 
 
 def test_limits_of_the_density(cgla: Call) -> None:
