@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import quick_solvers
 import shapely
 
 import cgla_graph as cg
@@ -22,20 +23,11 @@ from cgla_graph.solvers import registry
 #: How many problems.
 NUMBER = int(os.environ.get("CGLA_PROBLEMS", "20"))
 #: Small budgets: some solvers find nothing, which is to be said.
-QUICK: dict[str, dict[str, Any]] = {
-    "rrt-star": {"iterations": 150},
-    "informed-rrt-star": {"iterations": 150},
-    "sorrt-star": {"iterations": 150},
-    "bit-star": {"iterations": 700},
-    "fmt-star": {"samples": 150},
-    "bfmt-star": {"samples": 150},
-    "prm-star": {"milestones": 150},
-    "ompl-prm-star": {"milestones": 150},
+QUICK: dict[str, dict[str, Any]] = quick_solvers.QUICK | {
     "evolutionary": {"generations": 5},
     "q-learning": {"episodes": 30},
     "hybrid": {"points": 2000, "tolerance": None},
     "fast-marching": {"cells": 40},
-    "refine": {"base": "cgla"},
 }
 RESOLUTION = 7
 WALL = shapely.box(0.45, 0.1, 0.55, 0.9)

@@ -150,11 +150,3 @@ def test_a_turn_that_cannot_be_made_is_said() -> None:
 def test_the_budget_ends_the_run(budget: dict[str, int]) -> None:
     answer = Evolutionary(**{"generations": None, **budget}).solve(random_scenario(5).problem)
     assert answer.evaluations == 40 * 64 * {"evaluations": 2, "generations": 4}[next(iter(budget))]
-
-
-def test_in_a_mission_it_plans_again() -> None:
-    problem = random_scenario(1, threats=4).problem
-    uav = cg.Uav("a", problem.start, problem.goal, 0.2, k=10.0)
-    flight = cg.Mission(cg.World(problem.field, problem.bounds), [uav], Evolutionary(**QUICK)).fly().uavs["a"]
-    assert flight.status.label == "arrived"
-    assert len(flight.replans) > 1
