@@ -17,11 +17,11 @@ from cgla_graph._progress import showing
 from cgla_graph._types import Point
 from cgla_graph.mission.agent import Agent, Recorder
 from cgla_graph.mission.avoidance import plan_around, stays_clear
+from cgla_graph.mission.belief import sightings
 from cgla_graph.mission.encounters import Encounters
 from cgla_graph.mission.records import Event, EventKind, Flight, Livelock, MissionStatus
 from cgla_graph.mission.replanner import Replanner, Situation
 from cgla_graph.mission.rules import Rules
-from cgla_graph.mission.sensing import sightings
 from cgla_graph.mission.sharing import Radio
 from cgla_graph.mission.world import union_of
 from cgla_graph.model.clearance import widened, widened_clear_of

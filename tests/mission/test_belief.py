@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from strategies import fast, seeds, usual
 
 from cgla_graph.errors import MissionError
-from cgla_graph.mission.belief import Belief, Report
-from cgla_graph.mission.sensing import sightings
+from cgla_graph.mission.belief import Belief, Report, sightings
 from cgla_graph.mission.sharing import Radio, Sharing
 from cgla_graph.mission.world import TimedArea, TimedThreat, World
 from cgla_graph.model.risk import RiskField, Threat

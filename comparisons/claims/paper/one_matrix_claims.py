@@ -21,10 +21,9 @@ from cgla_graph.comparisons.claims.evidence import Evidence, Samples
 from cgla_graph.comparisons.claims.inference import log_shift
 from cgla_graph.comparisons.claims.paper.flights import TEAM_K, fly_two
 from cgla_graph.mission.agent import Agent
-from cgla_graph.mission.belief import Belief, Report
+from cgla_graph.mission.belief import Belief, Report, sightings
 from cgla_graph.mission.records import Flight
 from cgla_graph.mission.rules import Rules
-from cgla_graph.mission.sensing import sightings
 from cgla_graph.mission.simulation import Simulation
 from cgla_graph.scenarios.random_map import random_scenario
 
