@@ -197,8 +197,10 @@ class Replanner:
         solver = self.mission.solver
         if solver.traits.domain == "plane":
             return run(solver, problem, self.mission.lattice)
+        # what runs in another process has the graph sent there, and not the matrix
+        reader = solver if isinstance(solver, CostMatrixReader) and not solver.traits.isolated else None
         plain = not self._is_fused and self.mission.exclude == "none" and problem.field.is_proper
-        if plain and isinstance(solver, CostMatrixReader):
+        if plain and reader is not None:
             if (
                 self.mission.lattice.n_points > FULL_UP_TO
                 and solver.traits.lazy
@@ -208,9 +210,9 @@ class Replanner:
                 # where nothing can be restricted, all of G is repaired
                 if answer.status is not Status.UNSUPPORTED:
                     return answer
-            return self._read(problem, situation, solver)
-        if self._is_rastered and self.mission.incremental and isinstance(solver, CostMatrixReader):
-            return self._read_raster(problem, situation, solver)
+            return self._read(problem, situation, reader)
+        if self._is_rastered and self.mission.incremental and reader is not None:
+            return self._read_raster(problem, situation, reader)
         return self._solve_on_graph(problem, situation)
 
     def _step(self, problem: Problem, stepper: StepByStep) -> Solution:
