@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping, Sequence, Sized
+from collections.abc import Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from decimal import ROUND_FLOOR, Decimal
 from enum import Enum
@@ -200,7 +200,7 @@ def _is_default(field: "dataclasses.Field[object]", value: object) -> bool:
         return type(default) is type(value) and (both_nan or bool(default == value))
     if field.default_factory is dataclasses.MISSING:
         return False
-    return value is None or (isinstance(value, Sized) and not (len(value) if hasattr(value, "shape") else value))
+    return value is None or field_text(value) in {"()", "[]", "{}", field_text(field.default_factory())}
 
 
 def counted(number: int, word: str) -> str:

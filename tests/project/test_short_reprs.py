@@ -106,6 +106,12 @@ def test_notebooks_show_a_table_and_a_picture(name: str) -> None:
     assert len(text) < 60_000
 
 
+def test_a_field_of_rasters_alone_is_shown() -> None:
+    field = cg.RiskField(rasters=[cg.RasterRisk([[1.0]], (0, 0, 1, 1))])
+    assert "field=RiskField(rasters=1 RasterRisk)" in repr(cg.Problem((0, 0), (1, 1), field))
+    assert "field" not in repr(cg.Problem((0, 0), (1, 1)))
+
+
 def test_names_are_escaped() -> None:
     wicked = dataclasses.replace(instances()["Solution"], solver="<script>alert('&')</script>")
     text = wicked._repr_html_()
