@@ -17,33 +17,13 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._types import FloatArray
 from cgla_graph.mission.records import MissionStatus, UavFlight
 from cgla_graph.mission.world import TimedArea
+from cgla_graph.plots import scene
 from cgla_graph.plots.flight import LabelledFlight, flown_places
 from cgla_graph.plots.looks import dashes_of
 from cgla_graph.plots.map import BaseMap
 from cgla_graph.plots.page import Key, Part, add_legend, arrange, plain
 from cgla_graph.plots.risk_samples import risk_samples
-from cgla_graph.plots.scene import (
-    NEAR_COLOUR,
-    OBSTACLE_HATCH,
-    OUTLINE_SPREADS,
-    TIMED_COLOUR,
-    TIMED_LOOK,
-    Look,
-    area_key,
-    arrowhead,
-    clip_to_bounds,
-    data_keys,
-    draw_area,
-    draw_ends,
-    draw_ring,
-    draw_risk,
-    line_key,
-    outline,
-    own_colour,
-    patch_key,
-    risk_colours,
-    unit_scale,
-)
+from cgla_graph.plots.scene import Look
 
 #: Frames at most.
 MOST_FRAMES = 120
@@ -83,7 +63,7 @@ class Film:
     def __init__(self, view: LabelledFlight, dpi: int = DPI) -> None:
         self.view = view
         self.flight = view.flight
-        self.scale = unit_scale(view.scene(0).problem)
+        self.scale = scene.unit_scale(view.scene(0).problem)
         base = BaseMap.of(view.scene(0), places=flown_places(view))
         self._part = base.part
         self.figure, self.axes = base.figure, base.axes
@@ -145,20 +125,20 @@ class Film:
     def _legend_rows(self) -> Iterator[Key]:
         """Yield handles and labels of what the marks mean."""
         mission = self.view.mission
-        yield line_key(color="0.3", linewidth=1.5), "flown"
-        yield line_key(color="0.3", linewidth=1.1, linestyle=_PLAN_DASHES), "its plan"
-        yield patch_key(facecolor="0.9", edgecolor="0.5", linewidth=0.7), "what it sees"
+        yield scene.line_key(color="0.3", linewidth=1.5), "flown"
+        yield scene.line_key(color="0.3", linewidth=1.1, linestyle=_PLAN_DASHES), "its plan"
+        yield scene.patch_key(facecolor="0.9", edgecolor="0.5", linewidth=0.7), "what it sees"
         knows = "threats that it knows" if len(mission.uavs) <= _MOST_KNOWERS else "threats that are known"
-        yield patch_key(linewidth=1.4), knows
+        yield scene.patch_key(linewidth=1.4), knows
         if mission.virtual_obstacle is not None:
-            yield patch_key(hatch=OBSTACLE_HATCH, linewidth=0.7), "virtual obstacle"
+            yield scene.patch_key(hatch=scene.OBSTACLE_HATCH, linewidth=0.7), "virtual obstacle"
         if len(mission.uavs) > 1:
-            yield line_key(color=NEAR_COLOUR, linewidth=2.0), "within the safe distance"
+            yield scene.line_key(color=scene.NEAR_COLOUR, linewidth=2.0), "within the safe distance"
         if mission.world.no_fly is not None or any(isinstance(item, TimedArea) for item in mission.world.timed):
-            yield area_key(), "no-fly area"
+            yield scene.area_key(), "no-fly area"
         if mission.world.timed:
-            yield patch_key(**TIMED_LOOK), "comes and goes"
-        yield from data_keys(self.view.scene(0).problem)
+            yield scene.patch_key(**scene.TIMED_LOOK), "comes and goes"
+        yield from scene.data_keys(self.view.scene(0).problem)
 
     def _make_bands(self) -> tuple[Colormap, BoundaryNorm]:
         """
@@ -168,11 +148,11 @@ class Film:
         """
         scenes = [self.view.scene(tick) for tick in sorted({0, *self.view.mission.world.changes})]
         # as the picture chooses them; a few samples say how great risk gets
-        samples = [risk_samples(scene.problem, _FEW_SAMPLES) for scene in scenes]
+        samples = [risk_samples(shown.problem, _FEW_SAMPLES) for shown in scenes]
         top, power = max(one.top for one in samples) or 1.0, min(one.power for one in samples)
         shares = np.array([*_BANDS, 1.0])
         edges = [-1e-9 * top, *(top * shares ** (1.0 / power)).tolist()]
-        strong = risk_colours()(np.array([0.0, *(0.5 * (shares[1:] + shares[:-1]))]))
+        strong = scene.risk_colours()(np.array([0.0, *(0.5 * (shares[1:] + shares[:-1]))]))
         faint = 1.0 - _FAINT * (1.0 - strong[:, :3])
         colours = ListedColormap(faint).with_extremes(under=_NEGATIVE, over=tuple(faint[-1]))
         return colours, BoundaryNorm(edges, len(faint))
@@ -182,20 +162,20 @@ class Film:
         axes, scale, world = self.axes, self.scale, self.view.mission.world
         for artist in self._truth:
             artist.remove()
-        bar = draw_risk(self.figure, axes, self.view.scene(tick).problem, wide=False, part=self._part)
+        bar = scene.draw_risk(self.figure, axes, self.view.scene(tick).problem, wide=False, part=self._part)
         if bar is not None:
             self.figure.delaxes(bar.ax)
         for image in axes.images:
             image.set(cmap=self._bands[0], norm=self._bands[1])
-        areas = [] if world.no_fly is None else draw_area(axes, world.no_fly, scale)
+        areas = [] if world.no_fly is None else scene.draw_area(axes, world.no_fly, scale)
         for area in world.areas_at(tick).values():
-            areas += draw_area(axes, area, scale, timed=True)
+            areas += scene.draw_area(axes, area, scale, timed=True)
         for number, threat in world.threats_at(tick).items():
             if number >= len(world.field):
-                radius = OUTLINE_SPREADS * threat.spread * scale
-                draw_ring(axes, (threat.x * scale, threat.y * scale), radius, zorder=2.2, **TIMED_LOOK)
-        draw_ends(axes, self.view.mission.uavs, scale, size=5.5, zorder=3.0)
-        clip_to_bounds(axes, world.bounds, areas, scale)
+                radius = scene.OUTLINE_SPREADS * threat.spread * scale
+                scene.draw_ring(axes, (threat.x * scale, threat.y * scale), radius, zorder=2.2, **scene.TIMED_LOOK)
+        scene.draw_ends(axes, self.view.mission.uavs, scale, size=5.5, zorder=3.0)
+        scene.clip_to_bounds(axes, world.bounds, areas, scale)
         self._truth = [*axes.images, *axes.patches, *(line for line in axes.lines if line.get_gid() is None)]
 
     # what moves
@@ -207,7 +187,7 @@ class Film:
         flights = list(self.flight.uavs.values())
         if len(flights) <= _MOST_ROWS:
             for number, (text, uav) in enumerate(zip(self._status, flights, strict=True)):
-                text.set(text=f"{plain(uav.name, 20)}: {state_at(uav, tick)}", color=own_colour(uav.uav, number))
+                text.set(text=f"{plain(uav.name, 20)}: {state_at(uav, tick)}", color=scene.own_colour(uav.uav, number))
                 yield text
             return
         states = [state_at(uav, tick).split(" at ")[0] for uav in flights]
@@ -240,7 +220,7 @@ class Film:
             age = (tick - item.appears) / self._flash
             if not item.appears or not 0.0 <= age < 1.0:
                 continue
-            look: Look = {"edgecolor": TIMED_COLOUR, "linewidth": 2.6, "zorder": 3.6}
+            look: Look = {"edgecolor": scene.TIMED_COLOUR, "linewidth": 2.6, "zorder": 3.6}
             if isinstance(item, TimedArea):
                 x_min, y_min, x_max, y_max = item.polygon.bounds
                 place, radius = (
@@ -249,7 +229,7 @@ class Film:
                 )
                 radius *= 0.5
             else:
-                place, radius = np.array([item.threat.x, item.threat.y]), OUTLINE_SPREADS * item.threat.spread
+                place, radius = np.array([item.threat.x, item.threat.y]), scene.OUTLINE_SPREADS * item.threat.spread
             least = _LEAST_FLASH / (self._points * self.scale)
             yield self._ring(place, max(radius, least) * (1.0 + 1.5 * (1.0 - age)), **look)
 
@@ -259,7 +239,7 @@ class Film:
             gone, n_uavs = tick > uav.ended, len(self.flight.uavs)
             yield self._line(
                 flown,
-                color=own_colour(uav.uav, number),
+                color=scene.own_colour(uav.uav, number),
                 linestyle=dashes_of(number),
                 # where traces run one over the other, each shows beside the next
                 linewidth=1.6 + 1.1 * (n_uavs - 1 - number) if n_uavs <= _MOST_KNOWERS else 1.2,
@@ -270,7 +250,7 @@ class Film:
 
     def _sight(self, uav: UavFlight, number: int, tick: int) -> Iterator[Artist]:
         """Draw the detection radius, and the virtual obstacles of the plan."""
-        place, colour = uav.trace[tick - uav.departed], own_colour(uav.uav, number)
+        place, colour = uav.trace[tick - uav.departed], scene.own_colour(uav.uav, number)
         many = len(self.flight.uavs) > _MOST_KNOWERS
         radius = uav.uav.detection_radius
         yield self._ring(place, radius, edgecolor="none", facecolor=colour, alpha=0.05 if many else 0.1, zorder=1.4)
@@ -279,7 +259,9 @@ class Film:
         # at the end of its flight it plans no more: these would be of the tick before
         for obstacle in uav.obstacles_at(tick) if tick < uav.ended else ():
             spot = np.array([obstacle.x, obstacle.y])
-            yield self._ring(spot, obstacle.spread, edgecolor=colour, linewidth=0.7, hatch=OBSTACLE_HATCH, zorder=2.7)
+            yield self._ring(
+                spot, obstacle.spread, edgecolor=colour, linewidth=0.7, hatch=scene.OBSTACLE_HATCH, zorder=2.7
+            )
 
     def _plan(self, uav: UavFlight, number: int, tick: int) -> Iterator[Artist]:
         if tick == uav.ended and uav.status in {MissionStatus.NO_PATH, MissionStatus.STUCK}:
@@ -287,7 +269,12 @@ class Film:
         ahead = plan_ahead(uav, tick)
         if len(ahead) > 1:
             yield self._line(
-                ahead, color=own_colour(uav.uav, number), linestyle=_PLAN_DASHES, linewidth=1.1, alpha=0.9, zorder=3.1
+                ahead,
+                color=scene.own_colour(uav.uav, number),
+                linestyle=_PLAN_DASHES,
+                linewidth=1.1,
+                alpha=0.9,
+                zorder=3.1,
             )
 
     def _body(self, uav: UavFlight, number: int, tick: int) -> Artist:
@@ -298,9 +285,9 @@ class Film:
         return self._line(
             uav.trace[at : at + 1],
             linestyle="none",
-            marker=arrowhead(*heading.tolist()),
+            marker=scene.arrowhead(*heading.tolist()),
             markersize=15.0 if len(self.flight.uavs) <= _MOST_KNOWERS else 10.0,
-            markerfacecolor=own_colour(uav.uav, number),
+            markerfacecolor=scene.own_colour(uav.uav, number),
             markeredgecolor="white",
             markeredgewidth=0.8,
             zorder=4.0 + 0.01 * number,
@@ -309,9 +296,9 @@ class Film:
     def _known(self, uav: UavFlight, number: int, tick: int) -> Iterator[Artist]:
         """Outline the threats and areas that a UAV knows, in its colour; rings of several UAVs are nested."""
         knowledge = uav.knowledge_at(tick)
-        look: Look = {"edgecolor": own_colour(uav.uav, number), "linewidth": 1.3, "zorder": 2.4}
+        look: Look = {"edgecolor": scene.own_colour(uav.uav, number), "linewidth": 1.3, "zorder": 2.4}
         for threat in knowledge.threats.values():
-            radius = OUTLINE_SPREADS * threat.spread - _RING_GAP * number / (self._points * self.scale)
+            radius = scene.OUTLINE_SPREADS * threat.spread - _RING_GAP * number / (self._points * self.scale)
             if radius > 0.0:
                 yield self._ring(np.array([threat.x, threat.y]), radius, **look)
         # outlines of areas cannot be nested: the dashes of several UAVs take turns
@@ -325,7 +312,7 @@ class Film:
         known = [uav.knowledge_at(tick) for uav in flights if uav.position_at(tick) is not None]
         look: Look = {"edgecolor": "0.15", "linewidth": 1.0, "zorder": 2.4}
         for threat in dict.fromkeys(threat for one in known for threat in one.threats.values()):
-            yield self._ring(np.array([threat.x, threat.y]), OUTLINE_SPREADS * threat.spread, **look)
+            yield self._ring(np.array([threat.x, threat.y]), scene.OUTLINE_SPREADS * threat.spread, **look)
         for area in {number: area for one in known for number, area in one.areas.items()}.values():
             yield self._outlined(area, **look)
 
@@ -341,7 +328,11 @@ class Film:
             for other, there in up[i + 1 :]:
                 if math.dist(here, there) < max(one.uav.safe_distance, other.uav.safe_distance):
                     yield self._line(
-                        np.array([here, there]), color=NEAR_COLOUR, linewidth=2.0, solid_capstyle="round", zorder=3.9
+                        np.array([here, there]),
+                        color=scene.NEAR_COLOUR,
+                        linewidth=2.0,
+                        solid_capstyle="round",
+                        zorder=3.9,
                     )
 
     def _line(self, places: FloatArray, **look: Any) -> Artist:  # noqa: ANN401 - matplotlib's settings
@@ -351,7 +342,7 @@ class Film:
         return self._on_map(Circle(tuple(place * self.scale), radius * self.scale, **{"facecolor": "none"} | look))
 
     def _outlined(self, area: BaseGeometry, **look: Any) -> Artist:  # noqa: ANN401 - the same
-        return self._on_map(PathPatch(outline(area, self.scale), facecolor="none", **look))
+        return self._on_map(PathPatch(scene.outline(area, self.scale), facecolor="none", **look))
 
     def _on_map(self, artist: Artist) -> Artist:
         """Tie an artist to the map without adding it: it is drawn once, and leaves the limits of the axes alone."""

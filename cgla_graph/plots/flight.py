@@ -15,35 +15,11 @@ from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.world import TimedArea
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.problem import Problem
+from cgla_graph.plots import scene
 from cgla_graph.plots.looks import dashes_of
 from cgla_graph.plots.map import BaseMap
 from cgla_graph.plots.page import Key, Part, add_inner_legend, arrange, plain, style
-from cgla_graph.plots.scene import (
-    NEAR_COLOUR,
-    OBSTACLE_HATCH,
-    OUTLINE_SPREADS,
-    SAFE_DASHES,
-    SIGHT_DASHES,
-    TIMED_COLOUR,
-    TIMED_LOOK,
-    Look,
-    TitledProblem,
-    area_key,
-    arrowhead,
-    clip_to_bounds,
-    data_keys,
-    draw_area,
-    draw_ends,
-    draw_mark,
-    draw_ring,
-    draw_risk,
-    line_key,
-    own_colour,
-    patch_key,
-    timed_places,
-    unit_scale,
-    write_beside,
-)
+from cgla_graph.plots.scene import Look, TitledProblem
 
 #: Panels side by side at most.
 MOST_PANELS = 4
@@ -129,15 +105,15 @@ def flight_figure(views: Sequence[LabelledFlight], *, figure: Figure | None = No
     first = views[0]
     moments = [telling_tick(view) for view in views]
     scenes = [view.scene(int(moment)) for view, moment in zip(views, moments, strict=True)]
-    scale = unit_scale(scenes[0].problem)
+    scale = scene.unit_scale(scenes[0].problem)
     with style():
         base = BaseMap.of(scenes[0], places=[place for view in views for place in flown_places(view)], figure=figure)
         panels = [base.axes]
-        for scene in scenes[1:]:
+        for shown in scenes[1:]:
             panel = base.figure.add_axes((0.0, 0.0, 0.1, 0.1), sharex=base.axes, sharey=base.axes)
             panel.set(aspect="equal", facecolor=base.axes.get_facecolor(), xlabel=base.axes.get_xlabel())
             panel.tick_params(labelleft=False)
-            bar = draw_risk(base.figure, panel, scene.problem, wide=False, part=base.part)
+            bar = scene.draw_risk(base.figure, panel, shown.problem, wide=False, part=base.part)
             if bar is not None and base.bar is not None:
                 base.figure.delaxes(bar.ax)
             elif bar is not None:
@@ -167,10 +143,10 @@ def flight_figure(views: Sequence[LabelledFlight], *, figure: Figure | None = No
 def draw_flight(axes: Axes, view: LabelledFlight) -> None:
     """Draw one flight on axes of the user's, with the legend inside and no bar of colours."""
     moment = telling_tick(view)
-    scene = view.scene(int(moment))
-    scale = unit_scale(scene.problem)
+    shown = view.scene(int(moment))
+    scale = scene.unit_scale(shown.problem)
     with style():
-        BaseMap.on(axes, scene, places=flown_places(view))
+        BaseMap.on(axes, shown, places=flown_places(view))
         _draw_flight(axes, view, moment, scale)
         add_inner_legend(axes, list(_legend_rows([view], [moment], scale)), least=len(view.flight.uavs))
 
@@ -197,7 +173,7 @@ def _draw_flight(axes: Axes, view: LabelledFlight, moment: float, scale: float) 
     """Draw areas, traces and the telling moment."""
     mission = view.mission
     if mission.world.no_fly is not None:
-        clip_to_bounds(axes, mission.world.bounds, draw_area(axes, mission.world.no_fly, scale), scale)
+        scene.clip_to_bounds(axes, mission.world.bounds, scene.draw_area(axes, mission.world.no_fly, scale), scale)
     _draw_timed(axes, view, scale)
     spacing = mark_spacing(view)
     n_uavs = len(view.flight.uavs)
@@ -205,7 +181,7 @@ def _draw_flight(axes: Axes, view: LabelledFlight, moment: float, scale: float) 
         # where traces overlap, each shows beside the next
         width = 1.6 + (min(n_uavs, 4) - 1 - number) * 1.3 if n_uavs <= 4 else 1.3  # noqa: PLR2004 - more would be stripes
         _draw_trace(axes, uav, number, spacing, width, scale)
-    draw_ends(axes, mission.uavs, scale, size=6.5, zorder=4.0)
+    scene.draw_ends(axes, mission.uavs, scale, size=6.5, zorder=4.0)
     if len(view.flight.uavs) <= _MOST_NAMES:
         _draw_names(axes, view, scale)
     _draw_moment(axes, view, moment, scale)
@@ -213,25 +189,31 @@ def _draw_flight(axes: Axes, view: LabelledFlight, moment: float, scale: float) 
 
 def _draw_timed(axes: Axes, view: LabelledFlight, scale: float) -> None:
     """Draw threats and areas that are not always there, and when they are."""
-    for (x, y), top, words, item in timed_places(view.mission.world):
+    for (x, y), top, words, item in scene.timed_places(view.mission.world):
         if isinstance(item, TimedArea):
-            area = draw_area(axes, item.polygon, scale, timed=True)
-            clip_to_bounds(axes, view.mission.world.bounds, area, scale)
+            area = scene.draw_area(axes, item.polygon, scale, timed=True)
+            scene.clip_to_bounds(axes, view.mission.world.bounds, area, scale)
         else:
             places = [(x, y), *((there_x, there_y) for _, there_x, there_y in item.moves)]
             for there in places:
-                radius = OUTLINE_SPREADS * item.threat.spread * scale
-                draw_ring(axes, (there[0] * scale, there[1] * scale), radius, zorder=2.2, **TIMED_LOOK)
+                radius = scene.OUTLINE_SPREADS * item.threat.spread * scale
+                scene.draw_ring(axes, (there[0] * scale, there[1] * scale), radius, zorder=2.2, **scene.TIMED_LOOK)
             if item.moves:
                 way = np.array(places) * scale
-                axes.plot(*way.T, color=TIMED_COLOUR, linewidth=0.9, linestyle=":", zorder=2.2)
-        look: Look = {"color": TIMED_COLOUR, "fontsize": 6.5, "ha": "center", "va": "bottom", "annotation_clip": True}
-        write_beside(axes, words, (x * scale, top * scale), (0.0, 1.5), **look)
+                axes.plot(*way.T, color=scene.TIMED_COLOUR, linewidth=0.9, linestyle=":", zorder=2.2)
+        look: Look = {
+            "color": scene.TIMED_COLOUR,
+            "fontsize": 6.5,
+            "ha": "center",
+            "va": "bottom",
+            "annotation_clip": True,
+        }
+        scene.write_beside(axes, words, (x * scale, top * scale), (0.0, 1.5), **look)
 
 
 def _draw_trace(axes: Axes, uav: UavFlight, number: int, spacing: int, width: float, scale: float) -> None:
     """Draw the flown path, with an arrowhead every so many ticks."""
-    colour = own_colour(uav.uav, number)
+    colour = scene.own_colour(uav.uav, number)
     look: Look = {"solid_joinstyle": "round", "solid_capstyle": "round", "clip_on": False}
     # all halos lie below all traces, which would hide each other otherwise
     axes.plot(*(uav.path.T * scale), color="white", linewidth=width + 1.6, alpha=0.85, zorder=2.9, **look)
@@ -249,7 +231,9 @@ def _draw_trace(axes: Axes, uav: UavFlight, number: int, spacing: int, width: fl
             continue
         edge: Look = {"markeredgecolor": "white", "markeredgewidth": 0.6, "clip_on": False}
         depth = 3.5 + 0.01 * number
-        draw_mark(axes, uav.trace[at] * scale, arrowhead(east, north), 9.0 + width, colour, zorder=depth, **edge)
+        scene.draw_mark(
+            axes, uav.trace[at] * scale, scene.arrowhead(east, north), 9.0 + width, colour, zorder=depth, **edge
+        )
 
 
 def _draw_names(axes: Axes, view: LabelledFlight, scale: float) -> None:
@@ -258,12 +242,12 @@ def _draw_names(axes: Axes, view: LabelledFlight, scale: float) -> None:
     for number, uav in enumerate(view.flight.uavs.values()):
         ahead = uav.path[min(len(uav.path) - 1, 3)] - uav.path[0]
         to_right, below = 2.0 * uav.uav.start[0] < x_min + x_max, ahead[1] > 0.0
-        write_beside(
+        scene.write_beside(
             axes,
             plain(uav.name, 16),
             (uav.uav.start[0] * scale, uav.uav.start[1] * scale),
             (5.0 if to_right else -5.0, -5.0 if below else 5.0),
-            color=own_colour(uav.uav, number),
+            color=scene.own_colour(uav.uav, number),
             fontweight="bold",
             ha="left" if to_right else "right",
             va="top" if below else "bottom",
@@ -274,14 +258,14 @@ def _draw_moment(axes: Axes, view: LabelledFlight, moment: float, scale: float) 
     """Draw circles, positions and virtual obstacles at the telling moment, and the distance of the closest pair."""
     shown = shown_at(view, moment)
     for number, uav, place in shown:
-        spot, colour = (place[0] * scale, place[1] * scale), own_colour(uav.uav, number)
+        spot, colour = (place[0] * scale, place[1] * scale), scene.own_colour(uav.uav, number)
         look: Look = {"edgecolor": colour, "linewidth": 0.9, "zorder": 2.8}
-        draw_ring(axes, spot, uav.uav.detection_radius * scale, linestyle=SIGHT_DASHES, **look)
+        scene.draw_ring(axes, spot, uav.uav.detection_radius * scale, linestyle=scene.SIGHT_DASHES, **look)
         if len(view.flight.uavs) > 1:
-            draw_ring(axes, spot, uav.uav.safe_distance * scale, linestyle=SAFE_DASHES, **look)
+            scene.draw_ring(axes, spot, uav.uav.safe_distance * scale, linestyle=scene.SAFE_DASHES, **look)
         for x, y, spread in obstacles_at(uav, moment):
-            draw_ring(
-                axes, (x * scale, y * scale), spread * scale, **look | {"hatch": OBSTACLE_HATCH, "linewidth": 0.7}
+            scene.draw_ring(
+                axes, (x * scale, y * scale), spread * scale, **look | {"hatch": scene.OBSTACLE_HATCH, "linewidth": 0.7}
             )
     pair = view.flight.closest
     if pair is not None and len(shown) > 1:
@@ -289,20 +273,20 @@ def _draw_moment(axes: Axes, view: LabelledFlight, moment: float, scale: float) 
         x_min, y_min, x_max, y_max = np.multiply(view.mission.world.bounds, scale).tolist()
         # the number stands on the side where there is more room
         left, low = 2.0 * pair.where[0] * scale > x_min + x_max, 2.0 * pair.where[1] * scale < y_min + y_max
-        axes.plot(*ends.T, color=NEAR_COLOUR, linewidth=2.2, solid_capstyle="round", zorder=4.5)
-        write_beside(
+        axes.plot(*ends.T, color=scene.NEAR_COLOUR, linewidth=2.2, solid_capstyle="round", zorder=4.5)
+        scene.write_beside(
             axes,
             digits(pair.distance * scale, 3),
             (pair.where[0] * scale, pair.where[1] * scale),
             (-9.0 if left else 9.0, 9.0 if low else -9.0),
-            color=NEAR_COLOUR,
+            color=scene.NEAR_COLOUR,
             fontweight="bold",
             ha="right" if left else "left",
             va="bottom" if low else "top",
         )
     for number, _, place in shown:
         edge: Look = {"markeredgecolor": "white", "markeredgewidth": 0.8, "zorder": 4.6}
-        draw_mark(axes, np.multiply(place, scale), "o", 5.5, own_colour(uav.uav, number), **edge)
+        scene.draw_mark(axes, np.multiply(place, scale), "o", 5.5, scene.own_colour(uav.uav, number), **edge)
 
 
 def _panel_title(view: LabelledFlight, scale: float) -> str:
@@ -328,32 +312,32 @@ def _legend_rows(views: Sequence[LabelledFlight], moments: Sequence[float], scal
     first, alone = views[0], len(views) == 1
     unit = "" if first.projection is None else " km"
     for number, uav in enumerate(first.flight.uavs.values()):
-        line = line_key(color=own_colour(uav.uav, number), linestyle=dashes_of(number), linewidth=1.5)
+        line = scene.line_key(color=scene.own_colour(uav.uav, number), linestyle=dashes_of(number), linewidth=1.5)
         end = f": {uav.status.label} at tick {uav.ended}, cost {digits(uav.cost * scale, 5)}{unit}" if alone else ""
         yield line, f"{plain(uav.name, 24)}{end}"
     mark: Look = {"color": "0.2", "linestyle": "none", "markerfacecolor": "white", "markeredgewidth": 1.2}
-    yield line_key(marker="o", markersize=6.5, **mark), "start"
-    yield line_key(marker="*", markersize=11.0, **mark), "goal"
+    yield scene.line_key(marker="o", markersize=6.5, **mark), "start"
+    yield scene.line_key(marker="*", markersize=11.0, **mark), "goal"
     every = mark_spacing(first)
     if any(uav.ended - uav.departed >= every for view in views for uav in view.flight.uavs.values()):
         arrow: Look = mark | {"markerfacecolor": "0.2", "markeredgewidth": 0.0}
-        yield line_key(marker=arrowhead(1.0, 0.0), markersize=11.0, **arrow), f"every {every} ticks"
+        yield scene.line_key(marker=scene.arrowhead(1.0, 0.0), markersize=11.0, **arrow), f"every {every} ticks"
     met = first.flight.closest is not None
     when = f" at tick {moments[0]:.4g}" if alone else "" if met else " at its last new plan"
     if met:
-        yield line_key(color=NEAR_COLOUR, linewidth=2.2), f"closest pair{when}"
+        yield scene.line_key(color=scene.NEAR_COLOUR, linewidth=2.2), f"closest pair{when}"
     shown = [(uav, moment) for view, moment in zip(views, moments, strict=True) for _, uav, _ in shown_at(view, moment)]
     if shown:
-        yield patch_key(linestyle=SIGHT_DASHES), f"detection radius{'' if met else when}"
+        yield scene.patch_key(linestyle=scene.SIGHT_DASHES), f"detection radius{'' if met else when}"
     if shown and len(first.flight.uavs) > 1:
-        yield patch_key(linestyle=SAFE_DASHES), "safe distance"
+        yield scene.patch_key(linestyle=scene.SAFE_DASHES), "safe distance"
     if any(obstacles_at(uav, moment) for uav, moment in shown):
-        yield patch_key(hatch=OBSTACLE_HATCH, linewidth=0.7), "virtual obstacle"
+        yield scene.patch_key(hatch=scene.OBSTACLE_HATCH, linewidth=0.7), "virtual obstacle"
     if first.mission.world.no_fly is not None:
-        yield area_key(), "no-fly area"
+        yield scene.area_key(), "no-fly area"
     if first.mission.world.timed:
-        yield patch_key(**TIMED_LOOK), "comes and goes"
-    yield from data_keys(first.scene(0).problem)
+        yield scene.patch_key(**scene.TIMED_LOOK), "comes and goes"
+    yield from scene.data_keys(first.scene(0).problem)
 
 
 def _numbers_table(views: Sequence[LabelledFlight], scale: float) -> list[list[str]]:
