@@ -42,7 +42,7 @@ from cgla_graph.plots.looks import GREY
 from cgla_graph.plots.map import one_line
 from cgla_graph.plots.pictures import save
 from cgla_graph.plots.scene import TitledProblem, risk_colours
-from cgla_graph.scenarios.scenario import Scenario, load_scenario
+from cgla_graph.scenarios.scenario import Scenario
 
 START, GOAL = (0.1, 0.1), (0.9, 0.9)
 WHITE = pytest.approx([255] * 3, abs=1)
@@ -124,15 +124,6 @@ def file_bytes(figure: Figure, path: Path) -> bytes:
 
 
 # --- the map ---
-
-
-@pytest.mark.parametrize("suffix", [".png", ".svg"])
-def test_a_shipped_scenario(suffix: str, tmp_path: Path) -> None:
-    where = load_scenario("finland")
-    problem = where.problem
-    figure = map_figure(where, [run(where, "straight", (problem.start, problem.goal), status=Status.INFEASIBLE)])
-    assert_tidy(figure)
-    assert file_bytes(figure, tmp_path / f"map{suffix}")
 
 
 def test_solvers_without_a_path_are_in_the_legend() -> None:
@@ -228,16 +219,6 @@ def test_thirty_solvers_have_a_short_legend_over_time_as_well() -> None:
     assert colours.count(to_hex(GREY)) == 24
     assert len(set(colours)) == 7
     assert_tidy(figure)
-
-
-def test_solvers_look_the_same_in_both_pictures_of_many() -> None:
-    runs = [traced(MAP, [3.0, 1.2 + 0.01 * i], f"anytime-{i}") for i in range(20)]
-    over_time, on_map = traces_figure(runs), map_figure(MAP, runs)
-    pairs = zip(legend_of(over_time).legend_handles[:5], legend_of(on_map).legend_handles[:5], strict=True)
-    # all have one path: the map has one line, in the colour of the best
-    first, *others = [(line, drawn) for line, drawn in pairs if isinstance(line, Line2D) and isinstance(drawn, Line2D)]
-    assert first[0].get_color() == first[1].get_color()
-    assert all(drawn.get_linestyle() == "None" for _, drawn in others)
 
 
 @given(shift=st.floats(0.0, 0.009), points=st.integers(2, 50))
@@ -693,6 +674,10 @@ def test_a_png_has_150_dots_an_inch(tmp_path: Path) -> None:
     assert b"Software" not in drawn
 
 
+def names(folder: Path) -> list[str]:
+    return [path.name for path in folder.iterdir()]
+
+
 def test_saving_replaces_the_file_and_leaves_nothing_else(tmp_path: Path) -> None:
     path = tmp_path / f"{'long' * 60}.png"
     path.write_text("old")
@@ -701,34 +686,24 @@ def test_saving_replaces_the_file_and_leaves_nothing_else(tmp_path: Path) -> Non
     assert names(tmp_path) == [path.name]
 
 
-def names(folder: Path) -> list[str]:
-    return [path.name for path in folder.iterdir()]
-
-
-def assert_refused(figure: Figure, path: Path, reason: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("missing/map.png", "No such file"),
+        ("map.gif", r"name the file \.png, \.svg or \.pdf"),
+        ("map", r"name the file \.png, \.svg or \.pdf"),
+        pytest.param("map.png", "nonsense", marks=pytest.mark.slow),
+    ],
+)
+def test_what_cannot_be_saved_leaves_nothing(name: str, reason: str, tmp_path: Path) -> None:
+    figure = Figure()
+    if reason == "nonsense":
+        figure.add_artist(Text(0.5, 0.5, "$\\nonsense$", parse_math=True))
     with pytest.raises(OutputError, match=reason) as error:
-        save(figure, path)
-    assert str(path) in str(error.value)
+        save(figure, tmp_path / name)
+    assert str(tmp_path / name) in str(error.value)
     assert "\n" not in str(error.value)
     assert "  " not in str(error.value)
-
-
-def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
-    assert_refused(Figure(), tmp_path / "missing" / "map.png", "No such file")
-    assert names(tmp_path) == []
-
-
-@pytest.mark.parametrize("name", ["map.gif", "map"])
-def test_an_unknown_format(name: str, tmp_path: Path) -> None:
-    assert_refused(Figure(), tmp_path / name, r"name the file \.png, \.svg or \.pdf")
-    assert names(tmp_path) == []
-
-
-@pytest.mark.slow
-def test_a_figure_that_cannot_be_drawn(tmp_path: Path) -> None:
-    figure = Figure()
-    figure.add_artist(Text(0.5, 0.5, "$\\nonsense$", parse_math=True))
-    assert_refused(figure, tmp_path / "map.png", "nonsense")
     assert names(tmp_path) == []
 
 
