@@ -16,7 +16,10 @@ from cgla_graph.errors import CglaError, NodeNotFoundError, ProblemError
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 not_finite = st.sampled_from([math.nan, math.inf, -math.inf, np.float64("nan"), np.float32("inf")])
-no_numbers = st.sampled_from([None, "1", b"1", "", "nan", True, False, [1.0], (1.0,), {}, object(), 1j, 10**400, [[1]]])
+numpys = [np.True_, np.complex128(1 + 2j), bytearray(b"1")]
+no_numbers = st.sampled_from(
+    [None, "1", b"1", "", "nan", True, False, [1.0], (1.0,), {}, object(), 1j, 10**400, [[1]], *numpys]
+)
 
 
 @given(finite)
@@ -41,19 +44,6 @@ def test_what_is_no_finite_number_is_named(value: object) -> None:
             check("the thing", value)
 
 
-@pytest.mark.parametrize(
-    "value",
-    [
-        np.True_,
-        np.complex128(1 + 2j),
-        bytearray(b"1"),
-    ],
-)
-def test_numpy_booleans_and_complex_numbers_are_no_numbers(value: object) -> None:
-    with pytest.raises(ProblemError, match="give a finite number"):
-        _validate.finite_number("it", value)
-
-
 @given(finite)
 def test_signs_are_checked(value: float) -> None:
     if value > 0.0:
@@ -76,16 +66,12 @@ def test_a_point_is_any_pair_of_numbers(pair: tuple[float, float], form: Callabl
 
 
 @pytest.mark.parametrize(
-    "value", [None, 1.0, "ab", "12", (), (1,), (1, 2, 3), (1, None), ("1", "2"), (1, math.nan), (math.inf, 1), [[1, 2]]]
+    "value",
+    [None, 1.0, "ab", "12", (), (1,), (1, 2, 3), (1, None), ("1", "2"), (1, math.nan), (math.inf, 1), [[1, 2]], b"ab"],
 )
 def test_what_is_no_point_is_named(value: object) -> None:
     with pytest.raises(ProblemError, match=r"start( x| y)? is .*; give"):
         _validate.point("start", value)
-
-
-def test_bytes_are_no_point() -> None:
-    with pytest.raises(ProblemError, match="start is"):
-        _validate.point("start", b"ab")
 
 
 @pytest.mark.parametrize("shape", [(2,), (0, 2), (3, 2), (2, 3, 2)])
@@ -114,22 +100,12 @@ def test_point_arrays_keep_their_shape_and_leave_the_input_alone(shape: tuple[in
         ([(1, 2), (math.nan, 2)], r"points holds \[nan, 2.0\] at index \(1,\)"),
         ((math.inf, 1), r"points holds \[inf, 1.0\] at index 0"),
         ({1: 2}, "points is not an array of numbers"),
+        ([("0.1", "0.2")], "points is not an array of numbers"),
+        (np.array([1j, 2]), "points is not an array of numbers"),
     ],
 )
 def test_what_is_no_point_array_is_named(value: object, words: str) -> None:
     with pytest.raises(ProblemError, match=words):
-        _validate.point_array("points", value)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    "value",
-    [
-        [("0.1", "0.2")],
-        np.array([1j, 2]),
-    ],
-)
-def test_strings_and_complex_numbers_are_no_coordinates(value: object) -> None:
-    with pytest.raises(ProblemError, match="points"):
         _validate.point_array("points", value)  # type: ignore[arg-type]
 
 

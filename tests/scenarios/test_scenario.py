@@ -3,9 +3,7 @@
 import json
 import math
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -346,25 +344,6 @@ def test_a_file_may_have_any_name(tmp_path: Path) -> None:
         assert load_scenario(str(file)).name == name
     with pytest.raises(ScenarioError, match="name"):
         load_scenario("a\0b.toml")
-
-
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda _: None, "no such file"),
-        (Path.mkdir, "directory"),
-        (lambda path: path.write_bytes(bytes(range(256))), "utf-8"),
-        (Path.touch, "needed"),
-    ],
-    ids=["missing", "folder", "junk", "empty"],
-)
-def test_files_that_cannot_be_read(tmp_path: Path, make: Callable[[Path], Any], words: str) -> None:
-    file = tmp_path / "mine.toml"
-    make(file)
-    with pytest.raises(ScenarioError) as caught:
-        load_scenario(file)
-    assert str(caught.value).startswith(f"{file}: ")
-    assert words in str(caught.value).lower()
 
 
 @pytest.mark.parametrize(("name", "near"), [("papr", "paper"), ("fifty-treats", "fifty-threats"), ("mazes", "maze")])
