@@ -50,7 +50,7 @@ digests: $(INSTALLED)
 # the main paths with the lowest versions that pyproject.toml allows, and with current ones on a newer Python if it is there
 OLDEST ?= python3.11
 NEWEST ?= python3.13
-OF_VERSIONS := -m "not slow" -o filterwarnings=default --quiet --numprocesses $(WORKERS) --dist loadfile \
+OF_VERSIONS := -m "not slow" -o filterwarnings=ignore::DeprecationWarning --quiet --numprocesses $(WORKERS) --dist loadfile \
 	tests/model tests/cost_to_go tests/certificate/test_certificate.py tests/mission tests/networkx_backend tests/scenarios \
 	tests/solvers/test_solver_contract.py tests/comparisons/study tests/comparisons/plots tests/comparisons/cli
 IN_VERSIONS := CGLA_EXAMPLES=0.1 NUMBA_CACHE_DIR=
