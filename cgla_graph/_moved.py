@@ -15,6 +15,7 @@ _PACKAGE = "cgla_graph."
 #: Old names and new ones, both without `cgla_graph`; the longest one that fits counts.
 MOVED = {
     "comparisons.commands": "comparisons.cli",
+    "comparisons.commands.check": "airspace.plan_check.check",
     "comparisons.commands.check_bracket": "airspace.plan_check.bracket",
     "comparisons.commands.check_heights": "airspace.plan_check.plan_heights",
     "comparisons.commands.check_map": "airspace.plan_check.plan_map",
@@ -55,6 +56,7 @@ MOVED = {
     "comparisons.workers.limits": "isolation.limits",
     "comparisons.workers.process": "isolation.process",
     "flight_plans": "airspace.flight_plans",
+    "flight_plans.json_path": "airspace.flight_plans.formats",
     "flight_plans.tagged": "airspace.flight_plans.tagged_waypoints",
     "flight_plans.together": "airspace.flight_plans.simultaneous_areas",
     "flight_plans.walls": "airspace.flight_plans.area_outline",
@@ -64,7 +66,6 @@ MOVED = {
     "mission.sensing": "mission.belief",
     "model.projection": "model.earth",
     "random_map": "scenarios.random_map",
-    "scenarios.lonlat_box": "airspace.lonlat_box",
     "solvers.continuous.b_spline": "solvers.continuous.evolutionary",
     "steps": "model.solver",
     "zones": "airspace.zones",

@@ -170,7 +170,8 @@ def check_theorem_1(
     if edges.has_below_zero:
         matrix = dataclasses.replace(matrix, converged=False)
     rounds = _rounds(matrix) if graph.n_nodes <= MOST_STEPPED else None
-    checks += [_lemma(matrix, rounds), _least(matrix, edges, rounds), _settled(matrix, rounds)]
+    checks += [_in_rounds(matrix, rounds, _LEMMA), _least(matrix, edges, rounds)]
+    checks.append(_in_rounds(matrix, rounds, _SECOND))
     checks.append(_every_source(matrix, rounds) if start is None else _one_source(matrix, start, rounds))
     return TheoremCheck(target, source, tuple(checks), () if rounds is None else tuple(rounds.sizes), matrix)
 
@@ -343,34 +344,19 @@ def _first(number: int, where: Any) -> tuple[int, int] | None:  # noqa: ANN401 -
     return (number, int(where.argmax())) if where.any() else None
 
 
-def _too_many(matrix: CostMatrix) -> str:
-    return (
-        f"not checked: {matrix.graph.n_nodes:,} nodes, more than the {MOST_STEPPED:,} on which each round is made to "
-        "the letter"
-    )
-
-
-def _lemma(matrix: CostMatrix, rounds: _Rounds | None) -> Statement:
+def _in_rounds(matrix: CostMatrix, rounds: _Rounds | None, name: str) -> Statement:
+    """Check Lemma 1, or part (2), by the rounds."""
     if rounds is None:
-        return Statement(_LEMMA, _too_many(matrix))
-    if rounds.rose is None:
-        return Statement(_LEMMA, f"in none of {counted(matrix.rounds, 'round')}", holds=True)
-    number, node = rounds.rose
-    label = matrix.graph.labels[node]
-    return Statement(
-        _LEMMA, f"in round {number} that of {label_text(label)} does", holds=False, witness=(label,), round=number
-    )
-
-
-def _settled(matrix: CostMatrix, rounds: _Rounds | None) -> Statement:
-    if rounds is None:
-        return Statement(_SECOND, _too_many(matrix))
-    if rounds.changed is None:
-        return Statement(_SECOND, "a node that has served as p_r keeps its value", holds=True)
-    number, node = rounds.changed
-    label = matrix.graph.labels[node]
-    says = f"in round {number} that of {label_text(label)} changes"
-    return Statement(_SECOND, says, holds=False, witness=(label,), round=number)
+        nodes = f"{matrix.graph.n_nodes:,} nodes, more than the {MOST_STEPPED:,}"
+        return Statement(name, f"not checked: {nodes} on which each round is made to the letter")
+    found, verb = (rounds.rose, "does") if name == _LEMMA else (rounds.changed, "changes")
+    if found is None:
+        none = f"in none of {counted(matrix.rounds, 'round')}"
+        says = none if name == _LEMMA else "a node that has served as p_r keeps its value"
+        return Statement(name, says, holds=True)
+    label = matrix.graph.labels[found[1]]
+    says = f"in round {found[0]} that of {label_text(label)} {verb}"
+    return Statement(name, says, holds=False, witness=(label,), round=found[0])
 
 
 def _least(matrix: CostMatrix, edges: _Edges, rounds: _Rounds | None) -> Statement:

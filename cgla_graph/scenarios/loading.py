@@ -14,7 +14,6 @@ from shapely.geometry.base import BaseGeometry
 from cgla_graph._text import shown
 from cgla_graph._types import Bounds, Point
 from cgla_graph._validate import four_numbers, point
-from cgla_graph.airspace.lonlat_box import bounds_of, box_around
 from cgla_graph.airspace.zones.reading import is_geojson
 from cgla_graph.errors import CglaError, FileFormatError, ScenarioError
 from cgla_graph.model.lattice import Lattice
@@ -23,6 +22,7 @@ from cgla_graph.model.raster_file import in_degrees
 from cgla_graph.scenarios.area_tables import NoFlyTable, applied_zones, with_files
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.grid_map import GridMap
+from cgla_graph.scenarios.lonlat_box import bounds_of, box_around
 from cgla_graph.scenarios.map_tables import RasterTable
 from cgla_graph.scenarios.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
 from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, load_scenario, scenario_of

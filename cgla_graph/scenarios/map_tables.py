@@ -14,7 +14,6 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._text import shown
 from cgla_graph._types import Bounds, Point
-from cgla_graph.airspace.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
 from cgla_graph.airspace.zones.geojson import Area
 from cgla_graph.errors import ProblemError, ScenarioError
 from cgla_graph.model.clearance import ROUNDING
@@ -26,6 +25,7 @@ from cgla_graph.model.risk_raster import MOST_CELLS, Interpolation, Origin, Rast
 from cgla_graph.scenarios.area_tables import MapZones, NoFlyTable, Pair, Table, applied_zones, seen_box
 from cgla_graph.scenarios.drawing import Stream, drawn_threats
 from cgla_graph.scenarios.geojson import read_areas
+from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
 from cgla_graph.scenarios.table_faults import faults
 
 #: How many spreads around its centre a threat is seen: a box around threats has room to go around them; and beyond so

@@ -89,10 +89,7 @@ class Waypoint:
 
     def __post_init__(self) -> None:
         """Check the numbers, and keep them as plain floats."""
-        for name in ("x", "y"):
-            object.__setattr__(self, name, _number(name, getattr(self, name), -math.inf, math.inf))
-        if self.altitude is not None:
-            object.__setattr__(self, "altitude", _number("altitude", self.altitude, *ALTITUDES, " m"))
+        _keep_plain(self)
         if self.speed is not None:
             speed = _number("speed", self.speed, 0.0, MOST_SPEED, " m/s")
             if speed == 0.0:
@@ -124,6 +121,14 @@ def _number(name: str, value: object, least: float, most: float, unit: str = "")
     if not (math.isfinite(number) and least <= number <= most):
         fault(name, f"it is {shown(value)}", f"give a finite number{_range(least, most, unit)}")
     return number
+
+
+def _keep_plain(one: "Waypoint | Home") -> None:
+    """Check the place and the altitude, and keep them as plain floats."""
+    for name in ("x", "y"):
+        object.__setattr__(one, name, _number(name, getattr(one, name), -math.inf, math.inf))
+    if one.altitude is not None:
+        object.__setattr__(one, "altitude", _number("altitude", one.altitude, *ALTITUDES, " m"))
 
 
 def _range(least: float, most: float, unit: str) -> str:
@@ -159,10 +164,7 @@ class Home:
 
     def __post_init__(self) -> None:
         """Check the numbers, and keep them as plain floats."""
-        for name in ("x", "y"):
-            object.__setattr__(self, name, _number(name, getattr(self, name), -math.inf, math.inf))
-        if self.altitude is not None:
-            object.__setattr__(self, "altitude", _number("altitude", self.altitude, *ALTITUDES, " m"))
+        _keep_plain(self)
 
 
 @dataclass(frozen=True)

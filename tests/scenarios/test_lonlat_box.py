@@ -10,7 +10,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cgla_graph._types import Bounds, Point
-from cgla_graph.airspace.lonlat_box import (
+from cgla_graph.errors import ProblemError
+from cgla_graph.scenarios.lonlat_box import (
     NEAR,
     bounds_of,
     box_around,
@@ -21,7 +22,6 @@ from cgla_graph.airspace.lonlat_box import (
     require_unswapped,
     widened,
 )
-from cgla_graph.errors import ProblemError
 
 GEOD = pyproj.Geod(ellps="WGS84")
 FINLAND = (19.8, 59.0, 32.2, 69.6)
