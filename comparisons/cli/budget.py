@@ -1,4 +1,4 @@
-"""What ``cgla plan --max-risk`` and ``--max-length`` do: a path within a budget, and what is proven of it."""
+"""Plans within a budget: ``cgla plan --max-risk`` and ``--max-length``."""
 
 import math
 
@@ -36,7 +36,7 @@ def plan_within(
 
 
 def print_within(scenario: Scenario, plan: PlanWithin) -> None:
-    """Print what is proven of a plan within a budget, a line each."""
+    """Print the bound of a plan within a budget, a line a number."""
     on_risk = plan.limited == "risk"
     units = ["", " m" if scenario.projection else ""]
     unit, other_unit = units if on_risk else units[::-1]

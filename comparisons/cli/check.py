@@ -52,10 +52,10 @@ def check(
     no_certificate: Annotated[bool, option("--no-certificate", "leave out the lower bound, and so the gaps")] = False,
 ) -> None:
     """
-    Check a plan of anybody: which zones its legs cross, and how much better any plan could be.
+    Check any flight plan: which zones its legs cross, and how much better a plan could be.
 
-    Leg by leg: length, risk, cost, clearance, and what is crossed, where and how long; then a proven bracket of what
-    the best clean plan between the same ends costs. With --out, draws it (NAME-check.*). Exits with 1 unless clean.
+    Leg by leg: length, risk, cost, clearance, and what is crossed, where and how long; then a proven bracket of the
+    least cost of a clean plan between the same ends. With --out, draws it (NAME-check.*). Exits with 1 unless clean.
     """
     from cgla_graph.airspace.plan_check.check import check as check_plan
     from cgla_graph.comparisons.cli import check_report

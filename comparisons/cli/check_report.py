@@ -22,7 +22,7 @@ _MILLIMETRE = 1e-3
 
 
 def print_checked(checked: PlanCheck) -> None:
-    """Print the plan, a line a leg, what is crossed and where, and what is proven."""
+    """Print the plan, a line a leg, the crossings and the proofs."""
     on, plan = checked.on, checked.plan
     unit = _unit(checked)
     name = f" ({plan.name})" if plan.name and plan.name != Path(checked.file).stem else ""

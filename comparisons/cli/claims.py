@@ -24,8 +24,8 @@ def claims(
     Check the claims of the paper.
 
     Prints a verdict for each, of up to three claims with all the evidence. With --out, writes a report (report.html,
-    report.md), the paper's figures and tables remade, the counterexamples, and all numbers (claims.json); what is
-    measured is kept as it comes (claims.jsonl), so that an interrupted study can go on. Ctrl-C keeps what is done.
+    report.md), the paper's figures and tables remade, the counterexamples, and all numbers (claims.json);
+    measurements are kept as they come (claims.jsonl), so that an interrupted study can go on.
     """
     from cgla_graph.comparisons.claims import catalogue, command, terminal, wording
     from cgla_graph.comparisons.claims.evidence import Scale

@@ -62,7 +62,7 @@ def compare(
     says so. With --out, runs are kept as they end (study.jsonl), and a report (report.html), rows (JSON Lines, CSV),
     OMPL's database (study.db) and pictures are written. A mission is flown with each solver in turn; unless --solvers
     names some, with those that need no other package and are fast enough to plan dozens of times. On the file of a
-    graph: cgla graph compare. Ctrl-C keeps what is done.
+    graph: cgla graph compare. Ctrl-C keeps the runs that are done.
     """
     if example or schema:
         from cgla_graph.comparisons.study.study_file import EXAMPLE, study_schema
@@ -82,20 +82,20 @@ def compare(
     if study.workers is not None:
         how = dataclasses.replace(how, workers=study.workers)
     with naming_graphs("compare", scenarios or ()):
-        request = study_run.read_request(
-            scenarios or [],
+        asked = study_run.Settings(
+            specs=scenarios or (),
             solvers=solvers,
             seeds=seeds,
-            pictures=pictures,
-            highlight=highlight,
-            limits=limits,
-            how=how,
             budget=budget,
+            limits=limits,
             maps=map_changes(maps, zones, raster),
             refine=refine,
             tolerance=proof.tolerance,
             certify=not proof.no_certificate,
+            pictures=pictures,
+            highlight=highlight,
         )
+        request = study_run.read_request(asked, how)
     zoned = zones.report(request.study.scenarios, as_json=as_json)
     if study.out and not study.resume:
         files.make_folder(study.out)

@@ -17,7 +17,7 @@ from cgla_graph.scenarios.scenario import Scenario
 if TYPE_CHECKING:
     from cgla_graph.comparisons.study.mission_run import MissionRun, MissionSpec
 
-#: What ``--above`` may say; nobody flies above the ellipsoid.
+#: The words of ``--above``; no altitude of a flight is above the ellipsoid.
 ABOVE: tuple[Reference, ...] = tuple(one for one in get_args(Reference) if one != "ellipsoid")
 #: Autopilots need an altitude.
 _AUTOPILOTS = (".plan", ".waypoints")

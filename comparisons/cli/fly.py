@@ -43,7 +43,7 @@ def fly(
 
     Without arguments: Fig. 8 of the paper, two UAVs that meet unless virtual obstacles keep them apart. Prints a table
     a variant; with --out, writes a log (JSON Lines), traces (CSV), pictures and animations; with --export, what each
-    UAV flew as a plan (NAME-UAV.plan). Ctrl-C keeps what is flown.
+    UAV flew as a plan (NAME-UAV.plan). Ctrl-C keeps the flights that ended.
     """
     from cgla_graph.comparisons import files
     from cgla_graph.comparisons.cli.export import read_export

@@ -89,7 +89,7 @@ class Flying:
         return dataclasses.replace(run, solver=label, solution=solution)
 
     def lines(self, run: Run) -> dict[str, str]:
-        """Say of a flyable path what is told of no other one, under its keys."""
+        """Return the lines that only flyable paths have, by their keys."""
         path = cast("Flyable", run.solution)
         unit = " m" if run.scenario.projection else ""
         told = {"turns": f"radius {figure(path.turn_radius, 6)}{unit} or more; lines and arcs, tangent everywhere"}
@@ -108,7 +108,7 @@ class Flying:
         return told
 
     def document(self, run: Run) -> Mapping[str, Any]:
-        """Return what is told of a flyable path as JSON."""
+        """Return the pieces and times of a flyable path as JSON."""
         path = cast("Flyable", run.solution)
         timing = self.timed(path)
         return {

@@ -1,4 +1,4 @@
-"""The commands `solvers`, `scenarios` and `missions`, which list what is there."""
+"""The commands `solvers`, `scenarios` and `missions`, which list names."""
 
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
@@ -11,7 +11,7 @@ def solvers(as_json: JsonOption = False) -> None:
     """
     List the solvers.
 
-    Says what each is and promises, its settings, and what is missing where one cannot run.
+    Says what each is and promises, its settings, and which package it lacks.
     """
     from cgla_graph.solvers import listing
 

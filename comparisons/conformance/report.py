@@ -78,7 +78,7 @@ def passes(results: Sequence[Result], tolerance: float) -> bool:
 
 
 def print_results(results: Sequence[Result], tolerance: float) -> None:
-    """Print a line an instance, what is wrong with some, and a summary."""
+    """Print a line an instance, the faults, and a summary."""
     notes = ("gap: at most this much more than the best possible", "over best: this much more than the best path known")
     table = FittedTable("", ("instance", "verdict"), ("cost", "gap", "over best", "time"), ("time", "over best"), notes)
     table.rows.extend(

@@ -225,7 +225,7 @@ def _excess(cost: float, best: float) -> float:
 
 
 def graph_run_document(run: GraphRun) -> dict[str, Any]:
-    """Return what was found as JSON; nodes are the texts of their labels."""
+    """Return the answers as JSON; nodes are the texts of their labels."""
     return {
         "graph": graph_document(run.opened),
         "runs": [

@@ -29,7 +29,7 @@ def print_comparison(runs: Sequence[Run], entrants: Sequence[Entrant]) -> None:
 
 def write_study(stored: Stored) -> list[Path]:
     """
-    Write beside the runs of a study what is made of them: the report; rows (JSON Lines, CSV), what they amount to, the
+    Write the files of a study beside its runs: the report; rows (JSON Lines, CSV), what they amount to, the
     traces that there are and OMPL's database of runs on maps; and rows of flights.
 
     Raises

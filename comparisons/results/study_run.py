@@ -1,10 +1,10 @@
-"""The command `compare`: what was asked for becomes a study, whose runs and flights are made, kept and shown."""
+"""Studies from the command line: read, run, kept and printed."""
 
 from collections.abc import Sequence
 from contextlib import closing, nullcontext
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.leaderboard.leaderboard import leaderboard_of
@@ -32,7 +32,7 @@ PICTURES = 20
 @dataclass(frozen=True, eq=False)
 class Request:
     """
-    What is to be compared.
+    A study to run.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class RunOptions:
 @dataclass(eq=False)
 class Compared:
     """
-    What is done.
+    The results so far.
 
     Attributes
     ----------
@@ -113,34 +113,52 @@ class Compared:
         )
 
 
-def read_request(
-    specs: Sequence[str],
-    *,
-    solvers: str | None = None,
-    seeds: int | None = None,
-    pictures: int | None = None,
-    highlight: str | None = None,
-    limits: str | None = None,
-    how: RunOptions | None = None,
-    **more: Any,  # noqa: ANN401 - options, see below
-) -> Request:
+@dataclass(frozen=True, kw_only=True)
+class Settings:
     """
-    Read what the user asked for.
+    What the user asked for, as on the command line; None where an option was left out.
+
+    Attributes
+    ----------
+    specs
+        Scenarios, missions, or one study file; none for the study that is resumed, else for the paper's map.
+    solvers, seeds, budget, limits, refine, tolerance, certify, pictures, highlight
+        The options of the same names; `certify` is the reverse of ``--no-certificate``.
+    maps
+        Changes to the maps.
+    """
+
+    specs: Sequence[str] = ()
+    solvers: str | None = None
+    seeds: int | None = None
+    budget: str | None = None
+    limits: str | None = None
+    maps: options.MapOptions = field(default_factory=options.MapOptions)
+    refine: bool = False
+    tolerance: float | None = None
+    certify: bool = True
+    pictures: int | None = None
+    highlight: str | None = None
+
+    @property
+    def given(self) -> list[str]:
+        """The options that say what a study file says itself."""
+        names = ("solvers", "seeds", "budget", "limits", "tolerance")
+        named = [f"--{name}" for name in names if getattr(self, name) is not None]
+        named += ["--refine"] if self.refine else []
+        return [*named, *self.maps.given, *([] if self.certify else ["--no-certificate"])]
+
+
+def read_request(asked: Settings, how: RunOptions | None = None) -> Request:
+    """
+    Make a study of settings, or read the one of a file.
 
     Parameters
     ----------
-    specs
-        Scenarios, missions, or one study file; none for the study that is gone on with, else for the paper's map.
-    solvers, seeds, limits
-        As on the command line; None where they were left out.
-    pictures
-        How many scenarios get pictures of their own; None for the usual number.
-    highlight
-        Solvers that stand out in pictures in any case (see `options.read_highlighted`).
+    asked
+        The settings.
     how
-        Where from to go on, if at all.
-    more
-        The other options: maps (as `options.MapOptions`), budget, refine, tolerance, certify.
+        How it will be run.
 
     Raises
     ------
@@ -154,57 +172,50 @@ def read_request(
     if how.resume and how.overwrite:
         msg = "--resume goes on with a study, --overwrite starts anew; give one of them"
         raise CglaError(msg)
-    studies = [spec for spec in specs if spec.lower().endswith(".toml") and is_study_file(spec)]
-    if studies:
-        others = [spec for spec in specs if spec != studies[0]]
-        _refuse_beside_a_file([studies[0], *others], solvers=solvers, seeds=seeds, limits=limits, **more)
-        return _of_study(read_study(Path(studies[0])), pictures, highlight)
-    if how.resume and how.folder is not None and not specs:
-        _refuse_beside_a_file([how.folder / FILE], solvers=solvers, seeds=seeds, limits=limits, **more)
-        return _of_study(load_study(how.folder), pictures, highlight)
-    request = _request(specs, solvers, 3 if seeds is None else seeds, pictures, limits, how.command, **more)
-    return replace(request, highlighted=options.read_highlighted(highlight, request.study.entrants))
+    study_files = [spec for spec in asked.specs if spec.lower().endswith(".toml") and is_study_file(spec)]
+    if study_files:
+        study = read_study(Path(_alone(study_files[0], asked)))
+    elif how.resume and how.folder is not None and not asked.specs:
+        _alone(how.folder / FILE, asked)
+        study = load_study(how.folder)
+    else:
+        study = _study(asked, how.command)
+        pictures = PICTURES if asked.pictures is None else asked.pictures
+        return Request(study, pictures, options.read_highlighted(asked.highlight, study.entrants))
+    highlighted = options.read_highlighted(asked.highlight, study.entrants)
+    return Request(study, asked.pictures or 0, highlighted, is_file=True)
 
 
-def _of_study(study: Study, pictures: int | None, highlight: str | None) -> Request:
-    """Ask for a study that is in a file."""
-    highlighted = options.read_highlighted(highlight, study.entrants)
-    return Request(study, pictures=pictures or 0, highlighted=highlighted, is_file=True)
-
-
-def _request(
-    specs: Sequence[str],
-    solvers: str | None,
-    n_seeds: int,
-    pictures: int | None,
-    limits: str | None,
-    command: str,
-    *,
-    budget: str | None = None,
-    maps: options.MapOptions | None = None,
-    refine: bool = False,
-    tolerance: float | None = None,
-    certify: bool = True,
-) -> Request:
-    """Make a study of options."""
-    bound = options.read_tolerance(tolerance, certify=certify)
-    entrants = options.read_entrants(solvers, budget=budget, refine=refine)
-    how = maps or options.MapOptions()
-    for_maps = [*how.given, *(["--refine"] if refine else [])]
-    named, missions = split_specs(specs or ["paper"], for_maps)
-    opened = options.open_all(named, how)
-    study = Study(
-        scenarios=options.number_names(opened),
+def _study(asked: Settings, command: str) -> Study:
+    """Make a study of settings."""
+    bound = options.read_tolerance(asked.tolerance, certify=asked.certify)
+    entrants = options.read_entrants(asked.solvers, budget=asked.budget, refine=asked.refine)
+    for_maps = [*asked.maps.given, *(["--refine"] if asked.refine else [])]
+    named, missions = split_specs(asked.specs or ["paper"], for_maps)
+    flown = mission_compare.mission_entrants(entrants, chosen=asked.solvers is not None) if missions else ()
+    return Study(
+        scenarios=options.number_names(options.open_all(named, asked.maps)),
         entrants=entrants,
-        seeds=range(1, n_seeds + 1),
+        seeds=range(1, (3 if asked.seeds is None else asked.seeds) + 1),
         tolerance=bound,
-        limits=options.read_limits(limits),
+        limits=options.read_limits(asked.limits),
         title=" ".join([*named, *(mission.name for mission in missions)]),
         source=command,
         missions=missions,
-        mission_entrants=mission_compare.mission_entrants(entrants, chosen=solvers is not None) if missions else (),
+        mission_entrants=flown,
     )
-    return Request(study, PICTURES if pictures is None else pictures)
+
+
+def _alone(study: str | Path, asked: Settings) -> str | Path:
+    """Return the file of a study, beside which nothing may be given that it says itself."""
+    others = [spec for spec in asked.specs if spec != str(study)]
+    if others:
+        msg = f"{study} is a study, which is compared alone; name {others[0]} among its scenarios"
+        raise CglaError(msg)
+    if asked.given:
+        msg = f"{asked.given[0]} beside a study: {study} says that itself; change it there"
+        raise CglaError(msg)
+    return study
 
 
 def split_specs(specs: Sequence[str], for_maps: Sequence[str] = ()) -> tuple[list[str], list[MissionFile]]:
@@ -243,26 +254,9 @@ def split_specs(specs: Sequence[str], for_maps: Sequence[str] = ()) -> tuple[lis
     return [spec for spec in specs if not is_mission_file(spec)], options.number_names(missions)
 
 
-def _refuse_beside_a_file(specs: Sequence[object], **given: object) -> None:
-    """Refuse what a study says itself."""
-    if len(specs) > 1:
-        msg = f"{specs[0]} is a study, which is compared alone; name {specs[1]} among its scenarios"
-        raise CglaError(msg)
-    maps = given.pop("maps", None)
-    said = {f"--{name}": value for name, value in given.items() if name != "certify"}
-    beside = [name for name, value in said.items() if value is not None and value is not False]
-    beside += [] if maps is None else list(cast("options.MapOptions", maps).given)
-    if not given.get("certify", True):
-        beside.append("--no-certificate")
-    if beside:
-        word = beside[0]
-        msg = f"{word} beside a study: {specs[0]} says that itself; change it there"
-        raise CglaError(msg)
-
-
 def compare_all(request: Request, how: RunOptions) -> Compared:
     """
-    Make all runs and flights that are not done yet; after Ctrl-C, what is done is kept and shown.
+    Make all runs and flights that are not done yet; after Ctrl-C, those that are done are kept and shown.
 
     Raises
     ------

@@ -37,7 +37,7 @@ def print_zones(
     target
         Where the list goes: ``.csv`` or ``.json``.
     altitude
-        What is said of zones alone.
+        The altitude that was given for zones alone.
     two
         Whether the altitude is above the ground for zones, and above home in an exported plan.
     as_json

@@ -140,7 +140,7 @@ def test_help_imports_nothing_heavy() -> None:
 
 
 def test_no_garbage_is_looked_for_at_the_end() -> None:
-    """What is registered first is done last."""
+    """Exit handlers run in reverse order."""
     code = (
         "import atexit, gc, sys; atexit.register(lambda: print('frozen:', gc.get_freeze_count() > 0))\n"
         "from cgla_graph.comparisons.cli.app import main; sys.argv = ['cgla', '--version']\n"
@@ -843,7 +843,7 @@ def n_runs(folder: Path) -> int:
 
 @pytest.fixture
 def busy(small: Path, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
-    """Start a comparison that has two rows on the disk, and whose third takes for ever."""
+    """Start a comparison that has two rows on the disk, and whose third never ends."""
     pytest.importorskip("ompl")
     # the short run imports OMPL, which no signal should hit
     solvers = "cgla,rrt-star:iterations=50,rrt-star:iterations=100000000"
@@ -885,7 +885,7 @@ def test_a_kill_leaves_whole_runs_and_no_worker(busy: subprocess.Popen[str], tmp
 
 @pytest.fixture(scope="module")
 def broken_pipe() -> tuple[int, str]:
-    """Print into a pipe that nobody reads any more."""
+    """Print into a pipe without a reader."""
     reading, writing = os.pipe()
     os.close(reading)
     words = [*PROGRAM, "scenarios", "--show", "finland"]

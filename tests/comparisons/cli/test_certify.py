@@ -65,7 +65,7 @@ def write_path(name: str, path: Any, heads: str = "x,y") -> None:  # noqa: ANN40
     Path(name).write_text("\n".join([heads, *(",".join(map(str, row)) for row in path)]) + "\n", encoding="utf-8")
 
 
-# what is printed, and the JSON of it
+# printed lines and JSON
 
 
 def test_certify_prints_the_bracket(cgla: Call) -> None:

@@ -9,7 +9,7 @@ import pytest
 from command_line import Call, caller
 
 from cgla_graph.comparisons.results import study_output
-from cgla_graph.comparisons.results.study_run import read_request
+from cgla_graph.comparisons.results.study_run import Settings, read_request
 from cgla_graph.comparisons.study.store import load
 from cgla_graph.comparisons.study.study_file import study_from_toml
 
@@ -66,7 +66,7 @@ def test_going_on_with_another_study_is_refused(cgla: Call) -> None:
     Path("study.toml").write_text(text.replace("milestones = 40", "milestones = 50"), encoding="utf-8")
     cgla("compare", "study.toml", "--resume", "--out", "out").refused("few", "settings differ", "another name")
     assert len(load(Path("out")).scenarios) == 2
-    # another k has another name: it joins what is there
+    # another k has another name: it joins the study
     Path("study.toml").write_text(text.replace("seeds = [3],", "seeds = [3], k = 3.0,"), encoding="utf-8")
     assert cgla("compare", "study.toml", "--resume", "--out", "out").code == 0
     assert len(load(Path("out")).scenarios) == 3
@@ -193,10 +193,12 @@ def test_where_nobody_finds_a_path_nobody_wins(cgla: Call) -> None:
 def test_solvers_are_highlighted_by_label_or_name(cgla: Call) -> None:
     del cgla
     labels = ["cgla", "prm-star:milestones=20", "prm-star:milestones=30"]
-    asked = read_request(["one-threat"], solvers=f"straight-line,{','.join(labels)}", highlight="prm-star,cgla")
+    asked = read_request(
+        Settings(specs=["one-threat"], solvers=f"straight-line,{','.join(labels)}", highlight="prm-star,cgla")
+    )
     assert asked.highlighted == set(labels)
-    assert read_request(["study.toml"], highlight="few,cgla").highlighted == {"few", "cgla"}
-    assert read_request(["study.toml"]).highlighted == set()
+    assert read_request(Settings(specs=["study.toml"], highlight="few,cgla")).highlighted == {"few", "cgla"}
+    assert read_request(Settings(specs=["study.toml"])).highlighted == set()
 
 
 def test_highlighted_solvers_stand_out_in_pictures(cgla: Call, monkeypatch: pytest.MonkeyPatch) -> None:

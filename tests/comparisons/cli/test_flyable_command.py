@@ -1,4 +1,4 @@
-"""`cgla plan --turn-radius`: lines and arcs, how long they take, and what is exported of them."""
+"""`cgla plan --turn-radius`: lines and arcs, how long they take, and how they are exported."""
 
 import csv
 import json
@@ -35,7 +35,7 @@ def test_a_flyable_path_is_told_drawn_and_exported(cgla: Call, tmp_path: Path) -
     assert found["cost"] == pytest.approx(curve.length)
     assert np.degrees(curve.headings(np.array([0]), np.array([0.0]))) == pytest.approx([90.0], abs=1e-3)
     assert told["energy_wh"] == pytest.approx(720.0 * told["flight_seconds"] / 3600.0)
-    # what is exported leads around the area, at most 5 m from the curve, and says so
+    # exported waypoints lead around the area, at most 5 m from the curve, and says so
     plan = read_plan(tmp_path / "mine.kml")
     assert plan.name == "areas: turns of 1000 m or more, within 5 m"
     assert "within 5 m of the arcs" in answer.err

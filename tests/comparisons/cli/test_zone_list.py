@@ -1,4 +1,4 @@
-"""Zones on the command line: what is closed, open and left out, and the list of them."""
+"""Zones on the command line: closed, open and left out, and the list of them."""
 
 import csv
 import json
