@@ -151,15 +151,23 @@ def limited(seconds: float, megabytes: float) -> Iterator[Usage]:
     with _memory_limit(megabytes):
         held = _resident_from_now()
         try:
-            with _alarm(seconds):
+            with limited_time(seconds):
                 yield usage
         finally:
             usage.megabytes = max(0.0, _status("VmHWM") - held) / MEGABYTE
 
 
 @contextmanager
-def _alarm(seconds: float) -> Iterator[None]:
-    """Let the kernel kill this process if the body takes longer."""
+def limited_time(seconds: float) -> Iterator[None]:
+    """
+    Let the kernel kill this process if the body takes longer; as `limited`, but memory is neither limited nor measured.
+
+    Examples
+    --------
+    >>> with limited_time(60.0):
+    ...     sum(range(1000))
+    499500
+    """
     if _tell is None or math.isinf(seconds):
         yield
         return

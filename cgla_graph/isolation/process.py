@@ -211,13 +211,14 @@ class _Process:
         latest = time.monotonic() + seconds
         while True:
             ready = connection.wait([self._line, self.sentinel], GLANCE)
+            now, heard = time.monotonic(), self._line in ready
             if self.sentinel in ready:
                 # what it has started may keep the line open
                 self.kill()
-            now = time.monotonic()
+                heard = self._line.poll()
             if ready:
                 try:
-                    kind, *words = self._line.recv() if self._line.poll() else ("died",)
+                    kind, *words = self._line.recv() if heard else ("died",)
                 except (EOFError, OSError):
                     return None
                 if kind == "limit":

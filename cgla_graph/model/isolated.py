@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from cgla_graph import _progress
 from cgla_graph.errors import SolverFaultError, SolverSettingError
-from cgla_graph.isolation.limits import PREPARATION, Limits, is_expendable, limited
+from cgla_graph.isolation.limits import PREPARATION, Limits, is_expendable, limited_time
 from cgla_graph.isolation.outcome import Failure, Outcome, one_line
 from cgla_graph.model import risk_kernels
 from cgla_graph.model.no_fly_kernels import point_inside, segment_crosses
@@ -212,7 +212,7 @@ def _make(solver: Any, method: str, args: tuple[Any, ...], limit: float) -> byte
         for package in solver.traits.needs:
             import_module(package)
         _warm_up(MapKind.of(problem.graph.model if isinstance(problem, GraphProblem) else problem.model))
-        with limited(limit, float("inf")):
+        with limited_time(limit):
             return pickle.dumps((_timed(solver, method, args), None), pickle.HIGHEST_PROTOCOL)
     except BaseException as error:  # noqa: BLE001 - whatever a run does, the next one is made, and the program lives
         error.add_note(f"In the solver's own process:\n{''.join(traceback.format_exception(error))}")
