@@ -17,6 +17,30 @@ from cgla_graph.model.solver import Traits
 LARGEST_SEED = 2**32 - 1
 
 
+def library_traits(name: str, summary: str, *needs: str) -> Traits:
+    """
+    Return the traits of an exact search of a graph library, which needs some packages.
+
+    Examples
+    --------
+    >>> library_traits("igraph", "igraph.Graph.get_shortest_path", "igraph").exact
+    True
+    """
+    return Traits(name, summary, domain="graph", exact=True, needs_positive=True, needs=needs)
+
+
+def reactive_traits(name: str, summary: str, *, rasters: bool = False) -> Traits:
+    """
+    Return the traits of a planner that goes step by step and may get stuck; most know threats, but no rasters.
+
+    Examples
+    --------
+    >>> reactive_traits("milp", "receding horizon").complete
+    False
+    """
+    return Traits(name, summary, domain="plane", complete=False, rasters=rasters)
+
+
 def ompl_traits(name: str, summary: str, *, anytime: bool = False) -> Traits:
     """
     Return what all planners of OMPL are: seeded, in need of its package, and in a process of their own.

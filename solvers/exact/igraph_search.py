@@ -11,6 +11,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import library_traits
 from cgla_graph.solvers.exact.library_search import edge_list, search
 
 #: Measured on sparse graphs, whose edges and weights pass through Python; dense ones take half.
@@ -29,9 +30,7 @@ class Igraph:
     (0, 1, 2)
     """
 
-    traits: ClassVar[Traits] = Traits(
-        "igraph", "igraph.Graph.get_shortest_path", domain="graph", exact=True, needs_positive=True, needs=("igraph",)
-    )
+    traits: ClassVar[Traits] = library_traits("igraph", "igraph.Graph.get_shortest_path", "igraph")
 
     def solve(self, problem: GraphProblem) -> Solution:
         """Hand the graph over, which is reported as time to build, and search."""

@@ -8,6 +8,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import library_traits
 from cgla_graph.solvers.exact.library_search import search
 
 #: Measured; NetworKit stores an undirected edge twice, and wants the indices with 64 bits.
@@ -26,14 +27,7 @@ class Networkit:
     (0, 1, 2)
     """
 
-    traits: ClassVar[Traits] = Traits(
-        "networkit",
-        "networkit.distance.Dijkstra",
-        domain="graph",
-        exact=True,
-        needs_positive=True,
-        needs=("networkit",),
-    )
+    traits: ClassVar[Traits] = library_traits("networkit", "networkit.distance.Dijkstra", "networkit")
 
     def solve(self, problem: GraphProblem) -> Solution:
         """Hand the graph over, which is reported as time to build, and search."""

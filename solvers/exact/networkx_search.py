@@ -12,6 +12,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import library_traits
 from cgla_graph.solvers.exact.library_search import search
 
 #: Measured; an edge is a dictionary in a dictionary.
@@ -30,9 +31,7 @@ class NetworkxDijkstra:
     (0, 1, 2)
     """
 
-    traits: ClassVar[Traits] = Traits(
-        "networkx", "networkx.dijkstra_path", domain="graph", exact=True, needs_positive=True
-    )
+    traits: ClassVar[Traits] = library_traits("networkx", "networkx.dijkstra_path")
 
     def solve(self, problem: GraphProblem) -> Solution:
         """Hand the graph over, which is reported as time to build, and search."""
@@ -54,13 +53,7 @@ class NetworkxAstar:
     (0, 1, 2)
     """
 
-    traits: ClassVar[Traits] = Traits(
-        "networkx-astar",
-        "networkx.astar_path, straight-line heuristic",
-        domain="graph",
-        exact=True,
-        needs_positive=True,
-    )
+    traits: ClassVar[Traits] = library_traits("networkx-astar", "networkx.astar_path, straight-line heuristic")
 
     def solve(self, problem: GraphProblem) -> Solution:
         """Hand the graph over, which is reported as time to build, and search."""

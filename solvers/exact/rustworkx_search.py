@@ -10,6 +10,7 @@ from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import library_traits
 from cgla_graph.solvers.exact.library_search import edge_list, search
 
 #: Measured on sparse graphs, whose edges and weights pass through Python; dense ones take a third.
@@ -28,14 +29,7 @@ class Rustworkx:
     (0, 1, 2)
     """
 
-    traits: ClassVar[Traits] = Traits(
-        "rustworkx",
-        "rustworkx.dijkstra_shortest_paths",
-        domain="graph",
-        exact=True,
-        needs_positive=True,
-        needs=("rustworkx",),
-    )
+    traits: ClassVar[Traits] = library_traits("rustworkx", "rustworkx.dijkstra_shortest_paths", "rustworkx")
 
     def solve(self, problem: GraphProblem) -> Solution:
         """Hand the graph over, which is reported as time to build, and search."""

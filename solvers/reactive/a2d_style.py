@@ -8,7 +8,7 @@ import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import Between, Whole
+from cgla_graph.solvers.base import Between, Whole, reactive_traits
 from cgla_graph.solvers.geometry import wrapped
 from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Surroundings
 
@@ -125,11 +125,8 @@ class A2dStyle(Reactive[Trail]):
     threshold: Annotated[float, Between(0.0, GREATEST, above=True)] = 0.1
     headings: Annotated[int, Whole(4, 360)] = 16
 
-    traits: ClassVar[Traits] = Traits(
-        "a2d-style",
-        "rules below a threshold of risk (in the style of Kim, Gu, Postlethwaite)",
-        domain="plane",
-        complete=False,
+    traits: ClassVar[Traits] = reactive_traits(
+        "a2d-style", "rules below a threshold of risk (in the style of Kim, Gu, Postlethwaite)", rasters=True
     )
 
     def begin(self, around: Surroundings) -> Trail:

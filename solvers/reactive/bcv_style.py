@@ -8,7 +8,7 @@ import numpy as np
 
 from cgla_graph._types import BoolArray, FloatArray, IntArray, Point
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import NonNegative
+from cgla_graph.solvers.base import NonNegative, reactive_traits
 from cgla_graph.solvers.geometry import bearing, wrapped
 from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Surroundings
 
@@ -112,12 +112,8 @@ class BcvStyle(Reactive[BcvMemory]):
 
     risk_aversion: NonNegative = 5.0
 
-    traits: ClassVar[Traits] = Traits(
-        "bcv-style",
-        "behaviours and virtual goals, in the style of Wu et al. 2011",
-        domain="plane",
-        complete=False,
-        rasters=False,
+    traits: ClassVar[Traits] = reactive_traits(
+        "bcv-style", "behaviours and virtual goals, in the style of Wu et al. 2011"
     )
 
     def begin(self, around: Surroundings) -> BcvMemory:

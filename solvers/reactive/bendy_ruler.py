@@ -9,7 +9,7 @@ import shapely
 
 from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import Between, NonNegative, Positive
+from cgla_graph.solvers.base import Between, NonNegative, Positive, reactive_traits
 from cgla_graph.solvers.geometry import unit_vectors, wrapped
 from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Surroundings
 
@@ -96,12 +96,8 @@ class BendyRuler(Reactive[BendyMemory]):
     continue_angle: Positive = 75.0
     threshold: Positive = 0.2
 
-    traits: ClassVar[Traits] = Traits(
-        "bendy-ruler",
-        "probes around itself that keep a margin (ArduPilot's public description)",
-        domain="plane",
-        complete=False,
-        rasters=False,
+    traits: ClassVar[Traits] = reactive_traits(
+        "bendy-ruler", "probes around itself that keep a margin (ArduPilot's public description)"
     )
 
     def begin(self, around: Surroundings) -> BendyMemory:

@@ -9,6 +9,7 @@ import shapely
 
 from cgla_graph._types import BoolArray, FloatArray, Point
 from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import reactive_traits
 from cgla_graph.solvers.reactive.fuzzy_steering import EDGE, FuzzyMemory, FuzzySteering
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
 
@@ -108,13 +109,7 @@ class CpvsStyle(FuzzySteering[SubgoalMemory]):
 
     onward: bool = True
 
-    traits: ClassVar[Traits] = Traits(
-        "cpvs-style",
-        "fuzzy rules from sub-goal to sub-goal (not the original)",
-        domain="plane",
-        complete=False,
-        rasters=False,
-    )
+    traits: ClassVar[Traits] = reactive_traits("cpvs-style", "fuzzy rules from sub-goal to sub-goal (not the original)")
 
     def begin(self, around: Surroundings) -> SubgoalMemory:
         """Face the goal."""

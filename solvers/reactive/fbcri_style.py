@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.base import reactive_traits
 from cgla_graph.solvers.reactive.fuzzy_steering import FuzzyMemory, FuzzySteering
 from cgla_graph.solvers.reactive.step_by_step import Surroundings
 
@@ -62,12 +63,8 @@ class FbcriStyle(FuzzySteering[FuzzyMemory]):
     True
     """
 
-    traits: ClassVar[Traits] = Traits(
-        "fbcri-style",
-        "fuzzy rules with feedback, step by step (not the original)",
-        domain="plane",
-        complete=False,
-        rasters=False,
+    traits: ClassVar[Traits] = reactive_traits(
+        "fbcri-style", "fuzzy rules with feedback, step by step (not the original)"
     )
 
     def begin(self, around: Surroundings) -> FuzzyMemory:

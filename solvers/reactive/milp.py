@@ -10,7 +10,7 @@ import numpy as np
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import Count, Positive, Whole, settings_of
+from cgla_graph.solvers.base import Count, Positive, Whole, reactive_traits, settings_of
 from cgla_graph.solvers.geometry import around_circle
 from cgla_graph.solvers.reactive.milp_map import CornerGraph, corner_graph, obstacles_of
 from cgla_graph.solvers.reactive.milp_model import SHADOW, Horizon, best_plan
@@ -113,13 +113,7 @@ class Milp(Reactive[MilpMemory]):
     gap: Positive = 0.01
     nodes: Count = 50
 
-    traits: ClassVar[Traits] = Traits(
-        "milp",
-        "receding horizon by mixed-integer programming",
-        domain="plane",
-        complete=False,
-        rasters=False,
-    )
+    traits: ClassVar[Traits] = reactive_traits("milp", "receding horizon by mixed-integer programming")
 
     def __post_init__(self) -> None:
         """Check the settings."""

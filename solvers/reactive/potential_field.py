@@ -9,7 +9,7 @@ import shapely
 
 from cgla_graph._types import FloatArray
 from cgla_graph.model.solver import Traits
-from cgla_graph.solvers.base import NonNegative, Positive
+from cgla_graph.solvers.base import NonNegative, Positive, reactive_traits
 from cgla_graph.solvers.reactive.step_by_step import Memory, Reactive, Stuck, Surroundings
 
 #: Nearer to an area than this, relative to the reach of its repulsion, the repulsion grows no further.
@@ -82,11 +82,10 @@ class PotentialField(Reactive[Memory]):
     area_gain: NonNegative = 0.1
     area_reach: Positive = 0.05
 
-    traits: ClassVar[Traits] = Traits(
+    traits: ClassVar[Traits] = reactive_traits(
         "potential-field",
         "downhill on attraction by the goal and repulsion by risk and areas (Khatib 1986)",
-        domain="plane",
-        complete=False,
+        rasters=True,
     )
 
     def begin(self, around: Surroundings) -> Memory:
