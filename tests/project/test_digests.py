@@ -19,7 +19,7 @@ def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (tmp_path / name).write_text("before\n", encoding="utf-8")
     (tmp_path / "cgla_graph/solvers").symlink_to("../solvers")
     (tmp_path / "cgla_graph/model/risk.py").write_text("before\n", encoding="utf-8")
-    (tmp_path / "tests/digests").mkdir(parents=True)
+    (tmp_path / "tests").mkdir()
     monkeypatch.setenv("CGLA_DIGESTS", "write")
     assert digests.main(["bounds"], lambda _: 0, tmp_path) == 0
     monkeypatch.setenv("CGLA_DIGESTS", "read")

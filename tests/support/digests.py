@@ -118,6 +118,7 @@ def main(names: Iterable[str], run: Callable[[Check], int] = perform, root: Path
         if status := run(CHECKS[name]):
             return status
         if how == "write":
+            kept(name, root).parent.mkdir(exist_ok=True)
             kept(name, root).write_text(before + "\n", encoding="ascii")
     return 0
 
