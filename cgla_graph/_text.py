@@ -246,7 +246,7 @@ def figure(value: float, digits: int) -> str:
 
 def floored(bound: float, digits: int) -> float:
     """
-    Shorten a bound to some significant digits, never above what is proven.
+    Shorten a bound to some significant digits, never above the proven value.
 
     Examples
     --------
@@ -260,7 +260,7 @@ def floored(bound: float, digits: int) -> float:
 
 def rounded_down(value: float, digits: int) -> str:
     """
-    Write a bound with some significant digits, never above what is proven.
+    Write a bound with some significant digits, never above the proven value.
 
     Examples
     --------

@@ -18,7 +18,7 @@ from cgla_graph.errors import ProblemError
 
 #: Sides of maps and spreads of threats beyond this, or below one over this, would overflow in fourth powers.
 LARGEST = 1e70
-#: What Python would turn into a float although nobody means it as one.
+#: Types that Python would turn into a float by mistake.
 NO_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating)
 
 

@@ -33,7 +33,7 @@ class ScenarioError(CglaError, ValueError):
 
 
 class FileFormatError(CglaError, ValueError):
-    """A file that somebody else wrote, of zones or of a plan, cannot be read, is malformed or is not understood."""
+    """A file of zones or of a plan cannot be read, is malformed or is not supported."""
 
 
 class PlanError(FileFormatError):

@@ -50,7 +50,7 @@ MAX_CELLS = 2_500_000
 MOST_ALONG = 2**17
 #: A bound is good enough for its grid when this part of the tolerance is left to gain.
 FRACTION = 0.05
-#: What loses less than this part of what is missing from the bound is not worth a closer look.
+#: Losses below this part of the bound's deficit are not worth a closer look.
 WORTH = 0.05
 #: How many times as fine as the last one a grid is, at most and at least; from where on all of it is better than less.
 MOST_TIMES, LEAST_TIMES, WORTH_LESS = 2.0, 1.25, 1.75
@@ -114,7 +114,7 @@ class Certificate(Plottable):
         That path: waypoints, read-only, shape ``(n, 2)``, map units. The one that was given, else the best one that the
         proof knows. None where none is known, and in a certificate that was kept by a study.
     tolerance
-        What was asked for.
+        The tolerance asked for.
     spacing
         Step of the finest grid, map units; 0 where the straight line was proof enough.
     cells
@@ -163,7 +163,7 @@ class Certificate(Plottable):
         return self.gap <= self.tolerance
 
     def document(self) -> dict[str, Any]:
-        """Return what is proven as JSON, without path and grids; numbers that are not finite are None."""
+        """Return the proof as JSON, without path and grids; numbers that are not finite are None."""
         return {
             "lower_bound": json_number(self.lower_bound),
             "upper_bound": json_number(self.upper_bound),
@@ -490,7 +490,7 @@ class _Search:
         return min(wanted, self.known.least / (1.0 + self._slack)) if self.on_earth else wanted
 
     def _outcome(self) -> str:
-        """Say what has come out, if that is known; else nothing."""
+        """Return the outcome in words, if it is known; else nothing."""
         if math.isinf(self.best):
             return "there is no path"
         held, known, reached = self.held.cost, self.known.cost, self.best * (1.0 + self.tolerance)

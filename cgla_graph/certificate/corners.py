@@ -92,7 +92,7 @@ class CornerBlock(ABC):
         Nodes and sides on which they have no neighbour, as a wall is between, shape ``(t, 2)``; and the joints inside,
         with the side `JOINT`: they may lead to nodes that stand for the other side of a wall.
     sights
-        What is in sight of each corner inside.
+        Nodes in sight of each corner inside.
     """
 
     pieces: WholeArray
@@ -366,7 +366,7 @@ class _Grid:
         return around[away <= reach], cuts, sights
 
     def choose(self, corner: FloatArray, centre: tuple[int, int], most: int) -> tuple[int, FloatArray, float] | None:
-        """Choose the reach of a block with which least is lost; return it, what is known of the cost, and the turn."""
+        """Choose the reach of a block that loses least; return it, the known cost, and the turn."""
         spacing = min(self.mesh.spacing)
         away = np.hypot(*(self.convex - corner).T)
         cells = np.abs((self.convex - self.mesh.origin) / self.mesh.spacing - centre).max(axis=1)
@@ -391,7 +391,7 @@ class _Grid:
         Choose of the nodes of some pieces those in sight of a corner of an area, and weigh the straight lines.
 
         So that a spline follows the fan up to the walls, nodes that pieces have behind these are led to as well. But as
-        they know nothing of what is there, ways do not come from them.
+        they have no values there, ways do not come from them.
         """
         mesh, area = self.mesh, self.problem.model.area
         points = self.mesh.node_points[nodes]
@@ -501,7 +501,7 @@ def rim_of(mesh: SplineMesh, pieces: WholeArray, centre: tuple[int, int], reach:
 def walls_inside(geometry: BaseGeometry, corner: FloatArray, disc: float, depth: float) -> FloatArray:
     """List lines inside an area, so deep below its outline, near a corner and relative to it, shape ``(w, 4)``."""
     x, y = corner.tolist()
-    # (what is cut off is more of the inside)
+    # (the part cut off is more of the inside)
     inner = shapely.clip_by_rect(geometry, x - disc, y - disc, x + disc, y + disc).buffer(-depth, join_style="mitre")
     rings = [shapely.get_coordinates(ring) - corner for ring in shapely.get_rings(shapely.get_parts(inner))]
     lines = np.concatenate([np.empty((0, 4)), *(np.hstack([ring[:-1], ring[1:]]) for ring in rings)])

@@ -1,7 +1,7 @@
 """
 A proven bound of the cost from everywhere to one end of a problem, on one grid.
 
-**What is proved.** Let ``c = 1 + k F`` be the cost of a unit of length, on a map of the Earth times the least that a
+**Statement.** Let ``c = 1 + k F`` be the cost of a unit of length, on a map of the Earth times the least that a
 unit of the plane is long there (`scale`), and ``phi`` a function that is continuously
 differentiable wherever a path may go, with ``|grad phi| <= c`` there. Along any path from ``x`` to ``y``, ``phi``
 changes by at most the integral of ``|grad phi|``, so that the path costs at least ``phi(x) - phi(y)``. Here ``phi``
@@ -15,7 +15,7 @@ The front begins with ``psi`` around the block, so that next to nothing is lost 
 too low, all routes but those that come in there lose nothing.
 
 **Where the spline is too steep**, mostly where fronts meet, the cost is lowered by as much and the equation solved
-again, a few times: what is lost is of second order in the spacing where paths are smooth. Where the risk of a narrow
+again, a few times: the loss is of second order in the spacing where paths are smooth. Where the risk of a narrow
 threat or of a raster rises from almost nothing within a few cells, the solution bends upwards, and a spline is steep at
 the foot of the slope. There the slope is lowered first, and not the foot, along which paths run.
 
@@ -146,7 +146,7 @@ def halo(problem: Problem, last: tuple[int, int]) -> int:
     Along the rim of a mesh, differences lack a neighbour. Their error runs on along the front as waves, whose gradient
     does not fall with the spacing, and which spread sideways by about a hundredth of the grid's side (measured: 8 cells
     do up to 1024, 24 do not on 4096; with too few, finer grids yield worse bounds). On rasters, whose cells are steep
-    against each other, waves are not what is lost most.
+    against each other, waves are not the greatest loss.
 
     Examples
     --------
@@ -176,7 +176,7 @@ class Subsolution:
     corners: Sequence[CornerBlock] = ()
 
     def lowered(self, by: float) -> "Subsolution":
-        """Return what is left when it is lowered everywhere."""
+        """Return the spline lowered everywhere."""
         return Subsolution(self.bound - by, self.values - by, self.corners)
 
 

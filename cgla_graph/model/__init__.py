@@ -1,1 +1,1 @@
-"""What is planned over, asked and answered: risk, areas, graphs, problems, solutions, and what a solver is."""
+"""The model: risk, no-fly areas, graphs, problems, solutions, and the contract of solvers."""

@@ -1,4 +1,4 @@
-"""A safety margin around no-fly areas: what is nearer to them than a distance is closed as well."""
+"""Safety margins around no-fly areas: points nearer than a distance are closed as well."""
 
 import math
 from functools import lru_cache
@@ -24,8 +24,8 @@ def widened(no_fly: BaseGeometry, distance: float, *, inside: bool = False) -> B
     """
     Widen areas by a distance: round corners become polygons around the true arcs, or inside of them.
 
-    What keeps out of the areas that are widened around the arcs is at least so far from them. What is at least so far
-    from them keeps out of those that are widened inside of the arcs: what is proven of all paths there holds for it.
+    A path outside of areas widened around the arcs is at least so far from them. A path that far away is outside of
+    areas widened inside of the arcs: a bound for all paths there holds for it.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def widened(no_fly: BaseGeometry, distance: float, *, inside: bool = False) -> B
 
 def widened_clear_of(no_fly: BaseGeometry, distance: float, place: Point) -> BaseGeometry:
     """
-    Widen areas as `widened` does, but none so far that it covers a place: for whoever is too near to one already.
+    Widen areas as `widened` does, but none so far that it covers a place that is already too near to one.
 
     An area that would cover it is widened by half the distance, or a quarter, …: by the most of these that leaves the
     place outside. So what keeps out of it is at least about half as far from the area as the place is. By halves, and

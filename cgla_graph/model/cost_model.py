@@ -159,7 +159,7 @@ def indexed_area(no_fly: BaseGeometry | None) -> NoFlyArea:
     >>> indexed_area(None) is indexed_area(None)
     True
     """
-    # what is no geometry is refused by name, not by the cache
+    # objects that are no geometry are refused by name, not by the cache
     is_area = isinstance(cast("object", no_fly), BaseGeometry | None)
     return _indexed(no_fly) if is_area else NoFlyArea(no_fly)
 

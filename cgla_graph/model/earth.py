@@ -243,7 +243,7 @@ class LocalProjection:
         Parameters
         ----------
         bound
-            Of ``length + k * risk``, metres, with a risk of at least 0; what is not finite stays as it is.
+            Of ``length + k * risk``, metres, with a risk of at least 0; values that are not finite stay as they are.
         start, goal
             The ends, metres.
         bounds

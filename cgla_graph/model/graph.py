@@ -441,7 +441,7 @@ class GeometricGraph(ShortRepr):
         Parameters
         ----------
         matrix
-            Shape ``(n, n)``. **Stored entries are edges, stored zeros too**; what is not stored is no edge.
+            Shape ``(n, n)``. **Stored entries are edges, stored zeros too**; all others are no edges.
             Duplicate entries of a COO matrix add up, as scipy does it. The diagonal is ignored.
         directed
             False: each stored entry is an edge in both directions, the lighter one where both are stored.

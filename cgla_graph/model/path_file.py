@@ -54,7 +54,7 @@ def save_path(
     projection
         Where degrees are known.
     numbers
-        What is written of the path beside its waypoints; numbers that are not finite become null.
+        Values written beside the waypoints; numbers that are not finite become null.
 
     Raises
     ------

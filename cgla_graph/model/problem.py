@@ -1,4 +1,4 @@
-"""What is to be planned: a problem in the plane, or on a graph, and the oracle that judges every answer."""
+"""Problems in the plane and on graphs, and the oracle that evaluates every path."""
 
 import dataclasses
 import math

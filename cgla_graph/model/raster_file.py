@@ -76,7 +76,7 @@ def read_cells(
     Raises
     ------
     ProblemError
-        If anything is wrong with it; the message names the file, what is wrong and the remedy.
+        If the file is malformed; the message names the file, the fault and the remedy.
     """
     file = Path(path)
     ending = _ending(file)
@@ -335,7 +335,7 @@ def _told_by(file: Path, read: Callable[[], ReadT]) -> ReadT:
 
 
 def _geotiff(file: Path, most: int | None) -> tuple[FloatArray, Bounds | None, Coordinates | None]:
-    """Read a GeoTIFF of one band; no more than what is said about it if `most` is None."""
+    """Read a GeoTIFF of one band; only its header if `most` is None."""
     import warnings  # noqa: PLC0415 - of rasterio alone
 
     try:

@@ -29,7 +29,7 @@ Reading: TypeAlias = Literal["membership", "literal", "sigma2", "gauss2d"]
 HIGHEST_PEAK = 1e6
 
 
-#: What kernels compute from the threats themselves, whatever a subclass of `RiskField` says.
+#: Methods that kernels compute from the threats themselves: a subclass of `RiskField` cannot change them.
 OF_KERNELS = ("density", "gradient", "line_integral", "table", "raster_array", "kernel_field", "is_proper")
 
 
@@ -202,7 +202,7 @@ class RiskField(ShortRepr):
     improper: bool = field(default=False, kw_only=True)
 
     def __new__(cls, *_: object, **__: object) -> Self:
-        """Refuse a subclass whose own idea of risk nobody would ask for."""
+        """Refuse a subclass that overrides a method which kernels do not call."""
         changed = [name for name in OF_KERNELS if getattr(cls, name) is not getattr(RiskField, name)]
         if changed:
             msg = (

@@ -184,7 +184,7 @@ class RasterRisk:
         return f"RasterRisk({rows} x {columns} cells, {self.interpolation}, up to {most:.4g}, bounds={self.bounds})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle what was given: the cells are made anew, read-only."""
+        """Pickle the arguments: the read-only cells are made anew."""
         given = {name: getattr(self, name) for name in ("interpolation", "origin", "scale", "nodata")}
         return partial(RasterRisk, **given), (self.values, self.bounds)
 
@@ -256,7 +256,7 @@ class RasterRisk:
         Returns
         -------
         area
-            Cells are taken whole, whatever the interpolation. Empty if there are none.
+            Cells are taken whole, with either interpolation. Empty if there are none.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""A small map of each kind: what is run on it loads the kernels that maps of its kind need."""
+"""A small map of each kind: running a solver on it loads the kernels that such maps need."""
 
 from functools import cache
 from typing import NamedTuple

@@ -58,7 +58,7 @@ class Traits:
         that exceeds its setting ``seconds`` by more than a tenth and 2 s is stopped; one without such a setting, after
         600 s.
     rasters
-        Whether it takes risk on rasters (plane solvers; a graph solver sees weights, whatever is in them). To one that
+        Whether it takes risk on rasters (plane solvers; a graph solver sees weights alone). To one that
         reasons about the places of threats, a raster is nothing: `run` answers "unsupported" and does not call it.
 
     Examples
@@ -122,7 +122,7 @@ class Move:
     stuck
         Why there is no further step, in one line; empty where there is one.
     counts
-        What is to be added up over a flight, for a solver that `Remarks` on it.
+        Counters to add up over a flight, for a solver that `Remarks` on it.
     """
 
     path: FloatArray
@@ -153,7 +153,7 @@ class StepByStep(Protocol):
         Parameters
         ----------
         problem
-            What is known; its start is where the UAV is.
+            The known map; its start is the UAV's position.
         memory
             Of the last move; None before the first.
         step

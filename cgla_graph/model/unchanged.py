@@ -28,7 +28,7 @@ def unchanged(problem: object, solver: str) -> Iterator[None]:
     Raises
     ------
     SolverFaultError
-        If a part of it is another one; what was worked out meanwhile is no change.
+        If a part of it was replaced; cached values are no change.
 
     Examples
     --------

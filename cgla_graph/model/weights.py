@@ -65,7 +65,7 @@ class DenseWeights:
     Parameters
     ----------
     values
-        Shape ``(n, n)``, which nobody writes to any more.
+        Shape ``(n, n)``, read-only from now on.
     """
 
     values: FloatArray

@@ -292,7 +292,7 @@ def _settle(
     before = np.full(graph.n_nodes, -1, dtype=np.int64)
     settled = np.zeros(graph.n_nodes, dtype=np.bool_)
     node = int(roots[np.argmin(ahead[roots])])
-    # a little further than the limit: what is led is rounded
+    # a little further than the limit: reduced costs are rounded
     while (
         node >= 0 and values[node] <= limit * (1.0 + 1e-9) and not (goal is not None and values[node] == values[goal])
     ):
@@ -303,7 +303,7 @@ def _settle(
             row = np.maximum(row + (ahead - ahead[node]), 0.0)
         node = graph_kernels.settle(row, node, values, before, settled)
     if goal is not None and spots is not None and np.isfinite(values[goal]):
-        # without the rounding of what was added and taken off
+        # without the rounding of potentials added and subtracted
         way = [goal]
         while before[way[-1]] >= 0:
             way.append(int(before[way[-1]]))

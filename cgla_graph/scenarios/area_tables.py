@@ -71,7 +71,7 @@ class NoFlyTable(Table):
 
 def applied_zones(table: NoFlyTable, folder: Path) -> Applied:
     """
-    Read the files of zones that a table names, and say what is closed at its altitude and time.
+    Read the files of zones that a table names, and tell which are closed at its altitude and time.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def applied_zones(table: NoFlyTable, folder: Path) -> Applied:
 
 def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping[str, object]) -> NoFlyTable:
     """
-    Return a table with more files of areas, and with what is said of zones.
+    Return a table with more files of areas, and with settings of zones.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping
         If a file cannot be read.
     """
     paths = [str(Path(file).absolute()) for file in files]
-    # (what is not there, or has a name that no file has, is told when it is read)
+    # (missing files and invalid names are reported when they are read)
     if not table.zones and all(not os.path.isfile(path) or is_geojson(path) for path in paths):  # noqa: PTH113
         return table.model_copy(update={"geojson": [*table.geojson, *paths]})
     moved = {"geojson": [], "zones": [*table.geojson, *table.zones, *paths]} if paths else {}
@@ -144,7 +144,7 @@ class MapZones:
         bounds
             Of the map, metres.
         ends
-            What is outside of a zone, and at that clearance from it, stays so; metres.
+            Points outside of a zone, and at that clearance from it, stay so; metres.
         clearance
             How far paths have to stay from them, metres.
         """
@@ -168,7 +168,7 @@ class MapZones:
         return cls(applied, areas, found)
 
     def account(self) -> ZoneAccount:
-        """Return what became of each of them, and what was simplified."""
+        """Return the account of each zone, and the simplifications made."""
         account = self.applied.account()
         if not self.beyond:
             return account

@@ -1,4 +1,4 @@
-"""What is drawn from a seed, alike on every machine: a stream of numbers, and the threats of a map."""
+"""Random numbers and threats from a seed, the same on every machine."""
 
 from collections.abc import Iterable, Sequence
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from cgla_graph.errors import ScenarioError
 from cgla_graph.scenarios.text_files import read_text
 
-#: What files of graphs end in, and what is in them. A ``.json`` may hold no-fly areas as well.
+#: Endings of graph files, and their formats. A ``.json`` may hold no-fly areas as well.
 ENDINGS: Mapping[str, str] = {
     ".graphml": "a GraphML file",
     ".json": "a node-link JSON file",
@@ -21,7 +21,7 @@ MOST_TEXT = 200_000_000
 
 def is_graph_file(spec: str) -> bool:
     """
-    Say whether an argument names a file of a graph: by its ending, of a ``.json`` by what is in it.
+    Say whether an argument names a file of a graph: by its ending, of a ``.json`` by its content.
 
     Examples
     --------

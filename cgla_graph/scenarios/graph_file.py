@@ -36,7 +36,7 @@ MOST_BYTES = 4_000_000_000
 MOST_NODES = 10_000_000
 #: Among this many labels the nearest to a wrong one are looked for.
 _MOST_NEAR = 20_000
-#: Whatever the readers of others raise where a file is not as it should be.
+#: Exceptions that other libraries' readers raise for a malformed file.
 _MALFORMED = (
     ArithmeticError,
     AttributeError,
@@ -357,7 +357,7 @@ def _npz(path: Path) -> Any:  # noqa: ANN401 - a sparse matrix of scipy
         msg = f"{path}: it is a matrix of format {found.format}; save it as csr, csc or coo"
         raise ScenarioError(msg)
     if found.format != "coo":
-        # nobody has looked at the indices yet
+        # the indices are not checked yet
         found.check_format(full_check=True)
     return found
 

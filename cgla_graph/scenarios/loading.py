@@ -70,7 +70,7 @@ def open_scenarios(
     no_fly
         Files of more no-fly areas, on maps in longitude and latitude: GeoJSON, or zones.
     zones
-        What is said of zones: altitude, at, treat, ground, as ``[no_fly]`` of scenario files has them.
+        Settings of zones: altitude, at, treat, ground, as in ``[no_fly]`` of scenario files.
     raster
         Of a raster alone: its settings, as `raster_scenario` has them.
 
@@ -128,7 +128,7 @@ def _opened(
     zones: Mapping[str, object],
     raster: Mapping[str, object],
 ) -> Iterator[Scenario]:
-    """Open what is there, by its ending, or else by its content."""
+    """Open a file by its ending, or else by its content."""
     kind = path.suffix.lower()
     margin = clearance or 0.0
     if kind in RASTERS:
@@ -149,7 +149,7 @@ def _opened(
 
 def holds_areas(path: Path) -> bool:
     """
-    Tell whether a file of whatever name begins like one of areas: like JSON, XML or an archive.
+    Tell whether a file begins like one of areas: like JSON, XML or an archive.
 
     Examples
     --------
@@ -157,7 +157,7 @@ def holds_areas(path: Path) -> bool:
     False
     """
     try:
-        # (a pipe would wait for somebody to write)
+        # (a pipe would wait for its writer)
         if path.suffix.lower() in {".map", ".scen"} or not path.is_file():
             return False
         with path.open("rb") as stream:
@@ -197,7 +197,7 @@ def raster_scenario(
     no_fly
         Files of GeoJSON or zones.
     zones
-        What is said of zones: altitude, at, treat, ground.
+        Settings of zones: altitude, at, treat, ground.
     settings
         Other keys of ``[[rasters]]`` in scenario files: kind, scale, nodata, interpolation, origin; and coordinates,
         plane or lonlat.
@@ -292,7 +292,7 @@ def areas_scenario(
     clearance
         How far paths have to stay from the areas, metres.
     zones
-        What is said of zones: altitude, at, treat, ground.
+        Settings of zones: altitude, at, treat, ground.
 
     Raises
     ------
@@ -334,7 +334,7 @@ def _zones_scenario(
     path = files[0]
     no_fly = with_files(NoFlyTable(), files, settings)
     no_fly = no_fly.model_copy(update={"geojson": [], "zones": [*no_fly.geojson, *no_fly.zones]})
-    # (what is wrong with a file is told without the name of the first before it)
+    # (the error of a file does not name the first file)
     applied = applied_zones(no_fly, Path())
     count = len(applied.verdicts)
     box = None if bounds is None else four_numbers("bounds", bounds)

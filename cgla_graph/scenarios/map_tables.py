@@ -293,7 +293,7 @@ class MapBuilder:
 
     def require_outside(self, name: str, pair: Point, clearance: float) -> None:
         """
-        Check that a start or goal is in no area, nor nearer to one than a clearance; what is told is what was written.
+        Check that a start or goal keeps the clearance from every area; the message repeats the values as written.
 
         Raises
         ------
@@ -302,7 +302,7 @@ class MapBuilder:
         """
         here = shapely.Point(self.point(list(pair)))
         unit = "" if self.is_plane else " m"
-        # (the areas come first, as what is wrong with their files is told there)
+        # (areas come first, as errors in their files are raised there)
         for shape, area in zip(self.projected_no_fly, map(shown, self.no_fly_names), strict=True):
             if shapely.contains_properly(shape, here):
                 msg = f"{name} {tuple(pair)} is inside the no-fly area {area}; move it to its boundary or outside"
@@ -354,7 +354,7 @@ class MapBuilder:
         Raises
         ------
         FileFormatError
-            If one of them cannot be read, or what is said of them is malformed.
+            If one of them cannot be read, or their settings are malformed.
         """
         given = self.table.no_fly
         if not given.zones:

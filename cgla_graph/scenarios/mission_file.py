@@ -87,7 +87,7 @@ class MissionFile:
         MissionError
             If a mission is malformed, or the file names a solver that cannot be built.
         CglaError
-            Whatever `build_solver` raises for the `solver` given here.
+            The errors of `build_solver` for the `solver` given here.
 
         Examples
         --------
@@ -229,7 +229,7 @@ def mission_text(name: str) -> str:
 
 def is_mission_file(spec: str | Path) -> bool:
     """
-    Tell a mission from a scenario by what is in it.
+    Tell a mission from a scenario by its content.
 
     Parameters
     ----------

@@ -166,7 +166,7 @@ def _is_table(value: object) -> str:
 
 
 class FlySettings(Table):
-    """The settings of `Mission`; what is left out has the default it has there."""
+    """The settings of `Mission`, with the same defaults."""
 
     solver: str = Field(SOLVER, min_length=1, description="a solver, with settings as NAME:A=1:B=2")
     sharing: Annotated[

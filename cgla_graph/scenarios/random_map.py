@@ -42,7 +42,7 @@ LARGEST_RADIUS = 0.4
 MOST_DRAWS = 2000
 #: Corners of an area, least and greatest.
 CORNERS = (3, 7)
-#: The share of its sector that a corner may fall into: what is left keeps corners apart.
+#: The share of its sector that a corner may fall into: the rest keeps corners apart.
 JITTER = 0.7
 #: What rounding may add to a ratio of costs.
 ROUNDING = 1e-9
@@ -158,7 +158,7 @@ def random_scenario(
 
 
 def _contents(threats: int, areas: int) -> list[str]:
-    """Name what is on a map: so many threats, and areas if there are any."""
+    """Name the contents of a map: the number of threats, and of areas if there are any."""
     words = ((threats, "threat"), (areas, "area"))
     return [f"{number}-{word}{'s' * (number != 1)}" for number, word in words if number or word == "threat"]
 

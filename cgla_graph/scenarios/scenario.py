@@ -202,7 +202,7 @@ def load_scenario(
     no_fly
         Files of more no-fly areas, on a map in longitude and latitude: GeoJSON, or zones.
     zones
-        What is said of zones, instead of the file's own: altitude, at, treat, ground.
+        Settings of zones, instead of the file's own: altitude, at, treat, ground.
 
     Raises
     ------

@@ -60,7 +60,7 @@ class ShippedFiles:
         return str((self._folder() / f"{name}.toml").read_text(encoding="utf-8"))
 
     def documents(self) -> dict[str, dict[str, Any]]:
-        """Return what is in each file, by name."""
+        """Return the content of each file, by name."""
         import tomllib  # noqa: PLC0415 - to complete a name, no file is read
 
         return {name: tomllib.loads(self.text(name)) for name in self.names()}

@@ -1,4 +1,4 @@
-"""What is wrong with a file's tables, in words: mistyped keys first, all faults of a file in one line."""
+"""Error messages for a file's tables: mistyped keys first, all faults of a file in one line."""
 
 import difflib
 import typing
@@ -38,9 +38,9 @@ ALLOWED: Mapping[str, str] = {
 
 def faults(error: ValidationError, kind: type[BaseModel], command: str = "") -> str:
     """
-    Say in one line what is wrong: for each fault the key's path, what is allowed and the value.
+    Describe all faults in one line: for each the key's path, the allowed values and the value.
 
-    Mistyped keys come first, and what is missing for that alone is left out.
+    Mistyped keys come first; keys that are missing for that reason alone are left out.
 
     Parameters
     ----------
@@ -90,14 +90,14 @@ def faults(error: ValidationError, kind: type[BaseModel], command: str = "") -> 
     needed = "these keys are needed; add them" if len(places) > 1 else "this key is needed; add it"
     told = [*wrong, *([f"{', '.join(places)}: {needed}"] if places else [])]
     left = len(typos) + len(told) - MOST
-    # a question mark or a full stop ends what is said of a typo
+    # the message for a typo ends with a question mark or a full stop
     text = " ".join(filter(None, [" ".join(typos[:MOST]), "; ".join(told[: max(MOST - len(typos), 0)])]))
     more = f"; and {left} more fault{'s' * (left > 1)}" if left > 0 else ""
     return f"{text}{more}; {command} says what is allowed" if command and (told or more) else f"{text}{more}"
 
 
 def _wrong(place: str, found: Sequence[Any]) -> str:
-    """Say what is wrong with a value."""
+    """Describe the fault of a value."""
     said: list[str] = []
     for fault in found:
         allowed = ALLOWED.get(fault["type"])

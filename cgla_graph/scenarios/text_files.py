@@ -40,6 +40,6 @@ def read_text(path: str | os.PathLike[str], file: str, what: str) -> str:
 
 
 def fail(wrong: str, allowed: str, remedy: str) -> NoReturn:
-    """Raise the error that says in one line what is wrong and where, what is allowed, and what to do."""
+    """Raise an error that names the fault and its place, the allowed values and the remedy, in one line."""
     message = f"{wrong}; {allowed} is allowed: {remedy}"
     raise ScenarioError(" ".join(message.split()))

@@ -1,4 +1,4 @@
-"""Tables as the text of a TOML file: numbers in full, so that what is read is what was written."""
+"""Tables as the text of a TOML file: numbers in full, so that reading restores the same values."""
 
 import json
 import re
@@ -31,7 +31,7 @@ def toml_text(document: Mapping[str, Any]) -> str:
 
 
 def _table(table: Mapping[str, Any], above: str) -> list[str]:
-    """Write a table whose header, if it has one, is written; its own tables follow what is plain."""
+    """Write a table below its header: plain values first, then its own tables."""
     given = {key: value for key, value in table.items() if value is not None}
     headed = {key: value for key, value in given.items() if _has_header(value)}
     lines = [f"{_key(key)} = {_listed(value)}" for key, value in given.items() if key not in headed]
@@ -46,7 +46,7 @@ def _table(table: Mapping[str, Any], above: str) -> list[str]:
     return lines[1:] if not above and lines[:1] == [""] else lines
 
 
-def _has_header(value: Any) -> bool:  # noqa: ANN401 - whatever TOML has
+def _has_header(value: Any) -> bool:  # noqa: ANN401 - any value of TOML
     """Whether a value is a table, or a list of tables that are not plain."""
     if not isinstance(value, list):
         return isinstance(value, Mapping)
@@ -55,7 +55,7 @@ def _has_header(value: Any) -> bool:  # noqa: ANN401 - whatever TOML has
 
 
 def _listed(value: Any) -> str:  # noqa: ANN401 - the same
-    """Write a value; what is in a list of tables or in a long list of lists stands in one line each."""
+    """Write a value; entries of a list of tables or of a long list of lists take one line each."""
     text = _value(value)
     if not isinstance(value, list) or not value:
         return text

@@ -93,7 +93,7 @@ def write_scenario(
 
 
 def _text(scenario: Scenario, beside: Sequence[str], title: str, where: str) -> bytes:
-    """Return what is in the file; `beside` names those of the rasters."""
+    """Return the content of the file; `beside` names those of the rasters."""
     problem = scenario.problem
     _require_sayable(scenario, where)
     areas = list(_areas(scenario, where))

@@ -39,7 +39,7 @@ HALVINGS = 30
 @dataclass(frozen=True, eq=False)
 class PlanWithin(ShortRepr):
     """
-    A path that keeps a budget, and what is proven of all paths that do.
+    A path that keeps a budget, and the proven bound of all paths that do.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class PlanWithin(ShortRepr):
 
     @property
     def message(self) -> str:
-        """What else there is to say: of a budget that is too small, what is possible."""
+        """The solver's message; for a budget that is too small, the least possible."""
         return self.solution.message
 
     @property
@@ -95,7 +95,7 @@ class PlanWithin(ShortRepr):
         return value / self.dual_bound - 1.0 if self.dual_bound > 0.0 else math.inf
 
     def document(self) -> dict[str, Any]:
-        """Return what is proven as JSON, without the path; numbers that are not finite are None."""
+        """Return the proof as JSON, without the path; numbers that are not finite are None."""
         return {
             "limited": self.limited,
             "budget": self.budget,
@@ -144,7 +144,7 @@ def plan_within_risk(
     Returns
     -------
     plan
-        Judged by the oracle. That no path keeps the budget is a status, whose message says what is possible.
+        Judged by the oracle. If no path keeps the budget, the status says so, and its message names the least possible.
 
     Raises
     ------
@@ -228,7 +228,7 @@ class _Search:
         if self.on_risk:
             return self._too_safe(safe)
         if self.reweighed.matrices is not None:
-            # nothing on the lattice has less risk, whatever its length
+            # nothing on the lattice has less risk, at any length
             return self._plan(safe, math.inf, safe.risk)
         return self._plan(safe, *self._dual(max(self.reweighed.solved)))
 
@@ -237,7 +237,7 @@ class _Search:
         return (path.risk if self.on_risk else path.length) <= self.room
 
     def value(self, path: Solution | Evaluation) -> float:
-        """Return what is to be small."""
+        """Return the value to minimise."""
         return path.length if self.on_risk else path.risk
 
     def _enclose(self, shortest: Solution) -> tuple[Solution, Solution]:
@@ -278,7 +278,7 @@ class _Search:
         return self.value(kept) <= self._bound(now.cost, k) * (1.0 + CLOSE)
 
     def _bound(self, cost: float, k: float) -> float:
-        """Bound what is to be small from below, where no path costs less than `cost` under the weight `k`."""
+        """Bound the value to minimise from below, where no path costs less than `cost` under the weight `k`."""
         if self.on_risk:
             return cost - k * self.room
         return (cost - self.room) / k if k > 0.0 else 0.0

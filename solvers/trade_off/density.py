@@ -26,7 +26,7 @@ ANY_PATH = 1e9
 
 def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> Problem:
     """
-    Close all cells of the rasters above a level, and what is within half the corridor's width of them.
+    Close all cells of the rasters above a level, and the points within half the corridor's width of them.
 
     A path of the new problem has a corridor in which no cell is above the level. Its certificate bounds all such
     paths; where that says that there is none, none has one (but for corridors wider by less than 1/13000, see

@@ -23,9 +23,9 @@ class ConstrainedPath:
     Attributes
     ----------
     nodes
-        The path's nodes; empty if none is lighter than what was known.
+        The path's nodes; empty if none is lighter than the known path.
     bound
-        Proven: no path within the budget weighs less, or only what was known does.
+        Proven: no path within the budget weighs less, except the known one.
     finished
         Whether the search ended because nothing better is left.
     """
@@ -71,7 +71,7 @@ def constrained_path(
     Returns
     -------
     found
-        The path and what is proven.
+        The path and the proof.
 
     Examples
     --------
