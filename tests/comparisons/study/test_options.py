@@ -1,4 +1,4 @@
-"""Maps of the command line: rasters with their options, and other risk weights."""
+"""Maps with changes: rasters with their options, and other risk weights."""
 
 import json
 from pathlib import Path
