@@ -113,6 +113,7 @@ class Roadmap:
 
     Examples
     --------
+    >>> from cgla_graph.solvers.budget import Budget
     >>> roadmap = Roadmap(Problem(start=(0.1, 0.1), goal=(0.9, 0.9)), seed=1, radius_factor=1.1)
     >>> roadmap.grow(Budget(iterations=100).start(), 100)
     >>> roadmap.n_milestones, bool(roadmap.best_path()[1] < 1.2)
