@@ -74,7 +74,8 @@ def plot(thing: object, ax: Axes | None = None, *, solutions: Iterable[Solution]
     ['straight-line: 1.1314', 'start', 'goal']
     """
     del ax, solutions
-    msg = f"a {type(thing).__name__} has no picture; plot what the documentation of cgla_graph.plot names"
+    known = "problem, graph, cost matrix, solution, certificate, mission, flight or checked plan"
+    msg = f"a {type(thing).__name__} has no picture; give a {known}"
     raise ProblemError(msg)
 
 

@@ -315,6 +315,8 @@ def _legend_rows(views: Sequence[LabelledFlight], moments: Sequence[float], scal
         line = scene.line_key(color=scene.own_colour(uav.uav, number), linestyle=dashes_of(number), linewidth=1.5)
         end = f": {uav.status.label} at tick {uav.ended}, cost {digits(uav.cost * scale, 5)}{unit}" if alone else ""
         yield line, f"{plain(uav.name, 24)}{end}"
+    for number, one in enumerate(() if first.flight.uavs else first.mission.uavs):
+        yield scene.line_key(color=scene.own_colour(one, number), linewidth=1.5), plain(one.name, 24)
     mark: Look = {"color": "0.2", "linestyle": "none", "markerfacecolor": "white", "markeredgewidth": 1.2}
     yield scene.line_key(marker="o", markersize=6.5, **mark), "start"
     yield scene.line_key(marker="*", markersize=11.0, **mark), "goal"
@@ -345,7 +347,7 @@ def _numbers_table(views: Sequence[LabelledFlight], scale: float) -> list[list[s
     unit = "" if views[0].projection is None else " (km)"
     several = len(views) > 1
     n_uavs = len(views[0].flight.uavs)
-    if n_uavs * len(views) > _MOST_LINES:
+    if not 0 < n_uavs * len(views) <= _MOST_LINES:
         return []
     table = [["", *([f"cost{unit}"] if several else []), f"length{unit}", "risk", "plans"]]
     for number, view in enumerate(views):

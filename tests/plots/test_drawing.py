@@ -44,6 +44,17 @@ def test_a_cost_matrix_is_drawn_with_its_values_and_its_ways() -> None:
     np.testing.assert_array_equal(dots.get_array(), matrix.values)
 
 
+def test_a_mission_is_drawn_before_it_is_flown() -> None:
+    mission = cg.Mission(cg.World(), [cg.Uav("a", (0.1, 0.1), (0.9, 0.9), 0.2)], cg.solvers.get("cgla"))
+    axes = mission.plot()
+    try:
+        (legend,) = axes.figure.legends
+        assert [text.get_text() for text in legend.get_texts()] == ["a", "start", "goal"]
+        assert [text.get_text() for text in axes.figure.texts] == ["mission"]
+    finally:
+        plt.close(axes.figure)
+
+
 @pytest.mark.parametrize("draw", [cg.plot, cg.animate])
 def test_what_has_no_picture_says_so(draw: Callable[[object], object]) -> None:
     with pytest.raises(cg.CglaError, match="str"):
