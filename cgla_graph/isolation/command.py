@@ -1,4 +1,4 @@
-"""A planner as a command: it gets a text on its standard input, and nothing that it does harms anybody else."""
+"""A planner as a command: it reads a text on its standard input, and can harm no other process."""
 
 import math
 import os
@@ -62,7 +62,7 @@ def ask(command: Sequence[str], text: str, folder: str, environment: Mapping[str
     """
     Run a command on a text: to be called in a worker process.
 
-    The input is a file, so that a command that never reads it keeps nobody waiting. It runs in a group of its own; that
+    The input is a file, so that a command may leave it unread. It runs in a group of its own; that
     group is killed when the command has ended or its time is up, and with the worker, on Linux, everything else that it
     has started, sessions of their own included. The system limits the memory of each of its processes.
 

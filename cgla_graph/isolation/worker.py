@@ -174,7 +174,7 @@ def _set_up(path: Iterable[str], preload: Iterable[str], cores: Collection[int] 
         os.sched_setaffinity(0, cores)
     sys.path[:] = path
     for module in preload:
-        # what is wrong with it is said by the call that needs it
+        # the call that needs it reports the error
         with suppress(Exception):
             import_module(module)
 
@@ -187,7 +187,7 @@ def _print_to_standard_error() -> None:
 
 
 def _seldom(say: Callable[[str, str], None]) -> Callable[[str, str], None]:
-    """Pass on what is said, but not more often than anyone can read it."""
+    """Pass on progress, but not more often than `EVERY`."""
     latest = -EVERY
 
     def say_seldom(what: str, text: str) -> None:
@@ -213,14 +213,14 @@ def _reply(call: bytes) -> Reply:
 
 
 def make_call(call: bytes) -> Reply:
-    """Make a call, given function and arguments, pickled; whatever it raises becomes a failure."""
+    """Make a call, given function and arguments, pickled; an exception becomes a failure."""
     try:
         function: Callable[..., Any]
         function, args = pickle.loads(call)  # noqa: S301 - from the process that started this one
         return Reply(pickle.dumps(function(*args), pickle.HIGHEST_PROTOCOL))
     except MemoryError as error:
         return Reply(failure=Failure.OUT_OF_MEMORY, message=one_line(error))
-    except BaseException as error:  # noqa: BLE001 - whatever a call does, the next one is made
+    except BaseException as error:  # noqa: BLE001 - the next call is made in any case
         return Reply(failure=Failure.RAISED, message=one_line(error))
 
 

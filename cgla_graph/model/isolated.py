@@ -214,7 +214,7 @@ def _make(solver: Any, method: str, args: tuple[Any, ...], limit: float) -> byte
         _warm_up(MapKind.of(problem.graph.model if isinstance(problem, GraphProblem) else problem.model))
         with limited_time(limit):
             return pickle.dumps((_timed(solver, method, args), None), pickle.HIGHEST_PROTOCOL)
-    except BaseException as error:  # noqa: BLE001 - whatever a run does, the next one is made, and the program lives
+    except BaseException as error:  # noqa: BLE001 - the next run is made in any case, and the program lives
         error.add_note(f"In the solver's own process:\n{''.join(traceback.format_exception(error))}")
         return _sendable(error)
 
@@ -236,7 +236,7 @@ def _sendable(error: BaseException) -> bytes:
         return words
     try:
         reply = pickle.dumps((None, error))
-        pickle.loads(reply)  # noqa: S301 - what was just written
+        pickle.loads(reply)  # noqa: S301 - written one line above
     except Exception:  # noqa: BLE001 - exceptions may be of any make
         return words
     return reply

@@ -1,1 +1,1 @@
-"""Calls in processes of their own, within hard limits, here or on a Dask cluster; nothing here knows of planners."""
+"""Scheduling of isolated calls: a pool of worker processes, a Dask cluster, and tasks that need each other."""

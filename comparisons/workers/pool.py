@@ -1,8 +1,8 @@
 """
 Calls in processes of their own: one that hangs, crashes or eats memory is an outcome, and the others go on.
 
-Nothing here knows what is called. Two fences stand around a call. The inner one, `limited`, is set by the function
-itself around the part that counts: limits that the kernel keeps, whatever the code does and however its parent died.
+Two limits stand around a call. The inner one, `limited`, is set by the function
+itself around the part that counts: the kernel keeps it, even when the parent has died.
 The outer one notices that a worker died or is late, and replaces it (see `process`).
 """
 

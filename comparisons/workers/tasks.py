@@ -2,7 +2,7 @@
 Tasks that may need each other: made here, in worker processes or on a cluster, each once, and kept as they end.
 
 Nothing here knows what the tasks are of. What a store holds already is not made again, so that work goes on after an
-interruption, and each result is in the store before anybody sees it.
+interruption, and each result is in the store before it is yielded.
 """
 
 import heapq
@@ -24,7 +24,7 @@ Results: TypeAlias = Mapping[Key, Any]
 
 
 class ResultStore(Protocol):
-    """Where results go, and what is done already."""
+    """The place where results are kept."""
 
     def __contains__(self, key: Key) -> bool:
         """Tell whether a result is there."""
@@ -85,7 +85,7 @@ def run_tasks(
     """
     Make what the store does not hold yet: of what is ready, the first in order begins first.
 
-    Whoever leaves the iteration closes it, which ends the workers.
+    A caller who leaves the iteration early closes it, which ends the workers.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def run_tasks(
         given = task.arguments(agenda.needed(task)) if callable(task.arguments) else task.arguments
         return Call(task.key, task.function, (*given, held))
 
-    # whatever ends the iteration ends the workers
+    # the end of the iteration ends the workers
     with closing(_made(next_call, held, min(workers, len(agenda.left)), scheduler, preload)) as outcomes:
         for call, outcome in outcomes:
             task = agenda.left[cast("Key", call.key)]
@@ -161,7 +161,7 @@ def _made(
 
 
 class _Agenda:
-    """What is left to do, in order, and what of it is ready."""
+    """The tasks that are left, in order, and those of them that are ready."""
 
     def __init__(self, tasks: Sequence[Task], store: ResultStore | None) -> None:
         self.left = {task.key: task for task in tasks if store is None or task.key not in store}
