@@ -30,11 +30,11 @@ def cost_bounds(problem: Problem, mesh: SplineMesh) -> FloatArray:
         certificate_kernels.cost_bounds(*cells, problem.k, problem.field.table, bounds[part])
         if rasters is not None:
             certificate_kernels.add_rasters(*cells, problem.bounds, problem.k, rasters, bounds[part])
+        if problem.projection is not None:
+            middles = np.column_stack([mesh.columns[part], mesh.rows[part]]) * np.array(mesh.spacing) + mesh.origin
+            lower_by_scale(problem.projection, middles, 0.5 * math.hypot(*mesh.spacing), bounds[part])
 
     in_parts(fill, len(bounds))
-    if problem.projection is not None:
-        middles = np.asarray(mesh.origin + np.column_stack([mesh.columns, mesh.rows]) * mesh.spacing, dtype=np.float64)
-        lower_by_scale(problem.projection, middles, 0.5 * math.hypot(*mesh.spacing), bounds)
     return bounds
 
 
