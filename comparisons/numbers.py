@@ -6,17 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
 from typing import Any, NamedTuple
 
-from cgla_graph._text import DASH as DASH  # noqa: PLC0414 - handed on
-from cgla_graph._text import at_most as at_most  # noqa: PLC0414 - handed on
-from cgla_graph._text import at_most_percent as at_most_percent  # noqa: PLC0414 - handed on
-from cgla_graph._text import counted as counted  # noqa: PLC0414 - handed on
-from cgla_graph._text import duration as duration  # noqa: PLC0414 - handed on
-from cgla_graph._text import figure as figure  # noqa: PLC0414 - handed on
-from cgla_graph._text import floored as floored  # noqa: PLC0414 - handed on
-from cgla_graph._text import json_number as json_number  # noqa: PLC0414 - handed on
-from cgla_graph._text import listed as listed  # noqa: PLC0414 - handed on
-from cgla_graph._text import percent as percent  # noqa: PLC0414 - handed on
-from cgla_graph._text import rounded_down as rounded_down  # noqa: PLC0414 - handed on
+from cgla_graph._text import DASH, figure, json_number
 
 _SMALLEST_P = 0.001
 

@@ -18,6 +18,7 @@ from typing import Any, Literal, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
+from cgla_graph._text import json_number
 from cgla_graph._types import FloatArray
 from cgla_graph.comparisons.claims.claim import Part, Table, Verdict
 from cgla_graph.comparisons.claims.evidence import Samples
@@ -31,7 +32,6 @@ from cgla_graph.comparisons.claims.inference import (
     paired_shift,
     proportion,
 )
-from cgla_graph.comparisons.numbers import json_number
 from cgla_graph.comparisons.statistics.intervals import Estimate
 from cgla_graph.comparisons.statistics.paired import holm
 

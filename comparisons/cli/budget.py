@@ -2,9 +2,9 @@
 
 import math
 
+from cgla_graph._text import figure, percent, rounded_down
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.cli.options import BudgetOptions
-from cgla_graph.comparisons.numbers import figure, percent, rounded_down
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.errors import CglaError
 from cgla_graph.scenarios.scenario import Scenario

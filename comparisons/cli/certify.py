@@ -105,8 +105,8 @@ def certified(
 
 def _print(run: "Run") -> None:
     """Print the path, a line a grid, and the proof."""
+    from cgla_graph._text import duration, figure
     from cgla_graph.certificate.verdict import verdict
-    from cgla_graph.comparisons.numbers import duration, figure
     from cgla_graph.comparisons.tables.certificate import certificate_table, proof_of
     from cgla_graph.model.earth import distortion_note
 

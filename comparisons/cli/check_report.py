@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from cgla_graph._text import at_most, counted, duration, figure, listed, rounded_down
 from cgla_graph.airspace.flight_plans.crossings import Crossing
 from cgla_graph.airspace.plan_check.plan_map import ROUNDED
 from cgla_graph.airspace.plan_check.result import PlanCheck
 from cgla_graph.comparisons import console, files
-from cgla_graph.comparisons.numbers import at_most, counted, duration, figure, listed, rounded_down
 from cgla_graph.comparisons.tables.listing import listing
 from cgla_graph.model.earth import distortion_note
 

@@ -9,11 +9,10 @@ from typing import Any, cast
 
 import numpy as np
 
-from cgla_graph._text import shown
+from cgla_graph._text import duration, figure, json_number, shown
 from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import finite_number, non_negative_number, positive_number
 from cgla_graph.comparisons.cli.options import FlyableOptions
-from cgla_graph.comparisons.numbers import duration, figure, json_number
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError
 from cgla_graph.turning.curve import Curve

@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 import shapely
 
+from cgla_graph._text import floored
 from cgla_graph._types import FloatArray
 from cgla_graph.certificate.certificate import prove
 from cgla_graph.comparisons import console, files
 from cgla_graph.comparisons.conformance.documents import VERSION
 from cgla_graph.comparisons.conformance.families import Draft, drafts
 from cgla_graph.comparisons.conformance.suite import WIDEST, Instance
-from cgla_graph.comparisons.numbers import floored
 from cgla_graph.errors import CglaError
 from cgla_graph.model.problem import Problem
 from cgla_graph.solvers.solving import solve

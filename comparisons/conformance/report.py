@@ -9,23 +9,13 @@ from contextlib import suppress
 from typing import Any
 
 from cgla_graph import __version__
-from cgla_graph._text import shown
+from cgla_graph._text import at_most, counted, duration, figure, json_number, listed, percent, rounded_down, shown
 from cgla_graph._validate import positive_number
 from cgla_graph.comparisons import console
 from cgla_graph.comparisons.conformance.documents import VERSION, read_problem
 from cgla_graph.comparisons.conformance.run import checked, results_of
 from cgla_graph.comparisons.conformance.suite import Instance, chosen
 from cgla_graph.comparisons.conformance.verdict import Result, Verdict
-from cgla_graph.comparisons.numbers import (
-    at_most,
-    counted,
-    duration,
-    figure,
-    json_number,
-    listed,
-    percent,
-    rounded_down,
-)
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cgla_graph.comparisons.numbers import json_number
+from cgla_graph._text import json_number
 from cgla_graph.comparisons.statistics.intervals import (
     Estimate,
     Interval,

@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cgla_graph._text import json_number
 from cgla_graph._types import FloatArray, WholeArray
 from cgla_graph.certificate.certificate import LEAST_SHRINK, Grid, load_kernels, prove, rounding
 from cgla_graph.certificate.subsolution import Level, first_grid
 from cgla_graph.comparisons.live.draft import Draft, LiveMap, flat, unwarned
-from cgla_graph.comparisons.numbers import json_number
 from cgla_graph.comparisons.study import runner
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.study.runner import reason

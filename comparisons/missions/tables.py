@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-from cgla_graph.comparisons.numbers import duration, figure
+from cgla_graph._text import duration, figure
 from cgla_graph.comparisons.study.mission_run import MissionRun, team_totals
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.mission.metrics import EXPOSED_ABOVE

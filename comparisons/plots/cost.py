@@ -15,8 +15,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import ArrayLike
 
+from cgla_graph._text import figure
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.numbers import figure
 from cgla_graph.comparisons.plots.runs import paths_of
 from cgla_graph.comparisons.statistics.intervals import Curve, median_curve, path_cost
 from cgla_graph.comparisons.study.rows import by_solver, scenario_bound

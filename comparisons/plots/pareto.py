@@ -11,7 +11,7 @@ from matplotlib.colors import Colormap, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
-from cgla_graph.comparisons.numbers import figure as digits
+from cgla_graph._text import figure as digits
 from cgla_graph.plots.map import BaseMap, map_figure
 from cgla_graph.plots.page import Part, arrange, plain, style
 from cgla_graph.plots.scene import TitledProblem, cost_unit, draw_mark, unit_scale

@@ -13,10 +13,11 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
+from cgla_graph._text import counted
 from cgla_graph.comparisons.files import write_text
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, leaderboard_of
 from cgla_graph.comparisons.leaderboard.profiles import instance_costs, performance_profile, success_curve
-from cgla_graph.comparisons.numbers import counted, rounded_all
+from cgla_graph.comparisons.numbers import rounded_all
 from cgla_graph.comparisons.report.missions import missions_part
 from cgla_graph.comparisons.report.parts import failure_grid, failures, rank_picture, ranking_table
 from cgla_graph.comparisons.report.payload import (

@@ -4,8 +4,9 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
+from cgla_graph._text import DASH, counted, listed
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow, failed, failure_groups
-from cgla_graph.comparisons.numbers import DASH, Cell, counted, listed, p_equals
+from cgla_graph.comparisons.numbers import Cell, p_equals
 from cgla_graph.comparisons.statistics.ranking import Ranking, too_few_note
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.leaderboard_columns import COLUMNS

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Self
 
-from cgla_graph._text import shown
-from cgla_graph.comparisons.numbers import listed
+from cgla_graph._text import listed, shown
 from cgla_graph.comparisons.study.flight_run import FlightRun
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.errors import CglaError

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from cgla_graph._text import counted, duration, figure, json_number, percent
 from cgla_graph.comparisons import console, files
-from cgla_graph.comparisons.numbers import counted, duration, figure, json_number, percent
 from cgla_graph.comparisons.study import options, runner
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.tables.fitted_table import FittedTable

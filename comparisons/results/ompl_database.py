@@ -18,7 +18,7 @@ from typing import Any
 
 import shapely
 
-from cgla_graph.comparisons.numbers import json_number
+from cgla_graph._text import json_number
 from cgla_graph.comparisons.statistics.intervals import progress
 from cgla_graph.comparisons.study.documents import dumps, entrant_document
 from cgla_graph.comparisons.study.provenance import Session, visible

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from cgla_graph._text import duration, figure, percent
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.numbers import duration, figure, percent
 from cgla_graph.comparisons.study.execution import run_study
 from cgla_graph.comparisons.study.rows import row
 from cgla_graph.comparisons.study.runner import Run

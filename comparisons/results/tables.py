@@ -3,19 +3,10 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from cgla_graph._text import DASH, counted, duration, figure, listed, percent
 from cgla_graph.comparisons.leaderboard.leaderboard import FailureGroup, LeaderboardRow, failure_groups
 from cgla_graph.comparisons.leaderboard.regression import SIGNIFICANT, Change, Regression, RunKey, Verdict
-from cgla_graph.comparisons.numbers import (
-    DASH,
-    counted,
-    duration,
-    estimate_cell,
-    figure,
-    listed,
-    p_value,
-    percent,
-    ratio,
-)
+from cgla_graph.comparisons.numbers import estimate_cell, p_value, ratio
 from cgla_graph.comparisons.study.rows import SHOWN, Format, RunColumn, by_scenario, row, summaries
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable

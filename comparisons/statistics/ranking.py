@@ -8,8 +8,9 @@ from itertools import combinations
 import numpy as np
 import scipy
 
+from cgla_graph._text import counted
 from cgla_graph._types import FloatArray
-from cgla_graph.comparisons.numbers import counted, p_value
+from cgla_graph.comparisons.numbers import p_value
 from cgla_graph.comparisons.statistics.intervals import CONFIDENCE
 from cgla_graph.comparisons.statistics.paired import cost_table, holm, log_ratios, same_cost, signed_rank
 

@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from cgla_graph.comparisons.numbers import duration, json_number, rounded_down
+from cgla_graph._text import duration, json_number, rounded_down
 from cgla_graph.comparisons.statistics.intervals import path_cost
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.model.earth import degrees_of

@@ -4,9 +4,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from cgla_graph._text import at_most, figure, json_number, rounded_down
 from cgla_graph._types import WholeArray
 from cgla_graph.certificate.certificate import Certificate, Grid
-from cgla_graph.comparisons.numbers import at_most, figure, json_number, rounded_down
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.errors import CglaError

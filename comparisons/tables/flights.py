@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from cgla_graph._text import duration, figure
 from cgla_graph.comparisons import console
-from cgla_graph.comparisons.numbers import duration, figure
 from cgla_graph.comparisons.study.flight_run import ComparedMission, FlightRun
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from cgla_graph._text import figure, percent
 from cgla_graph.comparisons import files
-from cgla_graph.comparisons.numbers import figure, percent
 from cgla_graph.comparisons.study.entrant import Entrant
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
 from cgla_graph.model.earth import degrees_of, distortion_note

@@ -3,19 +3,9 @@
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from cgla_graph._text import DASH, duration, figure, percent
 from cgla_graph.comparisons.leaderboard.leaderboard import NEAR_PERCENT, LeaderboardRow
-from cgla_graph.comparisons.numbers import (
-    DASH,
-    Cell,
-    duration,
-    estimate_cell,
-    figure,
-    or_never,
-    p_value,
-    percent,
-    rate_cell,
-    ratio,
-)
+from cgla_graph.comparisons.numbers import Cell, estimate_cell, or_never, p_value, rate_cell, ratio
 from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS
 from cgla_graph.comparisons.statistics.ranking import too_few_note
 

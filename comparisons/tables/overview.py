@@ -4,8 +4,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from cgla_graph._text import counted, listed, percent
 from cgla_graph.comparisons.leaderboard.leaderboard import LeaderboardRow
-from cgla_graph.comparisons.numbers import counted, estimate_cell, listed, percent
+from cgla_graph.comparisons.numbers import estimate_cell
 from cgla_graph.comparisons.statistics.paired import Paired
 from cgla_graph.comparisons.statistics.ranking import LEVEL, too_few_note
 

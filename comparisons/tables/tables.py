@@ -3,17 +3,9 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 
+from cgla_graph._text import DASH, duration, figure, percent, rounded_down
 from cgla_graph.comparisons.leaderboard.performance import TARGET_PERCENTS, Performance
-from cgla_graph.comparisons.numbers import (
-    DASH,
-    duration,
-    estimate_cell,
-    figure,
-    or_never,
-    percent,
-    rate_cell,
-    rounded_down,
-)
+from cgla_graph.comparisons.numbers import estimate_cell, or_never, rate_cell
 from cgla_graph.comparisons.statistics.intervals import FEWEST_RUNS
 from cgla_graph.comparisons.study.rows import Summary, bound_note, summaries
 from cgla_graph.comparisons.study.runner import Run

@@ -6,22 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cgla_graph._text import DASH, at_most, duration, figure, listed, percent, rounded_down
 from cgla_graph.comparisons.leaderboard.leaderboard import failed, failure_groups
-from cgla_graph.comparisons.numbers import (
-    DASH,
-    at_most,
-    duration,
-    estimate_cell,
-    figure,
-    listed,
-    or_never,
-    p_equals,
-    p_value,
-    percent,
-    ratio,
-    rounded_down,
-    span,
-)
+from cgla_graph.comparisons.numbers import estimate_cell, or_never, p_equals, p_value, ratio, span
 from cgla_graph.comparisons.statistics.intervals import Estimate
 from cgla_graph.comparisons.study.runner import Run
 from cgla_graph.comparisons.tables.leaderboard_columns import SPARE, leaderboard_heads

@@ -9,7 +9,7 @@ from command_line import Call, caller
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cgla_graph.comparisons.numbers import at_most_percent
+from cgla_graph._text import at_most_percent
 from cgla_graph.model.earth import distortion_note
 
 
