@@ -1,1 +1,1 @@
-"""Airspace: zones of authorities, plans of flights, and one checked against the other."""
+"""Airspace: zones that authorities publish, flight plans, and the check of a plan against zones."""

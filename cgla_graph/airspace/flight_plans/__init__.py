@@ -1,1 +1,1 @@
-"""Flight plans in the files of ground stations and viewers: what an aircraft shall fly, read and written."""
+"""Flight plans, read from and written to files of ground stations and viewers."""

@@ -1,4 +1,4 @@
-"""Outlines of areas: which pieces of a leg are inside, and whether a rounding put them there."""
+"""Outlines of areas: the pieces of a leg inside an area, and which of them are rounding errors."""
 
 import math
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ from cgla_graph.model.no_fly import NoFlyArea
 #: A part of a leg: where it begins and ends.
 Piece: TypeAlias = tuple[Point, Point]
 
-#: Pieces of a leg that are looked at one by one for being roundings, where others are none.
-MOST_LOOKED_AT = 20
+#: Of a leg with more pieces than this, of which some lie deep inside, only so many are tested for being roundings.
+MOST_TESTED = 20
 
 
 @dataclass(frozen=True)
@@ -72,8 +72,8 @@ class Outline:
         self.rings = [LineString(ring) for ring in shapely.get_rings(shapely.get_parts(self.shape))]
         self.corners = [shapely.get_coordinates(ring) for ring in self.rings]
         steps = [np.hypot(*np.diff(corners, axis=0).T) for corners in self.corners]
-        #: How far each corner is along its ring.
-        self.far = [np.concatenate([[0.0], np.cumsum(step)]) for step in steps]
+        #: Distance of each corner from the start of its ring, along the ring.
+        self.arc_lengths = [np.concatenate([[0.0], np.cumsum(step)]) for step in steps]
 
     def distances(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
         """Return the distance of each leg from the outline."""
@@ -92,10 +92,10 @@ class Outline:
         shares = np.clip((cuts - start) @ along / length2, 0.0, 1.0)
         shares = np.unique(np.concatenate([[0.0], shares, [1.0]]))
         middles = start + 0.5 * (shares[:-1] + shares[1:])[:, None] * along
-        # (a middle is rounded, but so is nothing that decides whether the leg crosses at all)
+        # (rounded middles decide only which pieces are inside; whether the leg crosses is decided exactly elsewhere)
         inside = self.area.contains(middles)
         if not inside.any():
-            # thinner than the distance of two numbers
+            # the area is thinner here than the spacing of floating-point numbers
             place = start + shares[len(shares) // 2] * along
             return [(point_of(place), point_of(place))]
         # pieces that touch are one
@@ -108,52 +108,47 @@ class Outline:
 
     def without_roundings(self, pieces: list[Piece], rounding: float) -> list[Piece]:
         """
-        Return the pieces of a leg that it could not dodge.
+        Return the pieces of a leg that a shift by a rounding would not undo.
 
-        Of a leg with very many, of which some are surely deep inside, not all are looked at: it crosses anyhow.
+        If a leg has more than `MOST_TESTED` pieces and some lie deep inside, it crosses in any case: then only
+        `MOST_TESTED` of the other pieces are tested.
         """
         if rounding <= 0.0:
             return pieces
-        if len(pieces) > MOST_LOOKED_AT:
+        tested = set(range(len(pieces)))
+        if len(pieces) > MOST_TESTED:
             middles = shapely.points(np.array(pieces).mean(axis=1))
             beside = set(self.tree.query(middles, predicate="dwithin", distance=rounding)[0].tolist())
             if len(beside) < len(pieces):
-                looked_at = set(sorted(beside)[:MOST_LOOKED_AT])
-                return [
-                    one
-                    for number, one in enumerate(pieces)
-                    if number not in looked_at or not self.can_dodge(*one, rounding)
-                ]
-        return [one for one in pieces if not self.can_dodge(*one, rounding)]
+                tested = set(sorted(beside)[:MOST_TESTED])
+        return [one for number, one in enumerate(pieces) if number not in tested or not self.can_dodge(*one, rounding)]
 
     def can_dodge(self, first: Point, last: Point, rounding: float) -> bool:
         """
-        Tell whether a piece inside could run along the outline instead, never farther away than a rounding.
+        Return whether the outline between the ends of a piece stays within a rounding (above 0) of the piece.
 
-        Of a thin wall it could not: its ends lie on two sides, and the way around is long.
+        Across a thin wall it does not: the ends lie on two sides, and the outline between them is long.
         """
-        if rounding <= 0.0:
-            return False
         if first == last:
-            return self._is_corner(first, rounding)
+            return self._is_single_line(first, rounding)
         middle = LineString([first, last]).interpolate(0.5, normalized=True)
         ends = [shapely.Point(first), shapely.Point(last)]
         if not len(self.tree.query(middle, predicate="dwithin", distance=rounding)):
             return False
-        # each end is on the ring that is nearest to it: on others it may be within a rounding, but across a thin wall
+        # each end belongs to its nearest ring; another ring within a rounding may be the other side of a thin wall
         away = [[float(shapely.distance(ring, end)) for ring in self.rings] for end in ends]
         one, other = (min(range(len(self.rings)), key=far.__getitem__) for far in away)
         if one != other or max(away[0][one], away[1][one]) > rounding:
             return False
         ring = self.rings[one]
         low, high = sorted(ring.project(end) for end in ends)
-        # what lies on either way between the two, besides its ends, is corners
-        between = (self.far[one] > low) & (self.far[one] < high)
+        # the ring joins the two ends in two ways; test the corners on each
+        between = (self.arc_lengths[one] > low) & (self.arc_lengths[one] < high)
         corners = self.corners[one]
         return any(_are_near(corners[way], first, last, rounding) for way in (between, ~between))
 
-    def _is_corner(self, place: Point, rounding: float) -> bool:
-        """Tell whether the outline near a place is one line, which can be passed on its other side."""
+    def _is_single_line(self, place: Point, rounding: float) -> bool:
+        """Return whether the outline near a place is one line, so that a leg can pass on its other side."""
         edges = self.area.edges[self.tree.query(shapely.Point(place), predicate="dwithin", distance=rounding), :4]
         # edges that share a corner nearby are one line
         lines: list[set[Point]] = []
@@ -165,7 +160,7 @@ class Outline:
 
 
 def _are_near(points: FloatArray, first: Point, last: Point, distance: float) -> bool:
-    """Tell whether all points are within a distance of a segment."""
+    """Return whether all points are within a distance of a segment."""
     along = np.subtract(last, first)
     shares = np.clip((points - first) @ along / float(along @ along), 0.0, 1.0)
     return bool((np.hypot(*(points - first - shares[:, None] * along).T) <= distance).all())

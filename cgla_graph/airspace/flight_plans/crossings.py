@@ -1,9 +1,9 @@
 """
-Where the legs of a route cross areas: not only whether a waypoint is inside.
+Crossings of the legs of a route with areas.
 
-Whether a leg crosses is exact for the given numbers (`cgla_graph.model.no_fly`). A crossing that a shift by a given
-`rounding` would undo is told apart, as files keep places with some digits only: a route along the edge of an area is
-not refused for its last digit, and the thinnest wall stands.
+Whether a leg crosses is exact for the given numbers (`cgla_graph.model.no_fly`). Files keep places with a limited
+number of digits, so a crossing that a shift by a given `rounding` would undo is reported apart and does not count. A
+route along the edge of an area is therefore clean, and even the thinnest wall still counts.
 """
 
 import math
@@ -17,11 +17,11 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, IntArray, Point
 from cgla_graph.airspace.flight_plans.area_outline import ClosedArea, Outline, Piece
-from cgla_graph.airspace.flight_plans.simultaneous_areas import InHeight, SimultaneousAreas
+from cgla_graph.airspace.flight_plans.simultaneous_areas import HeightOverlap, SimultaneousAreas
 
-#: So many legs are looked at closely; of more, those that cross count, even by a rounding only, and are not listed.
+#: Legs whose crossings are listed, at most. Beyond, a leg that crosses counts, even if only by a rounding.
 MOST_LISTED = 10_000
-#: Corners of a circle around a waypoint, a right angle.
+#: Corners per right angle of a circle around a waypoint.
 _CORNERS = 64
 
 
@@ -33,19 +33,19 @@ class Crossing:
     Attributes
     ----------
     leg
-        Number of the leg, from 0; of a circle, and where it goes up or down, of the place of the route.
+        Number of the leg, from 0; for a circle, a climb or a descent, number of the place of the route.
     area
         Number of the area.
     entry, exit
-        Where the piece begins and ends, map units.
+        Start and end of the piece, map units.
     along
-        How far these are from the start of the route along it, map units.
+        Distance of these from the start of the route, along the route, map units.
     inside
         Length of the piece, map units.
     is_circle
-        Whether it is the circle that is flown around a waypoint.
+        Whether the piece is on a circle that is flown around a waypoint.
     is_upright
-        Whether it is where the aircraft goes up or down above a place; such a piece has no length.
+        Whether the aircraft climbs or descends vertically there; such a piece has no length.
     """
 
     leg: int
@@ -61,18 +61,18 @@ class Crossing:
 @dataclass(frozen=True, eq=False)
 class Crossings:
     """
-    What a route crosses.
+    All crossings of a route.
 
     Attributes
     ----------
     found
-        Piece by piece, along the route, of the first `MOST_LISTED` legs that cross something.
+        The pieces inside areas, in order along the route, of the first `MOST_LISTED` legs that cross an area.
     legs
-        Which legs cross an area, shape ``(n,)``, in order; all of them.
+        Numbers of all legs that cross an area, shape ``(n,)``, in order.
     rounded
-        Which legs cross one by no more than a rounding, shape ``(n,)``; they do not count.
+        Numbers of the legs that cross an area by no more than a rounding, shape ``(n,)``; they do not count.
     clearances
-        Of each leg the least distance to an area, shape ``(n_legs,)``, map units: 0 where it crosses or touches one,
+        Least distance of each leg to an area, shape ``(n_legs,)``, map units: 0 where it crosses or touches one,
         infinite without areas.
     """
 
@@ -88,7 +88,7 @@ def crossings_of(
     *,
     rounding: float = 0.0,
     radii: Sequence[float] = (),
-    heights: InHeight | None = None,
+    heights: HeightOverlap | None = None,
 ) -> Crossings:
     """
     Find where the legs of a route cross areas.
@@ -96,15 +96,15 @@ def crossings_of(
     Parameters
     ----------
     route
-        Waypoints, shape ``(m, 2)`` with ``m >= 1``, map units; the route of one point has one leg, of no length.
+        Waypoints, shape ``(m, 2)`` with ``m >= 1``, map units; a route of one point has one leg of length 0.
     areas
-        What it may not cross; touching is allowed.
+        The areas; a leg may touch but not cross them.
     rounding
         Crossings that a shift by this would undo do not count, map units.
     radii
-        Of the circles that are flown around the waypoints, map units, 0 for none; nothing for none at all.
+        Radii of the circles that are flown around the waypoints, map units, 0 for none; empty if there is no circle.
     heights
-        On which parts of the legs each area counts, as only these are at its height; None for all of them.
+        The parts of the legs at the height of each area, where alone the area counts; None if areas count everywhere.
 
     Examples
     --------
@@ -117,9 +117,9 @@ def crossings_of(
     """
     starts, ends = (route, route) if len(route) == 1 else (route[:-1], route[1:])
     before = np.concatenate([[0.0], np.cumsum(np.hypot(*(ends - starts).T))])
-    # two areas side by side leave no way between them: what counts is what is inside the union of all of them
+    # there is no passage between two areas that touch, so legs are tested against the union of all areas
     outline = Outline(shapely.GeometryCollection([one.shape for one in areas]))
-    named = _Named(areas)
+    lookup = _AreaLookup(areas)
     if outline.area.is_empty:
         return Crossings((), _NONE, _NONE, np.full(len(starts), np.inf))
     crosses = np.asarray(outline.area.crosses(starts, ends))
@@ -138,7 +138,7 @@ def crossings_of(
                 part.outline.pieces(part.start, part.end) if part.outline.area.crosses(part.start, part.end) else []
             )
             kept = part.outline.without_roundings(pieces, rounding)
-            inside += named.parts(kept, part.areas)
+            inside += lookup.parts(kept, part.areas)
             is_inside |= bool(kept)
             is_dodged |= len(kept) < len(pieces)
         found += [_crossing(leg, area, piece, starts[leg], float(before[leg])) for area, piece in _joined(inside)]
@@ -147,7 +147,7 @@ def crossings_of(
     legs = np.sort(np.array(crossing, dtype=np.int64))
     simultaneous.widen_clearances(starts, ends, np.setdiff1d(np.arange(len(starts)), legs), crosses, clearances)
     found += _uprights(route, before, simultaneous, found, rounding)
-    found += named.circles(route, radii, before, rounding, heights)
+    found += lookup.circles(route, radii, before, rounding, heights)
     found.sort(key=lambda one: (one.along, one.area))
     return Crossings(tuple(found), legs, np.array(rounded, dtype=np.int64), clearances)
 
@@ -178,7 +178,7 @@ def _joined(inside: list[tuple[int, Piece]]) -> list[tuple[int, Piece]]:
 def _uprights(
     route: FloatArray, before: FloatArray, simultaneous: SimultaneousAreas, found: Sequence[Crossing], rounding: float
 ) -> list[Crossing]:
-    """Return where the aircraft goes up or down inside an area, unless a leg is inside of it there."""
+    """Return vertical climbs and descents inside areas, except where a leg inside the same area begins or ends."""
     seen = {(one.area, place) for one in found for place in (one.entry, one.exit)}
     crossings = []
     for index, areas in simultaneous.uprights(route, rounding):
@@ -189,8 +189,8 @@ def _uprights(
     return crossings
 
 
-class _Named:
-    """Areas one by one, to tell which of them a piece is in."""
+class _AreaLookup:
+    """Lookup of the areas that contain a piece."""
 
     def __init__(self, areas: Sequence[ClosedArea]) -> None:
         self.areas = areas
@@ -198,11 +198,11 @@ class _Named:
         self.outlines: dict[int, Outline] = {}
 
     def near(self, shape: BaseGeometry) -> list[int]:
-        """Return the areas that a shape meets."""
+        """Return the numbers of the areas that a shape meets."""
         return sorted(self.tree.query(shape, predicate="intersects").tolist())
 
     def parts(self, pieces: Sequence[Piece], among: Collection[int] | None) -> Iterator[tuple[int, Piece]]:
-        """Yield the parts of pieces inside each area; of a piece on the border of two, all of it for both."""
+        """Yield the parts of pieces inside each area; a piece on the border of two areas counts whole for both."""
         for first, last in pieces:
             piece = LineString([first, last])
             parts = []
@@ -224,7 +224,7 @@ class _Named:
         radii: Sequence[float],
         before: FloatArray,
         rounding: float,
-        heights: InHeight | None,
+        heights: HeightOverlap | None,
     ) -> Iterator[Crossing]:
         """Yield the circles around waypoints that reach into an area."""
         for index, radius in enumerate(radii):
@@ -245,14 +245,14 @@ class _Named:
 
 def geodesic_gaps(ends: FloatArray, samples: Sequence[FloatArray]) -> FloatArray:
     """
-    Return how far each leg is from points that it would pass on another way, map units.
+    Return the greatest distance of each leg from sampled points of another line between its ends, map units.
 
     Parameters
     ----------
     ends
         Starts and ends of legs, shape ``(n, 2, 2)``.
     samples
-        Points of the other way, shape ``(n, 2)`` each.
+        Points of the other lines, one per leg, shape ``(n, 2)`` each.
 
     Examples
     --------

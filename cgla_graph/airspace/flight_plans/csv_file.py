@@ -1,4 +1,4 @@
-"""Plans as tables (``.csv``), a row a waypoint: as `Solution.save` writes them, or with altitudes."""
+"""Plans as tables (``.csv``), one waypoint per row: as `Solution.save` writes them, or with altitudes."""
 
 import csv
 import io
@@ -9,7 +9,7 @@ from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Waypoint, decimal, fault, few_read
 from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     NAMES,
-    assembled,
+    assemble_plan,
     place_of,
     tags_of,
     text_tags,
@@ -28,10 +28,10 @@ def read_text(text: str, where: str) -> FlightPlan:
     Parameters
     ----------
     text
-        Its first line names the columns: ``longitude`` and ``latitude``, degrees (or ``lon`` and ``lat``), or ``x`` and
-        ``y``, map units, where these are missing; and, all of them optional, `NAMES`.
+        Its first line names the columns: ``longitude`` and ``latitude``, degrees (or ``lon`` and ``lat``), else ``x``
+        and ``y``, map units; the columns `NAMES` are optional.
     where
-        What messages call the file.
+        Name of the file in messages.
 
     Raises
     ------
@@ -52,13 +52,13 @@ def read_text(text: str, where: str) -> FlightPlan:
     columns = {head: index for index, head in reversed([*enumerate(heads)])}
     known = {*_DEGREES, *_PLANE, *NAMES}
     others = [head for head in heads if head and head not in known]
-    remarks = [f"columns that say nothing of what is flown: {', '.join(others)[:200]}"] if others else []
+    remarks = [f"columns that are not part of a plan, left out: {', '.join(others)[:200]}"] if others else []
     found = (_waypoint(cells, columns, pair, f"{where}: line {number}") for number, cells in rows)
-    return assembled(found, "", remarks, where, coordinates="lonlat" if pair == _DEGREES else "plane")
+    return assemble_plan(found, "", remarks, where, coordinates="lonlat" if pair == _DEGREES else "plane")
 
 
 def _rows(text: str, where: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the lines that say something, with their numbers."""
+    """Yield the numbers and cells of the lines that are not blank."""
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     try:
         filled = (cells for cells in reader if any(cell.strip() for cell in cells))
@@ -76,7 +76,7 @@ def _waypoint(cells: Sequence[str], columns: dict[str, int], pair: tuple[str, st
 
 def write(plan: FlightPlan) -> str:
     """
-    Write a plan as a table; its name is no part of such files.
+    Write a plan as a table; such files have no name of the plan.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Reading and writing plans, in whichever of their formats."""
+"""Reading and writing of plans in all supported formats."""
 
 import os
 from collections.abc import Mapping
@@ -10,41 +10,44 @@ from cgla_graph._files import write_files
 from cgla_graph._text import place, shown
 from cgla_graph.airspace.flight_plans import csv_file, geojson, gpx, kml, qgroundcontrol, waypoints
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Waypoint, fault, few_read
-from cgla_graph.airspace.flight_plans.tagged_waypoints import assembled, place_of
+from cgla_graph.airspace.flight_plans.tagged_waypoints import assemble_plan, place_of
 from cgla_graph.errors import OutputError, PlanError
 from cgla_graph.untrusted.files import FilePath, kind_of, read_bytes, text_of
 from cgla_graph.untrusted.json_files import json_of
 from cgla_graph.untrusted.kml_files import unzipped
 from cgla_graph.untrusted.xml_files import tag_of, xml_of
 
+#: Writers by the ending of the file: formats for autopilots, which can fail, and formats for viewers.
+_AUTOPILOT: Final = {".plan": qgroundcontrol.write, ".waypoints": waypoints.write}
+_VIEWER: Final = {".kml": kml.write, ".gpx": gpx.write, ".geojson": geojson.write, ".csv": csv_file.write}
 #: Endings of files that plans are written to.
-WRITTEN: Final = (".plan", ".waypoints", ".kml", ".gpx", ".geojson", ".csv")
-#: Where JSON files have paths, in degrees and in map units.
+WRITTEN: Final = (*_AUTOPILOT, *_VIEWER)
+#: Keys of paths in JSON files, in degrees and in map units.
 _PATHS: Final = ("path_lonlat", "path")
-#: What is said where a file is none of them.
+#: The formats that are read, for messages.
 _READ: Final = "plans are QGroundControl's .plan, QGC WPL .waypoints, KML, KMZ, GPX, GeoJSON, or CSV with named columns"
 
 
 def read_plan(path: FilePath) -> FlightPlan:
     r"""
-    Read a flight plan; its content, not its name, says in which format.
+    Read a flight plan; the format is recognised by the content, not by the name.
 
     Parameters
     ----------
     path
-        A QGroundControl plan (``.plan``), waypoints (``.waypoints``, QGC WPL 110), KML or KMZ, GPX, GeoJSON, or CSV; a
-        JSON file with a path, as `Solution.save` writes it, too.
+        A QGroundControl plan (``.plan``), waypoints (``.waypoints``, QGC WPL 110), KML or KMZ, GPX, GeoJSON, CSV, or a
+        JSON file with a path as `Solution.save` writes it.
 
     Returns
     -------
     plan
-        With a remark for everything in the file that is no part of what is flown.
+        The plan, with a remark for everything in the file that is not flown.
 
     Raises
     ------
     FileFormatError
-        If it cannot be read, is too large, malformed or of another format, or says something of the flight that is not
-        understood. (`PlanError` is one.)
+        If the file cannot be read, is too large, malformed or of another format, or contains a flight instruction that
+        is not supported. (`PlanError` is one.)
 
     Examples
     --------
@@ -114,7 +117,7 @@ def _of_path(rows: object, where: str, *, in_plane: bool) -> FlightPlan:
         if not isinstance(row, list) or len(row) != 2 or any(isinstance(value, str) for value in row):  # noqa: PLR2004
             fault(f"{where}, {index}", f"it is {shown(row)}", "a waypoint is two numbers")
     found = (Waypoint(*place_of(row, f"{where}, {index}", in_plane=in_plane)) for index, row in enumerate(rows))
-    return assembled(found, "", (), where, coordinates="plane" if in_plane else "lonlat")
+    return assemble_plan(found, "", (), where, coordinates="plane" if in_plane else "lonlat")
 
 
 def text_of_plan(plan: FlightPlan, where: str) -> str:
@@ -126,14 +129,14 @@ def text_of_plan(plan: FlightPlan, where: str) -> str:
     plan
         The plan.
     where
-        The file's name, whose ending says in which format.
+        Name of the file; its ending selects the format.
 
     Raises
     ------
     PlanError
         If the format cannot hold the plan.
     OutputError
-        If the ending is another one.
+        If no format has this ending.
 
     Examples
     --------
@@ -142,37 +145,30 @@ def text_of_plan(plan: FlightPlan, where: str) -> str:
     'QGC WPL 110'
     """
     kind = Path(where).suffix.lower()
-    if kind == ".csv":
-        return csv_file.write(plan)
-    if plan.coordinates != "lonlat":
+    if kind != ".csv" and plan.coordinates != "lonlat":
         fault(where, "the plan has no longitudes and latitudes", "only .csv can hold one in a plane")
-    if kind == ".plan":
-        return qgroundcontrol.write(plan, where)
-    if kind == ".waypoints":
-        return waypoints.write(plan, where)
-    if kind == ".kml":
-        return kml.write(plan)
-    if kind == ".gpx":
-        return gpx.write(plan)
-    if kind == ".geojson":
-        return geojson.write(plan)
-    msg = f"{place(where)}: no plan is written so; give a file that ends in {', '.join(WRITTEN)}"
+    if kind in _AUTOPILOT:
+        return _AUTOPILOT[kind](plan, where)
+    if kind in _VIEWER:
+        return _VIEWER[kind](plan)
+    msg = f"{place(where)}: plans are not written in this format; give a file that ends in {', '.join(WRITTEN)}"
     raise OutputError(msg)
 
 
 def write_plan(plan: FlightPlan, path: FilePath) -> Path:
     """
-    Write a flight plan; nothing half-written keeps the name.
+    Write a flight plan; the file is replaced as a whole or not at all.
 
-    Numbers are written in full, so that `read_plan` gives the same plan back, to the last bit; ``.plan`` and
-    ``.waypoints`` say 0 m for a home whose height is not known, and ``.waypoints`` and ``.csv`` have no names.
+    Numbers are written in full, so that `read_plan` returns the same plan to the last bit, with two exceptions:
+    ``.plan`` and ``.waypoints`` write 0 m for a home of unknown height, and ``.waypoints`` and ``.csv`` have no names.
 
     Parameters
     ----------
     plan
         The plan.
     path
-        Ends in ``.plan``, ``.waypoints``, ``.kml``, ``.gpx``, ``.geojson`` or ``.csv``, which says in which format.
+        The file; its ending, ``.plan``, ``.waypoints``, ``.kml``, ``.gpx``, ``.geojson`` or ``.csv``, selects the
+        format.
 
     Returns
     -------
@@ -182,9 +178,9 @@ def write_plan(plan: FlightPlan, path: FilePath) -> Path:
     Raises
     ------
     PlanError
-        If the format cannot hold the plan: one in a plane goes into ``.csv`` alone, an autopilot needs altitudes.
+        If the format cannot hold the plan: only ``.csv`` holds a plan in a plane, and autopilots need altitudes.
     OutputError
-        If the ending is another one, or the file cannot be written.
+        If no format has this ending, or the file cannot be written.
 
     Examples
     --------

@@ -1,8 +1,8 @@
 """
-Plans as GeoJSON (RFC 7946): the route as a line, and each waypoint as a point with what is said of it.
+Plans as GeoJSON (RFC 7946): the route as a line, and each waypoint as a point with properties.
 
-The third number of a position is a height above the ellipsoid there, and nothing else, so that only such altitudes are
-written into positions; the others are properties.
+In GeoJSON, the third number of a position is a height above the ellipsoid. Only such altitudes are written into
+positions; other altitudes are properties.
 """
 
 import json
@@ -15,7 +15,7 @@ from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     ALTITUDE,
     REFERENCE,
     ROLE,
-    assembled,
+    assemble_plan,
     number_of,
     place_of,
     tags_of,
@@ -27,19 +27,19 @@ _LEAST, _MOST = 2, 3
 
 def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
     """
-    Return the plan of a document: of its points where these have roles, else of its one line, else of its points.
+    Return the plan of a document: its points if these have roles, else its only line, else its points.
 
     Parameters
     ----------
     document
         The JSON of a file: a FeatureCollection, a Feature or a geometry.
     where
-        What messages call the file.
+        Name of the file in messages.
 
     Raises
     ------
     PlanError
-        If it is malformed, or it cannot be told which line is the route.
+        If it is malformed, or has several lines that could be the route.
 
     Examples
     --------
@@ -65,15 +65,15 @@ def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
         elif kind == "MultiLineString" and isinstance(coordinates, list) and len(coordinates) == 1:
             lines.append(("", _line(coordinates[0], place)))
         elif kind in ("Polygon", "MultiPolygon"):
-            remarks.append(f"feature {index}: a {kind} is no part of what is flown: left out")
+            remarks.append(f"feature {index}: a {kind} is not flown: left out")
         else:
             fault(place, f"its geometry is {shown(kind or geometry)}", "a plan has points and one line")
-    plan = chosen(lines, points, has_roles=has_roles, remarks=remarks, where=where)
+    plan = choose_plan(lines, points, has_roles=has_roles, remarks=remarks, where=where)
     name = document.get("name")
     return plan.renamed(name) if name and isinstance(name, str) else plan
 
 
-def chosen(
+def choose_plan(
     lines: Sequence[tuple[str, list[Waypoint]]],
     points: Sequence[Waypoint | Home],
     *,
@@ -82,39 +82,39 @@ def chosen(
     where: str,
 ) -> FlightPlan:
     """
-    Return the plan that lines and points of a file for viewers are.
+    Return the plan of the lines and points of a file for viewers.
 
     Parameters
     ----------
     lines
-        Name and waypoints of each.
+        Name and waypoints of each line.
     points
-        In their order.
+        The points, in the order of the file.
     has_roles
-        Whether one of the points says its role: then they are the plan, and the line is its picture.
+        Whether a point has a role: then the points are the plan, and the line only shows it.
     remarks, where
-        As of `assembled`.
+        As of `assemble_plan`.
 
     Raises
     ------
     PlanError
-        If there is more than one line, or the line is another one than that of the points.
+        If there is more than one line, or the line differs from the points.
     """
     if len(lines) > 1:
         named = ", ".join(name or "one without a name" for name, _ in lines[:4])
-        fault(where, f"it has {len(lines)} lines ({named[:120]})", "a plan is one: keep the one that is flown")
+        fault(where, f"it has {len(lines)} lines ({named[:120]})", "a plan is one line: keep the one that is flown")
     name, line = lines[0] if lines else ("", [])
     flown = [one for one in points if isinstance(one, Waypoint)]
     if has_roles and line and [(one.x, one.y) for one in line] != [(one.x, one.y) for one in flown]:
         fault(where, "its line and its points are different routes", "change both, or leave one of them out")
     if line and not has_roles:
-        more = [f"{len(points)} points beside the line: no part of what is flown, left out"] if points else []
-        return assembled(iter(line), name, [*remarks, *more], where)
-    return assembled(iter(points), "" if has_roles else name, remarks, where)
+        more = [f"{len(points)} points beside the line: not flown, left out"] if points else []
+        return assemble_plan(line, name, [*remarks, *more], where)
+    return assemble_plan(points, "" if has_roles else name, remarks, where)
 
 
 def _features(document: Mapping[str, Any], where: str) -> Iterator[tuple[Any, Mapping[str, Any]]]:
-    """Yield geometries, and what is said of each."""
+    """Yield each geometry and its properties."""
     kind = document.get("type")
     features = document.get("features") if kind == "FeatureCollection" else [document]
     if not isinstance(features, list):
@@ -141,9 +141,9 @@ def _line(coordinates: object, where: str) -> list[Waypoint]:
 
 def _point(position: object, tags: Mapping[str, Any], where: str) -> Waypoint | Home:
     if not isinstance(position, list) or not _LEAST <= len(position) <= _MOST:
-        fault(where, f"it is {shown(position)}", "a position is [longitude, latitude], or has a height behind them")
+        fault(where, f"it is {shown(position)}", "a position is [longitude, latitude] or [longitude, latitude, height]")
     if any(isinstance(value, str) for value in position):
-        fault(where, f"it is {shown(position)}", "a position has numbers")
+        fault(where, f"it is {shown(position)}", "a position consists of numbers")
     place = place_of(position[:2], where)
     if len(position) == _MOST and ALTITUDE not in tags:
         height = number_of(position[2], where)
@@ -159,12 +159,7 @@ def write(plan: FlightPlan) -> str:
     Parameters
     ----------
     plan
-        One with longitudes and latitudes.
-
-    Raises
-    ------
-    PlanError
-        If it is in a plane.
+        A plan with longitudes and latitudes.
     """
     line = [_position(one) for one in plan.waypoints]
     route = {"name": plan.name, ROLE: "route"}

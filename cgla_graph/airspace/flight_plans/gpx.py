@@ -1,4 +1,4 @@
-"""Plans as GPX 1.1: a route, and home as a waypoint; what GPX has no word for stands in extensions."""
+"""Plans as GPX 1.1: a route, and home as a waypoint; data that GPX has no element for are extensions."""
 
 from typing import Final
 from xml.etree.ElementTree import Element
@@ -19,7 +19,7 @@ from cgla_graph.airspace.flight_plans.tagged_waypoints import (
     NAMES,
     REFERENCE,
     ROLE,
-    assembled,
+    assemble_plan,
     place_of,
     text_tags,
     waypoint_of,
@@ -28,25 +28,25 @@ from cgla_graph.untrusted.xml_files import child_text, tag_of
 
 #: The namespace of our extensions.
 NAMESPACE: Final = "urn:cgla-graph:plan:1"
-#: So many waypoints are written: files of more would be too large to be read again.
+#: Waypoints that are written, at most: larger files would exceed the limit of the reader.
 _MOST_WRITTEN: Final = 100_000
 
 
 def read_tree(root: Element, where: str) -> FlightPlan:
     """
-    Return the plan of a GPX document: its one route, else its one track, else its waypoints.
+    Return the plan of a GPX document: its only route, else its only track, else its waypoints.
 
     Parameters
     ----------
     root
-        Its root. An elevation without a word on what it is measured from is above the sea.
+        Its root. An elevation without a reference is above the sea.
     where
-        What messages call the file.
+        Name of the file in messages.
 
     Raises
     ------
     PlanError
-        If it is malformed, or it cannot be told which route is the one.
+        If it is malformed, or has several routes or tracks.
 
     Examples
     --------
@@ -66,12 +66,13 @@ def read_tree(root: Element, where: str) -> FlightPlan:
     home = [one for one in marks if isinstance(one, Home)]
     kind, routes = ("rte", parts["rte"]) if parts["rte"] else ("trk", segments)
     if len(routes) > 1:
-        fault(where, f"it has {len(routes)} {'routes' if kind == 'rte' else 'tracks, or pieces of them'}", _ONE)
+        several = f"it has {len(routes)} {'routes' if kind == 'rte' else 'tracks, or pieces of them'}"
+        fault(where, several, "a plan is one: keep the one that is flown")
     if kind == "rte" and segments:
-        remarks.append(f"{len(segments)} tracks beside the route: no part of what is flown, left out")
+        remarks.append(f"{len(segments)} tracks beside the route: not flown, left out")
     if routes:
         beside = len(marks) - len(home)
-        remarks += [f"{beside} waypoints beside the route: no part of what is flown, left out"] if beside else []
+        remarks += [f"{beside} waypoints beside the route: not flown, left out"] if beside else []
         tag = "rtept" if kind == "rte" else "trkpt"
         points = [one for one in routes[0] if tag_of(one) == tag]
         few_read(len(points), where)
@@ -79,10 +80,7 @@ def read_tree(root: Element, where: str) -> FlightPlan:
     named = routes[0] if kind == "rte" and routes else parts["trk"][0] if parts["trk"] else None
     metadata = next((one for one in root if tag_of(one) == "metadata"), None)
     name = "" if named is None else child_text(named, "name")
-    return assembled(iter(marks), name or ("" if metadata is None else child_text(metadata, "name")), remarks, where)
-
-
-_ONE: Final = "a plan is one: keep the one that is flown"
+    return assemble_plan(marks, name or ("" if metadata is None else child_text(metadata, "name")), remarks, where)
 
 
 def _waypoint(point: Element, where: str) -> Waypoint | Home:
@@ -93,9 +91,8 @@ def _waypoint(point: Element, where: str) -> Waypoint | Home:
         for part in point
         if tag_of(part) == "extensions"
         for child in part
-        if child.tag.startswith(own)
+        if child.tag.startswith(own) and child.tag.removeprefix(own) in NAMES
     }
-    tags = {name: text for name, text in tags.items() if name in NAMES}
     elevation = child_text(point, "ele")
     if elevation and ALTITUDE not in tags:
         tags |= {ALTITUDE: elevation, REFERENCE: tags.get(REFERENCE, "sea")}
@@ -104,12 +101,12 @@ def _waypoint(point: Element, where: str) -> Waypoint | Home:
 
 def write(plan: FlightPlan) -> str:
     """
-    Write a plan as GPX 1.1; elevations are altitudes above what the extension of each waypoint says.
+    Write a plan as GPX 1.1; the extension of each waypoint names the reference of its elevation.
 
     Parameters
     ----------
     plan
-        One with longitudes and latitudes.
+        A plan with longitudes and latitudes.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """
-Plans as KML: the route as a line, and each waypoint as a point with what is said of it.
+Plans as KML: the route as a line, and each waypoint as a point with extended data.
 
-KML knows altitudes above the ground and above the sea. Those above home are shown as if above the ground, and said to
-be above home in the data of each point.
+KML has altitudes above the ground and above the sea. Altitudes above home are shown as if above the ground; the
+extended data of each point state that they are above home.
 """
 
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element
 from xml.sax.saxutils import escape, quoteattr
 
 from cgla_graph._text import shown
-from cgla_graph.airspace.flight_plans.geojson import chosen
+from cgla_graph.airspace.flight_plans.geojson import choose_plan
 from cgla_graph.airspace.flight_plans.plan import (
     FlightPlan,
     Home,
@@ -33,34 +33,34 @@ from cgla_graph.airspace.flight_plans.tagged_waypoints import (
 )
 from cgla_graph.untrusted.xml_files import child_text, tag_of
 
-#: How KML says what its altitudes are measured from, and how it does not: on the ground they count for nothing.
+#: Altitude modes of KML and the references of altitudes; with the mode "clampToGround", altitudes are ignored.
 _MODES: Final[dict[Reference, str]] = {"home": "relativeToGround", "ground": "relativeToGround", "sea": "absolute"}
 _REFERENCES: Final[dict[str, Reference]] = {"relativeToGround": "ground", "absolute": "sea"}
 _ON_GROUND: Final = "clampToGround"
-#: Geometries that hold others; those that are no part of what is flown; and other things on a map.
+#: Geometries that contain others, geometries that are not flown, and other elements of a map.
 _GROUPS, _AREAS = {"MultiGeometry"}, {"Polygon", "LinearRing", "Model"}
 _TRACKS = {"Track", "MultiTrack"}
 _OTHERS = {"NetworkLink", "GroundOverlay", "ScreenOverlay", "PhotoOverlay", "Tour"}
 _LEAST, _MOST = 2, 3
-#: So many waypoints are written, each as a point: files of more would be too large to be read again.
+#: Waypoints that are written, at most: larger files would exceed the limit of the reader.
 _MOST_WRITTEN: Final = 50_000
 
 
 def read_tree(root: Element, where: str) -> FlightPlan:
     """
-    Return the plan of a KML document: of its points where these have roles, else of its one line, else of its points.
+    Return the plan of a KML document: its points if these have roles, else its only line, else its points.
 
     Parameters
     ----------
     root
         Its root.
     where
-        What messages call the file.
+        Name of the file in messages.
 
     Raises
     ------
     PlanError
-        If it is malformed, or it cannot be told which line is the route.
+        If it is malformed, or has several lines that could be the route.
 
     Examples
     --------
@@ -77,7 +77,7 @@ def read_tree(root: Element, where: str) -> FlightPlan:
     for element in root.iter():
         kind = tag_of(element)
         if kind in _OTHERS:
-            remarks.append(f"a {kind} is no part of what is flown: left out")
+            remarks.append(f"a {kind} is not flown: left out")
         if kind != "Placemark":
             continue
         number += 1
@@ -96,15 +96,15 @@ def read_tree(root: Element, where: str) -> FlightPlan:
             elif shape in _TRACKS:
                 fault(place, f"it is a {shape}", "a plan is a LineString or Points: save the track as a path")
             else:
-                remarks.append(f"placemark {number}: a {shape} is no part of what is flown: left out")
+                remarks.append(f"placemark {number}: a {shape} is not flown: left out")
     few_read(len(points), where)
-    plan = chosen(lines, points, has_roles=has_roles, remarks=remarks, where=where)
+    plan = choose_plan(lines, points, has_roles=has_roles, remarks=remarks, where=where)
     title = next((child_text(one, "name") for one in root.iter() if tag_of(one) == "Document"), "")
     return plan.renamed(title or plan.name)
 
 
 def _geometries(element: Element) -> Iterator[Element]:
-    """Yield the geometries of a placemark, those in groups one by one."""
+    """Yield the geometries of a placemark, also those inside groups."""
     for child in element:
         kind = tag_of(child)
         if kind in _GROUPS:
@@ -114,7 +114,7 @@ def _geometries(element: Element) -> Iterator[Element]:
 
 
 def _tags(element: Element) -> dict[str, str]:
-    """Return what the data of a placemark say."""
+    """Return the extended data of a placemark, by name."""
     tags = {}
     for data in (child for part in element if tag_of(part) == "ExtendedData" for child in part):
         name = data.get("name")
@@ -131,7 +131,7 @@ def _waypoints(geometry: Element, tags: dict[str, str], where: str) -> list[Wayp
     found = [child for child in geometry if tag_of(child) == "coordinates"]
     places = (found[0].text or "").split() if len(found) == 1 else []
     if not places:
-        fault(where, "it has no coordinates", "write longitude,latitude,altitude with blanks between positions")
+        fault(where, "it has no coordinates", "write longitude,latitude,altitude with spaces between positions")
     few_read(len(places), where)
     waypoints = []
     for text in places:
@@ -152,7 +152,7 @@ def write(plan: FlightPlan) -> str:
     Parameters
     ----------
     plan
-        One with longitudes and latitudes.
+        A plan with longitudes and latitudes.
 
     Raises
     ------
@@ -195,7 +195,7 @@ def write(plan: FlightPlan) -> str:
 
 
 def _mode(one: Waypoint | Home) -> str:
-    """Return how KML says what an altitude is measured from; on the ground where there is none, or no such way."""
+    """Return the altitude mode of a waypoint; "clampToGround" without an altitude or with one that KML cannot state."""
     if one.altitude is None:
         return _ON_GROUND
     return _MODES["sea"] if isinstance(one, Home) else _MODES.get(one.reference, _ON_GROUND)

@@ -1,8 +1,8 @@
-"""What mission items of MAVLink mean for a flight: which fly somewhere, which do not, and which nobody can tell."""
+"""Mission items of MAVLink: those that fly to a place, those that do not, and those that are not supported."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 from cgla_graph.airspace.flight_plans.plan import (
@@ -13,8 +13,8 @@ from cgla_graph.airspace.flight_plans.plan import (
     Waypoint,
     check_place,
     fault,
+    first_remarks,
     located,
-    numbered,
 )
 
 #: Commands (MAV_CMD) that fly to a place.
@@ -36,7 +36,7 @@ _FLOWN: Final[dict[int, Role]] = {
 }
 #: Which parameter of a command, counted from 0, is the radius of the circle that it flies.
 _RADIUS: Final = {LOITER_UNLIMITED: 2, LOITER_TURNS: 2, LOITER_TIME: 2, LOITER_TO_ALTITUDE: 1}
-#: Commands that move nothing but a camera, a relay or the aircraft's nose, and those that wait.
+#: Commands that only move a camera, a relay or the aircraft's nose, or only wait.
 _STILL: Final = {
     80: "NAV_ROI",
     93: "NAV_DELAY",
@@ -77,8 +77,8 @@ _STILL: Final = {
     2501: "VIDEO_STOP_CAPTURE",
     3000: "DO_VTOL_TRANSITION",
 }
-#: Frequent ones after which nobody can tell from the file where the aircraft flies.
-_UNTOLD: Final = {
+#: Frequent commands after which the file does not determine where the aircraft flies.
+_UNSUPPORTED: Final = {
     30: "NAV_CONTINUE_AND_CHANGE_ALT",
     32: "DO_FOLLOW",
     92: "NAV_GUIDED_ENABLE",
@@ -96,16 +96,16 @@ _UNTOLD: Final = {
     222: "DO_GUIDED_LIMITS",
     601: "DO_JUMP_TAG",
 }
-#: Frames (MAV_FRAME) of places on the Earth, and what their altitudes are measured from.
+#: Frames (MAV_FRAME) of places on the Earth, and the references of their altitudes.
 FRAMES: Final[dict[int, Reference]] = {0: "sea", 5: "sea", 3: "home", 6: "home", 10: "ground", 11: "ground"}
-#: The frame that is written for altitudes above this.
+#: The frame that is written for each reference of altitudes.
 FRAME_OF: Final[dict[Reference, int]] = {"sea": 0, "home": 3, "ground": 10}
 #: The frame of commands that have no place.
 MISSION_FRAME = 2
 _LAST_FRAME = 21
-#: The speeds of MAV_CMD_DO_CHANGE_SPEED that are those of flying ahead: through the air, and over the ground.
+#: Types of MAV_CMD_DO_CHANGE_SPEED for forward flight: speed through the air, and over the ground.
 _AIRSPEED, _GROUNDSPEED = 0, 1
-#: What it says for "as before", and for "as the aircraft would by itself".
+#: Its values for "as before" and for the aircraft's own speed.
 _SAME_SPEED, _USUAL_SPEED = -1.0, -2.0
 
 
@@ -117,14 +117,14 @@ class Item:
     Attributes
     ----------
     where
-        What messages call it.
+        Name of the item in messages.
     frame, command
-        Of MAVLink.
+        Numbers of MAV_FRAME and MAV_CMD.
     numbers
         Its seven parameters; NaN for those that are left to the aircraft. The last three are latitude, longitude and
-        altitude where the command has a place.
+        altitude if the command has a place.
     reference
-        What the altitude is measured from, where the file says it in another way than by the frame.
+        Reference of the altitude, if the file gives it in another way than by the frame.
     """
 
     where: str
@@ -136,23 +136,23 @@ class Item:
 
 def plan_of(items: Sequence[Item], home: Home | None, name: str, remarks: Sequence[str] = ()) -> FlightPlan:
     """
-    Return what a mission flies.
+    Return the plan of a mission.
 
     Parameters
     ----------
     items
-        In their order.
+        The items, in order of flight.
     home
-        Where it starts from, if that is known.
+        Where the mission starts, if known.
     name
-        Of the plan.
+        Name of the plan.
     remarks
-        What there is to say of it already.
+        Remarks that precede those of the items.
 
     Raises
     ------
     PlanError
-        If an item's command or frame is not known, or it leaves open where the aircraft flies.
+        If the command or frame of an item is not known, or does not determine where the aircraft flies.
 
     Examples
     --------
@@ -164,52 +164,53 @@ def plan_of(items: Sequence[Item], home: Home | None, name: str, remarks: Sequen
     for item in items:
         reader.take(item)
     if not reader.waypoints:
-        fault("the mission", "no item of it flies anywhere", "give at least one waypoint")
-    return FlightPlan(
-        tuple(reader.waypoints), home, name, remarks=tuple(numbered(reader.remarks)), curves=tuple(reader.curves)
-    )
+        fault("the mission", "it has no item that flies to a place", "give at least one waypoint")
+    remarks = tuple(first_remarks(reader.remarks))
+    return FlightPlan(tuple(reader.waypoints), home, name, remarks=remarks, curves=tuple(reader.curves))
 
 
 class _Reader:
-    """Where a mission has got to."""
+    """State of reading a mission: the waypoints so far, the speed, and the item that ended the flight."""
 
     def __init__(self, home: Home | None, remarks: list[str]) -> None:
         self.home, self.remarks = home, remarks
         self.waypoints: list[Waypoint] = []
         self.curves: list[str] = []
         self.speed: float | None = None
-        #: what came after which nothing flies any more
-        self.over = ""
+        #: the part of the mission that ended the flight, or empty
+        self.ended_by = ""
 
     def take(self, item: Item) -> None:
         if not 0 <= item.frame <= _LAST_FRAME:
             fault(item.where, f"its frame is {item.frame}", f"MAV_FRAME has 0 to {_LAST_FRAME}")
         if item.command in _STILL:
             named = f"{_STILL[item.command]} (command {item.command})"
-            self.remarks.append(f"{item.where}: {named} flies nowhere: left out")
+            self.remarks.append(f"{item.where}: {named} does not fly to a place: left out")
             return
         if item.command == CHANGE_SPEED:
             self._change_speed(item)
             return
-        if item.command in _UNTOLD or not (item.command in _FLOWN or item.command == RETURN):
-            named = _UNTOLD.get(item.command, "not one that is known here")
-            fault(item.where, f"command {item.command} is {named}", "where that flies cannot be told: take it out")
-        if self.over:
-            fault(item.where, f"it flies on after {self.over}", "a plan ends there: split the file in two")
+        if item.command != RETURN and item.command not in _FLOWN:
+            named = _UNSUPPORTED.get(item.command, "not known")
+            remedy = "the file does not determine where it flies: take it out"
+            fault(item.where, f"command {item.command} is {named}", remedy)
+        if self.ended_by:
+            fault(item.where, f"it flies on after {self.ended_by}", "a plan ends there: split the file in two")
         if item.command == RETURN:
             self._return(item)
         else:
             self._fly(item)
 
     def _change_speed(self, item: Item) -> None:
-        """Take another speed, if it is that of flying ahead."""
+        """Change the speed of the next waypoints, if the item sets that of forward flight."""
         kind, speed = item.numbers[0], item.numbers[1]
         if kind not in {_AIRSPEED, _GROUNDSPEED}:
-            self.remarks.append(f"{item.where}: a speed of type {kind:g} is not that of flying ahead: left out")
+            self.remarks.append(f"{item.where}: a speed of type {kind:g} is not that of forward flight: left out")
         elif speed > 0.0:
             if kind == _AIRSPEED:
                 self.remarks.append(f"{item.where}: {speed:g} m/s is through the air; taken as over the ground")
-            self.speed = replace(_NOWHERE, speed=speed).speed
+            # (a waypoint checks the range of its speed)
+            self.speed = Waypoint(0.0, 0.0, speed=speed).speed
         elif speed == _USUAL_SPEED:
             self.speed = None
         elif speed != _SAME_SPEED:
@@ -217,10 +218,10 @@ class _Reader:
 
     def _return(self, item: Item) -> None:
         if self.home is None:
-            fault(item.where, "it returns home, and where that is is not said", "give a home, or a landing")
+            fault(item.where, "it returns home, but the file has no home", "give a home, or a landing")
         self.remarks.append(f"{item.where}: the return to home is taken as straight, and as the landing")
         self.waypoints.append(Waypoint(self.home.x, self.home.y, 0.0, "home", self.speed, "landing"))
-        self.over = "the return to home"
+        self.ended_by = "the return to home"
 
     def _fly(self, item: Item) -> None:
         if item.frame not in FRAMES:
@@ -234,25 +235,17 @@ class _Reader:
         radius = self._radius(item)
         if item.command == SPLINE:
             self.curves.append(f"{item.where}: a spline waypoint, to and from which the aircraft flies curves")
+        known = None if math.isnan(altitude) else altitude
+        reference = item.reference or FRAMES[item.frame]
         with located(item.where):
-            self.waypoints.append(
-                Waypoint(
-                    longitude,
-                    latitude,
-                    None if math.isnan(altitude) else altitude,
-                    item.reference or FRAMES[item.frame],
-                    self.speed,
-                    role,
-                    radius,
-                )
-            )
+            self.waypoints.append(Waypoint(longitude, latitude, known, reference, self.speed, role, radius))
         if role == "landing":
-            self.over = "the landing"
+            self.ended_by = "the landing"
         elif item.command == LOITER_UNLIMITED:
-            self.over = "circling without an end"
+            self.ended_by = "circling without an end"
 
     def _place(self, item: Item) -> tuple[float, float]:
-        """Return where an item flies to; take-offs and landings may leave that open."""
+        """Return where an item flies to; take-offs and landings may have no place of their own."""
         latitude, longitude = item.numbers[4], item.numbers[5]
         is_open = math.isnan(latitude) and math.isnan(longitude)
         if not is_open and (latitude, longitude) != (0.0, 0.0):
@@ -263,22 +256,19 @@ class _Reader:
         if self.waypoints:
             return self.waypoints[-1].x, self.waypoints[-1].y
         if self.home is None:
-            fault(item.where, "it is at home, and where that is is not said", "give its latitude and longitude")
+            fault(item.where, "it is at home, but the file has no home", "give its latitude and longitude")
         return self.home.x, self.home.y
 
     def _radius(self, item: Item) -> float:
         """Return the radius of the circle that an item flies, 0 for none."""
         if item.command not in _RADIUS:
             return 0.0
-        # counter-clockwise where it is below 0
+        # (below 0, the circle is flown counter-clockwise)
         radius = abs(item.numbers[_RADIUS[item.command]])
         if radius == 0.0 or math.isnan(radius):
             self.remarks.append(f"{item.where}: circles of the aircraft's own radius, which the file does not say")
             return 0.0
         return radius
-
-
-_NOWHERE: Final = Waypoint(0.0, 0.0)
 
 
 def items_of(plan: FlightPlan, where: str) -> list[Item]:
@@ -290,13 +280,13 @@ def items_of(plan: FlightPlan, where: str) -> list[Item]:
     plan
         The plan.
     where
-        What messages call the file.
+        Name of the file in messages.
 
     Raises
     ------
     PlanError
-        If it has no longitudes and latitudes, a place that autopilots do not read as one, no altitude, or one above the
-        ellipsoid, which they do not know.
+        If the plan has no longitudes and latitudes, or a waypoint is at 0, 0 (which autopilots read as no place), has
+        no altitude, or has one above the ellipsoid (which autopilots do not support).
 
     Examples
     --------
@@ -312,8 +302,8 @@ def items_of(plan: FlightPlan, where: str) -> list[Item]:
     speed: float | None = None
     for index, one in enumerate(plan.waypoints):
         if one.speed != speed:
-            told = _USUAL_SPEED if one.speed is None else one.speed
-            numbers = (float(_GROUNDSPEED), told, -1.0, 0.0, 0.0, 0.0, 0.0)
+            value = _USUAL_SPEED if one.speed is None else one.speed
+            numbers = (float(_GROUNDSPEED), value, -1.0, 0.0, 0.0, 0.0, 0.0)
             items.append(Item(f"waypoint {index}", MISSION_FRAME, CHANGE_SPEED, numbers))
             speed = one.speed
         if (one.x, one.y) == (0.0, 0.0):

@@ -1,4 +1,4 @@
-"""A flight plan: the places that an aircraft flies to, one after the other, straight from each to the next."""
+"""Flight plans: waypoints that an aircraft flies to in order, along straight legs."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -15,31 +15,31 @@ from cgla_graph._types import FloatArray, Point
 from cgla_graph._validate import NO_NUMBERS, point_array
 from cgla_graph.errors import PlanError, ProblemError
 
-#: What an altitude is measured from: where the aircraft took off, the ground below it, the sea's mean level, WGS84.
+#: Reference of an altitude: the place of take-off, the ground below, mean sea level, or the ellipsoid of WGS84.
 Reference: TypeAlias = Literal["home", "ground", "sea", "ellipsoid"]
-#: What an aircraft does at a waypoint besides flying to it.
+#: Action of an aircraft at a waypoint.
 Role: TypeAlias = Literal["take-off", "waypoint", "landing"]
 Coordinates: TypeAlias = Literal["lonlat", "plane"]
 
 REFERENCES: Final[tuple[Reference, ...]] = get_args(Reference)
 ROLES: Final[tuple[Role, ...]] = get_args(Role)
-#: A plan has at most so many waypoints, and a file that is written or read at most as many.
+#: Waypoints of a plan, and of a file that is read or written, at most.
 MOST_WAYPOINTS: Final = 250_000
-#: Altitudes are between these, metres: below the Dead Sea, and where there is no air.
+#: Least and greatest altitude, metres: below the shore of the Dead Sea, and at the edge of space.
 ALTITUDES: Final = (-1e3, 1e5)
-#: No aircraft is faster (m/s), and no circle around a waypoint wider (m).
+#: Greatest speed (m/s), and greatest radius of a circle around a waypoint (m).
 MOST_SPEED, MOST_RADIUS = 1e4, 1e6
 _LONGEST_NAME: Final = 200
 
 
 def fault(where: str, wrong: str, allowed: str) -> NoReturn:
-    """Raise the error that says in one line where something is wrong, what, and what is allowed."""
+    """Raise a `PlanError` of one line: the place, the fault, and the allowed values."""
     raise PlanError(" ".join(f"{place(where)}: {wrong}; {allowed}".split()))
 
 
 @contextmanager
 def located(where: str) -> Iterator[None]:
-    """Say of errors inside where they are."""
+    """Put the place in front of the messages of errors raised inside."""
     try:
         yield
     except PlanError as error:
@@ -57,16 +57,16 @@ class Waypoint:
     x, y
         Longitude and latitude, degrees; or x and y, map units, in a plan whose `coordinates` are ``"plane"``.
     altitude
-        Metres above what `reference` says; None where the plan does not say one.
+        Metres above `reference`; None if the plan has no altitude here.
     reference
-        ``"home"``: above where it took off; ``"ground"``: above the ground there; ``"sea"``: above mean sea level;
+        ``"home"``: above the place of take-off; ``"ground"``: above the ground below; ``"sea"``: above mean sea level;
         ``"ellipsoid"``: above WGS84.
     speed
-        At which it flies there, m/s; None where the plan leaves that to the aircraft.
+        Speed of the leg to the waypoint, m/s; None if the plan leaves it to the aircraft.
     role
         ``"take-off"``, ``"waypoint"`` or ``"landing"``.
     loiter_radius
-        Of the circle that it flies around the place, metres; 0 where it flies none.
+        Radius of the circle that is flown around the waypoint, metres; 0 for none.
 
     Raises
     ------
@@ -88,8 +88,8 @@ class Waypoint:
     loiter_radius: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check the numbers, and keep them as plain floats."""
-        _keep_plain(self)
+        """Check the numbers, and store them as plain floats."""
+        _check_position(self)
         if self.speed is not None:
             speed = _number("speed", self.speed, 0.0, MOST_SPEED, " m/s")
             if speed == 0.0:
@@ -102,14 +102,6 @@ class Waypoint:
                 fault(name, f"it is {shown(value)}", f"choose one of {', '.join(allowed)}")
 
 
-def _plain(name: object) -> str:
-    """Return a name in one line of characters that any format can hold."""
-    if not isinstance(name, str):
-        fault("name", f"it is {shown(name)}", "give a text")
-    printable = "".join(char if char.isprintable() else " " for char in name[:2000])
-    return " ".join(printable.split())[:_LONGEST_NAME].strip()
-
-
 def _number(name: str, value: object, least: float, most: float, unit: str = "") -> float:
     """Return a finite number within a range."""
     number = math.nan
@@ -119,33 +111,30 @@ def _number(name: str, value: object, least: float, most: float, unit: str = "")
         except OverflowError:
             number = math.inf
     if not (math.isfinite(number) and least <= number <= most):
-        fault(name, f"it is {shown(value)}", f"give a finite number{_range(least, most, unit)}")
+        allowed = "" if math.isinf(most) else f" from {least:g} to {most:g}{unit}"
+        fault(name, f"it is {shown(value)}", f"give a finite number{allowed}")
     return number
 
 
-def _keep_plain(one: "Waypoint | Home") -> None:
-    """Check the place and the altitude, and keep them as plain floats."""
+def _check_position(one: "Waypoint | Home") -> None:
+    """Check the place and the altitude, and store them as plain floats."""
     for name in ("x", "y"):
         object.__setattr__(one, name, _number(name, getattr(one, name), -math.inf, math.inf))
     if one.altitude is not None:
         object.__setattr__(one, "altitude", _number("altitude", one.altitude, *ALTITUDES, " m"))
 
 
-def _range(least: float, most: float, unit: str) -> str:
-    return "" if math.isinf(most) else f" from {least:g} to {most:g}{unit}"
-
-
 @dataclass(frozen=True)
 class Home:
     """
-    Where the aircraft starts from, and what altitudes above home count from.
+    The place where the aircraft starts, from which altitudes above home are measured.
 
     Parameters
     ----------
     x, y
-        As of a `Waypoint`.
+        As in a `Waypoint`.
     altitude
-        Metres above mean sea level; None where it is not known.
+        Metres above mean sea level; None if unknown.
 
     Raises
     ------
@@ -163,35 +152,35 @@ class Home:
     altitude: float | None = None
 
     def __post_init__(self) -> None:
-        """Check the numbers, and keep them as plain floats."""
-        _keep_plain(self)
+        """Check the numbers, and store them as plain floats."""
+        _check_position(self)
 
 
 @dataclass(frozen=True)
 class FlightPlan(ShortRepr):
     """
-    What an aircraft shall fly.
+    The waypoints that an aircraft flies to, and its home.
 
     Parameters
     ----------
     waypoints
-        At least one, in the order of flight; the take-off, if there is one, is the first, and the landing the last.
+        At least one, in the order of flight; a take-off is the first, a landing the last.
     home
-        Where it starts from; None where the plan does not say.
+        Where the aircraft starts; None if the plan has no home.
     name
-        What it is called; may be empty. Of blanks and what cannot be printed one blank is left, and 200 characters are
+        Name of the plan, may be empty. Runs of blanks and unprintable characters become one space; 200 characters are
         kept.
     coordinates
         ``"lonlat"``: longitude and latitude (WGS84), degrees; ``"plane"``: x and y, map units.
     remarks
-        What a file says besides, and what was made of it: no part of the plan is left out without one.
+        What the reader of a file left out or interpreted: nothing of a file is left out without a remark.
     curves
         Where the aircraft does not fly straight from waypoint to waypoint, one sentence each; empty if it always does.
 
     Raises
     ------
     PlanError
-        If there is no waypoint, or more than 250 000, or a place is none on the Earth.
+        If there is no waypoint, or more than 250 000, or a place is not on the Earth.
 
     Examples
     --------
@@ -210,7 +199,10 @@ class FlightPlan(ShortRepr):
     def __post_init__(self) -> None:
         """Check the plan as a whole."""
         object.__setattr__(self, "waypoints", tuple(self.waypoints))
-        object.__setattr__(self, "name", _plain(self.name))
+        if not isinstance(self.name, str):
+            fault("name", f"it is {shown(self.name)}", "give a text")
+        printable = "".join(char if char.isprintable() else " " for char in self.name[:2000])
+        object.__setattr__(self, "name", " ".join(printable.split())[:_LONGEST_NAME].strip())
         if not self.waypoints:
             fault("the plan", "it has no waypoint", "give at least one")
         if len(self.waypoints) > MOST_WAYPOINTS:
@@ -239,18 +231,18 @@ class FlightPlan(ShortRepr):
         name: str = "",
     ) -> "FlightPlan":
         """
-        Make the plan that flies a path: take-off and home at its start, landing at its end.
+        Make the plan of a path: take-off and home at its start, landing at its end.
 
         Parameters
         ----------
         lonlat
             Longitudes and latitudes, degrees, shape ``(m, 2)`` with ``m >= 1``.
         altitude
-            At which it is flown, metres above what `reference` says; the landing is at 0 m above home.
+            Altitude of the flight, metres above `reference`; the landing is at 0 m above home.
         speed
-            At which it is flown, m/s.
+            Speed of the flight, m/s.
         name
-            What it is called.
+            Name of the plan.
 
         Raises
         ------
@@ -271,7 +263,7 @@ class FlightPlan(ShortRepr):
             fault("lonlat", f"it has the shape {places.shape}", "give a row a waypoint, shape (m, 2) with m at least 1")
         (east, north), *others = places.tolist()
         waypoints = [Waypoint(east, north, altitude, reference, role="take-off")]
-        # the last leg is flown at its altitude, and the descent is upright
+        # the last leg is flown at the altitude of the flight, and the descent is vertical
         waypoints += [Waypoint(x, y, altitude, reference, speed) for x, y in others]
         ground = None if altitude is None else 0.0
         waypoints += [Waypoint(x, y, ground, "home", speed, "landing") for x, y in others[-1:]]
@@ -295,7 +287,7 @@ class FlightPlan(ShortRepr):
 
     @property
     def marks(self) -> "tuple[Home | Waypoint, ...]":
-        """Home, if it is known, and the waypoints."""
+        """Home, if there is one, and the waypoints."""
         return self.waypoints if self.home is None else (self.home, *self.waypoints)
 
     @property
@@ -314,14 +306,14 @@ class FlightPlan(ShortRepr):
 
     @property
     def starts_at_home(self) -> bool:
-        """Whether there is no leg from home to the first waypoint, or no home that is known."""
+        """Whether the first waypoint is at home, or the plan has no home: there is no leg from home."""
         first = self.waypoints[0]
         return self.home is None or (self.home.x, self.home.y) == (first.x, first.y)
 
     @cached_property
     def flown(self) -> FloatArray:
         """
-        All that is flown, shape ``(m, 2)``: the way from home to the first waypoint, if it is not there, and the plan.
+        The places that are flown to, shape ``(m, 2)``: home, unless the first waypoint is there, and the waypoints.
 
         Examples
         --------
@@ -332,7 +324,7 @@ class FlightPlan(ShortRepr):
         return self.points if home is None or self.starts_at_home else np.vstack([(home.x, home.y), self.points])
 
 
-#: What is said where a place is out of range.
+#: The allowed range of a place, for messages.
 PLACES: Final = "longitude must be in [-180, 180] and latitude in [-90, 90], degrees"
 
 
@@ -350,13 +342,13 @@ def check_place(where: str, longitude: float, latitude: float) -> Point:
     return longitude, latitude
 
 
-def numbered(remarks: Sequence[str], most: int = 20) -> Iterator[str]:
+def first_remarks(remarks: Sequence[str], most: int = 20) -> Iterator[str]:
     """
-    Yield remarks, of many the first and how many more there are: a file of a million faults has a short answer.
+    Yield the first remarks and the number of the others, to keep the list short.
 
     Examples
     --------
-    >>> list(numbered(["a", "b", "c"], most=2))
+    >>> list(first_remarks(["a", "b", "c"], most=2))
     ['a', 'b', 'and 1 more like these']
     """
     yield from remarks[:most]
@@ -366,7 +358,7 @@ def numbered(remarks: Sequence[str], most: int = 20) -> Iterator[str]:
 
 def few_read(count: int, where: str) -> None:
     """
-    Check that a file that is read has no more places than a plan: its waypoints, and home.
+    Check that a file has no more places than a plan can have: its waypoints and home.
 
     Examples
     --------
@@ -378,7 +370,7 @@ def few_read(count: int, where: str) -> None:
 
 def few_written(count: int, most: int, kind: str) -> None:
     """
-    Check that a file that is written is small enough to be read again.
+    Check that a plan is small enough for its file to be read again.
 
     Examples
     --------

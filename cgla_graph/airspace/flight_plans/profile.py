@@ -1,4 +1,4 @@
-"""How high a plan is along its legs: between two waypoints, altitudes change evenly."""
+"""Heights of a plan along its legs: between two waypoints, the altitude changes linearly."""
 
 import itertools
 import math
@@ -8,24 +8,24 @@ from dataclasses import dataclass
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Reference, Waypoint
 
 #: Why the heights of a leg are not known.
-NOT_SAID = "the plan does not say how high it is"
+NOT_SAID = "the plan has no altitude there"
 MIXED = "its altitudes are above different things"
 
 
 @dataclass(frozen=True)
 class Heights:
     """
-    How high the aircraft is on a leg, or above one place.
+    Heights of the aircraft on a leg, or above one place.
 
     Parameters
     ----------
     reference
-        What heights are above; None where they are not known.
+        Reference of the heights; None if they are unknown.
     low, high
-        The least and the greatest height that it may have at the beginning and at the end, metres, and evenly changing
-        in between; minus infinity where it may be on the ground.
+        The least and the greatest possible height at the start and at the end, metres, linear in between; minus
+        infinity if the aircraft may be on the ground.
     why
-        Why they are not known.
+        Why the heights are unknown.
 
     Examples
     --------
@@ -50,26 +50,26 @@ class Heights:
         return max(self.high)
 
     def at(self, share: float) -> tuple[float, float]:
-        """Return the least and the greatest height at a share of the way."""
+        """Return the least and the greatest height at a share of the leg, from 0 to 1."""
         return _between(self.low, share), _between(self.high, share)
 
 
 def _between(ends: tuple[float, float], share: float) -> float:
-    # (where it may be on the ground, it may be so all the way)
+    # (equal ends may be infinite)
     return ends[0] if ends[0] == ends[1] else (1.0 - share) * ends[0] + share * ends[1]
 
 
 @dataclass(frozen=True)
 class Profile:
     """
-    How high a plan is.
+    Heights of a plan.
 
     Parameters
     ----------
     legs
-        Leg by leg.
+        Heights on each leg.
     places
-        Where it goes up or down above one place, or around it: for each place of the route; None where it does not.
+        Heights above or around each place of the route where the aircraft climbs, descends or circles; None elsewhere.
 
     Examples
     --------
@@ -85,23 +85,23 @@ class Profile:
 
 def profile_of(plan: FlightPlan, stops: Sequence[int]) -> Profile:
     """
-    Return how high a plan is.
+    Return the heights of a plan.
 
-    Take-offs and landings are between the ground and the altitude of the waypoint before or after them, also on the
-    way: some aircraft climb upright, others along the leg. So are legs from home. To a waypoint with a circle, the
-    aircraft may be as high as it was before or as there, and so on the circle.
+    Some aircraft climb vertically, others along the leg. A leg that takes off, lands or starts at home may therefore be
+    anywhere between the ground and the altitude of its waypoint. On a leg to a waypoint with a circle, and on the
+    circle, the aircraft may have the altitude of either end.
 
     Parameters
     ----------
     plan
         The plan.
     stops
-        What each place of its route is, where places in a row that are the same count once: 0 for home, else the number
-        of the first waypoint there, from 1.
+        Place by place of the route (equal neighbours count once): 0 for home, else the number of the first waypoint
+        there, from 1.
     """
     last = [*stops[1:], len(plan.waypoints) + 1]
     groups = [plan.waypoints[max(stop, 1) - 1 : end - 1] for stop, end in zip(stops, last, strict=True)]
-    # the way from home begins on the ground, and so does what takes off
+    # a leg from home and a take-off begin on the ground
     begins = plan.home is not None or plan.waypoints[0].role == "take-off"
     legs = [_leg(before[-1] if before else None, after[0]) for before, after in itertools.pairwise(groups)]
     places: list[Heights | None] = []
@@ -130,7 +130,7 @@ def _leg(start: Waypoint | None, end: Waypoint) -> Heights:
 
 
 def _upright(group: Sequence[Waypoint], came: Waypoint | None, *, from_ground: bool) -> Heights | None:
-    """Return the heights above one place, of the waypoints there, if there is more than one height."""
+    """Return the heights above one place, given its waypoints; None if there is only one height."""
     grounded = from_ground or any(one.role != "waypoint" for one in group)
     circles = any(one.loiter_radius > 0.0 for one in group)
     if not group or (len(group) == 1 and not grounded and not circles):
@@ -139,8 +139,8 @@ def _upright(group: Sequence[Waypoint], came: Waypoint | None, *, from_ground: b
 
 
 def _span(waypoints: Sequence[Waypoint], *, from_ground: bool = False) -> Heights:
-    """Return heights between those of waypoints, and the ground."""
-    # a landing is on the ground, whatever its altitude is above
+    """Return the range of heights between those of waypoints, or from the ground up."""
+    # a landing is on the ground for any reference of its altitude
     known = [one for one in waypoints if one.role != "landing"] or list(waypoints)
     landings = [one for one in waypoints if one.role == "landing" and one not in known]
     if any(one.altitude is None for one in known):

@@ -1,7 +1,7 @@
 """
-QGroundControl's plan files (``.plan``), as its developer guide documents them: JSON.
+Plan files of QGroundControl (``.plan``), in JSON, as its developer guide documents them.
 
-Simple items and those that surveys and corridor scans were turned into are read; what else flies is an error.
+Simple items are read, also those inside surveys and corridor scans; other items that fly are an error.
 """
 
 import json
@@ -13,18 +13,18 @@ from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.mavlink import FRAMES, Item, items_of, plan_of
 from cgla_graph.airspace.flight_plans.plan import FlightPlan, Home, Reference, check_place, fault, located
 
-#: What QGroundControl calls the ways in which it says altitudes (its AltMode).
+#: Altitude modes of QGroundControl (AltMode) by the reference of the altitude.
 _ALTITUDE_MODES: Final[dict[Reference, int]] = {"home": 1, "sea": 2, "ground": 4}
-#: Of a mission whose items have different ones.
+#: The altitude mode of a mission whose items have different modes.
 _MIXED = 0
-#: An altitude above the ground that was turned into one above the sea, which is the item's own.
+#: The altitude mode of an item above the ground whose parameter is the altitude above the sea.
 _ABOVE_TERRAIN = 3
-#: MAV_AUTOPILOT_GENERIC and MAV_TYPE_QUADROTOR: no autopilot in particular, one that takes off and lands upright.
+#: MAV_AUTOPILOT_GENERIC and MAV_TYPE_QUADROTOR: any autopilot, and a vehicle that takes off and lands vertically.
 _FIRMWARE, _VEHICLE = 0, 2
-#: Speeds that the file has to state even where the plan leaves them open (m/s): QGroundControl's own.
+#: Speeds that the file needs if the plan has none (m/s): QGroundControl's defaults.
 _CRUISE, _HOVER = 15.0, 5.0
 _PARAMETERS = 7
-#: Complex items whose simple ones are in the file, and where.
+#: Key of the simple items inside a complex item.
 _TRANSECTS = "TransectStyleComplexItem"
 
 
@@ -37,12 +37,12 @@ def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
     document
         The JSON of a file.
     where
-        What messages call the file.
+        Name of the file in messages.
 
     Raises
     ------
     PlanError
-        If it is malformed, of a version that is not documented, or holds what cannot be told.
+        If it is malformed, of a version that is not documented, or does not determine where the aircraft flies.
 
     Examples
     --------
@@ -55,7 +55,7 @@ def read_document(document: Mapping[str, Any], where: str) -> FlightPlan:
 
 
 def _read(document: Mapping[str, Any]) -> FlightPlan:
-    """Return the plan of a document; errors say what in it is wrong."""
+    """Return the plan of a document; errors name the part of it."""
     where = "the plan"
     if document.get("fileType") != "Plan":
         fault(where, f"its fileType is {shown(document.get('fileType'))}", "that of a plan is 'Plan'")
@@ -63,13 +63,12 @@ def _read(document: Mapping[str, Any]) -> FlightPlan:
     mission = document.get("mission")
     if not isinstance(mission, dict):
         fault(where, f"its mission is {shown(mission)}", "a plan has an object there")
-    place = "mission"
-    _version(mission, 2, place)
+    _version(mission, 2, "mission")
     remarks = [*_left_out(document, where)]
-    home = _home(mission.get("plannedHomePosition"), f"{place}: plannedHomePosition")
+    home = _home(mission.get("plannedHomePosition"), "mission: plannedHomePosition")
     items = mission.get("items")
     if not isinstance(items, list):
-        fault(place, f"its items are {shown(items)}", "a mission has a list of them")
+        fault("mission", f"its items are {shown(items)}", "a mission has a list of them")
     name = document.get("name", "")
     found: list[Item] = []
     for number, item in enumerate(items, start=1):
@@ -84,7 +83,7 @@ def _version(table: Mapping[str, Any], wanted: int, where: str) -> None:
 
 
 def _left_out(document: Mapping[str, Any], where: str) -> Iterator[str]:
-    """Yield what a file has besides the mission."""
+    """Yield remarks on the fences and rally points of a file."""
     for key, lists in (("geoFence", ("circles", "polygons")), ("rallyPoints", ("points",))):
         table = document.get(key, {})
         if not isinstance(table, dict):
@@ -94,7 +93,7 @@ def _left_out(document: Mapping[str, Any], where: str) -> Iterator[str]:
             if not isinstance(entries, list):
                 fault(where, f"the {part} of its {key} are {shown(entries)}", "they are a list")
             if entries:
-                yield f"{key}: {len(entries)} {part}: no part of what is flown, left out"
+                yield f"{key}: {len(entries)} {part}: not flown, left out"
 
 
 def _home(value: object, where: str) -> Home:
@@ -105,7 +104,7 @@ def _home(value: object, where: str) -> Home:
 
 
 def _items(item: object, where: str, remarks: list[str]) -> Iterator[Item]:
-    """Yield the simple items that an item is."""
+    """Yield the simple items of an item."""
     if not isinstance(item, dict):
         fault(where, f"it is {shown(item)}", "an item is an object")
     kind = item.get("type")
@@ -117,7 +116,7 @@ def _items(item: object, where: str, remarks: list[str]) -> Iterator[Item]:
     what, inner = item.get("complexItemType"), item.get(_TRANSECTS)
     inside = inner.get("Items") if isinstance(inner, dict) else None
     if not isinstance(inside, list) or not inside:
-        wrong = f"what a complex item of type {shown(what)} flies is not in the file"
+        wrong = f"the file does not contain the simple items of its complex item of type {shown(what)}"
         fault(where, wrong, "turn it into simple items")
     remarks.append(f"{where}: a complex item ({shown(what)}), read as the {len(inside)} simple ones in it")
     for number, part in enumerate(inside, start=1):
@@ -164,9 +163,9 @@ def write(plan: FlightPlan, where: str) -> str:
     Parameters
     ----------
     plan
-        The plan. Without a home, its first waypoint is that; a home whose height is not known is at 0 m.
+        The plan. Without a home, the first waypoint is the home; a home of unknown height is at 0 m.
     where
-        What messages call the file.
+        Name of the file in messages.
 
     Raises
     ------

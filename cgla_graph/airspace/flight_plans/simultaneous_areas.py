@@ -1,4 +1,4 @@
-"""Which areas count at the same time on which parts of a leg, where heights differ along it."""
+"""Areas that count at the same time on parts of a leg, if the height changes along it."""
 
 import itertools
 from collections.abc import Iterator, Sequence
@@ -15,35 +15,35 @@ from cgla_graph.airspace.flight_plans.area_outline import ClosedArea, Outline
 #: Parts of a leg, as shares of it from 0 to 1, in order: where each begins and ends.
 Shares: TypeAlias = Sequence[tuple[float, float]]
 WHOLE: Final[Shares] = ((0.0, 1.0),)
-#: Corners of all sets of areas that count at the same time, and parts of legs times areas; beyond, all
-#: areas count at all heights.
+#: Limits beyond which all areas count at all heights: corners of all sets of areas that count at the same time, and
+#: parts of legs times areas.
 MOST_BUILT, MOST_PAIRS = 1_000_000, 3_000_000
-#: Areas that are put into groups one by one.
+#: Areas on a part of a leg up to which these are grouped by whether they meet.
 MOST_GROUPED: Final = 100
-#: Groups of legs whose distances from the areas that count are told; after that, all areas count in them.
+#: Groups of legs whose clearances are computed at their heights; for further legs, all areas count.
 MOST_GROUPS: Final = 50
 
 
-class InHeight(Protocol):
-    """What is known of the heights of a route and of areas."""
+class HeightOverlap(Protocol):
+    """Parts of a route where the aircraft may be at the height of an area."""
 
     def on_leg(self, leg: int, area: int) -> Shares:
-        """Return on which parts of a leg the aircraft may be as high as an area is."""
+        """Return the parts of a leg on which the aircraft may be at the height of an area."""
 
     def at_place(self, place: int, area: int) -> bool:
-        """Tell whether it may be so where it goes up, down or around a place of the route."""
+        """Return whether it may be at the height of an area where it climbs, descends or circles at a place."""
 
     def goes_upright(self, place: int) -> bool:
-        """Tell whether it goes up or down there."""
+        """Return whether it climbs or descends vertically at a place."""
 
     def note_all_count(self, leg: int) -> None:
-        """Take note that on a leg there is too much to tell: all areas on it count."""
+        """Note that all areas count on a leg, because there are too many to compare."""
 
     def kinds(self) -> tuple[IntArray, BoolArray] | None:
         """
-        Return of which kind each leg is, and which areas legs of a kind may meet somewhere.
+        Return the kind of each leg (legs of equal heights), and the areas that legs of a kind may meet.
 
-        Shapes ``(n_legs,)`` and ``(n_kinds, n_areas)``; nothing where that would be too much to hold.
+        Shapes ``(n_legs,)`` and ``(n_kinds, n_areas)``; None if the table would be too large.
         """
 
 
@@ -57,9 +57,9 @@ class Part:
     start, end
         Its ends, map units.
     outline
-        The areas that count, or more of them elsewhere.
+        Outline of the areas that count here.
     areas
-        Which they are; None for all.
+        Numbers of these areas; None for all.
     """
 
     start: FloatArray
@@ -75,28 +75,28 @@ class SimultaneousAreas:
     Parameters
     ----------
     areas
-        All of them.
+        All areas.
     outline
-        Of all of them.
+        Outline of their union.
     heights
-        None where all of them count everywhere.
+        Where the route is at the height of each area; None if all areas count everywhere.
     """
 
-    def __init__(self, areas: Sequence[ClosedArea], outline: Outline, heights: InHeight | None) -> None:
+    def __init__(self, areas: Sequence[ClosedArea], outline: Outline, heights: HeightOverlap | None) -> None:
         self.areas, self.outline, self.heights = areas, outline, heights
         self.shapes = np.array([one.shape for one in areas], dtype=object)
         self.tree = shapely.STRtree(self.shapes)
         self.sets: dict[frozenset[int], Outline] = {}
         self.met: dict[tuple[int, int], bool] = {}
         self.built = self.pairs = 0
-        #: Of legs that were looked at, the areas beside and on them, and how far those that count are from them.
+        #: For each leg that `parts` divided: the areas that it meets, and the distance of those that count.
         self.beside: dict[int, tuple[frozenset[int], float]] = {}
 
     def _near(self, shape: shapely.Geometry) -> list[int]:
         return sorted(self.tree.query(shape, predicate="intersects").tolist())
 
     def _outline_of(self, numbers: frozenset[int]) -> Outline | None:
-        """Return the outline of the union of some areas; nothing if too much has been built already."""
+        """Return the outline of the union of some areas; None beyond `MOST_BUILT` corners in all."""
         if numbers not in self.sets:
             shapes = [self.areas[number].shape for number in sorted(numbers)]
             corners = int(shapely.get_num_coordinates(shapes).sum())
@@ -107,12 +107,12 @@ class SimultaneousAreas:
         return self.sets[numbers]
 
     def may_cross(self, crosses: BoolArray) -> BoolArray:
-        """Return which of the legs that would cross something if all areas counted may do so at their heights."""
+        """Return the legs that may cross an area at their heights, of those that cross one if all areas count."""
         kinds = None if self.heights is None else self.heights.kinds()
         return crosses if kinds is None else crosses & np.asarray(kinds[1].any(axis=1))[kinds[0]]
 
     def parts(self, leg: int, start: FloatArray, end: FloatArray) -> list[Part]:
-        """Return the parts of a leg on which areas count, in order; parts of no length as well."""
+        """Return the parts of a leg on which areas count, in order, including parts of length 0."""
         everything = [Part(start, end, self.outline, None)]
         if self.heights is None:
             return everything
@@ -145,7 +145,7 @@ class SimultaneousAreas:
         return found
 
     def _side_by_side(self, numbers: Sequence[int]) -> list[frozenset[int]]:
-        """Return areas in groups that meet each other: what matters of two that do not is what is in either."""
+        """Return areas in groups that are connected; groups that do not meet can be tested one by one."""
         if len(numbers) > MOST_GROUPED:
             return [frozenset(numbers)]
         groups: list[frozenset[int]] = []
@@ -161,35 +161,35 @@ class SimultaneousAreas:
         return self.met[key]
 
     def uprights(self, route: FloatArray, rounding: float) -> Iterator[tuple[int, list[int]]]:
-        """Yield each place where the aircraft goes up or down inside of areas, deeper than a rounding, and these."""
+        """Yield places where the aircraft climbs or descends inside areas by more than a rounding, and the areas."""
         heights = self.heights
         if heights is None:
             return
         for index in filter(heights.goes_upright, range(len(route))):
-            numbers = frozenset(n for n in self._near(shapely.Point(route[index])) if heights.at_place(index, n))
-            outline = self._outline_of(numbers) if numbers else None
+            place = route[index]
+            numbers = frozenset(n for n in self._near(shapely.Point(place)) if heights.at_place(index, n))
             if not numbers:
                 continue
-            inside = (outline or self.outline).area.contains(route[index])
-            if inside and (outline or self.outline).distances(route[index][None], route[index][None])[0] > rounding:
+            outline = self._outline_of(numbers) or self.outline
+            if outline.area.contains(place) and outline.distances(place[None], place[None])[0] > rounding:
                 yield index, sorted(numbers)
 
     def widen_clearances(
         self, starts: FloatArray, ends: FloatArray, clean: IntArray, crosses: BoolArray, clearances: FloatArray
     ) -> None:
         """
-        Write how far legs that cross nothing are from areas at their heights.
+        Increase clearances of legs that cross no area to the distance from areas at their heights.
 
         Parameters
         ----------
         starts, ends
-            Of all legs, shape ``(n, 2)``, map units.
+            Ends of all legs, shape ``(n, 2)``, map units.
         clean
-            Which of them cross nothing.
+            Numbers of the legs that cross no area.
         crosses
-            Which of them would cross something if all areas counted, shape ``(n,)``.
+            Whether each leg crosses an area if all areas count, shape ``(n,)``.
         clearances
-            From all areas, shape ``(n,)``; changed where it is more.
+            Distance from all areas, shape ``(n,)``, map units; changed in place.
         """
         kinds = None if self.heights is None else self.heights.kinds()
         if kinds is None:

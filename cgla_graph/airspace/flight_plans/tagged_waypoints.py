@@ -1,11 +1,12 @@
-"""What files for viewers say of each waypoint besides its place: in words and numbers under one set of names."""
+"""Tags of waypoints in files for viewers: altitude, role, speed and radius under one set of names."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final, cast
 
 from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.plan import (
+    Coordinates,
     FlightPlan,
     Home,
     Reference,
@@ -17,9 +18,9 @@ from cgla_graph.airspace.flight_plans.plan import (
     located,
 )
 
-#: What a home is called where a waypoint has its role.
+#: The role of home.
 HOME: Final = "home"
-#: The names under which it stands, in this order.
+#: Names of the tags, in the order in which they are written.
 ROLE, ALTITUDE, REFERENCE, SPEED, RADIUS = "role", "altitude", "altitude_reference", "speed", "loiter_radius"
 NAMES: Final = (ROLE, ALTITUDE, REFERENCE, SPEED, RADIUS)
 #: Characters of a number, at most: the least double has 1077.
@@ -28,7 +29,7 @@ _LONGEST = 1200
 
 def tags_of(one: Waypoint | Home) -> dict[str, str | float]:
     """
-    Return what there is to say of a waypoint or home, but for its place.
+    Return the tags of a waypoint or home: all its data except its place.
 
     Examples
     --------
@@ -41,7 +42,7 @@ def tags_of(one: Waypoint | Home) -> dict[str, str | float]:
     found: dict[str, str | float] = {ROLE: one.role}
     if one.altitude is not None:
         found[ALTITUDE] = one.altitude
-    # (of a waypoint without an altitude it says nothing, but is kept)
+    # (the reference is kept even without an altitude)
     found[REFERENCE] = one.reference
     if one.speed is not None:
         found[SPEED] = one.speed
@@ -52,7 +53,7 @@ def tags_of(one: Waypoint | Home) -> dict[str, str | float]:
 
 def text_tags(one: Waypoint | Home) -> dict[str, str]:
     """
-    Return the same as text.
+    Return the tags of a waypoint or home as text.
 
     Examples
     --------
@@ -64,16 +65,16 @@ def text_tags(one: Waypoint | Home) -> dict[str, str]:
 
 def waypoint_of(place: tuple[float, float], tags: Mapping[str, object], where: str) -> Waypoint | Home:
     """
-    Return the waypoint, or the home, that a place and what is said of it are.
+    Return the waypoint or home of a place and its tags.
 
     Parameters
     ----------
     place
         Longitude and latitude, degrees, or x and y.
     tags
-        As `tags_of` gives them; numbers may be text. All may be left out, and other names are not looked at.
+        As `tags_of` returns them; numbers may be text. All are optional, and other names are ignored.
     where
-        What messages call it.
+        Name of the place in messages.
 
     Raises
     ------
@@ -105,7 +106,7 @@ def waypoint_of(place: tuple[float, float], tags: Mapping[str, object], where: s
 
 def word_of(value: object, where: str) -> str:
     """
-    Return a word as it is meant, empty for none.
+    Return a word in lower case without surrounding blanks; empty for None.
 
     Examples
     --------
@@ -121,7 +122,7 @@ def word_of(value: object, where: str) -> str:
 
 def number_of(value: object, where: str) -> float | None:
     """
-    Return a finite number, or None where there is none.
+    Return a finite number, or None for None and blank text.
 
     Examples
     --------
@@ -144,7 +145,7 @@ def number_of(value: object, where: str) -> float | None:
 
 def place_of(parts: Sequence[object], where: str, *, in_plane: bool = False) -> tuple[float, float]:
     """
-    Return longitude and latitude, or x and y in a plane, of two numbers or texts.
+    Return longitude and latitude, or x and y in a plane, from two numbers or texts.
 
     Examples
     --------
@@ -158,11 +159,15 @@ def place_of(parts: Sequence[object], where: str, *, in_plane: bool = False) -> 
     return place if in_plane else check_place(where, *place)
 
 
-def assembled(
-    found: Iterator[Waypoint | Home], name: str, remarks: Sequence[str], where: str, **more: object
+def assemble_plan(
+    found: Iterable[Waypoint | Home],
+    name: str,
+    remarks: Sequence[str],
+    where: str,
+    coordinates: Coordinates = "lonlat",
 ) -> FlightPlan:
     """
-    Put a plan together from waypoints and at most one home among them.
+    Make a plan of waypoints and at most one home among them.
 
     Raises
     ------
@@ -179,4 +184,4 @@ def assembled(
         else:
             fault(where, "it has a second home", "a plan has one")
     with located(where):
-        return FlightPlan(tuple(waypoints), home, name, remarks=tuple(remarks), **more)  # type: ignore[arg-type]
+        return FlightPlan(tuple(waypoints), home, name, coordinates, tuple(remarks))

@@ -1,4 +1,4 @@
-"""Waypoint files of MAVLink ground stations (``.waypoints``): ``QGC WPL 110``, a mission item a line."""
+"""Waypoint files of MAVLink ground stations (``.waypoints``, ``QGC WPL 110``): one mission item per line."""
 
 import math
 from typing import Final
@@ -7,12 +7,12 @@ from cgla_graph._text import shown
 from cgla_graph.airspace.flight_plans.mavlink import WAYPOINT, Item, items_of, plan_of
 from cgla_graph.airspace.flight_plans.plan import MOST_WAYPOINTS, FlightPlan, Home, check_place, decimal, fault, located
 
-#: What the first line says. Of version 110 the first item is home, of version 120 there is none.
+#: Start of the first line. In version 110 the first item is home; version 120 has no home.
 SIGNATURE: Final = "QGC WPL"
 _WITH_HOME, _WITHOUT_HOME = "110", "120"
 #: index, current, frame, command, seven parameters, autocontinue
 _COLUMNS = 12
-#: Items of a file, at most: some waypoints have one that flies nowhere.
+#: Items of a file, at most: a waypoint may have a second item that does not fly to a place.
 _MOST_ITEMS = 2 * MOST_WAYPOINTS
 #: Digits of a whole number, and characters of any number, at most: the least double has 1077.
 _MOST_DIGITS, _LONGEST = 9, 1200
@@ -26,14 +26,14 @@ def read_text(text: str, where: str) -> FlightPlan:
     Parameters
     ----------
     text
-        Columns with tabs or blanks between them; lines that begin with ``#`` are left out.
+        Columns separated by tabs or spaces; lines that begin with ``#`` are left out.
     where
-        What messages call the file.
+        Name of the file in messages.
 
     Raises
     ------
     PlanError
-        If it is malformed, or holds what cannot be told.
+        If it is malformed, or does not determine where the aircraft flies.
 
     Examples
     --------
@@ -47,22 +47,16 @@ def read_text(text: str, where: str) -> FlightPlan:
 
 
 def _read(lines: list[str]) -> FlightPlan:
-    """Return the plan of a file's lines; errors say which of them is wrong."""
+    """Return the plan of a file's lines; errors name the line."""
     head = lines[0].split() if lines else []
     if head[:2] != SIGNATURE.split() or len(head) != 3 or head[2] not in {_WITH_HOME, _WITHOUT_HOME}:  # noqa: PLR2004
         said = shown(lines[0].strip()) if lines else "missing"
         fault("line 1", f"it is {said}", f"'{SIGNATURE} {_WITH_HOME}' is read, and {_WITHOUT_HOME}")
-    rows = [_item(line, f"line {number}", len_so_far) for len_so_far, (number, line) in enumerate(_filled(lines))]
-    home = None
-    if head[2] == _WITH_HOME and rows:
-        first = rows.pop(0)
-        home = _home(first)
-    return plan_of(rows, home, "")
-
-
-def _filled(lines: list[str]) -> list[tuple[int, str]]:
     numbered = enumerate(lines[1:], start=2)
-    return [(number, line) for number, line in numbered if line.strip() and not line.lstrip().startswith("#")]
+    filled = [(number, line) for number, line in numbered if line.strip() and not line.lstrip().startswith("#")]
+    rows = [_item(line, f"line {number}", index) for index, (number, line) in enumerate(filled)]
+    home = _home(rows.pop(0)) if head[2] == _WITH_HOME and rows else None
+    return plan_of(rows, home, "")
 
 
 def _item(line: str, where: str, before: int) -> Item:
@@ -95,7 +89,7 @@ def _number(cell: str, where: str) -> float:
 
 
 def _home(item: Item) -> Home | None:
-    """Return the home that the first item says; 0, 0 stands for one that was not set."""
+    """Return the home of the first item; None at 0, 0, which stands for a home that was not set."""
     latitude, longitude, altitude = item.numbers[4:]
     # Mission Planner writes command 0
     if item.command not in {0, WAYPOINT}:
@@ -108,14 +102,14 @@ def _home(item: Item) -> Home | None:
 
 def write(plan: FlightPlan, where: str) -> str:
     """
-    Write a plan; its name is no part of such files.
+    Write a plan; such files have no name of the plan.
 
     Parameters
     ----------
     plan
-        The plan. Without a home, its first waypoint is that; a home whose height is not known is at 0 m.
+        The plan. Without a home, the first waypoint is the home; a home of unknown height is at 0 m.
     where
-        What messages call the file.
+        Name of the file in messages.
 
     Raises
     ------
@@ -138,7 +132,7 @@ def write(plan: FlightPlan, where: str) -> str:
     items = [Item(where, _GLOBAL_FRAME, WAYPOINT, start), *items_of(plan, where)]
     lines = [f"{SIGNATURE} {_WITH_HOME}"]
     for index, item in enumerate(items):
-        # the heading, which is left to the aircraft, is 0 here: not every ground station reads nan
+        # a heading that is left to the aircraft is written as 0: not every ground station reads nan
         numbers = [decimal(0.0 if math.isnan(value) else value) for value in item.numbers]
         lines.append("\t".join([str(index), str(int(index == 0)), str(item.frame), str(item.command), *numbers, "1"]))
     return "\n".join(lines) + "\n"

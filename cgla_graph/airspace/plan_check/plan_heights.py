@@ -150,7 +150,7 @@ class PlanHeights:
     def _ends(self, leg: int) -> FloatArray:
         return self.route[[leg, min(leg + 1, len(self.route) - 1)]]
 
-    # as `InHeight`
+    # as `HeightOverlap`
 
     def on_leg(self, leg: int, area: int) -> Shares:
         """Return on which parts of a leg the aircraft may be as high as an area is."""

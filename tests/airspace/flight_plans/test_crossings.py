@@ -1,4 +1,4 @@
-"""Which legs cross areas, where, and how long: exact, but for what a file's last digit does."""
+"""Crossings of legs with areas: exact, except for roundings of the last digit of a file."""
 
 import itertools
 import math
@@ -56,7 +56,7 @@ def test_legs_cross_as_the_oracle_says_and_where_shapely_says(found: tuple[Float
             inside = math.fsum(one.inside for one in crossings.found if (one.leg, one.area) == (leg, number))
             within = shapely.intersection(line, area.shape).length
             on_edge = shapely.intersection(line, area.shape.boundary).length
-            # what runs along an edge is inside only where another area is on its other side
+            # a piece along an edge is inside only if another area lies on the other side
             assert within - on_edge - 1e-9 <= inside <= within + 1e-9
         far = 0.0 if leg in crossings.legs else shapely.distance(line, union.geometry)
         assert math.isclose(crossings.clearances[leg], far, abs_tol=1e-9)
@@ -97,7 +97,7 @@ def test_a_rounding_along_an_edge_is_no_crossing_and_the_thinnest_wall_is_one() 
     # a wall that is thinner than the rounding, and cannot be dodged
     thin = areas_of(shapely.box(0.0, -10.0, 0.001, 10.0))
     assert crossings_of(route_of((-5, 0), (5, 0)), thin, rounding=0.01).legs.tolist() == [0]
-    # a wall of no more than two numbers' distance
+    # a wall as thin as the spacing of floating-point numbers
     thinnest = areas_of(shapely.box(1.0, -10.0, math.nextafter(1.0, 2.0), 10.0))
     assert crossings_of(route_of((-5, 0.3), (5, 0.7)), thinnest, rounding=0.01).legs.tolist() == [0]
     # a hole of the area is not its outside

@@ -1,4 +1,4 @@
-"""Plans in files: what is written reads back, by our readers and by those of others, field by field."""
+"""Files of plans: our readers and other libraries read back what we write, field by field."""
 
 import json
 import math
@@ -28,7 +28,7 @@ def again(plan: FlightPlan, kind: str) -> FlightPlan:
     return plan_of_bytes(text_of_plan(plan, f"plan{kind}").encode(), f"plan{kind}")
 
 
-# by our own readers
+# read by our own readers
 
 
 @usual
@@ -72,7 +72,7 @@ def test_nothing_half_written_is_left(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-# by readers of others
+# read by other libraries
 
 
 def test_gpxpy_reads_what_is_written() -> None:
@@ -89,7 +89,7 @@ def test_gpxpy_reads_what_is_written() -> None:
 @few
 @given(flight_plans(autopilot=True))
 def test_pymavlink_reads_what_is_written(tmp_path_factory: pytest.TempPathFactory, plan: FlightPlan) -> None:
-    """In the messages that it makes of a file, numbers are those of the file."""
+    """Its messages have the numbers of the file."""
     file = write_plan(plan, tmp_path_factory.mktemp("plan") / "mine.waypoints")
     loader = mavwp.MAVWPLoader()
     assert loader.load(str(file)) > len(plan.waypoints)
@@ -132,7 +132,7 @@ def test_shapely_reads_what_is_written() -> None:
 # the documented format of QGroundControl
 
 
-#: What its developer guide says is in each object, and what it may be.
+#: Keys of each object in its developer guide, with their values or types.
 DOCUMENTED: dict[str, dict[str, Any]] = {
     "file": {
         "fileType": "Plan",
@@ -193,7 +193,7 @@ def test_plan_files_are_as_documented() -> None:
     assert (items[3]["AltitudeMode"], mission["globalPlanAltitudeMode"]) == (2, 0)
 
 
-# what others write
+# files that others write
 
 
 def item(command: int, *numbers: float | None, frame: int = 3, **more: object) -> dict[str, Any]:
@@ -213,7 +213,7 @@ def plan_file(*items: object, **more: object) -> bytes:
     return json.dumps({"fileType": "Plan", "version": 1, "mission": mission | more}).encode()
 
 
-def test_surveys_and_what_flies_nowhere_are_told() -> None:
+def test_surveys_and_items_that_do_not_fly_give_remarks() -> None:
     transects = {"Items": [item(16, 60.1, 24.1, 50), item(206, 25.0), item(16, 60.2, 24.1, 50)], "version": 1}
     survey = {"type": "ComplexItem", "complexItemType": "survey", "TransectStyleComplexItem": transects}
     file = plan_file(item(22, None, None, 30), survey, item(203), item(20, frame=2))
@@ -228,7 +228,7 @@ def test_surveys_and_what_flies_nowhere_are_told() -> None:
     assert len(plan.remarks) == 5
 
 
-def test_circles_speeds_and_curves_are_told() -> None:
+def test_circles_speeds_and_curves_are_read() -> None:
     items = [item(17, 0, 0, -80.0, None, 60.1, 24.1, 50.0), item(178, 1, 10, -1, 0, 0, 0, 0, frame=2)]
     plan = plan_of_bytes(plan_file(*reversed(items)), "circle.plan")
     assert (plan.waypoints[0].loiter_radius, plan.waypoints[0].speed) == (80.0, 10.0)
@@ -268,7 +268,7 @@ def test_kml_gpx_and_geojson_of_others_are_read() -> None:
     assert [(one.altitude, one.reference) for one in read.waypoints] == [(100.0, "ellipsoid"), (120.0, "ellipsoid")]
 
 
-# what is refused
+# refused files
 
 
 WPL = "QGC WPL 110\n0 1 0 16 0 0 0 0 60 24 12 1\n"
@@ -317,7 +317,7 @@ REFUSED: dict[str, tuple[bytes, str]] = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_is_not_understood_is_refused_in_one_line(case: str) -> None:
+def test_unsupported_content_is_refused_in_one_line(case: str) -> None:
     data, words = REFUSED[case]
     with pytest.raises(PlanError if case not in {"NaN", "an entity"} else cg.CglaError) as refused:
         plan_of_bytes(data, "theirs.plan")
@@ -329,7 +329,7 @@ def test_what_is_not_understood_is_refused_in_one_line(case: str) -> None:
 
 
 def test_line_and_points_of_one_file_agree() -> None:
-    """Who moves a line in a viewer, and not its points, is told."""
+    """A line that was moved in a viewer without its points is refused."""
     text = FILES[".kml"].replace(b"24.96,60.18", b"24.97,60.18", 1)
     with pytest.raises(PlanError, match="different routes"):
         plan_of_bytes(text, "moved.kml")
@@ -337,7 +337,7 @@ def test_line_and_points_of_one_file_agree() -> None:
 
 @few
 @given(flight_plans(autopilot=False))
-def test_what_an_autopilot_cannot_fly_is_refused(plan: FlightPlan) -> None:
+def test_plans_that_an_autopilot_cannot_fly_are_refused(plan: FlightPlan) -> None:
     assume(any(one.altitude is None or one.reference == "ellipsoid" for one in plan.waypoints))
     for kind in (".plan", ".waypoints"):
         with pytest.raises(PlanError, match=r"waypoint \d+: its? "):

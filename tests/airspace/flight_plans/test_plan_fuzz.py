@@ -39,7 +39,7 @@ def test_damaged_files_are_read_or_refused_in_one_line(kind: str, seed: int) -> 
 
 
 def test_every_beginning_of_a_file_is_refused() -> None:
-    """Files that were not copied to their end: none of them is a shorter plan."""
+    """A file that was copied in part is not read as a shorter plan."""
     for kind in (".plan", ".kml", ".gpx", ".geojson"):
         whole = ALL[kind].rstrip()
         for length in range(0, len(whole), 17):

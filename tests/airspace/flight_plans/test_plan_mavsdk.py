@@ -1,4 +1,4 @@
-"""What is written opens in MAVSDK, whose reader of QGroundControl's files is written in C++ by others."""
+"""Written plans open in MAVSDK, which has a reader of QGroundControl's files in C++."""
 
 import math
 import socket
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture
 def reader() -> Iterator[Any]:
-    """Return a reader of missions; there has to be an aircraft, of which only the heart beats."""
+    """Return a reader of missions; it needs an aircraft, of which we send only the heartbeat."""
     from mavsdk import mavsdk  # noqa: PLC0415 - a library of 24 MB
     from mavsdk.component_type import ComponentType  # noqa: PLC0415 - the same
     from mavsdk.plugins.mission_raw.mission_raw import MissionRaw  # noqa: PLC0415 - the same
@@ -50,7 +50,7 @@ def reader() -> Iterator[Any]:
         sdk.destroy()
 
 
-def test_mavsdk_reads_what_is_written(reader: Any, tmp_path: Path) -> None:  # noqa: ANN401 - of a library without types
+def test_mavsdk_reads_written_plans(reader: Any, tmp_path: Path) -> None:  # noqa: ANN401 - of a library without types
     plan = mine()
     written = items_of(plan, "mine.plan")
     ours = reader.import_qgroundcontrol_mission(str(write_plan(plan, tmp_path / "mine.plan")))
