@@ -195,40 +195,13 @@ def check(case: Case) -> None:
     assert area.crosses(ends, starts).tolist() == expected
 
 
-def check_shapely(case: Case) -> None:
-    area, starts, ends = case
-    expected = shapely_crosses(starts, ends, area)
-    assert (area.crosses(starts, ends) == expected).all()
-    assert (area.crosses(ends, starts) == expected).all()
-
-
 # The predicate
 
 
-@pytest.mark.slow
 @fast
-@given(star_cases())
-def test_stars_match_rational_arithmetic(case: Case) -> None:
+@given(st.one_of(star_cases(), triangle_cases(), cell_cases()))
+def test_it_matches_rational_arithmetic(case: Case) -> None:
     check(case)
-
-
-@fast
-@given(triangle_cases())
-def test_triangles_match_rational_arithmetic(case: Case) -> None:
-    check(case)
-
-
-@examples(200)
-@given(lattice_polygon_cases())
-def test_lattice_polygons_match_shapely(case: Case) -> None:
-    check_shapely(case)
-
-
-@pytest.mark.slow
-@examples(200)
-@given(touching_ring_cases())
-def test_touching_rings_match_shapely(case: Case) -> None:
-    check_shapely(case)
 
 
 def test_several_holes_that_touch_one_edge() -> None:
@@ -240,20 +213,16 @@ def test_several_holes_that_touch_one_edge() -> None:
     assert (area.crosses(points[:, None], points) == shapely_crosses(points[:, None], points, area)).all()
 
 
+@pytest.mark.parametrize(
+    "cases", [lattice_polygon_cases(), pytest.param(touching_ring_cases(), marks=pytest.mark.slow), cell_cases()]
+)
 @examples(200)
-@given(cell_cases())
-def test_unions_of_cells_match_shapely(case: Case) -> None:
-    check_shapely(case)
-
-
-@pytest.mark.slow
-@fast
-@given(cell_cases())
-def test_the_two_oracles_agree_on_cells(case: Case) -> None:
-    area, starts, ends = case
-    edges = rational_edges(area)
-    expected = [rational_crosses(start, end, edges) for start, end in zip(starts, ends, strict=True)]
-    assert shapely_crosses(starts, ends, area).tolist() == expected
+@given(st.data())
+def test_it_matches_shapely(cases: st.SearchStrategy[Case], data: st.DataObject) -> None:
+    area, starts, ends = data.draw(cases)
+    expected = shapely_crosses(starts, ends, area)
+    assert (area.crosses(starts, ends) == expected).all()
+    assert (area.crosses(ends, starts) == expected).all()
 
 
 @fast
@@ -286,47 +255,29 @@ TRIPLE = shapely.MultiPolygon([shapely.Polygon([(0, 0), a, b]) for a, b in [
 
 
 @pytest.mark.parametrize(
-    ("geometry", "start", "end", "expected"),
+    ("geometry", "free", "crossing"),
     [
-        (CELL, (-1, 0), (2, 0), False),  # along an edge
-        (CELL, (0, 0), (1, 0), False),  # an edge
-        (CELL, (0.25, 0), (0.75, 0), False),  # a piece of an edge
-        (CELL, (-1, 1), (1, -1), False),  # through a corner only
-        (CELL, (-1, -1), (0, 0), False),  # up to a corner
-        (CELL, (-1, -1), (0.5, 0.5), True),  # through a corner, inwards
-        (CELL, (0, 0), (1, 1), True),  # corner to corner
-        (CELL, (0, 0.5), (0.5, 0), True),  # edge to edge
-        (CELL, (0, 0.5), (-1, 0.5), False),  # away from an edge
-        (CELL, (0.2, 0.2), (0.3, 0.3), True),  # all inside
-        (CELL, (0.5, 0.5), (5, 5), True),
-        (CELL, (5, 5), (6, 6), False),
-        (RING, (0, 0), (1, 1), False),  # across the hole
-        (RING, (0.5, 0.5), (0.5, 1.0), False),  # from the hole to its edge
-        (RING, (0.5, 0.5), (0.5, 1.5), True),
-        (RING, (0, 0), (0, 1), False),  # along the hole
-        (RING, (0, -1), (0, 2), True),  # along the hole, and beyond
-        (NOTCHED, (-1, 2), (2, 2), False),  # into the hole, through the point where it touches
-        (NOTCHED, (-1, 2), (2.5, 2), True),
-        (NOTCHED, (0, 0), (0, 4), False),  # past that point, along the shell
-        (DIAGONAL, (0, 2), (2, 0), False),  # between two cells
-        (DIAGONAL, (0, 0), (2, 2), True),
-        (DIAGONAL, (0, 1), (2, 1), False),  # along both
-        (DIAGONAL, (0.5, 1.5), (1, 1), False),
-        (TWO_HOLES, (1, 1.5), (3, 1.5), False),  # from hole to hole, through the point where they touch
-        (TWO_HOLES, (1, 1.5), (3, 1.75), True),
-        (TWO_HOLES, (2, 0.5), (2, 3), True),
-        (TRIPLE, (0, 0), (2, 2), False),
-        (TRIPLE, (0, 0), (-2, 2), False),
-        (TRIPLE, (2, -2), (-2, 2), False),
-        (TRIPLE, (0, 0), (-1, -1), True),
-        (TRIPLE, (-2, 6), (1, -3), False),
-        (TRIPLE, (0.5, 1.75), (-0.5, -1.75), True),
+        # along edges, through and up to corners, away from an edge, far away
+        (CELL, "-1 0 2 0, 0 0 1 0, .25 0 .75 0, -1 1 1 -1, -1 -1 0 0, 0 .5 -1 .5, 5 5 6 6",
+         # inwards through a corner, from corner to corner and edge to edge, inside, outwards
+         "-1 -1 .5 .5, 0 0 1 1, 0 .5 .5 0, .2 .2 .3 .3, .5 .5 5 5"),
+        # in the hole and along it
+        (RING, "0 0 1 1, .5 .5 .5 1, 0 0 0 1", ".5 .5 .5 1.5, 0 -1 0 2"),
+        # through the point where the hole touches, and past it
+        (NOTCHED, "-1 2 2 2, 0 0 0 4", "-1 2 2.5 2"),
+        # between two cells, and along both
+        (DIAGONAL, "0 2 2 0, 0 1 2 1, .5 1.5 1 1", "0 0 2 2"),
+        # from hole to hole, through the point where they touch
+        (TWO_HOLES, "1 1.5 3 1.5", "1 1.5 3 1.75, 2 .5 2 3"),
+        (TRIPLE, "0 0 2 2, 0 0 -2 2, 2 -2 -2 2, -2 6 1 -3", "0 0 -1 -1, .5 1.75 -.5 -1.75"),
     ],
-)
-def test_known_cases(geometry: BaseGeometry, start: Point, end: Point, expected: bool) -> None:
+)  # fmt: skip
+def test_known_cases(geometry: BaseGeometry, free: str, crossing: str) -> None:
     area = NoFlyArea(geometry)
-    assert area.crosses(start, end) == expected
-    assert area.crosses(end, start) == expected
+    for segments_, expected in ((free, False), (crossing, True)):
+        ends = np.array([segment.split() for segment in segments_.split(",")], dtype=float)
+        assert (area.crosses(ends[:, :2], ends[:, 2:]) == expected).all()
+        assert (area.crosses(ends[:, 2:], ends[:, :2]) == expected).all()
 
 
 @pytest.mark.parametrize("width", [0.005, 1e-12, math.ulp(0.5)])
@@ -556,45 +507,44 @@ BOW_TIE = shapely.Polygon([(0, 0), (1, 1), (1, 0), (0, 1)])
 
 
 @pytest.mark.parametrize(
-    ("make", "words"),
+    ("geometry", "words"),
     [
-        (lambda: shapely.Point(0, 0), ["Point", "buffer"]),
-        (lambda: shapely.LineString([(0, 0), (1, 1)]), ["LineString", "buffer"]),
-        (lambda: shapely.GeometryCollection([CELL, shapely.Point(0, 0)]), ["part [1]", "Point", "buffer"]),
-        (lambda: BOW_TIE, ["Self-intersection", "make_valid"]),
-        (lambda: shapely.MultiPolygon([shapely.box(4, 4, 5, 5), BOW_TIE]), ["part [1]", "Self-intersection"]),
+        (shapely.Point(0, 0), "Point.*buffer"),
+        (shapely.LineString([(0, 0), (1, 1)]), "LineString.*buffer"),
+        (shapely.GeometryCollection([CELL, shapely.Point(0, 0)]), r"part \[1\].*Point.*buffer"),
+        (BOW_TIE, "Self-intersection.*make_valid"),
+        (shapely.MultiPolygon([shapely.box(4, 4, 5, 5), BOW_TIE]), r"part \[1\].*Self-intersection"),
         (
-            lambda: shapely.GeometryCollection([CELL, shapely.GeometryCollection([CELL, BOW_TIE])]),
-            ["part [1][1]", "Self-intersection"],
+            shapely.GeometryCollection([CELL, shapely.GeometryCollection([CELL, BOW_TIE])]),
+            r"part \[1\]\[1\].*Self-intersection",
         ),
-        (lambda: shapely.MultiPolygon([CELL, shapely.box(0.5, 0, 2, 1)]), ["overlap", "union_all"]),
-        (lambda: shapely.MultiPolygon([CELL, shapely.box(1, 0, 2, 1)]), ["share edges", "union_all"]),
-        (lambda: shapely.box(0, 0, 1, math.inf), ["inf", "finite"]),
-        (lambda: shapely.box(0, 0, 1, 1e121), ["1e+121", "at most 1e+120"]),
-        (lambda: [CELL], ["list", "GeometryCollection"]),
+        (shapely.MultiPolygon([CELL, shapely.box(0.5, 0, 2, 1)]), "overlap.*union_all"),
+        (shapely.MultiPolygon([CELL, shapely.box(1, 0, 2, 1)]), "share edges.*union_all"),
+        (shapely.box(0, 0, 1, math.inf), "inf.*finite"),
+        (shapely.box(0, 0, 1, 1e121), r"1e\+121.*at most 1e\+120"),
+        ([CELL], "list.*GeometryCollection"),
     ],
+    ids=str,
 )
-def test_other_geometry_is_refused(make: Callable[[], BaseGeometry], words: list[str]) -> None:
-    with pytest.raises(ProblemError) as caught:
-        NoFlyArea(make())
-    assert [word for word in words if word not in str(caught.value)] == []
+def test_other_geometry_is_refused(geometry: BaseGeometry, words: str) -> None:
+    with pytest.raises(ProblemError, match=words):
+        NoFlyArea(geometry)
 
 
 @pytest.mark.parametrize(
     ("ask", "words"),
     [
-        (lambda area: area.crosses([1, 2, 3], [1, 2]), ["starts", "(3,)"]),
-        (lambda area: area.crosses([1, 2], 5), ["ends", "()"]),
-        (lambda area: area.crosses([1, 2], [math.nan, 0]), ["ends", "nan", "finite"]),
-        (lambda area: area.crosses(np.zeros((2, 2)), np.zeros((3, 2))), ["(2, 2)", "(3, 2)", "broadcast"]),
-        (lambda area: area.contains([[1, 2], [3]]), ["points", "shape"]),
-        (lambda area: area.contains([-math.inf, 0]), ["points", "-inf"]),
-        (lambda area: area.contains([1e300, 0]), ["points", "1e+300", "1e+120"]),
-        (lambda area: area.path_clearance([1, 2]), ["path", "(2,)", "(m, 2)"]),
-        (lambda area: area.path_clearance(np.empty((0, 2))), ["path", "(0, 2)", "at least one"]),
+        (lambda area: area.crosses([1, 2, 3], [1, 2]), r"starts.*\(3,\)"),
+        (lambda area: area.crosses([1, 2], 5), r"ends.*\(\)"),
+        (lambda area: area.crosses([1, 2], [math.nan, 0]), "ends.*nan.*finite"),
+        (lambda area: area.crosses(np.zeros((2, 2)), np.zeros((3, 2))), r"\(2, 2\).*\(3, 2\).*broadcast"),
+        (lambda area: area.contains([[1, 2], [3]]), "points.*shape"),
+        (lambda area: area.contains([-math.inf, 0]), "points.*-inf"),
+        (lambda area: area.contains([1e300, 0]), r"points.*1e\+300.*1e\+120"),
+        (lambda area: area.path_clearance([1, 2]), r"path.*\(2,\).*\(m, 2\)"),
+        (lambda area: area.path_clearance(np.empty((0, 2))), r"path.*\(0, 2\).*at least one"),
     ],
 )
-def test_malformed_points_are_refused(ask: Callable[[NoFlyArea], object], words: list[str]) -> None:
-    with pytest.raises(ProblemError) as caught:
+def test_malformed_points_are_refused(ask: Callable[[NoFlyArea], object], words: str) -> None:
+    with pytest.raises(ProblemError, match=words):
         ask(NoFlyArea(CELL))
-    assert [word for word in words if word not in str(caught.value)] == []

@@ -1,5 +1,6 @@
 """The risk field: density, gradient and line integral against plain NumPy and `scipy.integrate.quad`."""
 
+import itertools
 import math
 import pickle
 import subprocess
@@ -13,10 +14,9 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
-from oracles import density, inclusion_exclusion, line_integral
+from oracles import density, inclusion_exclusion, line_integral, rate
 from strategies import (
     Segment,
-    coordinates,
     crowds,
     fast,
     few,
@@ -25,7 +25,6 @@ from strategies import (
     peaks,
     points,
     seeds,
-    segments,
     spreads,
     threats,
     usual,
@@ -51,26 +50,10 @@ def check_quad(field: RiskField, segment: Segment) -> None:
 
 
 @fast
-@given(fields_and_segments(fields(1, 4)))
-def test_closed_form_equals_quad(case: tuple[RiskField, Segment]) -> None:
-    # Up to four threats never leave the closed form: at most 6 pairs and 15 terms.
-    field, segment = case
-    assert abs(integral(field, segment) - line_integral(field.threats, *segment)) <= TOLERANCE
-
-
-@usual
-@given(fields_and_segments(crowds()))
-def test_integral_over_a_crowd_equals_quad(case: tuple[RiskField, Segment]) -> None:
+@given(fields_and_segments(st.one_of(fields(1, 4), crowds())))
+def test_the_integral_equals_quad(case: tuple[RiskField, Segment]) -> None:
+    """In closed form for up to four threats (6 pairs, 15 terms), by quadrature for crowds."""
     check_quad(*case)
-
-
-@usual
-@given(st.integers(5, 100), points, spreads, st.data())
-def test_integral_over_coincident_threats_of_peak_1_equals_quad(
-    n: int, centre: Point, spread: float, data: st.DataObject
-) -> None:
-    field = RiskField([Threat(*centre, spread=spread)] * n)
-    check_quad(field, data.draw(segments(field)))
 
 
 def past(spot: Point, spread: float, n: int, seed: int) -> tuple[FloatArray, FloatArray]:
@@ -108,17 +91,20 @@ def error_in_spreads(field: RiskField, spot: Point, n: int, seed: int) -> float:
     return float(np.abs(field.line_integral(starts, ends) - truth).max()) / spread
 
 
-@pytest.mark.parametrize("peak", [1.0, 0.3, 0.05, 1e-3])
-@pytest.mark.parametrize("n", [2, 10, 20, *(pytest.param(n, marks=pytest.mark.slow) for n in (5, 50, 100))])
+PEAKS = (1.0, 0.3, 0.05, 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("n", "peak"),
+    [
+        *itertools.product((2, 10, 20), PEAKS),
+        *(pytest.param(*case, marks=pytest.mark.slow) for case in itertools.product((5, 50, 100), PEAKS)),
+        *((1000, peak) for peak in (1e-2, 1e-3, 1e-5, 1e-8)),
+    ],
+)
 def test_threats_on_one_spot_are_integrated_as_exactly_as_promised(n: int, peak: float) -> None:
     field = RiskField([Threat(0.5, 0.5, spread=0.1, peak=peak)] * n)
-    assert error_in_spreads(field, (0.5, 0.5), 300, seed=n) <= 4e-12
-
-
-@pytest.mark.parametrize("peak", [1e-2, 1e-3, 1e-5, 1e-8])
-def test_a_thousand_faint_threats_are_integrated_as_exactly_as_promised(peak: float) -> None:
-    field = RiskField([Threat(0.5, 0.5, spread=0.1, peak=peak)] * 1000)
-    assert error_in_spreads(field, (0.5, 0.5), 100, seed=0) <= 4e-12
+    assert error_in_spreads(field, (0.5, 0.5), 100 if n == 1000 else 300, seed=n) <= 4e-12
 
 
 @few
@@ -170,8 +156,7 @@ def test_quadrature_equals_the_closed_form(case: tuple[RiskField, Segment]) -> N
 @pytest.mark.parametrize("spread", [0.18, 0.25, 0.5])
 def test_many_products_just_below_the_cutoff_still_count(spread: float) -> None:
     field = RiskField([Threat(0.0, 0.0, spread=spread)] * 100)
-    segment = np.array([-1.0, 5.49 * spread]), np.array([1.0, 5.49 * spread])
-    assert abs(integral(field, segment) - line_integral(field.threats, *segment)) <= TOLERANCE
+    check_quad(field, (np.array([-1.0, 5.49 * spread]), np.array([1.0, 5.49 * spread])))
 
 
 @fast
@@ -187,13 +172,6 @@ def test_single_threat_has_its_closed_form(centre: Point, spread: float, peak: f
     expected = height * spread * math.sqrt(math.pi / 2) * (math.erf((length - along) * root) + math.erf(along * root))
     found = integral(RiskField([Threat(*centre, spread=spread, peak=peak)]), (np.array(start), np.array(end)))
     assert abs(found - expected) <= 1e-12
-
-
-@usual
-@given(fields_and_segments(fields(1, 8)))
-def test_integral_equals_inclusion_exclusion(case: tuple[RiskField, Segment]) -> None:
-    field, segment = case
-    assert abs(integral(field, segment) - inclusion_exclusion(field.threats, *segment)) <= TOLERANCE
 
 
 def test_dropping_the_pairs_would_be_seen() -> None:
@@ -318,11 +296,6 @@ def difference_error(
     return float(np.abs(np.stack(slopes, axis=-1) - gradient(at)).max())
 
 
-def rate(errors: list[float]) -> float:
-    """Return the order of convergence where each step is half of the one before."""
-    return float(-np.polyfit(np.arange(len(errors)), np.log2(errors), 1)[0])
-
-
 @few
 @given(st.integers(0, 2**32 - 1), st.integers(1, 12), st.floats(0.02, 0.3))
 def test_central_differences_converge_to_the_gradient_with_order_2(seed: int, n: int, spread: float) -> None:
@@ -410,49 +383,31 @@ def test_nothing_passed_in_is_changed() -> None:
     threat_list = [Threat(0.5, 0.5, spread=0.1)]
     field = RiskField(threat_list)
     more = field.with_threats([Threat(0.1, 0.1, spread=0.1)])
-    starts, ends = np.random.default_rng(0).random((2, 5, 2))
-    frozen = starts.copy(), ends.copy()
-    for array in (starts, ends):
-        array.flags.writeable = False
-    field.density(starts)
-    field.gradient(starts)
-    field.line_integral(starts, ends)
-    field.line_integral(np.asfortranarray(starts), ends[::-1])
-    assert (starts == frozen[0]).all()
-    assert (ends == frozen[1]).all()
+    ends = np.random.default_rng(0).random((2, 5, 2))
+    before = ends.copy()
+    ends.flags.writeable = False
+    for ask in (field.density, field.gradient):
+        ask(ends)
+    field.line_integral(*ends)
+    field.line_integral(np.asfortranarray(ends[0]), ends[1, ::-1])
+    assert (ends == before).all()
     assert (len(threat_list), len(field), len(more)) == (1, 1, 2)
     assert more.threats[0] is field.threats[0]
     with pytest.raises(ValueError, match="read-only"):
         field.table[0, 0] = 1.0
 
 
-def test_the_order_of_the_threats_does_not_matter() -> None:
-    rng = np.random.default_rng(3)
-    members = [Threat(*rng.random(2).tolist(), spread=float(rng.uniform(0.02, 0.2))) for _ in range(12)]
-    forth, back = RiskField(members), RiskField(members[::-1])
-    starts, ends = rng.random((2, 50, 2))
-    np.testing.assert_allclose(forth.line_integral(starts, ends), back.line_integral(starts, ends), atol=TOLERANCE)
-    np.testing.assert_allclose(forth.density(starts), back.density(starts), atol=1e-14)
-
-
 # Fields of the user's own
 
 
+@pytest.mark.parametrize("mixed_in", [False, True])
 @pytest.mark.parametrize("name", ["density", "gradient", "line_integral", "table", "kernel_field", "is_proper"])
-def test_a_field_that_computes_the_risk_in_another_way_is_refused(name: str) -> None:
-    own = type("Storm", (RiskField,), {name: lambda *_: np.ones(1)})
+def test_a_field_that_computes_the_risk_in_another_way_is_refused(name: str, mixed_in: bool) -> None:
+    constant: dict[str, object] = {name: lambda *_: np.ones(1)}
+    bases = (type("Constant", (), constant), RiskField) if mixed_in else (RiskField,)
+    own = type("Storm", bases, {} if mixed_in else constant)
     with pytest.raises(ProblemError, match=f"Storm overrides {name}, which solvers and the oracle would ignore"):
         own([Threat(0.5, 0.5, 0.1)])
-
-
-def test_a_mixed_in_risk_is_refused_too() -> None:
-    class Constant:
-        def density(self, points: object) -> float:
-            raise NotImplementedError
-
-    own = type("Storm", (Constant, RiskField), {"__init__": lambda *_: None})
-    with pytest.raises(ProblemError, match="Storm overrides density"):
-        own()
 
 
 def test_a_field_with_more_methods_is_fine() -> None:
@@ -587,13 +542,6 @@ def test_readings_of_eq1_are_the_formulas_of_the_paper(sigma: float, x: float, y
 # Extremes
 
 
-@pytest.mark.parametrize("size", [1e-3, 1e3, 1e6])
-def test_accuracy_is_relative_to_the_size_of_the_map(size: float) -> None:
-    field = RiskField([Threat(0.3 * size, 0.4 * size, spread=s * size) for s in (0.01, 0.05, 0.1, 0.2, 0.4, 0.5)])
-    ends = np.array([0.0, 0.0]), np.array([size, size])
-    assert abs(integral(field, ends) - line_integral(field.threats, *ends)) <= size * TOLERANCE
-
-
 HANG = """
 import sys
 from cgla_graph.model.risk import RiskField, Threat
@@ -629,25 +577,17 @@ def test_extreme_spreads_are_refused_or_right(spread: float) -> None:
 # Refusals
 
 
-@pytest.mark.parametrize("name", ["x", "y", "spread", "peak"])
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, "1", None, True, [1.0], (1.0, 2.0), 10**400, 1j])
+NO_NUMBERS = (math.nan, -math.inf, "1", None, True, (1.0, 2.0), 10**400, 1j)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [*itertools.product(["x", "y", "spread", "peak"], NO_NUMBERS), *itertools.product(["spread", "peak"], (0.0, -1.0))],
+)
 def test_a_threat_names_the_number_that_is_wrong(name: str, value: object) -> None:
     numbers: dict[str, object] = {"x": 0.5, "y": 0.5, "spread": 0.1, "peak": 1.0, name: value}
-    with pytest.raises(ProblemError, match=f"threat {name}"):
+    with pytest.raises(ProblemError, match=f"threat {name} is"):
         Threat(**numbers)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("name", ["spread", "peak"])
-@pytest.mark.parametrize("value", [0.0, -0.0, -1.0])
-def test_spread_and_peak_must_be_above_0(name: str, value: float) -> None:
-    with pytest.raises(ProblemError, match=f"threat {name} is .*above 0"):
-        Threat(**{"x": 0.0, "y": 0.0, "spread": 1.0, name: value})
-
-
-@given(peak=st.floats(1.0, 1e6, exclude_min=True))
-def test_a_peak_above_1_needs_an_improper_field(peak: float) -> None:
-    with pytest.raises(ProblemError, match=r"threat 1 has peak .* \(0, 1\]"):
-        RiskField([Threat(0.0, 0.0, spread=1.0), Threat(0.0, 0.0, spread=1.0, peak=peak)])
 
 
 @pytest.mark.parametrize(
@@ -660,12 +600,12 @@ def test_a_peak_above_1_needs_an_improper_field(peak: float) -> None:
         (lambda: Threat.from_eq1(0.0, 0.0, -0.1), "sigma is -0.1"),
         (lambda: RiskField(Threat(0.5, 0.5, spread=0.1)), "give a list of Threat"),
         (lambda: RiskField(None), "threats are None; give a list of Threat"),
-        (lambda: RiskField().with_threats(None), "give a list of Threat"),
-        (lambda: RiskField().with_threats(Threat(0.0, 0.0, spread=1.0)), "give a list of Threat"),
         (lambda: RiskField().with_threats(3), "give a list of Threat"),
         *((lambda odd=odd: Threat.from_eq1(0.0, 0.0, 1.0, reading=odd), "unknown reading") for odd in ([], None, 1)),
         *((lambda odd=odd: RiskField().contour_radii(odd), "level is") for odd in (0.0, -1.0, math.nan, "high")),
         (lambda: Threat.from_eq1(0.0, 0.0, 1e-200, reading="gauss2d"), "sigma"),
+        (lambda: RiskField([Threat(0, 0, 1), Threat(0, 0, 1, math.nextafter(1, 2))]), r"threat 1 has peak .* \(0, 1\]"),
+        (lambda: RiskField().line_integral(np.ones((2, 2)), np.ones((3, 2))), r"\(2, 2\).*\(3, 2\).*broadcast"),
     ],
 )
 def test_malformed_fields_are_refused(make: Callable[[], object], words: str) -> None:
@@ -685,12 +625,6 @@ def test_malformed_points_are_refused(bad: ArrayLike) -> None:
         field.line_integral(bad, (0, 0))
     with pytest.raises(ProblemError, match="ends"):
         field.line_integral((0, 0), bad)
-
-
-@given(x=coordinates)
-def test_ends_that_do_not_broadcast_are_refused(x: float) -> None:
-    with pytest.raises(ProblemError, match=r"\(2, 2\).*\(3, 2\).*broadcast"):
-        RiskField().line_integral(np.full((2, 2), x), np.full((3, 2), x))
 
 
 def test_an_improper_field_stays_improper_until_it_needs_to_be() -> None:
