@@ -1,1 +1,1 @@
-"""Problems and missions in files: TOML, GeoJSON, grid maps, random maps, and those that are shipped."""
+"""Problems and missions in files: TOML, GeoJSON, grid maps, random maps and shipped examples."""

@@ -1,4 +1,4 @@
-"""No-fly areas in TOML files: polygons, GeoJSON, and zones, of which those near the map are laid on its plane."""
+"""No-fly areas in TOML files: polygons, GeoJSON files, and zones projected onto the plane of the map."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -19,9 +19,10 @@ from cgla_graph.airspace.zones.reading import is_geojson, read_zones
 from cgla_graph.airspace.zones.shapes import with_fewer_corners
 from cgla_graph.model.earth import LocalProjection, project_area
 
-#: How much of a map's side is seen around it, and the latitude from which on all meridians may be near.
+#: Margin around a map in which zones count, relative to its longer side; latitude above which every meridian may be
+#: near.
 SEEN_MARGIN, MOST_LATITUDE = 0.02, 85.0
-#: Corners of a zone, about, and by how much of the map's longer side it may grow so that it has no more.
+#: Corners of a simplified zone, about, and how far it may reach beyond the zone, relative to the map's longer side.
 MOST_CORNERS, MOST_BEYOND = 1000, 0.002
 
 
@@ -71,12 +72,12 @@ class NoFlyTable(Table):
 
 def applied_zones(table: NoFlyTable, folder: Path) -> Applied:
     """
-    Read the files of zones that a table names, and tell which are closed at its altitude and time.
+    Read the zone files of a table and find which zones are closed at its altitude and time.
 
     Raises
     ------
     FileFormatError
-        If one of them cannot be read, or altitude, time or kinds are none.
+        If a file cannot be read, or altitude, time or a kind of zone is malformed.
     """
     ground = None if table.ground is None else read_ground(folder / table.ground)
     zones = read_zones([folder / name for name in table.zones])
@@ -85,16 +86,16 @@ def applied_zones(table: NoFlyTable, folder: Path) -> Applied:
 
 def with_files(table: NoFlyTable, files: Sequence[str | Path], settings: Mapping[str, object]) -> NoFlyTable:
     """
-    Return a table with more files of areas, and with settings of zones.
+    Add files of areas, and settings of zones, to a table.
 
     Parameters
     ----------
     table
-        As it was.
+        The table; it stays as it is.
     files
         GeoJSON files, or files of zones; if any of them is of zones, all count as zones.
     settings
-        Other keys of the table, instead of its own.
+        Values of other keys, which replace those of the table.
 
     Raises
     ------
@@ -117,11 +118,11 @@ class MapZones:
     Attributes
     ----------
     applied
-        What became of each of them, cut off where it cannot be seen from the map.
+        The verdict on each zone, its shape cut to the surroundings of the map.
     areas
-        Those that are closed, metres; each of very many corners is within an area of fewer.
+        The closed zones, metres; one of very many corners is replaced by an area of fewer corners that contains it.
     beyond
-        How far the latter reach beyond.
+        How far each of these replacements reaches beyond its zone, metres.
     """
 
     applied: Applied
@@ -133,24 +134,24 @@ class MapZones:
         cls, applied: Applied, projection: LocalProjection, bounds: Bounds, ends: Sequence[Point], clearance: float
     ) -> "MapZones":
         """
-        Lay zones on the plane of a map.
+        Project zones onto the plane of a map.
 
         Parameters
         ----------
         applied
-            What became of each of them.
+            The verdict on each zone.
         projection
-            Of the map.
+            The projection of the map.
         bounds
-            Of the map, metres.
+            The bounds of the map, metres.
         ends
-            Points outside of a zone, and at that clearance from it, stay so; metres.
+            Starts and goals, metres: one that keeps the clearance from a zone keeps it from the simplified zone.
         clearance
-            How far paths have to stay from them, metres.
+            How far paths have to stay from zones, metres.
         """
         places = shapely.points(np.reshape(np.array(ends, dtype=np.float64), (-1, 2)))
 
-        def shut(area: BaseGeometry) -> list[bool]:
+        def closed_ends(area: BaseGeometry) -> list[bool]:
             near = np.asarray(shapely.distance(area, places) < clearance)
             return [bool(one) for one in near | shapely.contains_properly(area, places)]
 
@@ -161,7 +162,7 @@ class MapZones:
             if one.area is not None:
                 area = project_area(one.area, projection)
                 fewer, beyond = with_fewer_corners(area, MOST_CORNERS, reach)
-                if beyond and shut(fewer) == shut(area):
+                if beyond and closed_ends(fewer) == closed_ends(area):
                     area = fewer
                     found.append(beyond)
                 areas.append(area)
@@ -179,7 +180,7 @@ class MapZones:
 
 def seen_box(projection: LocalProjection, bounds: Bounds, clearance: float) -> Bounds:
     """
-    Return a box in degrees around all that is within bounds on a plane, or so far from them.
+    Return a box in degrees around the bounds on a plane, widened by the margin and the clearance.
 
     Examples
     --------

@@ -8,7 +8,7 @@ from cgla_graph._types import Bounds, Point
 from cgla_graph.errors import ScenarioError
 from cgla_graph.model.risk import Threat
 
-#: Draws in a row that fall where they may not before there is no room.
+#: Rejected draws in a row after which there counts as no room.
 MOST_MISSES = 10_000
 
 
@@ -57,15 +57,17 @@ def drawn_threats(
     Parameters
     ----------
     stream
-        Gives four numbers a draw.
+        The source of random numbers; each draw takes four.
     count
         How many threats.
     bounds
-        Of their centres, map units.
+        The box of their centres, map units.
     spread, peak
-        Least and greatest.
-    clear, ends
-        Least distance of centres from the starts and goals, map units.
+        Least and greatest value.
+    clear
+        Least distance of a centre from every start and goal, map units.
+    ends
+        The starts and goals, map units.
 
     Raises
     ------
@@ -93,7 +95,7 @@ def drawn_threats(
 
 def are_apart(spot: Point, others: Iterable[Point], least: float) -> bool:
     """
-    Tell whether a point is at least that far from all others.
+    Return whether a point is at least `least` away from all others.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""GeoJSON (RFC 7946): areas to read, a planned path to write."""
+"""GeoJSON (RFC 7946): a reader of areas and a writer of planned paths."""
 
 import math
 import os
@@ -42,7 +42,7 @@ def line_feature_collection(path_lonlat: ArrayLike, properties: Mapping[str, obj
     path_lonlat
         The points of the path, shape (m, 2), m at least 1: longitude and latitude in degrees.
     properties
-        What to say of the path: text, numbers, truth values, None, and lists and mappings of these.
+        Properties of the path: text, numbers, truth values, None, and lists and mappings of these.
 
     Raises
     ------

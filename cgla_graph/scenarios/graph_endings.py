@@ -1,4 +1,4 @@
-"""Which files hold graphs: told from their endings, before anything that reads graphs is imported."""
+"""Recognition of graph files by their endings, without importing the code that reads graphs."""
 
 import json
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ MOST_TEXT = 200_000_000
 
 def is_graph_file(spec: str) -> bool:
     """
-    Say whether an argument names a file of a graph: by its ending, of a ``.json`` by its content.
+    Return whether an argument names a graph file: by its ending, and for ``.json`` by its content.
 
     Examples
     --------
@@ -34,7 +34,7 @@ def is_graph_file(spec: str) -> bool:
         return kind in ENDINGS
     try:
         text = read_text(path, spec, ENDINGS[kind]) if path.stat().st_size <= MOST_TEXT else ""
-        # (of large files of zones, this is all that is looked at)
+        # (large zone files are not parsed)
         found = json.loads(text) if '"nodes"' in text else None
     except (ScenarioError, OSError, ValueError, RecursionError, MemoryError):
         return False

@@ -31,10 +31,10 @@ from cgla_graph.model.weights import SparseWeights
 from cgla_graph.scenarios.graph_endings import ENDINGS, MOST_TEXT
 from cgla_graph.scenarios.text_files import read_text
 
-#: Matrices are held as they are.
+#: Limits of matrices.
 MOST_BYTES = 4_000_000_000
 MOST_NODES = 10_000_000
-#: Among this many labels the nearest to a wrong one are looked for.
+#: The nearest names to an unknown one are looked for among this many labels.
 _MOST_NEAR = 20_000
 #: Exceptions that other libraries' readers raise for a malformed file.
 _MALFORMED = (
@@ -56,17 +56,17 @@ _MALFORMED = (
 @dataclass(frozen=True, eq=False)
 class GraphFile:
     """
-    A graph as a file has it: its weights may be below 0, with which no solver plans.
+    A graph as its file stores it; weights may be negative, which solvers refuse.
 
     Attributes
     ----------
     file
         The file.
     labels
-        The nodes: ids as the file has them, the rows of Matrix Market from 1, those of ``.npz`` from 0.
+        The nodes: ids of the file; the rows of Matrix Market count from 1, those of ``.npz`` from 0.
     rows
-        Shape ``(n, n)``: stored entries are edges, zeros too, an undirected one both ways round; of parallel edges
-        the lightest, of the entries of a matrix in one place the sum, none on the diagonal.
+        Shape ``(n, n)``: stored entries are edges, zeros too; an undirected edge is stored in both directions. The
+        lightest of parallel edges counts, entries of a matrix in one place are added up, loops are left out.
     directed
         Whether weights may differ between the two directions.
     positions
@@ -91,12 +91,12 @@ class GraphFile:
         Parameters
         ----------
         below_zero
-            Whether weights may be below 0: `cgla_graph.check_theorem_1` says what then still holds.
+            Whether weights may be below 0: `cgla_graph.check_theorem_1` says which statements then still hold.
 
         Raises
         ------
         ScenarioError
-            If a weight is below 0 that may not be.
+            If a weight is below 0, unless `below_zero` allows it.
         """
         for tail, head, weight in [] if below_zero else self.below_zero()[:1]:
             msg = (
@@ -118,12 +118,12 @@ class GraphFile:
 
     def node(self, text: str) -> Node:
         """
-        Return the node whose label is written so.
+        Return the node whose label reads `text`.
 
         Raises
         ------
         ScenarioError
-            If there is none, or more than one.
+            If no node or more than one has this label.
         """
         found = [label for label in self.labels if str(label) == text]
         if len(found) == 1:
@@ -152,12 +152,13 @@ def read_graph(path: Path, *, weight: str | None = None, directed: bool = False)
     weight
         The attribute or column that holds the weights; ``weight`` if left out. Infinity means no edge.
     directed
-        Whether the edges of an edge list lead one way; other files say themselves.
+        Whether the edges of an edge list are directed; other files state it themselves.
 
     Raises
     ------
     ScenarioError
-        If it is not there, is malformed or too large, an edge has no weight, or an option does not fit it.
+        If the file does not exist, is malformed or too large, an edge has no weight, or an option does not fit the
+        format.
     """
     kind = path.suffix.lower()
     if kind not in ENDINGS:
@@ -255,7 +256,7 @@ def _of_networkx(path: Path, graph: "nx.Graph[Any]", weight: str) -> GraphFile:
 
 
 def _weight(path: Path, edge: str, value: object) -> float:
-    """Read a weight, which may be written as text, but be nothing else than a number."""
+    """Read a weight: a number, or a number written as text."""
     try:
         number = float(cast("Any", value)) if isinstance(value, str) or not isinstance(value, NO_NUMBERS) else math.nan
     except (TypeError, ValueError, OverflowError):
@@ -267,7 +268,7 @@ def _weight(path: Path, edge: str, value: object) -> float:
 
 
 def _positions(graph: "nx.Graph[Any]") -> FloatArray | None:
-    """Read the nodes' places, None unless each has two finite numbers."""
+    """Read the positions of the nodes; None unless each has two finite numbers."""
     places = [data.get("pos", (data.get("x"), data.get("y"))) for _, data in graph.nodes(data=True)]
     try:
         pairs = [spot.strip("()[]!").replace(",", " ").split() if isinstance(spot, str) else spot for spot in places]
@@ -310,7 +311,7 @@ def _edge_list(path: Path, weight: str | None, *, directed: bool) -> GraphFile:
 
 
 def _lines(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the lines of a CSV file that are not empty, each with its number; commas, semicolons or tabs part them."""
+    """Yield the number and the cells of each non-empty line of a CSV file, separated by commas, semicolons or tabs."""
     start = re.sub(r'"[^"]*"', "", text.lstrip().partition("\n")[0])
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=max("\t;,", key=start.count), strict=True)
     try:
@@ -350,7 +351,7 @@ def _npz(path: Path) -> Any:  # noqa: ANN401 - a sparse matrix of scipy
     if size > MOST_BYTES:
         msg = f"{path}: unpacked it has {size / 1e6:.0f} MB, more than the {MOST_BYTES / 1e6:.0f} that are read"
         raise ScenarioError(msg)
-    # of old versions of scipy and numpy as well: this never reads pickled objects
+    # this never reads pickled objects, in old versions of scipy and numpy either
     found = cast("Any", sparse.load_npz(path))
     _check_shape(path, found.shape)
     if found.format not in {"csr", "csc", "coo"}:
@@ -384,7 +385,7 @@ def _of_matrix(path: Path, matrix: Any, first: int) -> GraphFile:  # noqa: ANN40
 
 
 def _is_symmetric(entries: sparse.coo_array) -> bool:
-    """Tell whether a matrix and its transposed one have the same entries, stored zeros too."""
+    """Return whether a matrix and its transpose store the same entries, zeros included."""
     tails, heads = entries.coords
     one, other = np.lexsort((heads, tails)), np.lexsort((tails, heads))
     return bool(
@@ -402,7 +403,7 @@ def _graph_file(
     directed: bool,
     positions: FloatArray | None = None,
 ) -> GraphFile:
-    """Store the edges, without loops, of parallel ones the lightest."""
+    """Store the edges: no loops, and the lightest of parallel edges."""
     if not labels:
         msg = f"{path}: it has no nodes; give a graph with some"
         raise ScenarioError(msg)

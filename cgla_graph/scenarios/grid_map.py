@@ -1,5 +1,5 @@
 """
-Grid maps: cells that are free or blocked, and the no-fly area that the blocked ones make.
+Grid maps of free and blocked cells, and the no-fly area of the blocked ones.
 
 The cell of column c and row r is the square [c, c + 1] x [r, r + 1] in map units. Grid maps count rows from the top
 of the file, so y grows downward.
@@ -25,7 +25,7 @@ class GridMap:
     Parameters
     ----------
     name
-        What the map is called.
+        The name of the map.
     blocked
         True where a cell is blocked, shape (height, width); copied, and read-only from then on.
 
@@ -159,7 +159,7 @@ def _rectangles(blocked: BoolArray) -> FloatArray:
 
 
 def _farthest(region: BoolArray, cell: int) -> int:
-    """Return the first cell of a region that is most steps from a cell (indices in reading order)."""
+    """Return the cell of a region that is the most steps from a cell, the first of several (indices, reading order)."""
     nodes = np.arange(region.size).reshape(region.shape)
     across, down = region[:, :-1] & region[:, 1:], region[:-1] & region[1:]
     tails = np.concatenate([nodes[:, :-1][across], nodes[:-1][down]])

@@ -1,4 +1,4 @@
-"""What a user names on the command line: shipped scenarios, TOML files, GeoJSON areas and grid maps."""
+"""Scenarios named on the command line: shipped ones, TOML files, no-fly areas, rasters and grid maps."""
 
 import dataclasses
 import re
@@ -27,11 +27,14 @@ from cgla_graph.scenarios.map_tables import RasterTable
 from cgla_graph.scenarios.movingai import GridRow, check_row, map_beside, read_map, read_scenario_rows
 from cgla_graph.scenarios.scenario import Scenario, ScenarioTable, load_scenario, scenario_of
 from cgla_graph.scenarios.table_faults import faults
+from cgla_graph.scenarios.text_files import scenario_errors
 from cgla_graph.untrusted.files import kind_of
 
 #: The complete graph of a grid map joins its cells up to this many; a larger map gets a lattice of 50 a side.
 MOST_CELLS = 6000
-#: Endings of files of no-fly areas and zones; others are told by their content.
+#: Points of the lattice over files of areas and rasters, about.
+EVEN_POINTS = 900
+#: Endings of files of no-fly areas and zones; others are recognised by their content.
 AREAS = (".geojson", ".json", ".kml", ".kmz")
 #: Endings of rasters that are scenarios by themselves; .npz and .csv are those of graphs.
 RASTERS = (".tif", ".tiff", ".asc", ".npy")
@@ -50,7 +53,7 @@ def open_scenarios(
     raster: Mapping[str, object] | None = None,
 ) -> Iterator[Scenario]:
     """
-    Open everything that one argument names, one scenario after the other.
+    Open all scenarios that one argument names, one after the other.
 
     Parameters
     ----------
@@ -60,26 +63,26 @@ def open_scenarios(
         ``.tiff``, ``.asc`` or ``.npy``; start and goal are needed, and k is 1), a ``.map``, or a ``.scen`` with rows
         counted from 0: ``FILE.scen:ROW``, ``FILE.scen:FIRST-LAST``, or all of them without rows.
     start, goal
-        Instead of the scenario's own, in the coordinates of the file (degrees where it holds longitudes and
+        Replacements for the scenario's own, in the coordinates of the file (degrees where it holds longitudes and
         latitudes).
     bounds
-        Instead of the file's own, in its coordinates: ``(x_min, y_min, x_max, y_max)``, or west, south, east, north. A
-        grid map keeps its own.
+        Replacement for the file's own, in its coordinates: ``(x_min, y_min, x_max, y_max)``, or west, south, east,
+        north. A grid map keeps its own.
     k, clearance
-        Instead of the file's own.
+        Replacements for the file's own.
     no_fly
         Files of more no-fly areas, on maps in longitude and latitude: GeoJSON, or zones.
     zones
         Settings of zones: altitude, at, treat, ground, as in ``[no_fly]`` of scenario files.
     raster
-        Of a raster alone: its settings, as `raster_scenario` has them.
+        Settings of a raster, as `raster_scenario` takes them; only for a raster file.
 
     Yields
     ------
     scenario
-        A GeoJSON file without start and goal is crossed from its south-west to its north-east corner, 5 % outside the
-        areas; ends of the user's own widen it by 100 km at most. A map without a ``.scen`` is crossed between two
-        far-apart cells of its largest free region.
+        Without start and goal, the path across a GeoJSON file leads from its south-west to its north-east corner, 5 %
+        outside the areas; given ends widen the map by 100 km at most. The path across a map without a ``.scen`` joins
+        two far-apart cells of its largest free region.
 
     Raises
     ------
@@ -111,7 +114,7 @@ def open_scenarios(
         raise ScenarioError(msg)
     try:
         for scenario in _opened(path, rows, spec, start, goal, bounds, clearance, no_fly, zones or {}, raster or {}):
-            yield _changed(scenario, k, None if kind not in {".map", ".scen"} else clearance)
+            yield _changed(scenario, k=k, clearance=clearance if kind in {".map", ".scen"} else None)
     except FileFormatError as error:
         raise ScenarioError(str(error)) from error
 
@@ -140,7 +143,7 @@ def _opened(
     elif kind == ".map":
         yield _map_scenario(path, start, goal)
     elif kind == ".scen":
-        yield from (_moved(scenario, start, goal) for scenario in _row_scenarios(path, rows))
+        yield from (_changed(scenario, start=start, goal=goal) for scenario in _row_scenarios(path, rows))
     else:
         yield load_scenario(
             spec, start=start, goal=goal, bounds=bounds, clearance=clearance, no_fly=no_fly, zones=zones
@@ -149,7 +152,7 @@ def _opened(
 
 def holds_areas(path: Path) -> bool:
     """
-    Tell whether a file begins like one of areas: like JSON, XML or an archive.
+    Return whether a file begins like one of areas: like JSON, XML or an archive.
 
     Examples
     --------
@@ -184,12 +187,12 @@ def raster_scenario(
     Parameters
     ----------
     path
-        The raster. A GeoTIFF says itself whether it is in degrees; all others are on a plane, unless `settings` say
-        otherwise or there are no-fly areas, which are in degrees.
+        The raster. A GeoTIFF states whether it is in degrees; others are on a plane, unless `settings` give other
+        coordinates or there are no-fly areas, which are in degrees.
     start, goal
         In the coordinates of the file; both are needed.
     bounds
-        No path leaves these; of ``.npy``, the edges of the raster as well.
+        No path leaves these; for ``.npy``, they are the edges of the raster as well.
     k
         Risk weight.
     clearance
@@ -235,13 +238,13 @@ def raster_scenario(
     try:
         scenario = scenario_of(table, path.parent, path.stem, str(path))
     except ScenarioError as error:
-        # it is the one raster of its own map: that is said once
+        # the map has one raster, whose file is named once
         raise ScenarioError(str(error).replace(f"{path}: rasters.0: {path}: ", f"{path}: ")) from error
-    return dataclasses.replace(scenario, lattice=_even_lattice(scenario.problem.bounds, 900))
+    return _on_even_lattice(scenario)
 
 
 def _split_rows(spec: str) -> tuple[str, tuple[int, int] | None]:
-    """Part ``FILE:FIRST-LAST`` into file and rows."""
+    """Split ``FILE:FIRST-LAST`` into file and rows."""
     match = re.fullmatch(r"(.+\.(?:scen|toml|geojson|json|map)):(.*)", spec, flags=re.IGNORECASE)
     if match is None:
         return spec, None
@@ -255,17 +258,6 @@ def _split_rows(spec: str) -> tuple[str, tuple[int, int] | None]:
         msg = f"{spec}: the last row {last} is before the first {first}; write FIRST-LAST"
         raise ScenarioError(msg)
     return match[1], (first, last)
-
-
-def _moved(scenario: Scenario, start: Point | None, goal: Point | None) -> Scenario:
-    """Give a grid map another start or goal."""
-    problem = scenario.problem
-    try:
-        problem = dataclasses.replace(problem, start=start or problem.start, goal=goal or problem.goal)
-    except CglaError as error:
-        msg = f"{scenario.name}: {error}"
-        raise ScenarioError(msg) from error
-    return dataclasses.replace(scenario, problem=problem)
 
 
 def areas_scenario(
@@ -304,22 +296,9 @@ def areas_scenario(
         return _zones_scenario(files, start, goal, bounds, clearance, zones or {})
     areas = [area for file in files for area in read_areas(file)]
     west, south, east, north = bounds_of(box_around(shapely.get_coordinates([area.polygon for area in areas])))
-    try:
-        table = ScenarioTable(
-            title=f"{len(areas)} no-fly area{'s' * (len(areas) != 1)} of {', '.join(file.name for file in files)}",
-            coordinates="lonlat",
-            start=list(point("start", start or (west, south))),
-            goal=list(point("goal", goal or (east, north))),
-            k=0.0,
-            clearance=clearance,
-            bounds=None if bounds is None else list(four_numbers("bounds", bounds)),
-            no_fly=NoFlyTable(geojson=[path.name, *(str(file.absolute()) for file in files[1:])]),
-        )
-    except CglaError as error:
-        msg = f"{path}: {error}"
-        raise ScenarioError(msg) from error
-    scenario = scenario_of(table, path.parent, path.stem, str(path))
-    return dataclasses.replace(scenario, lattice=_even_lattice(scenario.problem.bounds, 900))
+    no_fly = NoFlyTable(geojson=[path.name, *(str(file.absolute()) for file in files[1:])])
+    what = f"{len(areas)} no-fly area{'s' * (len(areas) != 1)}"
+    return _crossed(files, what, start or (west, south), goal or (east, north), bounds, clearance, no_fly)
 
 
 def _zones_scenario(
@@ -345,41 +324,50 @@ def _zones_scenario(
             raise ScenarioError(msg)
         box = box or bounds_of(box_around(shapely.get_coordinates(closed)))
         start, goal = start or (box[0], box[1]), goal or (box[2], box[3])
-    try:
+    return _crossed(files, f"{count} zone{'s' * (count != 1)}", start, goal, box, clearance, no_fly)
+
+
+def _crossed(
+    files: Sequence[Path],
+    what: str,
+    start: Point,
+    goal: Point,
+    bounds: Bounds | None,
+    clearance: float,
+    no_fly: NoFlyTable,
+) -> Scenario:
+    """Make a scenario of files of areas and the ends of a path, degrees."""
+    path = files[0]
+    with scenario_errors(path):
         table = ScenarioTable(
-            title=f"{count} zone{'s' * (count != 1)} of {', '.join(file.name for file in files)}",
+            title=f"{what} of {', '.join(file.name for file in files)}",
             coordinates="lonlat",
             start=list(point("start", start)),
             goal=list(point("goal", goal)),
             k=0.0,
             clearance=clearance,
-            bounds=None if box is None else list(box),
+            bounds=None if bounds is None else list(four_numbers("bounds", bounds)),
             no_fly=no_fly,
         )
-    except CglaError as error:
-        msg = f"{path}: {error}"
-        raise ScenarioError(msg) from error
-    scenario = scenario_of(table, path.parent, path.stem, str(path))
-    return dataclasses.replace(scenario, lattice=_even_lattice(scenario.problem.bounds, 900))
+    return _on_even_lattice(scenario_of(table, path.parent, path.stem, str(path)))
 
 
-def _changed(scenario: Scenario, k: float | None, clearance: float | None) -> Scenario:
-    """Give a scenario another weight, or clearance."""
-    changes: dict[str, Any] = {name: value for name, value in (("k", k), ("clearance", clearance)) if value is not None}
+def _changed(scenario: Scenario, **changes: Any) -> Scenario:  # noqa: ANN401 - fields of a problem
+    """Replace fields of a scenario's problem; None keeps one."""
+    changes = {name: value for name, value in changes.items() if value is not None}
     if not changes:
         return scenario
-    try:
+    with scenario_errors(scenario.name):
         return dataclasses.replace(scenario, problem=dataclasses.replace(scenario.problem, **changes))
-    except CglaError as error:
-        msg = f"{scenario.name}: {error}"
-        raise ScenarioError(msg) from error
 
 
-def _even_lattice(bounds: tuple[float, float, float, float], n_points: int) -> Lattice:
-    """Lay about `n_points` at nearly the same spacing along both sides."""
+def _on_even_lattice(scenario: Scenario) -> Scenario:
+    """Lay a lattice of about `EVEN_POINTS` at nearly the same spacing along both sides."""
+    bounds = scenario.problem.bounds
     width, height = bounds[2] - bounds[0], bounds[3] - bounds[1]
-    columns = max(2, round((n_points * width / height) ** 0.5))
-    return Lattice((columns, max(2, round(n_points / columns))), bounds=bounds)
+    columns = max(2, round((EVEN_POINTS * width / height) ** 0.5))
+    lattice = Lattice((columns, max(2, round(EVEN_POINTS / columns))), bounds=bounds)
+    return dataclasses.replace(scenario, lattice=lattice)
 
 
 def _grid(path: Path) -> tuple[GridMap, BaseGeometry]:
@@ -426,19 +414,16 @@ def _row_scenario(path: Path, row: GridRow) -> Scenario:
 
 
 def _grid_scenario(name: str, title: str, grid: GridMap, no_fly: BaseGeometry, ends: tuple[Point, Point]) -> Scenario:
-    """Put the grid's own moves beside a complete graph over as many of its cell centres as are affordable."""
+    """Make a scenario with the grid's own moves, and a lattice over all cell centres or, on large maps, 50 a side."""
     height, width = grid.blocked.shape
-    # a lattice has two points a side at least; of a map of one row, the second lies beyond the map, and no path there
+    # a lattice has two points a side at least; on a map of one row, the second lies outside, where no path leads
     side_x, side_y = max(width, 2), max(height, 2)
     native = Lattice((side_x, side_y), bounds=(0.0, 0.0, float(side_x), float(side_y)), kind="centre")
     own_cells = {"resolution": native, "corner_rule": "both-free"}
     few = native.n_points <= MOST_CELLS
     lattice = native if few else Lattice(50, bounds=grid.bounds, kind="centre")
-    try:
+    with scenario_errors(name):
         problem = Problem(start=ends[0], goal=ends[1], bounds=grid.bounds, no_fly=no_fly)
-    except CglaError as error:
-        msg = f"{name}: {error}"
-        raise ScenarioError(msg) from error
     return Scenario(
         name=name,
         title=title,

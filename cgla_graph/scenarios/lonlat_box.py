@@ -1,4 +1,4 @@
-"""Boxes of longitudes and latitudes: what a map in degrees spans, and which points are on it."""
+"""Boxes in longitude and latitude: the bounds of a map in degrees, and the points inside them."""
 
 from collections.abc import Iterable, Sequence
 
@@ -11,15 +11,15 @@ from cgla_graph.model.earth import geodesic_length, wrapped
 
 #: Starts and goals widen a map that has no bounds of its own by this much at most, metres.
 NEAR = 100_000.0
-#: A box around some points is wider than they are by this part of its sides.
+#: Margin of a box around points on each side, relative to the box of the points.
 MARGIN = 0.05
-#: What a turn of 360 degrees may round off, degrees: 0.1 millimetres.
+#: Rounding error of a turn of 360 degrees, degrees: 0.1 millimetres.
 ROUNDING = 1e-9
 
 
 def box_of(bounds: Sequence[float]) -> Bounds:
     """
-    Check bounds in degrees; those that span the antimeridian go on beyond 180 degrees.
+    Check bounds in degrees; across the antimeridian, the east bound becomes greater than 180.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def bounds_of(box: Bounds) -> Bounds:
 
 def box_around(points: FloatArray) -> Bounds:
     """
-    Lay a box around points, 5 % wider; east of 180 degrees where that is narrower.
+    Return a box around points with a margin of 5 % on each side; it crosses the antimeridian where that is narrower.
 
     Parameters
     ----------
@@ -102,12 +102,12 @@ def box_around(points: FloatArray) -> Bounds:
 
 def require_inside(name: str, place: Point, box: Bounds) -> None:
     """
-    Check that a start or goal is inside the bounds that a map was given.
+    Check that a start or goal is inside the given bounds of a map.
 
     Raises
     ------
     ProblemError
-        If it is not; the message says how far outside it is, and asks for the longitude first if that would help.
+        If it is outside; the message gives the distance, and asks for the longitude first if that would help.
 
     Examples
     --------
@@ -125,14 +125,14 @@ def require_inside(name: str, place: Point, box: Bounds) -> None:
 
 def widened(box: Bounds, ends: Iterable[tuple[str, Point]]) -> Bounds:
     """
-    Widen a box that was laid around areas, so that starts and goals near it are inside.
+    Widen a box around areas, so that starts and goals near it are inside.
 
     Parameters
     ----------
     box
-        As `box_around` gives it.
+        The result of `box_around`.
     ends
-        Names and places of starts and goals.
+        Names and positions of starts and goals, degrees.
 
     Returns
     -------
@@ -142,8 +142,8 @@ def widened(box: Bounds, ends: Iterable[tuple[str, Point]]) -> Bounds:
     Raises
     ------
     ProblemError
-        If one of them is farther from the box than `NEAR`, or would be inside it with latitude and longitude swapped:
-        the message says how far it is, and asks for the longitude first if that would help.
+        If one of them is farther from the box than `NEAR`, or would be inside with latitude and longitude swapped: the
+        message gives the distance, and asks for the longitude first if that would help.
 
     Examples
     --------
@@ -170,21 +170,21 @@ def widened(box: Bounds, ends: Iterable[tuple[str, Point]]) -> Bounds:
 
 def require_unswapped(name: str, place: Point, box: Bounds, reach: float) -> None:
     """
-    Check that a threat that is out of reach of the map would not be on it with latitude and longitude swapped.
+    Check that latitude and longitude of a threat are not swapped.
 
     Parameters
     ----------
     name, place
-        Of the threat.
+        Name and position of the threat, degrees.
     box
         The map.
     reach
-        How far it is felt, metres.
+        The distance to which its risk counts, metres.
 
     Raises
     ------
     ProblemError
-        If it would be.
+        If it does not reach the map, but would be on it with latitude and longitude swapped.
 
     Examples
     --------
@@ -199,7 +199,7 @@ def require_unswapped(name: str, place: Point, box: Bounds, reach: float) -> Non
 
 def contains(box: Bounds, place: Point) -> bool:
     """
-    Tell whether a point is inside a box or on its border, at whatever turn of the longitude.
+    Return whether a point is inside a box or on its border; longitudes may differ by 360 degrees.
 
     Examples
     --------
@@ -214,7 +214,7 @@ def contains(box: Bounds, place: Point) -> bool:
 
 def distance_to(box: Bounds, place: Point) -> float:
     """
-    Return how far a point is from the nearest one of a box at its own longitude or latitude, metres.
+    Return the distance from a point to the nearest point of a box at its own longitude or latitude, metres.
 
     Examples
     --------
@@ -238,20 +238,20 @@ def _nearest_turn(box: Bounds, place: Point) -> float:
 
 
 def _swapped(place: Point, box: Bounds) -> str:
-    """Ask for the longitude first where a point is not on the map, but would be the other way round; else empty."""
+    """Ask for the longitude first if a point is off the map, and on it with swapped coordinates; else return ""."""
     other = place[1], place[0]
     if not _is_place(other) or contains(box, place):
         return ""
     if contains(box, other):
         return f"longitude first? {other} is on the map"
-    # of a point far away, that it would be near the other way round says the same
+    # a point that is far away, and near the map when swapped, was swapped as well
     if (not _is_place(place) or distance_to(box, place) > NEAR) and distance_to(box, other) <= NEAR:
         return f"longitude first? {other} is {_kilometres(distance_to(box, other))} from the map"
     return ""
 
 
 def _is_place(place: Point) -> bool:
-    """Whether a point is one of the Earth."""
+    """Return whether longitude and latitude are in range."""
     return abs(place[0]) <= 180.0 and abs(place[1]) <= 90.0  # noqa: PLR2004 - degrees
 
 
@@ -270,5 +270,5 @@ def _kilometres(metres: float) -> str:
 
 
 def _shown(box: Bounds) -> str:
-    """Write a box with the digits of about a metre, as (west, south, east, north)."""
+    """Format a box to about a metre, as (west, south, east, north)."""
     return str(tuple(round(side, 5) for side in bounds_of(box)))

@@ -1,4 +1,4 @@
-"""What all TOML files with a map share: their tables, how these become map units, and how a fault is told."""
+"""Maps in TOML files: their tables, conversion to map units, and errors."""
 
 import re
 import tomllib
@@ -27,11 +27,12 @@ from cgla_graph.scenarios.drawing import Stream, drawn_threats
 from cgla_graph.scenarios.geojson import read_areas
 from cgla_graph.scenarios.lonlat_box import bounds_of, box_around, box_of, require_inside, require_unswapped, widened
 from cgla_graph.scenarios.table_faults import faults
+from cgla_graph.scenarios.text_files import scenario_errors
 
-#: How many spreads around its centre a threat is seen: a box around threats has room to go around them; and beyond so
-#: many, it is not felt.
+#: Spreads around the centre of a threat that a box around threats holds, so that there is room to fly around it; and
+#: spreads beyond which its risk does not count.
 SEEN, FELT = 3.0, 8.0
-#: Metres around ends that are in one place, on a map of zones.
+#: Least distance around ends on a map of zones, metres.
 NEAREST = 2000.0
 
 
@@ -47,7 +48,7 @@ Range = Annotated[Pair, AfterValidator(_rising)]
 
 
 class ThreatTable(Table):
-    """One threat: its centre, and spread and peak, or else the sigma of Eq. 1 in one of its readings."""
+    """One threat: its centre, with spread and peak or with the sigma of Eq. 1 in one of its readings."""
 
     x: float
     y: float
@@ -57,7 +58,7 @@ class ThreatTable(Table):
     reading: Reading = Field("membership", description="how Eq. 1 is read")
 
     def build(self, x: float, y: float) -> Threat:
-        """Return the threat, its centre in map units given."""
+        """Return the threat with its centre at ``(x, y)``, map units."""
         if (self.spread is None) == (self.sigma is None):
             msg = "a threat needs either spread (and peak) or sigma (and reading)"
             raise ValueError(msg)
@@ -66,7 +67,7 @@ class ThreatTable(Table):
         return Threat(x, y, spread=self.spread or 0.0, peak=self.peak)
 
     def spread_of(self) -> float:
-        """Return the spread, map units, however it is written."""
+        """Return the spread, map units, given directly or by sigma."""
         return self.build(0.0, 0.0).spread
 
 
@@ -145,14 +146,14 @@ class MapTable(Table):
         return []
 
     def journey(self) -> tuple[Point, Point] | None:
-        """Return start and goal where there is but one path to plan, in the file's own coordinates."""
+        """Return start and goal of a file with one path to plan, in its own coordinates; else None."""
         return None
 
 
 @dataclass(frozen=True)
 class MapBuilder:
     """
-    A checked table on its way to map units.
+    Converter of a checked table to map units.
 
     Attributes
     ----------
@@ -179,9 +180,10 @@ class MapBuilder:
     @cached_property
     def box(self) -> Bounds:
         """
-        The bounds in the file's own coordinates: the given ones, or what a map in degrees is about.
+        The bounds in the file's own coordinates.
 
-        That is a box around its no-fly areas, threats and rasters, wide enough for starts and goals that are near.
+        Without bounds in the file, a map in degrees gets a box around its no-fly areas, threats and rasters, widened to
+        starts and goals that are near.
         """
         given = self.table.bounds
         if self.is_plane:
@@ -230,12 +232,12 @@ class MapBuilder:
         """
         The projection of a lon/lat map; None for a map in the plane.
 
-        If the file says no origin, it is centred between start and goal of the one path, so that it distorts that as
-        little as it can; on the middle of the bounds where there are several.
+        Without an origin in the file, it is centred between start and goal of a single path, where it distorts that
+        path least, and on the middle of the bounds for several paths.
         """
         if self.is_plane:
             return None
-        # that everything is on the map is told first
+        # points outside the map are reported first
         box, journey = self.box, self.table.journey()
         if self.table.projection_origin is not None:
             return self._written_projection
@@ -243,18 +245,15 @@ class MapBuilder:
 
     @property
     def on_earth(self) -> LocalProjection | None:
-        """How longitude and latitude become map units; None if the map is nowhere on the Earth."""
+        """The projection of longitude and latitude to map units; None if the map has no place on the Earth."""
         return self._written_projection if self.is_plane else self.projection
 
     @cached_property
     def _written_projection(self) -> LocalProjection | None:
-        """The projection around the origin that the file says; None if it says none."""
+        """The projection around the origin in the file; None if it gives none."""
         given = self.table.projection_origin
-        try:
+        with scenario_errors("projection_origin"):
             return None if given is None else LocalProjection(*given)
-        except ProblemError as error:
-            msg = f"projection_origin: {error}"
-            raise ProblemError(msg) from error
 
     def point(self, pair: list[float]) -> Point:
         """Return a point in map units."""
@@ -276,7 +275,7 @@ class MapBuilder:
         return self.box if self.projection is None else projected_bounds(self.box, self.projection)
 
     def shapes(self, key: str, rings: list[list[list[float]]], files: list[str]) -> list[BaseGeometry]:
-        """Return polygons of rings and of GeoJSON files as they are; `key` is where the file names the latter."""
+        """Return polygons of rings and of GeoJSON files, unprojected; `key` is the key of the files in errors."""
         areas: list[BaseGeometry] = [shapely.Polygon(ring) for ring in rings]
         for name in files:
             if self.is_plane:
@@ -298,7 +297,7 @@ class MapBuilder:
         Raises
         ------
         ProblemError
-            If it is; the message names the area.
+            If it does not; the message names the area.
         """
         here = shapely.Point(self.point(list(pair)))
         unit = "" if self.is_plane else " m"
@@ -317,7 +316,7 @@ class MapBuilder:
 
     @property
     def _rounding(self) -> float:
-        """By how much an end may be nearer to an area than the clearance: what a problem takes is not refused."""
+        """Rounding error of a distance, map units: an end may be nearer to an area than the clearance by this."""
         x_min, y_min, x_max, y_max = self.bounds
         return ROUNDING * max(x_max - x_min, y_max - y_min)
 
@@ -339,7 +338,7 @@ class MapBuilder:
 
     @cached_property
     def no_fly_names(self) -> list[str]:
-        """What each of them is called: its place in this file, or what its own file calls it."""
+        """The name of each no-fly area: its key in this file, or its name in its own file."""
         given = self.table.no_fly
         written = [f"no_fly.polygons.{number}" for number in range(len(given.polygons))]
         written += [area.name or f"no_fly.areas.{number}" for number, area in enumerate(given.areas)]
@@ -349,7 +348,7 @@ class MapBuilder:
     @cached_property
     def zones(self) -> MapZones | None:
         """
-        What becomes of each zone on this map; None if there are no files of zones.
+        The verdict on each zone on this map; None if there are no files of zones.
 
         Raises
         ------
@@ -370,7 +369,7 @@ class MapBuilder:
 
     @property
     def named_areas(self) -> list[tuple[str, BaseGeometry]]:
-        """Those that this file or their own gives a name, in map units."""
+        """The no-fly areas that have a name in this file or in their own, map units."""
         given = zip(self.no_fly_names, self.projected_no_fly, strict=True)
         unnamed = re.compile(r"no_fly\.(polygons|areas)\.\d+|area \d+")
         named = {area.name for area in self.table.no_fly.areas if area.name}
@@ -378,7 +377,7 @@ class MapBuilder:
 
     @cached_property
     def projected_no_fly(self) -> list[BaseGeometry]:
-        """All no-fly areas in map units; zones of very many corners are within areas of fewer."""
+        """All no-fly areas in map units; zones of very many corners are simplified to areas that contain them."""
         areas = self._projected(self._own_shapes)
         return [*areas, *([] if self.zones is None else self.zones.areas)]
 
@@ -394,7 +393,7 @@ class MapBuilder:
         for number, entry in enumerate(self.table.rasters):
             given = entry.bounds
             box: Bounds | None = None if given is None else (given[0], given[1], given[2], given[3])
-            try:
+            with scenario_errors(f"rasters.{number}"):
                 cells = read_cells(
                     self.folder / entry.file,
                     most=MOST_CELLS,
@@ -402,9 +401,6 @@ class MapBuilder:
                     coordinates=self.table.coordinates,
                     origin=entry.origin,
                 )
-            except ProblemError as error:
-                msg = f"rasters.{number}: {error}"
-                raise ScenarioError(msg) from error
             found.append(cells)
         return found
 
@@ -422,7 +418,7 @@ class MapBuilder:
     def _raster(self, number: int, entry: RasterTable) -> RasterRisk:
         """Return one raster in map units."""
         file = self.folder / entry.file
-        try:
+        with scenario_errors(f"rasters.{number}"):
             laid = cells_in_metres(
                 file,
                 self.cells[number],
@@ -434,9 +430,6 @@ class MapBuilder:
             raster = RasterRisk(
                 laid.values, laid.bounds, interpolation=entry.interpolation, scale=entry.scale, nodata=entry.nodata
             )
-        except ProblemError as error:
-            msg = f"rasters.{number}: {error}"
-            raise ScenarioError(msg) from error
         west, south, east, north = self.bounds
         x_min, y_min, x_max, y_max = raster.bounds
         if x_max <= west or east <= x_min or y_max <= south or north <= y_min:
@@ -446,7 +439,7 @@ class MapBuilder:
         return raster
 
     def threats(self) -> list[Threat]:
-        """Return the threats in map units, those written first."""
+        """Return the threats in map units: those in the file, then the random ones."""
         return [entry.build(*self.point([entry.x, entry.y])) for entry in [*self.table.threats, *self.drawn()]]
 
     def drawn(self) -> list[ThreatTable]:
@@ -490,9 +483,9 @@ def read_table(text: str, kind: type[AnyTable], *, place: str, command: str) -> 
     kind
         The table of the whole file.
     place
-        What error messages call the file.
+        The name of the file in error messages.
     command
-        What prints the schema of such files.
+        The command that prints the schema of such files.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""How the table of a mission file becomes a world, and UAVs with settings."""
+"""Construction of worlds, UAVs and settings from the table of a mission file."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
@@ -21,7 +21,7 @@ from cgla_graph.scenarios.map_tables import MapBuilder
 from cgla_graph.scenarios.mission_tables import SOLVER, MissionTable, SharingTable, VirtualObstacleTable
 from cgla_graph.scenarios.scenario import ScenarioTable, open_table
 
-#: What a mission that takes a scenario's map may not say again.
+#: Keys that a mission on a scenario's map may not set.
 OF_THE_MAP = (
     "coordinates", "projection_origin", "bounds", "improper", "threats", "random_threats", "rasters", "no_fly"
 )  # fmt: skip
@@ -49,7 +49,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class MissionBuilder:
-    """A checked mission table on its way to map units."""
+    """Converter of a checked mission table to map units."""
 
     table: MissionTable
     folder: Path
@@ -60,12 +60,12 @@ class MissionBuilder:
         if self._brought is None:
             return MapBuilder(self.table, self.folder)
         table, folder = self._brought
-        # zones count as far away as any variant keeps clear of them
+        # zones count up to the greatest clearance of any variant
         return MapBuilder(table.model_copy(update={"clearance": self.clearance}), folder)
 
     @cached_property
     def _brought(self) -> tuple[ScenarioTable, Path] | None:
-        """The scenario that the file names, and the folder of its files."""
+        """The scenario that the file names, and the folder of its own files."""
         name = self.table.scenario
         if name is None:
             return None
@@ -96,9 +96,9 @@ class MissionBuilder:
 
     @cached_property
     def common(self) -> dict[str, Any]:
-        """The settings of the mission, which variants may change."""
+        """The settings of the mission that variants may change."""
         given = 0.0 if self.scenario is None else self.scenario.clearance
-        # (where there is none nothing is set, so that studies know missions again that they began with)
+        # (a clearance of 0 is not set, so that missions of studies begun earlier stay equal)
         of_scenario = {"clearance": given} if given > 0.0 else {}
         return {**of_scenario, **({} if self.table.fly is None else self.table.fly.chosen())}
 
@@ -126,9 +126,9 @@ class MissionBuilder:
 
     def world(self) -> World:
         """Return the world."""
-        # a UAV that is not on the map is told first
+        # a UAV outside the map is reported first
         _ = self.written_uavs
-        # those of a scenario are its very threats: the ones drawn keep clear of its own start and goal
+        # a scenario keeps its threats: the drawn ones keep clear of its own start and goal
         with nullcontext() if self.scenario is None else error_context(f"scenario {shown(self.table.scenario)}"):
             threats, rasters = self.ground.threats(), self.ground.rasters()
             field = RiskField(threats, rasters=rasters, improper=self.ground.table.improper)
@@ -141,7 +141,7 @@ class MissionBuilder:
         for number, entry in enumerate(self.table.timed_threats):
             with error_context(f"timed_threats.{number}"):
                 threat = entry.build(*self.ground.point([entry.x, entry.y]))
-                # a peak that is too high is told here, with the number that the threat has in the file
+                # a peak that is too high is reported here, with the number of the threat in the file
                 RiskField([threat], improper=self.ground.table.improper)
                 moves = [(tick, *self.ground.point([x, y])) for tick, x, y in entry.moves]
                 yield TimedThreat(threat, entry.appears, entry.vanishes, moves)  # type: ignore[arg-type]

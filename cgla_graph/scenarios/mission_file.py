@@ -1,4 +1,4 @@
-"""Missions in TOML files, some of them shipped with the toolkit: UAVs on a map, in one or more variants."""
+"""Missions in TOML files, shipped or the user's own: UAVs on a map, in one or more variants."""
 
 import tomllib
 from collections.abc import Callable, Mapping
@@ -20,19 +20,19 @@ from cgla_graph.scenarios.scenario import ScenarioTable
 from cgla_graph.scenarios.shipped import MISSIONS, shipped_mission
 from cgla_graph.scenarios.text_files import read_text
 
-#: What prints the schema of mission files.
+#: The command that prints the schema of mission files.
 SCHEMA = "cgla missions --schema"
 
 
 @dataclass(frozen=True, eq=False)
 class MissionFile:
     """
-    What a mission file holds: the world, and who flies in it under which rules.
+    The content of a mission file: the world, the UAVs and the rules they fly by.
 
     Attributes
     ----------
     name, title
-        A short name for tables and files, and one line that says what it shows.
+        A short name for tables and files, and a title of one line.
     world
         The truth, in map units (metres where `projection` is set).
     lattice
@@ -129,12 +129,12 @@ def mission_from_toml(
     where
         What error messages call the file.
     clearance
-        Of all variants, instead of the file's: how far plans stay from no-fly areas, map units.
+        How far plans of all variants stay from no-fly areas, map units; None for the file's own.
 
     Returns
     -------
     file
-        World, UAVs and settings, checked but for what only a `Mission` can check (see `MissionFile.missions`).
+        World, UAVs and settings; `MissionFile.missions` checks the rest.
 
     Raises
     ------
@@ -189,13 +189,13 @@ def load_mission(name: str | Path, *, clearance: float | None = None) -> Mission
     name
         The name or the path.
     clearance
-        Of all variants, instead of the file's: how far plans stay from no-fly areas, map units.
+        How far plans of all variants stay from no-fly areas, map units; None for the file's own.
 
     Raises
     ------
     MissionError
-        If there is none (the message offers the nearest names), the file cannot be read or is malformed, or the
-        clearance is no number of at least 0.
+        If there is no such mission (the message offers the nearest names), the file cannot be read or is malformed, or
+        the clearance is not a number of at least 0.
 
     Examples
     --------
@@ -204,32 +204,15 @@ def load_mission(name: str | Path, *, clearance: float | None = None) -> Mission
     """
     path = Path(name)
     if path.suffix.lower() != ".toml":
-        return mission_from_toml(mission_text(str(name)), str(name), clearance=clearance)
+        return mission_from_toml(shipped_mission(str(name)), str(name), clearance=clearance)
     with error_context():
         text = read_text(path, str(path), "a TOML file")
     return mission_from_toml(text, path.stem, folder=path.parent, where=str(path), clearance=clearance)
 
 
-def mission_text(name: str) -> str:
-    """
-    Return the file of a shipped mission.
-
-    Raises
-    ------
-    MissionError
-        If there is none of that name; the message offers the nearest.
-
-    Examples
-    --------
-    >>> "stepnum = 5" in mission_text("fig7")
-    True
-    """
-    return shipped_mission(name)
-
-
 def is_mission_file(spec: str | Path) -> bool:
     """
-    Tell a mission from a scenario by its content.
+    Return whether a name or file is a mission's, by its content.
 
     Parameters
     ----------
@@ -239,8 +222,8 @@ def is_mission_file(spec: str | Path) -> bool:
     Returns
     -------
     is_mission
-        Whether it is the name of a shipped mission, or a TOML file with a key that only missions have. A file that
-        cannot be read is none.
+        True for the name of a shipped mission, and for a TOML file with a key that only missions have. False for a
+        file that cannot be read.
 
     Examples
     --------

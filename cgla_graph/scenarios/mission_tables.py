@@ -1,4 +1,4 @@
-"""The tables of mission files, as they are written."""
+"""Tables of mission files."""
 
 import unicodedata
 from collections.abc import Iterable
@@ -19,12 +19,12 @@ from cgla_graph.scenarios.area_tables import Pair, Ring, Table
 from cgla_graph.scenarios.drawing import MOST_MISSES, Stream
 from cgla_graph.scenarios.map_tables import MapTable, ThreatTable
 
-#: What plans where a file names no solver.
+#: The solver of files that name none.
 SOLVER = "cgla"
 
 
 def _one_line(text: str) -> str:
-    """Refuse what would break lines, or steer a terminal."""
+    """Refuse line ends and control characters, which could steer a terminal."""
     if any(unicodedata.category(letter) in _CONTROL for letter in text):
         msg = "give one line, without line ends and control characters"
         raise ValueError(msg)
@@ -37,7 +37,7 @@ Line: TypeAlias = Annotated[str, AfterValidator(_one_line)]
 
 
 class UavSettings(Table):
-    """What a UAV can take from the top of the file, and what a variant can set for all UAVs."""
+    """Settings of UAVs: at the top of the file, of one UAV, or of all UAVs of a variant."""
 
     detection_radius: float | None = Field(None, gt=0, description="the paper's OR, map units")
     step: float | None = Field(None, gt=0, description="what it flies in a tick, map units (default: 0.4 units)")
@@ -45,7 +45,7 @@ class UavSettings(Table):
     safe_distance: float | None = Field(None, gt=0, description="the paper's SD, map units (default: half of OR)")
 
     def given(self) -> dict[str, Any]:
-        """Return those that the file gives."""
+        """Return the settings that the file gives."""
         every = {name: getattr(self, name) for name in UavSettings.model_fields}
         return {name: value for name, value in every.items() if value is not None}
 
@@ -61,7 +61,7 @@ class UavTable(UavSettings):
 
 
 class RandomUavsTable(Table):
-    """UAVs drawn evenly over the bounds, from a seed; each like the settings at the top of the file."""
+    """UAVs drawn evenly over the bounds from a seed, with the settings at the top of the file."""
 
     count: int = Field(ge=1, le=1000)
     seed: int = Field(ge=0)
@@ -80,8 +80,7 @@ class RandomUavsTable(Table):
         """
         Draw names, starts and goals: clear of threats, `clearance` away from all areas, apart from each other.
 
-        They stay apart from `ends`, the starts and goals of other UAVs, too; by `safe_distance` if the table does not
-        say how far.
+        They also stay apart from `ends`, the starts and goals of other UAVs: by `apart`, or else by `safe_distance`.
         """
         stream = Stream(self.seed)
         apart = safe_distance if self.apart is None else self.apart
@@ -125,7 +124,7 @@ Move: TypeAlias = Annotated[list[int | float], Field(min_length=3, max_length=3)
 
 
 class TimedThreatTable(ThreatTable):
-    """A threat that comes, moves or goes."""
+    """A threat that appears, moves or vanishes."""
 
     appears: Tick = Field(0, description="first tick when it is there")
     vanishes: Tick | None = Field(None, description="first tick when it is gone")
@@ -133,7 +132,7 @@ class TimedThreatTable(ThreatTable):
 
 
 class TimedAreaTable(Table):
-    """A no-fly area that comes or goes: a polygon written here, or a GeoJSON file beside this one."""
+    """A no-fly area that appears or vanishes: a polygon in this file, or a GeoJSON file beside it."""
 
     polygon: Ring | None = Field(None, description="corners, closed or not")
     geojson: str | None = Field(None, description="path of a GeoJSON file (lon/lat), from this file")
@@ -142,7 +141,7 @@ class TimedAreaTable(Table):
 
 
 class SharingTable(Table):
-    """Who hears whom, when, and how surely."""
+    """Radio range, delay and loss of messages between UAVs."""
 
     radius: float | None = Field(None, gt=0, description="radio range, map units (default: everybody hears everybody)")
     delay: int = Field(0, ge=0, description="ticks that a message takes")
@@ -161,7 +160,7 @@ class VirtualObstacleTable(Table):
 
 
 def _is_table(value: object) -> str:
-    """Choose the member of a union of a table and a plain value, so that only its own faults are told."""
+    """Choose the member of a union of a table and a plain value, so that only its own faults are reported."""
     return "=table" if isinstance(value, dict | Table) else "=plain"
 
 
@@ -196,12 +195,12 @@ class FlySettings(Table):
     )
 
     def chosen(self) -> dict[str, Any]:
-        """Return what the file sets, by the name of `Mission`'s setting."""
+        """Return the settings of `Mission` that the file gives, by name."""
         return {name: getattr(self, name) for name in FlySettings.model_fields if name in self.model_fields_set}
 
 
 class VariantTable(FlySettings, UavSettings):
-    """The same mission with other settings: any of ``[fly]``, and those of UAVs, then for all of them."""
+    """A variant of the mission: other settings of ``[fly]``, or of all UAVs."""
 
     name: Line = Field(min_length=1)
 
@@ -226,7 +225,7 @@ class MissionTable(MapTable, UavSettings):
         return max((one.clearance for one in (self.fly, *self.variants) if one is not None), default=0.0)
 
     def with_clearance(self, clearance: float) -> "MissionTable":
-        """Return the table with another clearance, of all variants."""
+        """Return the table with one clearance for all variants."""
         changes = {"clearance": clearance}
         fly = (self.fly or FlySettings.model_validate({})).model_copy(update=changes)
         variants = [one.model_copy(update=changes) for one in self.variants]

@@ -62,7 +62,7 @@ class GridRow:
 
 def read_map(path: str | os.PathLike[str]) -> GridMap:
     r"""
-    Read a grid map (``.map``): free or blocked only, never what a terrain costs to cross.
+    Read a grid map (``.map``); a cell is free or blocked, costs of terrain are ignored.
 
     Free are ``.``, ``G`` and ``S`` (swamp); blocked are ``@``, ``O``, ``T`` and ``W``. The map is named by
     the file, without ``.map``.
@@ -215,7 +215,7 @@ def check_row(row: GridRow, grid: GridMap) -> None:
 
 
 def _is_file(path: Path) -> bool:
-    """Return whether a file is there; a name that no file can have is none."""
+    """Return whether a file exists; False for names that no file can have."""
     try:
         return path.is_file()
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""Paths of a problem in files: waypoints as CSV, and flight plans."""
+"""Readers of a problem's paths: waypoints in CSV files, and flight plans."""
 
 import csv
 import io
@@ -11,14 +11,14 @@ import numpy as np
 from cgla_graph._text import shown
 from cgla_graph._types import FloatArray
 from cgla_graph.airspace.flight_plans.formats import read_plan
-from cgla_graph.errors import ProblemError, ScenarioError
+from cgla_graph.errors import ScenarioError
 from cgla_graph.model.earth import LocalProjection
 from cgla_graph.model.problem import Problem
-from cgla_graph.scenarios.text_files import read_text
+from cgla_graph.scenarios.text_files import read_text, scenario_errors
 
 #: Start and goal in a file may be off by this, relative to the longer side of the map, as rounded coordinates are.
 END_TOLERANCE = 1e-6
-#: Endings of flight plans; CSV is read with all that it knows of the map.
+#: Endings of flight plans in other formats than CSV.
 PLANS = (".plan", ".waypoints", ".kml", ".kmz", ".gpx", ".geojson", ".json")
 
 
@@ -31,18 +31,18 @@ def read_path(file: str | os.PathLike[str], problem: Problem) -> FloatArray:
     file
         CSV with the columns ``x`` and ``y``, map units; or on a lon/lat map without these, ``longitude`` and
         ``latitude``, degrees. Other columns are ignored. Or a flight plan in another format, on a lon/lat map.
-    scenario
-        The map.
+    problem
+        The problem that the path belongs to.
 
     Returns
     -------
     path
-        Shape ``(m, 2)``, map units. Ends that differ from start and goal by rounding (`END_TOLERANCE`) become them.
+        Shape ``(m, 2)``, map units. Ends within rounding (`END_TOLERANCE`) of start and goal are moved onto them.
 
     Raises
     ------
     ScenarioError
-        If the file is not there, lacks a column, holds something else than numbers, or does not join start and goal.
+        If the file does not exist, lacks a column, holds anything but numbers, or does not join start and goal.
 
     Examples
     --------
@@ -71,11 +71,8 @@ def read_path(file: str | os.PathLike[str], problem: Problem) -> FloatArray:
         raise ScenarioError(msg)
     path = np.array(places)
     if wanted[0] != "x" and problem.projection is not None:
-        try:
+        with scenario_errors(name):
             path = problem.projection.forward(path)
-        except ProblemError as error:
-            msg = f"{name}: {error}"
-            raise ScenarioError(msg) from error
     return _joined(path, problem, name)
 
 
@@ -88,7 +85,7 @@ def _of_plan(file: Path, problem: Problem) -> FloatArray:
         msg = f"{file}: the plan is in {there}, and the map in {here}; give one of the same coordinates"
         raise ScenarioError(msg)
     points = plan.points if problem.projection is None else problem.projection.forward(plan.points)
-    # the landing is where the last leg ends
+    # a landing repeats the end of the last leg
     kept = np.concatenate([[True], (points[1:] != points[:-1]).any(axis=1)])
     return np.asarray(points[kept])
 
@@ -118,7 +115,7 @@ def _numbers(line: list[str], places: list[int], where: str) -> list[float]:
 
 
 def _joined(path: FloatArray, problem: Problem, name: str) -> FloatArray:
-    """Put the ends of a path on start and goal, which they may miss by rounding only."""
+    """Move the ends of a path onto start and goal, which they may miss by rounding only."""
     x_min, y_min, x_max, y_max = problem.bounds
     allowed = END_TOLERANCE * max(x_max - x_min, y_max - y_min)
     joined = path.copy()

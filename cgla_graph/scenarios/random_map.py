@@ -1,4 +1,4 @@
-"""Random maps from seeds: the same map on every machine, with any number of threats and no-fly areas."""
+"""Random maps from seeds, with any number of threats and no-fly areas, the same on every machine."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -19,7 +19,7 @@ from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.drawing import MOST_MISSES, Stream, are_apart, drawn_threats
 from cgla_graph.scenarios.scenario import Scenario
 
-#: What a map has unless told otherwise: the distribution of the harness of the paper's claims.
+#: Defaults of a map: the distribution of the checks of the paper's claims.
 THREATS = 10
 SPREAD = (0.025, 0.065)
 PEAK = (1.0, 1.0)
@@ -30,26 +30,26 @@ RESOLUTION = 20
 START, GOAL = (0.1, 0.1), (0.9, 0.9)
 UNIT_SQUARE = (0.0, 0.0, 1.0, 1.0)
 
-#: Areas are at least this far from each other, and half as far from the border, start and goal. So the points of a
-#: lattice whose cells are no wider than this along the diagonal (20 points a side: 0.0744) lead around every area:
-#: a way in the plane that keeps half the gap from all areas exists, and the points nearest to it see their neighbours.
+#: Areas are at least this far from each other, and half as far from the border, start and goal. A way in the plane
+#: that keeps half the gap from all areas exists, and the lattice points nearest to it see their neighbours if the
+#: diagonal of a cell is no longer than the gap (20 points a side: 0.0744): the lattice leads around every area.
 GAP = 0.075
-#: Numbers that are larger are mistakes.
+#: Larger numbers are refused.
 MOST_THREATS, MOST_AREAS, LARGEST_SEED = 10_000, 1000, 2**63 - 1
 #: The largest area that leaves room for start and goal.
 LARGEST_RADIUS = 0.4
-#: Maps that are drawn to fill buckets of difficulty before one of them counts as out of reach.
+#: Maps drawn to fill buckets of difficulty before a bucket counts as out of reach.
 MOST_DRAWS = 2000
 #: Corners of an area, least and greatest.
 CORNERS = (3, 7)
 #: The share of its sector that a corner may fall into: the rest keeps corners apart.
 JITTER = 0.7
-#: What rounding may add to a ratio of costs.
+#: Rounding of a ratio of costs.
 ROUNDING = 1e-9
 
 
 class MapSettings(TypedDict, total=False):
-    """What can be chosen of a random map; see `random_scenario`."""
+    """Settings of a random map; see `random_scenario`."""
 
     threats: int
     spread: tuple[float, float]
@@ -171,7 +171,7 @@ def random_scenarios(
     **settings: Unpack[MapSettings],
 ) -> list[Scenario]:
     """
-    Draw a map for each seed, or as many as it takes to have maps of each difficulty.
+    Draw a map for each seed, or as many maps as it takes to fill buckets of difficulty.
 
     Parameters
     ----------
@@ -234,7 +234,7 @@ def random_scenarios(
 
 def difficulty(scenario: Scenario) -> float:
     """
-    Say how much more expensive the straight line from start to goal is than the optimum on the scenario's lattice.
+    Return the cost of the straight line from start to goal over the optimum on the scenario's lattice.
 
     Parameters
     ----------
@@ -245,8 +245,8 @@ def difficulty(scenario: Scenario) -> float:
     Returns
     -------
     ratio
-        Cost over cost: at least 1, which is a map where nothing beats the straight line. Infinite where the straight
-        line crosses a no-fly area.
+        At least 1; it is 1 on a map where the straight line is optimal, and infinite where the straight line crosses a
+        no-fly area.
 
     Raises
     ------
@@ -287,7 +287,7 @@ def _ceiling(problem: Problem) -> float:
 def _areas(
     seed: int, count: int, radii: tuple[float, float], clear: float, ends: list[Point]
 ) -> shapely.GeometryCollection | None:
-    """Draw the areas: each inside a circle of its own, and the circles apart, so that no union of them is needed."""
+    """Draw the areas, each inside a circle of its own; the circles are apart, so the areas need no union."""
     count = whole_number("areas", count, at_least=0, at_most=MOST_AREAS)
     stream = Stream(seed, 1)
     circles: list[tuple[Point, float]] = []
@@ -314,7 +314,7 @@ def _areas(
 
 
 def _convex_polygon(stream: Stream, centre: Point, radius: float) -> shapely.Polygon:
-    """Draw a polygon whose corners are on a circle, in order and apart, and therefore convex."""
+    """Draw a convex polygon: its corners are on a circle, in order and apart."""
     count = int(stream.between(CORNERS[0], CORNERS[1] + 1))
     turn = stream.between(0.0, 4.0)
     corners = []
@@ -349,7 +349,7 @@ def _rising(buckets: Sequence[float]) -> list[float]:
 
 
 def _different(seeds: Iterable[int]) -> Iterable[int]:
-    """Hand on seeds, each of them once."""
+    """Yield the seeds; refuse one that comes twice."""
     taken: set[int] = set()
     for seed in seeds:
         if whole_number("seed", seed, at_least=0, at_most=LARGEST_SEED) in taken:

@@ -1,4 +1,4 @@
-"""Scenarios: problems in TOML files, some of them shipped with the toolkit."""
+"""Scenarios: problems in TOML files, shipped or the user's own."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,21 +20,21 @@ from cgla_graph.model.risk import RiskField
 from cgla_graph.scenarios.area_tables import Pair, with_files
 from cgla_graph.scenarios.map_tables import MapBuilder, MapTable, read_table
 from cgla_graph.scenarios.shipped import SCENARIOS, is_mission_text, shipped_scenario
-from cgla_graph.scenarios.text_files import read_text
+from cgla_graph.scenarios.text_files import read_text, scenario_errors
 
-#: What prints the schema of scenario files.
+#: The command that prints the schema of scenario files.
 SCHEMA = "cgla scenarios --schema"
 
 
 @dataclass(frozen=True, eq=False)
 class Scenario(ShortRepr):
     """
-    A problem with a name, and with what a comparison needs to know beside it.
+    A problem with a name, a lattice, and settings of solvers for comparisons.
 
     Attributes
     ----------
     name, title
-        A short name for tables and files, and one line that says what it shows.
+        A short name for tables and files, and a title of one line.
     problem
         The problem, in map units (metres where `projection` is set).
     lattice
@@ -46,9 +46,9 @@ class Scenario(ShortRepr):
     notes
         Where the values come from.
     zones
-        What became of every zone of the files that it names; None if it names none.
+        The verdict on every zone of the files that it names; None if it names none.
     areas
-        Names and shapes of the no-fly areas that have a name in their file, map units; pictures write them.
+        Names and shapes of the no-fly areas that have a name in their file, map units; pictures show the names.
 
     Examples
     --------
@@ -83,12 +83,12 @@ class Scenario(ShortRepr):
 
 def as_scenario(given: object, name: str) -> Scenario:
     """
-    Return a scenario as it is, give a problem that name, or load what a text names.
+    Return a scenario unchanged, wrap a problem under a name, or load a scenario by name or path.
 
     Raises
     ------
     ScenarioError
-        If it is none of these, or cannot be loaded.
+        If `given` is of another type, or cannot be loaded.
 
     Examples
     --------
@@ -195,20 +195,20 @@ def load_scenario(
     name
         The name or the path.
     start, goal, bounds
-        Instead of the file's own, in its coordinates (degrees where it holds longitudes and latitudes). Threats that
-        the file draws stay where they are.
+        Replacements for the file's own, in its coordinates (degrees where it holds longitudes and latitudes). Random
+        threats stay where they are.
     clearance
-        Instead of the file's: how far every path has to stay from no-fly areas, map units.
+        Replacement for the file's own: how far every path has to stay from no-fly areas, map units.
     no_fly
         Files of more no-fly areas, on a map in longitude and latitude: GeoJSON, or zones.
     zones
-        Settings of zones, instead of the file's own: altitude, at, treat, ground.
+        Replacements for the file's settings of zones: altitude, at, treat, ground.
 
     Raises
     ------
     ScenarioError
-        If there is none (the message offers the nearest names), the file is malformed, or start or goal is not on the
-        map.
+        If there is no such scenario (the message offers the nearest names), the file is malformed, or start or goal is
+        not on the map.
 
     Examples
     --------
@@ -216,7 +216,7 @@ def load_scenario(
     (0.9, 0.9)
     """
     path, table = Path(name), open_table(name)
-    try:
+    with scenario_errors(path):
         changes: dict[str, Any] = {
             key: list(check(key, given))
             for key, check, given in (("start", point, start), ("goal", point, goal), ("bounds", four_numbers, bounds))
@@ -224,23 +224,20 @@ def load_scenario(
         }
         if clearance is not None:
             changes["clearance"] = non_negative_number("clearance", clearance)
-    except CglaError as error:
-        msg = f"{path}: {error}"
-        raise ScenarioError(msg) from error
     if no_fly or zones:
-        # (files of the command line are where it is, and those of the table where it is)
+        # (files given here start at the current folder, those of the table at its own)
         changes["no_fly"] = with_files(table.no_fly, no_fly, zones or {})
     return scenario_of(table, path.parent, path.stem, str(path), changes)
 
 
 def open_table(name: str | Path) -> ScenarioTable:
     """
-    Read a shipped scenario by name, or a scenario file by path, but build nothing.
+    Read the table of a shipped scenario by name, or of a scenario file by path.
 
     Raises
     ------
     ScenarioError
-        As `load_scenario`.
+        If there is no such scenario, or the file is malformed.
 
     Examples
     --------
@@ -249,35 +246,18 @@ def open_table(name: str | Path) -> ScenarioTable:
     """
     path = Path(name)
     is_file = path.suffix.lower() == ".toml"
-    text = read_text(path, str(path), "a TOML file") if is_file else shipped_text(str(name))
+    text = read_text(path, str(path), "a TOML file") if is_file else shipped_scenario(str(name))
     if is_file and is_mission_text(text):
         msg = f"{path} is a mission, not a scenario, as it has UAVs; cgla fly {path} flies it"
         raise ScenarioError(msg)
     return read_table(text, ScenarioTable, place=str(path), command=SCHEMA)
 
 
-def shipped_text(name: str) -> str:
-    """
-    Return the file of a shipped scenario.
-
-    Raises
-    ------
-    ScenarioError
-        If there is none of that name; the message offers the nearest.
-
-    Examples
-    --------
-    >>> "k = 10.0" in shipped_text("paper")
-    True
-    """
-    return shipped_scenario(name)
-
-
 def scenario_of(
     table: ScenarioTable, folder: Path, name: str, place: str, changes: Mapping[str, Any] | None = None
 ) -> Scenario:
     """
-    Return the scenario of a checked table, some of its keys changed; error messages call its file `place`.
+    Build the scenario of a checked table, with `changes` of its keys; error messages call its file `place`.
 
     Examples
     --------
@@ -287,7 +267,7 @@ def scenario_of(
     """
     try:
         if changes:
-            # (drawn on the map as it was)
+            # (random threats are drawn on the unchanged map)
             threats = [*table.threats, *MapBuilder(table, folder).drawn()]
             table = table.model_copy(update={"threats": threats, "random_threats": None, **changes})
         builder = MapBuilder(table, folder)

@@ -1,8 +1,4 @@
-"""
-The files that the toolkit ships: scenarios and missions, by name.
-
-What lists them needs no more than this, and answers at once: nothing is built.
-"""
+"""Shipped scenarios and missions, by name; they are listed without being built."""
 
 import difflib
 from collections.abc import Callable
@@ -17,20 +13,20 @@ from cgla_graph.errors import MissionError, ScenarioError
 @dataclass(frozen=True)
 class ShippedFiles:
     """
-    The TOML files of one kind that are shipped.
+    The shipped TOML files of one kind.
 
     Attributes
     ----------
     kind
-        What one of them is called.
+        The word for one of them.
     folder
-        Where they are.
+        Their folder.
     endings
-        How files of the user's own end, in words.
+        The endings of the user's own files, in words.
     error
-        Raised for a name that is not there.
+        Raised for an unknown name.
     rank
-        What names are sorted by.
+        The sort key of names.
 
     Examples
     --------
@@ -50,7 +46,7 @@ class ShippedFiles:
         return sorted(names, key=self.rank)
 
     def text(self, name: str, hint: str = "") -> str:
-        """Return the file of that name; if there is none, say which are near, or all of them, or a `hint`."""
+        """Return the file of a name; for an unknown name, the error gives the `hint`, near names, or all names."""
         order = self.names()
         if name not in order:
             near = difflib.get_close_matches(name, order, n=3, cutoff=0.4)
@@ -61,7 +57,7 @@ class ShippedFiles:
 
     def documents(self) -> dict[str, dict[str, Any]]:
         """Return the content of each file, by name."""
-        import tomllib  # noqa: PLC0415 - to complete a name, no file is read
+        import tomllib  # noqa: PLC0415 - completing a name reads no file
 
         return {name: tomllib.loads(self.text(name)) for name in self.names()}
 
@@ -70,7 +66,7 @@ class ShippedFiles:
 
 
 def _figure(name: str) -> tuple[int, float, str]:
-    """Sort figures by their number and before all others, and parts of one figure by theirs."""
+    """Sort figures first, by their number and part, then all other names."""
     if not name.startswith("fig"):
         return 1, 0, name
     figure, _, part = name.removeprefix("fig").partition("-")
@@ -122,7 +118,7 @@ def mission_list() -> list[dict[str, Any]]:
 
 def is_mission_text(text: str) -> bool:
     """
-    Tell whether a TOML text is a mission's: it says who flies.
+    Return whether a TOML text is a mission's: it lists or draws UAVs.
 
     Examples
     --------
@@ -145,7 +141,7 @@ def shipped_scenario(name: str) -> str:
     Raises
     ------
     ScenarioError
-        If there is none of that name; the message offers the nearest, or says that it is a mission.
+        If the name is unknown; the message offers the nearest, or says that it is a mission.
 
     Examples
     --------
@@ -165,7 +161,7 @@ def shipped_mission(name: str) -> str:
     Raises
     ------
     MissionError
-        If there is none of that name; the message offers the nearest, or says that it is a scenario.
+        If the name is unknown; the message offers the nearest, or says that it is a scenario.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Error messages for a file's tables: mistyped keys first, all faults of a file in one line."""
+"""Error messages for faults in TOML tables: all faults of a file in one line, mistyped keys first."""
 
 import difflib
 import typing
@@ -9,11 +9,11 @@ from pydantic import BaseModel, ValidationError
 
 from cgla_graph._text import shown
 
-#: What pydantic calls the members of unions, which no file writes; tags of our own begin with "=".
+#: How pydantic names members of unions, which are no keys; tags of our own begin with "=".
 UNION_MEMBERS = ("int", "float", "str", "bool", "list[", "=")
-#: So many faults are told, at most.
+#: The most faults in one message.
 MOST = 5
-#: What pydantic's kinds of faults ask for.
+#: The remedy for each of pydantic's kinds of faults.
 ALLOWED: Mapping[str, str] = {
     "finite_number": "give a finite number",
     "float_type": "give a number",
@@ -45,11 +45,11 @@ def faults(error: ValidationError, kind: type[BaseModel], command: str = "") -> 
     Parameters
     ----------
     error
-        What pydantic found.
+        The faults that pydantic found.
     kind
         The table of the whole file.
     command
-        What prints the schema of such files; empty if nothing does.
+        The command that prints the schema of such files; empty if there is none.
 
     Examples
     --------
@@ -60,7 +60,7 @@ def faults(error: ValidationError, kind: type[BaseModel], command: str = "") -> 
     ...     _ = Own.model_validate({"kk": 10, "start": [1.0, "2"]})
     ... except ValidationError as error:
     ...     print(faults(error, Own, "cgla scenarios --schema"))
-    kk: unknown key; did you mean k? start.1: give a number (it is '2'); cgla scenarios --schema says what is allowed
+    kk: unknown key; did you mean k? start.1: give a number (it is '2'); cgla scenarios --schema lists allowed values
     """
     every = error.errors()
     typos: list[str] = []
@@ -88,12 +88,12 @@ def faults(error: ValidationError, kind: type[BaseModel], command: str = "") -> 
     wrong = [_wrong(place, found) for place, found in joined.items()]
     places = [_place(fault["loc"]) for fault in every if fault["type"] == "missing" and fault["loc"] not in meant]
     needed = "these keys are needed; add them" if len(places) > 1 else "this key is needed; add it"
-    told = [*wrong, *([f"{', '.join(places)}: {needed}"] if places else [])]
-    left = len(typos) + len(told) - MOST
+    described = [*wrong, *([f"{', '.join(places)}: {needed}"] if places else [])]
+    left = len(typos) + len(described) - MOST
     # the message for a typo ends with a question mark or a full stop
-    text = " ".join(filter(None, [" ".join(typos[:MOST]), "; ".join(told[: max(MOST - len(typos), 0)])]))
+    text = " ".join(filter(None, [" ".join(typos[:MOST]), "; ".join(described[: max(MOST - len(typos), 0)])]))
     more = f"; and {left} more fault{'s' * (left > 1)}" if left > 0 else ""
-    return f"{text}{more}; {command} says what is allowed" if command and (told or more) else f"{text}{more}"
+    return f"{text}{more}; {command} lists allowed values" if command and (described or more) else f"{text}{more}"
 
 
 def _wrong(place: str, found: Sequence[Any]) -> str:

@@ -1,30 +1,51 @@
-"""Reading text files: one place for all that can go wrong, and one form in which a fault is told."""
+"""Reading of text files, and the form of error messages about files."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NoReturn
 
 from cgla_graph._text import cut, place
-from cgla_graph.errors import ScenarioError
+from cgla_graph.errors import CglaError, ScenarioError
+
+
+@contextmanager
+def scenario_errors(where: object) -> Iterator[None]:
+    """
+    Turn errors into a `ScenarioError` that names the place.
+
+    Examples
+    --------
+    >>> with scenario_errors("mine.toml"):
+    ...     raise CglaError("k is -1")
+    Traceback (most recent call last):
+    cgla_graph.errors.ScenarioError: mine.toml: k is -1
+    """
+    try:
+        yield
+    except CglaError as error:
+        msg = f"{where}: {error}"
+        raise ScenarioError(msg) from error
 
 
 def read_text(path: str | os.PathLike[str], file: str, what: str) -> str:
     """
-    Return the text of a file, without the signature that some editors of Windows write first.
+    Return the text of a UTF-8 file, without a byte order mark.
 
     Parameters
     ----------
     path
         The file.
     file
-        What error messages call it.
+        The name of the file in error messages.
     what
-        What it should hold, such as "a GeoJSON file".
+        The kind of file expected, such as "a GeoJSON file".
 
     Raises
     ------
     ScenarioError
-        If it is not there, cannot be read or is not UTF-8.
+        If it does not exist, cannot be read or is not UTF-8.
     """
     try:
         return Path(path).read_text(encoding="utf-8-sig")
@@ -40,6 +61,6 @@ def read_text(path: str | os.PathLike[str], file: str, what: str) -> str:
 
 
 def fail(wrong: str, allowed: str, remedy: str) -> NoReturn:
-    """Raise an error that names the fault and its place, the allowed values and the remedy, in one line."""
+    """Raise a `ScenarioError` of one line: the fault and its place, the allowed values, the remedy."""
     message = f"{wrong}; {allowed} is allowed: {remedy}"
     raise ScenarioError(" ".join(message.split()))

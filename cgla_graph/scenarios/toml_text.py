@@ -1,4 +1,4 @@
-"""Tables as the text of a TOML file: numbers in full, so that reading restores the same values."""
+"""Writer of TOML; numbers are written in full, so that reading restores the same values."""
 
 import json
 import re
@@ -31,14 +31,14 @@ def toml_text(document: Mapping[str, Any]) -> str:
 
 
 def _table(table: Mapping[str, Any], above: str) -> list[str]:
-    """Write a table below its header: plain values first, then its own tables."""
+    """Return the lines of a table below its header: plain values first, then its own tables."""
     given = {key: value for key, value in table.items() if value is not None}
     headed = {key: value for key, value in given.items() if _has_header(value)}
     lines = [f"{_key(key)} = {_listed(value)}" for key, value in given.items() if key not in headed]
     for key, value in headed.items():
         path = f"{above}{_key(key)}"
         if isinstance(value, Mapping):
-            # one that holds nothing but tables needs no header
+            # a table of tables alone needs no header
             header = [] if value and all(map(_has_header, value.values())) else ["", f"[{path}]"]
             lines += [*header, *_table(value, f"{path}.")]
         else:
@@ -47,7 +47,7 @@ def _table(table: Mapping[str, Any], above: str) -> list[str]:
 
 
 def _has_header(value: Any) -> bool:  # noqa: ANN401 - any value of TOML
-    """Whether a value is a table, or a list of tables that are not plain."""
+    """Return whether a value is a table, or a list of tables that are not plain."""
     if not isinstance(value, list):
         return isinstance(value, Mapping)
     tables = bool(value) and all(isinstance(one, Mapping) for one in value)

@@ -1,4 +1,4 @@
-"""Problems that were built in Python as scenario files, which say the same when they are read."""
+"""Writer of scenario files from problems built in Python; reading one restores the same problem."""
 
 import io
 from collections import defaultdict
@@ -23,7 +23,7 @@ from cgla_graph.scenarios.table_faults import faults
 from cgla_graph.scenarios.toml_text import toml_text
 from cgla_graph.untrusted.files import FilePath
 
-#: The lattice of a file that says none.
+#: Points a side of the lattice of a file that gives none.
 USUAL = 20
 
 
@@ -31,11 +31,11 @@ def write_scenario(
     scenario: Scenario | Problem, path: FilePath, *, title: str | None = None, overwrite: bool = False
 ) -> Path:
     """
-    Write a scenario, or a problem alone, as a scenario file; nothing half-written keeps the name.
+    Write a scenario or a problem as a scenario file; a failed write leaves no half-written file.
 
     Numbers are written in full: `load_scenario` gives the same problem back, to the last bit, under the name of the
-    file. The cells of rasters go into files beside it, NAME-risk.npy. Of a map in longitude and latitude, everything is
-    written in metres around the origin of its projection, which the file says.
+    file. The cells of rasters go into files beside it, NAME-risk.npy. A map in longitude and latitude is written in
+    metres around the origin of its projection, which the file gives.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def write_scenario(
     path
         Ends in ``.toml``.
     title
-        One line that says what it shows; None for the scenario's own.
+        A title of one line; None for the scenario's own.
     overwrite
         Whether files of these names may be replaced.
 
@@ -56,9 +56,9 @@ def write_scenario(
     Raises
     ------
     ScenarioError
-        If the scenario holds what no such file can say; the message names it.
+        If the scenario holds anything that no scenario file can express; the message names it.
     OutputError
-        If the ending is another one, or a file is there already or cannot be written.
+        If the ending is another one, or a file exists already or cannot be written.
 
     Examples
     --------
@@ -131,7 +131,7 @@ def _text(scenario: Scenario, beside: Sequence[str], title: str, where: str) -> 
 
 
 def _require_sayable(scenario: Scenario, where: str) -> None:
-    """Refuse what would be lost: of all that a problem is, files say everything but rasters outside its bounds."""
+    """Refuse a scenario that a file cannot express; a problem alone fails only for rasters outside its bounds."""
     problem = scenario.problem
     if scenario.y_down:
         _refuse(where, "its y grows downwards, as that of grid maps", "a scenario file has none such")
@@ -153,8 +153,8 @@ def _refuse(where: str, wrong: str, allowed: str) -> NoReturn:
 
 
 def _areas(scenario: Scenario, where: str) -> Iterator[dict[str, Any]]:
-    """Return the no-fly polygons in their order; the parts of an area have its name."""
-    # two may be of one shape
+    """Yield the no-fly polygons in their order; the parts of an area have its name."""
+    # two areas may have the same shape
     names: defaultdict[bytes, list[str]] = defaultdict(list)
     for name, shape in scenario.areas:
         if not shape.is_empty:

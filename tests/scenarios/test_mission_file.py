@@ -34,11 +34,11 @@ from cgla_graph.scenarios.mission_file import (
     load_mission,
     mission_from_toml,
     mission_schema,
-    mission_text,
     shipped_missions,
 )
 from cgla_graph.scenarios.mission_tables import FlySettings, MissionTable, VariantTable
 from cgla_graph.scenarios.scenario import ScenarioTable, load_scenario, shipped
+from cgla_graph.scenarios.shipped import shipped_mission
 from cgla_graph.solvers import get
 
 UAV = 'uavs = [{ name = "a", start = [0.1, 0.1], goal = [0.9, 0.9] }]\n'
@@ -88,7 +88,7 @@ def test_shipped_missions_build_and_fit_the_schema(name: str) -> None:
     missions = file.missions(get)
     assert missions.keys() == file.variants.keys()
     assert all(mission.world is file.world for mission in missions.values())
-    table = tomllib.loads(mission_text(name))
+    table = tomllib.loads(shipped_mission(name))
     MissionTable.model_validate(table)
     assert set(table) <= set(mission_schema()["properties"])
     assert (name in shipped(), is_mission_file(name)) == (False, True), "a name is a mission's or a scenario's"
@@ -96,7 +96,7 @@ def test_shipped_missions_build_and_fit_the_schema(name: str) -> None:
 
 @pytest.mark.parametrize("name", shipped_missions())
 def test_shipped_missions_say_what_is_the_papers_and_what_is_ours(name: str) -> None:
-    text = mission_text(name)
+    text = shipped_mission(name)
     comment = " ".join(line.removeprefix("# ") for line in text.splitlines() if line.startswith("#"))
     assert text.startswith("# ")
     assert "Ours:" in comment or "ours" in comment
@@ -773,7 +773,7 @@ def test_the_command_lists_missions(cgla: Call) -> None:
     assert {line["name"]: line["variants"] for line in lines}["fig7"] == ["stepnum = 0", "stepnum = 3", "stepnum = 5"]
     assert {line["name"]: line["uavs"] for line in lines}["swarm"] == 20
     assert cgla("missions", "--schema").document() == mission_schema()
-    assert cgla("missions", "--show", "fig8").out == mission_text("fig8")
+    assert cgla("missions", "--show", "fig8").out == shipped_mission("fig8")
     cgla("missions", "--show", "fgi8").refused("fgi8", "fig8")
 
 

@@ -17,7 +17,8 @@ from cgla_graph.model.risk import RiskField, SmallSpreadWarning, Threat
 from cgla_graph.scenarios import scenario as module
 from cgla_graph.scenarios.loading import open_scenarios
 from cgla_graph.scenarios.mission_file import mission_from_toml
-from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml, schema, shipped, shipped_text
+from cgla_graph.scenarios.scenario import Scenario, load_scenario, scenario_from_toml, schema, shipped
+from cgla_graph.scenarios.shipped import shipped_scenario
 from cgla_graph.solvers.solving import solve
 
 ENDS = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\n"
@@ -48,7 +49,7 @@ def test_shipped_scenarios_load_and_fit_the_schema(name: str) -> None:
     scenario = load_scenario(name)
     assert scenario.name == name
     assert scenario.title
-    table = tomllib.loads(shipped_text(name))
+    table = tomllib.loads(shipped_scenario(name))
     module.ScenarioTable.model_validate(table)
     assert set(table) <= set(schema()["properties"])
     assert set(schema()["required"]) <= set(table)
@@ -199,7 +200,7 @@ def test_all_mistakes_are_named_the_own_typos_first() -> None:
     said = message_of(text).partition(": ")[2]
     assert said.startswith("kk: unknown key; did you mean k? thread: unknown key; did you mean threats?")
     assert "bounds: give at least 4, not 3 (it is [0, 0, 3]); start.0: give a finite number (it is nan);" in said
-    assert said.endswith("and 1 more fault; cgla scenarios --schema says what is allowed")
+    assert said.endswith("and 1 more fault; cgla scenarios --schema lists allowed values")
     assert "needed" not in said
 
 
@@ -348,7 +349,7 @@ def test_a_file_may_have_any_name(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("name", "near"), [("papr", "paper"), ("fifty-treats", "fifty-threats"), ("mazes", "maze")])
 def test_unknown_names_offer_the_nearest(name: str, near: str) -> None:
-    for ask in (load_scenario, shipped_text):
+    for ask in (load_scenario, shipped_scenario):
         with pytest.raises(ScenarioError, match=f"{name}.*did you mean.*{near}.*[.]toml"):
             ask(name)
 

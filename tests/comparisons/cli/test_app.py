@@ -36,7 +36,8 @@ from cgla_graph.model.problem import Problem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
 from cgla_graph.scenarios.geojson import read_areas
-from cgla_graph.scenarios.scenario import load_scenario, schema, shipped, shipped_text
+from cgla_graph.scenarios.scenario import load_scenario, schema, shipped
+from cgla_graph.scenarios.shipped import shipped_scenario
 from cgla_graph.solvers import listing, registry
 
 ENDS = "start = [0.1, 0.1]\ngoal = [0.9, 0.9]\n"
@@ -221,7 +222,7 @@ def test_scenarios(cgla: Call) -> None:
     assert [line["name"] for line in lines] == shipped()
     assert all(line["title"] for line in lines)
     assert cgla("scenarios", "--schema").document() == schema()
-    assert cgla("scenarios", "--show", "paper").out == shipped_text("paper")
+    assert cgla("scenarios", "--show", "paper").out == shipped_scenario("paper")
     cgla("scenarios", "--show", "papr").refused("papr", "paper")
 
 
@@ -507,7 +508,7 @@ def test_plan_in_degrees(cgla: Call, tmp_path: Path) -> None:
     assert line == document["path_lonlat"]
     assert line[0] == pytest.approx([22.95, 59.85])
     areas = shapely.union_all(
-        [shapely.Polygon(ring) for ring in tomllib.loads(shipped_text("finland"))["no_fly"]["polygons"]]
+        [shapely.Polygon(ring) for ring in tomllib.loads(shipped_scenario("finland"))["no_fly"]["polygons"]]
     )
     # as close as projecting the edges of the areas allows
     assert shapely.LineString(line).intersection(areas.buffer(-1e-4)).is_empty
