@@ -160,11 +160,12 @@ def compile_beside(model: "CostModel | None" = None) -> None:
     from cgla_graph._kernel import is_kept  # noqa: PLC0415 - the same
     from cgla_graph.certificate import certificate_kernels, corner_kernels  # noqa: PLC0415 - the same
     from cgla_graph.model import risk_kernels  # noqa: PLC0415 - the same
-    from cgla_graph.model.small_problem import MapKind, small_field  # noqa: PLC0415 - the same
+    from cgla_graph.model.risk import RiskField  # noqa: PLC0415 - the same
 
-    walls, rasters = MapKind.of(model)
+    field = RiskField() if model is None else model.field
+    walls, rasters = model is not None and not model.area.is_empty, bool(field.rasters)
     ends = np.empty((1, 2))
-    segments = ends, ends, small_field(MapKind(rasters=rasters)).kernel_field(), np.empty(1)
+    segments = ends, ends, field.kernel_field(), np.empty(1)
     are_kept = is_kept(risk_kernels.segment_risks, *segments) and is_kept(certificate_kernels.steepness)
     if (are_kept and (not walls or is_kept(corner_kernels.charge))) or any(of >= rasters for _, of in _helpers):
         return

@@ -145,7 +145,8 @@ def missing(name: str) -> str | None:
     True
     """
     try:
-        return listing.lacking(traits(name).needs)
+        needs = traits(name).needs
+        return listing.lacking(needs) if needs else None
     except SolverUnavailableError as error:
         return str(error)
 

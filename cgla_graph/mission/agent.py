@@ -1,23 +1,29 @@
-"""One UAV under way: its place, its belief and its plan, and the record of its flight."""
+"""UAVs under way: place, belief and plan of each, the record of its flight, and how near they come to each other."""
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from itertools import combinations
+from typing import Any, cast
 
 import numpy as np
 from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._types import FloatArray, Point
 from cgla_graph.mission.belief import Belief
-from cgla_graph.mission.metrics import measure
-from cgla_graph.mission.records import Knowledge, MissionStatus, UavFlight
+from cgla_graph.mission.records import EXPOSED_ABOVE, Knowledge, Measures, MissionStatus, Separation, UavFlight
 from cgla_graph.mission.replanner import Replanner
 from cgla_graph.mission.uav import Uav
 from cgla_graph.mission.world import World
 from cgla_graph.model.cost_model import indexed_area
-from cgla_graph.model.risk import Threat
-from cgla_graph.motion.trajectory import Trajectory
+from cgla_graph.model.risk import RiskField, Threat
+from cgla_graph.motion.trajectory import Approach, Trajectory, closest_approach, least_distance
+from cgla_graph.motion.trajectory_kernels import Disc
+
+#: Exposure and greatest risk are read off so many points of a piece no longer than the least spread of a threat.
+FRACTIONS = np.linspace(0.0, 1.0, 17)[:, None]
+#: A segment is cut into at most so many pieces for that.
+MOST_PIECES = 1000
 
 
 @dataclass(eq=False)
@@ -214,3 +220,161 @@ class Recorder:
             planning_seconds=self.planning_seconds,
             remark=agent.planner.remark,
         )
+
+
+def measure(
+    world: World, path: FloatArray, times: FloatArray, trace: FloatArray, departed: int, *, step: float
+) -> Measures:
+    """
+    Measure a flight: each piece in the field of the tick in which it was flown.
+
+    Parameters
+    ----------
+    world
+        The truth.
+    path, times
+        Waypoints, shape ``(m, 2)``, map units, and when they were passed, shape ``(m,)``, ticks. Every whole tick on
+        the way is among them. Between two equal points it waits.
+    trace, departed
+        Positions at whole ticks, shape ``(t, 2)``, the first at tick `departed`.
+    step
+        Length flown in a tick of waiting, map units: a waiting UAV circles.
+
+    Returns
+    -------
+    measures
+        Length, risk and the rest.
+
+    Examples
+    --------
+    >>> path = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
+    >>> measure(World(), path, np.array([0.0, 1.0, 2.0]), path, 0, step=0.5).length
+    1.0
+    """
+    starts, ends = path[:-1], path[1:]
+    straight = np.hypot(*(ends - starts).T)
+    # circles are small: they meet the risk of the point that they go around
+    circled = np.where(straight == 0.0, step * np.diff(times), 0.0)
+    # at a bend, rounding may leave a time just below the whole tick that it stands for
+    phases = np.searchsorted(world.changes, np.floor(times[:-1] + 1e-9), side="right")
+    risk, exposure, worst = [0.0], [0.0], [0.0]
+    for phase in np.unique(phases).tolist():
+        field_then = world.field_at(0 if phase == 0 else world.changes[phase - 1])
+        if field_then.is_empty:
+            continue
+        here = phases == phase
+        first, last = starts[here], ends[here]
+        at_start = field_then.density(first)
+        risk += [float(field_then.line_integral(first, last).sum()), float((circled[here] * at_start).sum())]
+        begins, finishes, lengths = _fine_pieces(first, last, field_then)
+        samples = field_then.density(begins[:, None] * (1.0 - FRACTIONS) + finishes[:, None] * FRACTIONS)
+        worst.append(float(samples.max()))
+        exposure += [
+            float((_share_above(samples, EXPOSED_ABOVE) * lengths).sum()),
+            float(circled[here][at_start > EXPOSED_ABOVE].sum()),
+        ]
+    at_ticks = [float(world.field_at(departed + i).density(spot)) for i, spot in enumerate(trace)]
+    return Measures(
+        length=float(straight.sum() + circled.sum()),
+        risk=math.fsum(risk),
+        risk_sum=math.fsum(at_ticks),
+        max_risk=max([*worst, *at_ticks], default=0.0),
+        exposure=math.fsum(exposure),
+    )
+
+
+def _fine_pieces(
+    starts: FloatArray, ends: FloatArray, field_then: RiskField
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Cut segments at the points next to threats, and finely enough for all; return starts, ends and lengths."""
+    lengths = np.hypot(*(ends - starts).T)
+    finest = field_then.finest
+    pieces_begin, pieces_end = [], []
+    for start, end, length in zip(starts, ends, lengths.tolist(), strict=True):
+        cuts = np.linspace(0.0, 1.0, 2 + int(min(length / finest, MOST_PIECES)))
+        if len(cuts) > 2:  # noqa: PLR2004 - a short segment needs no foot points
+            centres = field_then.centres
+            feet = (centres - start) @ (end - start) / length**2
+            cuts = np.unique(np.concatenate([cuts, feet[(feet > 0.0) & (feet < 1.0)]]))
+        at = start * (1.0 - cuts[:, None]) + end * cuts[:, None]
+        pieces_begin.append(at[:-1])
+        pieces_end.append(at[1:])
+    begins, finishes = np.vstack(pieces_begin), np.vstack(pieces_end)
+    return begins, finishes, np.hypot(*(finishes - begins).T)
+
+
+def _share_above(samples: FloatArray, level: float) -> FloatArray:
+    """Return which part of each row of samples is above a level, straight lines between them, shape ``(n,)``."""
+    low, high = np.minimum(samples[:, :-1], samples[:, 1:]), np.maximum(samples[:, :-1], samples[:, 1:])
+    rise = high - low
+    parts = np.where(rise > 0.0, (high - level) / np.where(rise > 0.0, rise, 1.0), high > level)
+    return np.asarray(np.clip(parts, 0.0, 1.0).mean(axis=1))
+
+
+class Encounters:
+    """
+    The separations of one mission, measured tick by tick over all times between.
+
+    Parameters
+    ----------
+    names
+        Of the UAVs, by their number.
+    goals
+        Their terminal discs: while both of a pair are in their own, their distance does not count.
+    collision_distance
+        Closer than this is a collision, map units.
+    """
+
+    def __init__(self, names: list[str], goals: list[Disc], collision_distance: float) -> None:
+        self._names = names
+        self._goals = goals
+        self._collision_distance = collision_distance
+        self._least = np.full((len(names), len(names)), math.inf)
+        self._nearest: dict[tuple[int, int], tuple[Trajectory, Trajectory]] = {}
+        self._touching: set[tuple[int, int]] = set()
+
+    @property
+    def separations(self) -> tuple[Separation, ...]:
+        """The least so far, pair by pair."""
+        never = Approach(math.inf, math.nan, (math.nan, math.nan))
+        found = {pair: self._approach(pair, *legs) for pair, legs in self._nearest.items()}
+        return tuple(
+            Separation(**vars(found.get((i, j), never)), first=self._names[i], second=self._names[j])
+            for i, j in combinations(range(len(self._names)), 2)
+        )
+
+    def measure(self, legs: Mapping[int, Trajectory]) -> dict[tuple[int, int], tuple[Approach, bool]]:
+        """
+        Measure one tick.
+
+        Parameters
+        ----------
+        legs
+            What each UAV in the air flew on the tick, by its number, rising.
+
+        Returns
+        -------
+        collisions
+            By the numbers of a pair: the approach, and whether it has just begun.
+        """
+        numbers = list(legs)
+        starts = np.array([leg.start for leg in legs.values()]).reshape(-1, 2)
+        lengths = np.array([leg.length for leg in legs.values()])
+        # nothing of interest comes of motions that are too far from each other, which are most of many
+        matters = np.maximum(self._least[np.ix_(numbers, numbers)], self._collision_distance)
+        apart = np.hypot(*(starts[:, None] - starts).T) - lengths[:, None] - lengths
+        collisions = {}
+        for first, second in np.argwhere(np.triu(apart <= matters, 1)).tolist():
+            pair = i, j = numbers[first], numbers[second]
+            distance, _ = least_distance(legs[i], legs[j], outside=(self._goals[i], self._goals[j]))
+            if distance < self._least[pair]:
+                self._least[i, j] = self._least[j, i] = distance
+                self._nearest[pair] = legs[i], legs[j]
+            if distance < self._collision_distance:
+                collisions[pair] = self._approach(pair, legs[i], legs[j]), pair not in self._touching
+        self._touching = set(collisions)
+        return collisions
+
+    def _approach(self, pair: tuple[int, int], first: Trajectory, second: Trajectory) -> Approach:
+        # (there is one: these two were near each other)
+        return cast("Approach", closest_approach(first, second, outside=(self._goals[pair[0]], self._goals[pair[1]])))

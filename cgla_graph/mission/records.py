@@ -16,7 +16,6 @@ from cgla_graph._display import Plottable
 from cgla_graph._lazy import function_above
 from cgla_graph._text import ShortRepr
 from cgla_graph._types import FloatArray, Point
-from cgla_graph.mission.metrics import Measures
 from cgla_graph.mission.rules import Rules
 from cgla_graph.mission.sharing import Sharing
 from cgla_graph.mission.uav import Uav
@@ -26,6 +25,9 @@ from cgla_graph.motion.trajectory import Approach
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
     from matplotlib.axes import Axes
+
+#: A flight is exposed where the risk is above this.
+EXPOSED_ABOVE = 0.1
 
 Entry = TypeVar("Entry", bound=tuple[Any, ...])
 EventKind: TypeAlias = Literal[
@@ -158,6 +160,30 @@ class Livelock:
 
     since: int
     period: int
+
+
+@dataclass(frozen=True, eq=False)
+class Measures:
+    """
+    What a flown polyline met in the true world of each moment.
+
+    Attributes
+    ----------
+    length, risk
+        Map units. Who waits circles: it flies a step a tick through the risk where it is, and that counts.
+    risk_sum
+        The paper's measure: the sum of the true ``F`` over the positions at whole ticks.
+    max_risk
+        The greatest true ``F`` met (sampled 16 times per spread or per flown segment, the shorter of the two).
+    exposure
+        The length flown where the true ``F`` is above 0.1, map units (sampled likewise).
+    """
+
+    length: float
+    risk: float
+    risk_sum: float
+    max_risk: float
+    exposure: float
 
 
 @dataclass(frozen=True, eq=False)

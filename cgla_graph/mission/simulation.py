@@ -15,10 +15,9 @@ from shapely.geometry.base import BaseGeometry
 
 from cgla_graph._progress import showing
 from cgla_graph._types import Point
-from cgla_graph.mission.agent import Agent, Recorder
+from cgla_graph.mission.agent import Agent, Encounters, Recorder
 from cgla_graph.mission.avoidance import plan_around, stays_clear
 from cgla_graph.mission.belief import sightings
-from cgla_graph.mission.encounters import Encounters
 from cgla_graph.mission.records import Event, EventKind, Flight, Livelock, MissionStatus
 from cgla_graph.mission.replanner import Replanner, Situation
 from cgla_graph.mission.rules import Rules

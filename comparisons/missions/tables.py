@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from cgla_graph._text import duration, figure
 from cgla_graph.comparisons.study.mission_run import MissionRun, team_totals
 from cgla_graph.comparisons.tables.fitted_table import FittedTable
-from cgla_graph.mission.metrics import EXPOSED_ABOVE
-from cgla_graph.mission.records import MissionStatus, UavFlight
+from cgla_graph.mission.records import EXPOSED_ABOVE, MissionStatus, UavFlight
 
 #: The columns of `flight_table`, and those of `variants_table`.
 _COLUMNS: Mapping[str, Callable[[UavFlight], str]] = {
