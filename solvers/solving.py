@@ -48,7 +48,7 @@ def solve(
         For solvers that need a lattice: points a side, or a `Lattice`.
     on
         The same problem laid on a graph before, to share its weights between graph solvers:
-        ``problem.on_lattice(20).weighed()``.
+        ``problem.on_lattice(20).with_weights_held()``.
     refine
         Whether to refine the solver's path in the plane (`cgla_graph.refine.refine.refine_path`). The time and the
         evaluations that this takes are added to the solver's.
@@ -303,7 +303,7 @@ def _solve_in_plane(
     if problem.start == problem.goal:
         return trivial_solution(problem, chosen.traits.name)
     began = time.perf_counter()
-    graph_problem = weighed(on or problem.on_lattice(resolution))
+    graph_problem = hold_affordable_weights(on or problem.on_lattice(resolution))
     laid = time.perf_counter() - began
     warm_up_restricted(chosen, graph_problem.graph.n_nodes, MapKind.of(problem.model))
     answer = run(chosen, graph_problem, apart=isolated)
@@ -312,6 +312,6 @@ def _solve_in_plane(
     return problem.judge(dataclasses.replace(answer, build_seconds=build_seconds, lower_bound=math.nan))
 
 
-def weighed(problem: GraphProblem) -> GraphProblem:
-    """Weigh a complete graph at once if its matrix is affordable; larger ones are weighed row by row, when asked."""
-    return problem.weighed() if problem.graph.n_nodes <= FULL_UP_TO else problem
+def hold_affordable_weights(problem: GraphProblem) -> GraphProblem:
+    """Weigh all pairs of a complete graph if their matrix is affordable; larger graphs weigh rows on request."""
+    return problem.with_weights_held() if problem.graph.n_nodes <= FULL_UP_TO else problem

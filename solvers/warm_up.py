@@ -70,7 +70,7 @@ def warm_up(solver: Solver, kind: MapKind, *, refine: bool = False) -> None:
     with suppress(Exception):
         short: Any = shortened(solver)
         if solver.traits.domain == "graph":
-            answer = short.solve(problem.on_lattice(2).weighed())
+            answer = short.solve(problem.on_lattice(2).with_weights_held())
         else:
             answer = short.solve(problem)
         problem.judge(answer)

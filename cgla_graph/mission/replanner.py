@@ -247,7 +247,7 @@ class Replanner:
             matrix, node = linked(self.matrix(situation), first)
         else:
             graph = self._complete(problem.model, self.uav.goal, first)
-            graph = graph.weighed()
+            graph = graph.with_weights_held()
             matrix, node = cost_matrix(graph, graph.node_at(self.uav.goal)), graph.node_at(first)
         answer = solver.read(GraphProblem(matrix.graph, node, matrix.graph.labels[matrix.target]), matrix)
         return self._from(problem, answer, matrix.graph)
@@ -289,7 +289,7 @@ class Replanner:
             return graph, graph.node_at(first)
         known = CostModel(situation.field, self.uav.k, situation.no_fly)
         if self._graph is None or not mission.incremental:
-            self._graph = self._complete(known, self.uav.goal).weighed()
+            self._graph = self._complete(known, self.uav.goal).with_weights_held()
         elif self._graph.model != known:
             self._graph = reweigh(self._graph, known)
         graph = self._graph if not situation.obstacles else reweigh(self._graph, problem.model)

@@ -4,6 +4,7 @@ The geometric graph that every graph solver plans on: complete, 8-connected, or 
 Longer than most modules: each way to make a graph says in full what it takes and refuses.
 """
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -49,8 +50,8 @@ class GeometricGraph(ShortRepr):
     Nodes, and a weight for each ordered pair of them: the one thing that a graph solver sees.
 
     Made by `complete`, `eight_connected`, `from_matrix`, `from_sparse`, `from_networkx`, `from_igraph` or
-    `from_rustworkx`. The weights are held as a dense matrix, a sparse one, or not at all and computed when asked (a
-    complete graph, until `weighed`); all three answer alike. Infinity means that there is no edge; zero is a weight
+    `from_rustworkx`. The weights are held as a dense matrix, as a sparse one, or computed on request (a complete graph
+    until `with_weights_held`); all three give the same answers. Infinity means that there is no edge; zero is a weight
     like any other.
 
     Attributes
@@ -98,7 +99,7 @@ class GeometricGraph(ShortRepr):
         """
         Join every pair of points by its straight segment, weighted by Eq. 5.
 
-        Weights are computed when asked; `weighed` computes them all.
+        Weights are computed when asked; `with_weights_held` computes them all.
 
         Parameters
         ----------
@@ -505,7 +506,7 @@ class GeometricGraph(ShortRepr):
 
     @property
     def is_implicit(self) -> bool:
-        """Whether weights are computed when asked (see `weighed`)."""
+        """Whether weights are computed when asked (see `with_weights_held`)."""
         return isinstance(self.weights, ImplicitWeights)
 
     @property
@@ -548,17 +549,22 @@ class GeometricGraph(ShortRepr):
         weights = self.weights.rows.data if isinstance(self.weights, SparseWeights) else self.weights.matrix()
         return bool((weights < 0.0).any())
 
-    def weighed(self) -> "GeometricGraph":
+    def with_weights_held(self) -> "GeometricGraph":
         """
         Return the graph with all its weights held in memory, ``8 n ** 2`` bytes; one that holds them is returned as is.
 
         Examples
         --------
         >>> graph = GeometricGraph.complete(Lattice(20, bounds=(0, 0, 1, 1)))
-        >>> graph.is_implicit, graph.weighed().is_implicit
+        >>> graph.is_implicit, graph.with_weights_held().is_implicit
         (True, False)
         """
         return replace(self, weights=self.weights.held()) if isinstance(self.weights, ImplicitWeights) else self
+
+    def weighed(self) -> "GeometricGraph":
+        """Return `with_weights_held`, by its name before version 0.2; deprecated."""
+        warnings.warn("weighed() is now with_weights_held()", DeprecationWarning, stacklevel=2)
+        return self.with_weights_held()
 
     def under(self, model: CostModel) -> "GeometricGraph":
         """
@@ -663,7 +669,7 @@ class GeometricGraph(ShortRepr):
 
     def weight_matrix(self) -> FloatArray:
         """
-        Return all weights as a dense matrix. A graph that is implicit works them out anew each time (see `weighed`).
+        Return all weights as a dense matrix; an implicit graph computes them in each call (see `with_weights_held`).
 
         Returns
         -------

@@ -463,7 +463,7 @@ class Problem(Plottable):
         Returns
         -------
         problem
-            The same problem on a graph whose weights are computed when asked (see `GraphProblem.weighed`).
+            The same problem on a graph whose weights are computed when asked (see `GraphProblem.with_weights_held`).
 
         Raises
         ------
@@ -536,9 +536,14 @@ class GraphProblem(Plottable):
         indices = [self.graph.index_of(node) for node in nodes]
         return float(sum(self.graph.weight(i, j) for i, j in pairwise(indices)))
 
-    def weighed(self) -> "GraphProblem":
+    def with_weights_held(self) -> "GraphProblem":
         """Return the problem on the graph with all its weights held in memory, for several solvers to share."""
-        return replace(self, graph=self.graph.weighed())
+        return replace(self, graph=self.graph.with_weights_held())
+
+    def weighed(self) -> "GraphProblem":
+        """Return `with_weights_held`, by its name before version 0.2; deprecated."""
+        warnings.warn("weighed() is now with_weights_held()", DeprecationWarning, stacklevel=2)
+        return self.with_weights_held()
 
     def judge(self, solution: Solution) -> Solution:
         """

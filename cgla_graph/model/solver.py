@@ -220,7 +220,7 @@ def run(
         if too_much and to_check:
             message = f"with peaks above 1, it needs {too_much}"
             return Solution(Status.UNSUPPORTED, solver=traits.name, message=message)
-        problem = problem.weighed() if to_check else problem
+        problem = problem.with_weights_held() if to_check else problem
     if traits.needs_positive and has_negative_weights(problem):
         return Solution(Status.UNSUPPORTED, solver=traits.name, message=NEGATIVE_WEIGHTS)
     if isinstance(problem, Problem) and is_blind_to(problem, traits):

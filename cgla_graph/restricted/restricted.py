@@ -193,7 +193,7 @@ def restricted_optimum(on: GraphProblem, *, seconds: float | None = None) -> Res
     >>> from cgla_graph.model.risk import RiskField, Threat
     >>> problem = Problem((0.1, 0.1), (0.9, 0.9), RiskField([Threat(0.5, 0.5, 0.1)]), k=10.0)
     >>> on = problem.on_lattice(40)
-    >>> found, full = restricted_optimum(on), on.weighed()
+    >>> found, full = restricted_optimum(on), on.with_weights_held()
     >>> from cgla_graph.cost_to_go.cost_matrix import cost_matrix
     >>> abs(found.cost / cost_matrix(full.graph, on.target).value(on.source) - 1.0) < 1e-12
     True

@@ -270,7 +270,7 @@ def difficulty(scenario: Scenario) -> float:
         return 1.0
     laid = problem.on_lattice(scenario.lattice)
     if laid.graph.n_nodes <= FULL_UP_TO:
-        laid = laid.weighed()
+        laid = laid.with_weights_held()
     least = cost_matrix(laid.graph, laid.target, source=laid.source).value(laid.source)
     # the straight line is an edge of the graph, so that only rounding can lead below 1
     return max(1.0, straight.cost / least)

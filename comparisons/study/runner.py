@@ -20,7 +20,7 @@ from cgla_graph.model.solution import TOLERANCE, Solution, Status
 from cgla_graph.scenarios.scenario import Scenario, as_scenario
 from cgla_graph.solvers import registry
 from cgla_graph.solvers.continuous.hybrid import Hybrid
-from cgla_graph.solvers.solving import bounded, solve, weighed
+from cgla_graph.solvers.solving import bounded, hold_affordable_weights, solve
 from cgla_graph.solvers.warm_up import warm_up as warm_up_solver
 from cgla_graph.solvers.warm_up import warm_up_restricted
 
@@ -224,7 +224,7 @@ class SharedGraph:
         """Return the shared graph, weighed."""
         if self.graph_problem is None:
             began = time.perf_counter()
-            self.graph_problem = weighed(self.scenario.problem.on_lattice(self.scenario.lattice))
+            self.graph_problem = hold_affordable_weights(self.scenario.problem.on_lattice(self.scenario.lattice))
             self.build_seconds = time.perf_counter() - began
         return self.graph_problem
 

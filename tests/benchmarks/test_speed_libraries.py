@@ -17,7 +17,7 @@ ROUNDS = 5
 @pytest.mark.parametrize("side", [50, 30])
 def test_cgla_against_graph_libraries(benchmark: BenchmarkFixture, side: int) -> None:
     """From corner to corner of a complete lattice whose weights are ready: to search, and to hand over and search."""
-    graph = cg.GeometricGraph.complete(cg.Lattice(side, bounds=UNIT), EIGHT, k=10.0).weighed()
+    graph = cg.GeometricGraph.complete(cg.Lattice(side, bounds=UNIT), EIGHT, k=10.0).with_weights_held()
     problem = cg.GraphProblem(graph, 0, side * side - 1)
 
     def times(name: str) -> tuple[float, float, float]:

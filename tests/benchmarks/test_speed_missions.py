@@ -37,7 +37,7 @@ def fresh(side: int, model: CostModel) -> GeometricGraph:
 
 def from_scratch(side: int, model: CostModel) -> CostMatrix:
     """Weigh all pairs, on all cores, and run label setting."""
-    return cost_matrix(fresh(side, model).weighed(), side * side)
+    return cost_matrix(fresh(side, model).with_weights_held(), side * side)
 
 
 @pytest.mark.parametrize(("side", "rounds"), [(20, 7), (50, 3)])
@@ -102,7 +102,7 @@ def test_lazy_cost_matrix(benchmark: BenchmarkFixture) -> None:
 def test_reweigh(benchmark: BenchmarkFixture) -> None:
     """All weights after one detection, against all weights from scratch."""
     known = detections()
-    graph = fresh(20, known[-2]).weighed()
+    graph = fresh(20, known[-2]).with_weights_held()
     report(
         benchmark,
         "all weights after one detection, 20 x 20, against all from scratch",

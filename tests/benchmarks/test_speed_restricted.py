@@ -44,7 +44,7 @@ def test_restricted_against_all_weights(benchmark: BenchmarkFixture) -> None:
     load_kernels(MapKind())
     on = problem.on_lattice(60)
     began = time.perf_counter()
-    full = on.weighed().graph
+    full = on.with_weights_held().graph
     truth = cost_matrix(full, on.target, source=on.source).value(on.source)
     whole = time.perf_counter() - began
     began = time.perf_counter()

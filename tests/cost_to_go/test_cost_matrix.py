@@ -352,7 +352,7 @@ def test_an_early_stop_finds_the_final_value_and_path(case: Case) -> None:
 def test_a_weighed_graph_has_the_same_delta_sets() -> None:
     graph = GeometricGraph.complete(Lattice(20, bounds=UNIT))
     matrix = cost_matrix(graph, 210)
-    weighed = cost_matrix(graph.weighed(), 210)
+    weighed = cost_matrix(graph.with_weights_held(), 210)
     assert (weighed.values == matrix.values).all()
     assert [delta.tolist() for delta in weighed.delta_sets] == [delta.tolist() for delta in matrix.delta_sets]
     assert all(node in delta for node, delta in zip(matrix.order.tolist(), matrix.delta_sets, strict=True))
@@ -432,7 +432,7 @@ def test_a_chain_against_the_order_needs_a_sweep_for_each_hop() -> None:
 def test_a_single_pass_in_random_order_leaves_most_nodes_suboptimal(seed: int) -> None:
     rng = np.random.default_rng(seed)
     field = RiskField([Threat(x, y, spread=0.06) for x, y in rng.random((8, 2)).tolist()])
-    graph = GeometricGraph.complete(Lattice(9, bounds=UNIT), field, k=50.0).weighed()
+    graph = GeometricGraph.complete(Lattice(9, bounds=UNIT), field, k=50.0).with_weights_held()
     final = cost_matrix(graph, graph.n_nodes - 1)
     draws = rng.integers(0, graph.n_nodes, graph.n_nodes).tolist()
     single = given_order(graph, graph.n_nodes - 1, draws)
@@ -598,7 +598,7 @@ def test_eight_directions_cost_the_octile_distance(n: int, data: st.DataObject) 
 
 def solve(problem: Problem, n: int) -> tuple[float, float, float]:
     """Return cost, length and risk of the optimum on a closed lattice of n points a side."""
-    on_graph = problem.on_lattice(n).weighed()
+    on_graph = problem.on_lattice(n).with_weights_held()
     matrix = cost_matrix(on_graph.graph, on_graph.target, source=on_graph.source)
     assert on_graph.graph.positions is not None
     found = problem.evaluate(on_graph.graph.positions[np.array(matrix.path_from(on_graph.source), dtype=np.int64)])

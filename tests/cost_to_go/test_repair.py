@@ -446,7 +446,7 @@ def test_with_node_is_a_graph_with_one_more_node(data: st.DataObject) -> None:
     graph = data.draw(graphs(model))
     stored = data.draw(st.booleans())
     if stored:
-        graph = graph.weighed()
+        graph = graph.with_weights_held()
     n = graph.n_nodes
     spot = data.draw(points)
     assert graph.positions is not None

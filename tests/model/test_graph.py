@@ -81,7 +81,7 @@ def test_rows_computed_when_asked_equal_the_dense_matrix(
 ) -> None:
     """To the last bit, and symmetric; no weight is below the length."""
     implicit = GeometricGraph.complete(lattice, field, k, extra=extra)
-    dense = implicit.weighed()
+    dense = implicit.with_weights_held()
     matrix = dense.weight_matrix()
     assert (implicit.is_implicit, dense.is_implicit) == (True, False)
     for found in (implicit.weight_matrix(), *(ask(graph) for ask in (rows, columns) for graph in (implicit, dense))):
@@ -90,7 +90,9 @@ def test_rows_computed_when_asked_equal_the_dense_matrix(
     assert not np.diag(matrix).any()
     assert (matrix >= lengths(dense) - 1e-12 * max(abs(bound) for bound in lattice.bounds)).all()
     assert dense.weight_matrix_to() is matrix
-    assert dense.weighed() is dense
+    assert dense.with_weights_held() is dense
+    with pytest.warns(DeprecationWarning, match="with_weights_held"):
+        assert dense.weighed() is dense
     for graph in (implicit, dense):
         assert [graph.weight(i, j) for i, j in np.ndindex(matrix.shape)] == matrix.ravel().tolist()
 
@@ -568,7 +570,7 @@ def test_nothing_passed_in_is_changed() -> None:
     "graph",
     [
         GeometricGraph.complete(TINY),
-        GeometricGraph.complete(TINY).weighed(),
+        GeometricGraph.complete(TINY).with_weights_held(),
         GeometricGraph.from_matrix([[0.0, 1.0], [2.0, 0.0]]),
         GeometricGraph.eight_connected(TINY),
     ],

@@ -405,7 +405,7 @@ def test_a_path_past_a_lattice_corner_stands_in_both_courts() -> None:
     lattice = Lattice(7, bounds=(0, 0, 1, 1))
     start, goal = (tuple(lattice.points[i].tolist()) for i in (7, 41))
     problem = Problem(start, goal, no_fly=hill)
-    on_graph = problem.on_lattice(7).weighed()
+    on_graph = problem.on_lattice(7).with_weights_held()
     matrix = cost_matrix(on_graph.graph, on_graph.target, source=on_graph.source)
     nodes = tuple(matrix.path_from(on_graph.source))
     found = on_graph.judge(Solution(Status.OPTIMAL, nodes=nodes, cost=matrix.value(on_graph.source)))
@@ -464,7 +464,7 @@ def test_nothing_passed_in_is_changed() -> None:
     fields_before = dict(claim.__dict__)
     problem.judge(claim)
     problem.evaluate(path)
-    problem.on_lattice(3).weighed()
+    problem.on_lattice(3).with_weights_held()
     problem.on_eight_connected(3)
     start[:] = 7.0
     assert problem.start == (0.1, 0.1)

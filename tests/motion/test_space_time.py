@@ -57,7 +57,7 @@ def matrix_of(problem: cg.Problem, resolution: int, *, stored: bool = False, sta
     known = problem if start_known else replace(problem, start=problem.goal)
     on_lattice = known.on_lattice(resolution)
     if stored:
-        on_lattice = on_lattice.weighed()
+        on_lattice = on_lattice.with_weights_held()
     return cost_matrix(on_lattice.graph, on_lattice.target)
 
 
@@ -182,7 +182,7 @@ def test_the_same_task_gives_the_same_plan_later_and_with_stored_weights(task: T
 
     assert outcome(again) == outcome(plan)
     assert outcome(later.plan(most_expansions=500), 64.0) == outcome(plan)
-    weighed = replace(task, matrix=replace(task.matrix, graph=task.matrix.graph.weighed()))
+    weighed = replace(task, matrix=replace(task.matrix, graph=task.matrix.graph.with_weights_held()))
     assert outcome(weighed.plan(most_expansions=500)) == outcome(plan)
 
 

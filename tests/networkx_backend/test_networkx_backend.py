@@ -58,7 +58,7 @@ def geometric_graphs(draw: st.DrawFn) -> cg.GeometricGraph:
     if kind == "eight":
         return cg.GeometricGraph.eight_connected(lattice, field, k, no_fly=area)
     graph = cg.GeometricGraph.complete(lattice, field, k, no_fly=area, extra=draw(sts.off_lattice_points()))
-    return graph.weighed() if kind == "weighed" else graph
+    return graph.with_weights_held() if kind == "weighed" else graph
 
 
 def arguments(draw: st.DrawFn, name: str, nodes: list[Hashable]) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from cgla_graph.solvers.exact import cgla
 
 def check(on: GraphProblem) -> Restricted | None:
     """Compare with the full matrix; return what was found."""
-    full = cost_matrix(on.weighed().graph, on.target)
+    full = cost_matrix(on.with_weights_held().graph, on.target)
     truth = full.value(on.source)
     found = restricted_optimum(on)
     if found is None:
@@ -252,7 +252,7 @@ def test_a_cost_matrix_that_would_take_hours_is_refused(schedule: Schedule) -> N
     with pytest.raises(GraphError, match=r"all weights of 160002 nodes, 205 GB, .* cg.solve\(problem, 'cgla'\)"):
         cost_matrix(on.graph, on.target, schedule=schedule, seed=1 if schedule == "random" else None)
     with pytest.raises(GraphError, match="160002 nodes"):
-        on.weighed()
+        on.with_weights_held()
 
 
 def test_fields_with_peaks_above_1_are_weighed_as_a_whole_where_that_can_be_afforded(
@@ -277,7 +277,7 @@ def test_fields_with_peaks_above_1_are_weighed_as_a_whole_where_that_can_be_affo
 @given(seeds, st.integers(12, 30))
 def test_as_a_cost_matrix_it_has_values_ways_and_delta_sets_of_what_was_kept(seed: int, side: int) -> None:
     on = random_problem(seed).on_lattice(side)
-    found, full = restricted_optimum(on), cost_matrix(on.weighed().graph, on.target, source=on.source)
+    found, full = restricted_optimum(on), cost_matrix(on.with_weights_held().graph, on.target, source=on.source)
     if found is None:
         return
     matrix = found.matrix(on)
@@ -299,7 +299,7 @@ def test_whenever_the_time_is_up_the_optimum_lies_between_the_bound_and_the_path
     seed: int, side: int, seconds: float
 ) -> None:
     on = random_problem(seed).on_lattice(side)
-    truth = cost_matrix(on.weighed().graph, on.target).value(on.source)
+    truth = cost_matrix(on.with_weights_held().graph, on.target).value(on.source)
     found = restricted_optimum(on, seconds=seconds)
     if found is None:
         return

@@ -149,7 +149,7 @@ def _restricted_counts(evidence: Evidence) -> tuple[Part, Table]:
             kept.append(len(found.kept))
             looked.append(found.counts["pairs"])
             if n == RESTRICTED_SIZES[0]:
-                full = on.weighed()
+                full = on.with_weights_held()
                 best = cost_matrix(full.graph, full.target, source=full.source).value(full.source)
                 require(math.isclose(found.cost, best, rel_tol=SAME), f"{found.cost} is not the optimum, {best}")
         require(weighed, f"no optimum was found at N = {n}")
@@ -177,7 +177,7 @@ def _restricted_counts(evidence: Evidence) -> tuple[Part, Table]:
 
 def _planned(problem: Problem, n: int) -> tuple[GraphProblem, int, int]:
     """Plan on the paper's lattice: the graph problem, rounds until the start is in Delta_k, and edges of the path."""
-    on = problem.on_lattice(paper_lattice(n)).weighed()
+    on = problem.on_lattice(paper_lattice(n)).with_weights_held()
     early = cost_matrix(on.graph, on.target, source=on.source)
     full = cost_matrix(on.graph, on.target)
     require(early.rounds == rounds_until(full, on.graph.index_of(on.source)), "the early stop came in another round")
@@ -206,7 +206,7 @@ def _check_c21(evidence: Evidence) -> Finding:
             "uses of Eq. 9 are not as the formula has it",
         )
     scenario = counterexamples.scenario(STORED)
-    stored = scenario.problem.on_lattice(scenario.lattice).weighed()
+    stored = scenario.problem.on_lattice(scenario.lattice).with_weights_held()
     last = cost_matrix(stored.graph, stored.target, source=stored.source).rounds
     require(last >= stored.graph.n_nodes - 2, f"on the stored map the start is in Delta_k after {last} rounds already")
     rows: list[list[Entry]] = []

@@ -65,12 +65,12 @@ def test_a_graph_of_any_labels_is_searched(name: str, graph: "nx.Graph[Hashable]
 def test_a_lattice_with_walls_is_searched(name: str, weighed: bool) -> None:
     problem = cg.load_scenario("gap-in-wall").problem.on_lattice(9)
     best = cg.solve(problem, "dijkstra").cost
-    check(name, problem.weighed() if weighed else problem, best)
+    check(name, problem.with_weights_held() if weighed else problem, best)
 
 
 @libraries
 def test_time_to_hand_the_graph_over_is_told_apart(name: str) -> None:
-    problem = cg.load_scenario("paper").problem.on_lattice(20).weighed()
+    problem = cg.load_scenario("paper").problem.on_lattice(20).with_weights_held()
     cg.solve(problem, name)
     answer = cg.solve(problem, name)
     assert answer.build_seconds > 0.0
@@ -91,6 +91,6 @@ def test_networkit_breaks_ties_alike_each_time() -> None:
     networkit = pytest.importorskip("networkit")
     threads = networkit.getMaxNumberOfThreads()
     problem = cg.Problem((0.1, 0.1), (0.9, 0.9), cg.RiskField([cg.Threat(0.5, 0.5, 0.1)]), k=10.0)
-    on = problem.on_lattice(8).weighed()
+    on = problem.on_lattice(8).with_weights_held()
     assert len({cg.solve(on, "networkit").nodes for _ in range(200)}) == 1
     assert networkit.getMaxNumberOfThreads() == threads
