@@ -7,6 +7,7 @@ goes up to 100, and values agree to 1e-12.
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -131,20 +132,15 @@ def test_ten_repairs_in_a_row(data: st.DataObject) -> None:
 def test_the_papers_map_threat_by_threat(k: float) -> None:
     """Threats are detected one after the other, one moves, and they vanish in another order."""
     graph = GeometricGraph.complete(Lattice(14, bounds=UNIT), k=k, extra=[(0.9, 0.9)])
-    known: list[Threat] = []
-    matrix = lazy_cost_matrix(graph, 196)
-    for threat in PAPER:
-        known.append(threat)
-        matrix = repair(matrix, CostModel(RiskField(known), k))
-        check(matrix, CostModel(RiskField(known), k))
-    first = known[0]
-    known[0] = Threat(first.x - 0.1, first.y + 0.07, first.spread, first.peak)
-    matrix = repair(matrix, CostModel(RiskField(known), k))
-    check(matrix, CostModel(RiskField(known), k))
+    matrix, first = lazy_cost_matrix(graph, 196), PAPER[0]
+    steps = [list(PAPER[:n]) for n in range(1, len(PAPER) + 1)]
+    steps.append([Threat(first.x - 0.1, first.y + 0.07, first.spread, first.peak), *PAPER[1:]])
     for at in (3, 0, 6, 2, 4, 0, 1, 1, 1, 0):
-        del known[at]
-        matrix = repair(matrix, CostModel(RiskField(known), k))
-        check(matrix, CostModel(RiskField(known), k))
+        steps.append(steps[-1][:at] + steps[-1][at + 1 :])
+    for known in steps:
+        model = CostModel(RiskField(known), k)
+        matrix = repair(matrix, model)
+        check(matrix, model)
 
 
 @examples(15)
@@ -461,48 +457,34 @@ def test_with_node_is_a_graph_with_one_more_node(data: st.DataObject) -> None:
 
 
 # -------------------------------------------------------------------------------------------------- what is refused
-def test_only_complete_graphs() -> None:
-    lattice = Lattice(3, bounds=UNIT)
+def test_what_cannot_be_repaired_is_refused() -> None:
+    lattice, here = Lattice(4, bounds=UNIT), (0.5, 0.123)
+    graph = GeometricGraph.complete(lattice, k=1.0)
+    matrix = lazy_cost_matrix(graph, 0)
+    early, rounds = cost_matrix(graph, 0, source=5), cost_matrix(graph, 0, schedule="synchronous")
+    joined, _ = linked(matrix, (0.21, 0.4))
+    attempts: list[tuple[str, Callable[[], object]]] = [
+        *(("label setting", partial(repair, one, CostModel())) for one in (early, rounds, joined)),
+        *(("not all", partial(linked, one, here)) for one in (early, joined)),
+        ("Lattice", lambda: lazy_cost_matrix(lattice, 0)),  # type: ignore[arg-type]
+        ("99", lambda: lazy_cost_matrix(graph, 99)),
+        ("CostModel", lambda: repair(matrix, RiskField())),  # type: ignore[arg-type]
+        ("CostModel", lambda: reweigh(graph, RiskField())),  # type: ignore[arg-type]
+        ("point", lambda: linked(matrix, (math.nan, 0.0))),
+    ]
     sparse = GeometricGraph.eight_connected(lattice)
     given_weights = GeometricGraph.from_matrix([[0.0, 1.0], [1.0, 0.0]])
-    for graph, what in ((sparse, "sparse"), (given_weights, "without a cost model")):
-        for attempt in (
-            lambda graph=graph: lazy_cost_matrix(graph, 0),
-            lambda graph=graph: repair(cost_matrix(graph, 0), CostModel()),
-            lambda graph=graph: reweigh(graph, CostModel()),
-            lambda graph=graph: linked(cost_matrix(graph, 0), (0.1, 0.1)),
-            lambda graph=graph: with_node(graph, (0.1, 0.1)),
-        ):
-            with pytest.raises(GraphError, match=what):
-                attempt()
-    with pytest.raises(GraphError, match="Lattice"):
-        lazy_cost_matrix(lattice, 0)  # type: ignore[arg-type]
-
-
-def test_only_whole_matrices() -> None:
-    graph = GeometricGraph.complete(Lattice(4, bounds=UNIT), k=1.0)
-    early = cost_matrix(graph, 0, source=5)
-    rounds = cost_matrix(graph, 0, schedule="synchronous")
-    joined, _ = linked(lazy_cost_matrix(graph, 0), (0.21, 0.4))
-    for matrix in (early, rounds, joined):
-        with pytest.raises(GraphError, match="label setting"):
-            repair(matrix, CostModel())
-    for matrix in (early, joined):
-        with pytest.raises(GraphError, match="not all"):
-            linked(matrix, (0.5, 0.123))
-
-
-def test_malformed_arguments() -> None:
-    graph = GeometricGraph.complete(Lattice(4, bounds=UNIT))
-    matrix = lazy_cost_matrix(graph, 0)
-    with pytest.raises(NodeNotFoundError, match="99"):
-        lazy_cost_matrix(graph, 99)
-    with pytest.raises(GraphError, match="CostModel"):
-        repair(matrix, RiskField())  # type: ignore[arg-type]
-    with pytest.raises(GraphError, match="CostModel"):
-        reweigh(graph, RiskField())  # type: ignore[arg-type]
-    with pytest.raises(ProblemError, match="point"):
-        linked(matrix, (math.nan, 0.0))
+    for other, what in ((sparse, "sparse"), (given_weights, "without a cost model")):
+        attempts += [
+            (what, partial(lazy_cost_matrix, other, 0)),
+            (what, partial(repair, cost_matrix(other, 0), CostModel())),
+            (what, partial(reweigh, other, CostModel())),
+            (what, partial(linked, cost_matrix(other, 0), here)),
+            (what, partial(with_node, other, here)),
+        ]
+    for what, attempt in attempts:
+        with pytest.raises((GraphError, NodeNotFoundError, ProblemError), match=what):
+            attempt()
 
 
 def test_improper_fields_are_planned_from_scratch() -> None:

@@ -7,6 +7,8 @@ Oracles: `fused_graph` with scipy's Dijkstra, the plain NumPy raster sum, and mi
 import dataclasses
 import itertools
 import math
+from collections.abc import Callable
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -269,22 +271,20 @@ def test_the_start_may_be_the_goal_and_there_may_be_no_way() -> None:
 
 
 def test_what_cannot_be_is_refused() -> None:
-    lattice = Lattice(5, bounds=UNIT)
     with pytest.warns(ImproperFieldWarning):
         improper = RiskField([Threat(0.5, 0.5, 0.1, peak=2.0)], improper=True)
-    with pytest.raises(ProblemError, match="peak above 1"):
-        understated(improper, 0.1)
-    with pytest.raises(ProblemError, match="part"):
-        understated(PAPER, -1.0)
-    with pytest.raises(ProblemError, match="peak above 1"):
-        RasterGuide.lay(lattice, CostModel(improper, 1.0), (0.9, 0.9))
-    with pytest.raises(ProblemError, match="samples"):
-        RasterGuide.lay(lattice, CostModel(PAPER, 1.0), (0.9, 0.9), samples=0)
-    guide = RasterGuide.lay(lattice, CostModel(PAPER, 1.0), (0.9, 0.9))
-    with pytest.raises(ProblemError, match="wider bounds"):
-        guide.plan((-0.5, 0.1))
-    with pytest.raises(ProblemError):
-        guide.plan((0.1, 0.1), [Threat(0.5, 0.5, 0.1, peak=2.0)])
+    lay, goal, model = partial(RasterGuide.lay, Lattice(5, bounds=UNIT)), (0.9, 0.9), CostModel(PAPER, 1.0)
+    attempts: list[tuple[str, Callable[[], object]]] = [
+        ("peak above 1", lambda: understated(improper, 0.1)),
+        ("part", lambda: understated(PAPER, -1.0)),
+        ("peak above 1", lambda: lay(CostModel(improper, 1.0), goal)),
+        ("samples", lambda: lay(model, goal, samples=0)),
+        ("wider bounds", lambda: lay(model, goal).plan((-0.5, 0.1))),
+        ("peak", lambda: lay(model, goal).plan((0.1, 0.1), [Threat(0.5, 0.5, 0.1, peak=2.0)])),
+    ]
+    for said, attempt in attempts:
+        with pytest.raises(ProblemError, match=said):
+            attempt()
 
 
 # ----------------------------------------------------------------------------------------------------------- flights
@@ -316,18 +316,8 @@ def test_flights_are_those_planned_from_scratch(seed: int, k: float, settings: d
     square = TimedArea(shapely.box(0.45, 0.3, 0.52, 0.41), appears=2, vanishes=12)
     uavs = [Uav("a", (0.1, 0.12), (0.9, 0.87), 0.3, k=k), Uav("b", (0.13, 0.85), (0.88, 0.1), 0.3, k=k)]
     world = World(RiskField(seen), timed=[*timed, square])
-    check_flights(
-        cg.Mission(
-            world,
-            uavs,
-            cg.solvers.get("cgla"),
-            resolution=8,
-            integral="raster",
-            collisions="record",
-            max_ticks=60,
-            **settings,
-        )
-    )
+    settings = {**settings, "resolution": 8, "integral": "raster", "collisions": "record", "max_ticks": 60}
+    check_flights(cg.Mission(world, uavs, cg.solvers.get("cgla"), **settings))
 
 
 def test_flights_do_not_weigh_every_pair(monkeypatch: pytest.MonkeyPatch) -> None:
