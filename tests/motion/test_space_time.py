@@ -476,6 +476,8 @@ def wrong_tasks() -> list[tuple[dict[str, Any], str]]:
     with pytest.warns(ImproperFieldWarning):
         improper = replace(problem, field=cg.RiskField([cg.Threat(0.5, 0.5, 0.1, peak=2.0)], improper=True))
     chain = cg.GeometricGraph.from_matrix([[0, 1], [1, 0]])
+    on_lattice = problem.on_lattice(3)
+    dearer = replace(on_lattice.graph, weights=DenseWeights(2.0 * on_lattice.graph.weight_matrix()))
     return [
         ({"step": 0.0}, "step is 0"),
         ({"latest": math.nan}, "latest is nan"),
@@ -484,6 +486,7 @@ def wrong_tasks() -> list[tuple[dict[str, Any], str]]:
         ({"problem": unlike}, "another field, k or no-fly area"),
         ({"problem": improper, "matrix": matrix_of(improper, 3)}, "peaks above 1"),
         ({"matrix": cost_matrix(chain, 0)}, "another field, k or no-fly area"),
+        ({"matrix": cost_matrix(dearer, on_lattice.target)}, "not those of the problem"),
         ({"matrix": matrix_of(replace(problem, goal=(0.5, 0.5)), 3)}, "leads to"),
     ]
 
@@ -497,12 +500,3 @@ def test_what_is_wrong_is_refused(wrong: dict[str, Any], message: str) -> None:
     assert call(**right).status is SpaceTimeStatus.OPTIMAL
     with pytest.raises(ProblemError, match=message):
         call(**right | wrong)
-
-
-def test_weights_of_another_cost_are_found_out() -> None:
-    problem = cg.Problem((0.0, 0.5), (1.0, 0.5))
-    graph = problem.on_lattice(3).graph
-    dearer = replace(graph, weights=DenseWeights(2.0 * graph.weight_matrix()))
-    matrix = cost_matrix(dearer, problem.on_lattice(3).target)
-    with pytest.raises(ProblemError, match="not those of the problem"):
-        plan_in_space_time(problem, matrix, [], start_time=0.0, step=0.1, latest=50.0)

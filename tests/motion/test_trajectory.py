@@ -187,10 +187,6 @@ def test_closest_approach_in_closed_form(a: Motion, b: Motion, distance: float, 
     assert (found.distance, found.time) == pytest.approx((distance, time))
 
 
-def test_who_is_gone_is_not_near() -> None:
-    assert closest_approach(Trajectory([0, 1], [(0, 0), (1, 0)]), Trajectory([1.5, 3], [(1, 0), (5, 0)])) is None
-
-
 # Terminal discs
 
 
