@@ -17,7 +17,7 @@ from scipy.integrate import quad
 from strategies import examples
 
 import cgla_graph as cg
-from cgla_graph._types import FloatArray
+from cgla_graph._types import FloatArray, Point
 from cgla_graph.errors import CglaError, ProblemError, SolverSettingError
 from cgla_graph.model.risk import ImproperFieldWarning
 from cgla_graph.refine import refine_kernels
@@ -244,12 +244,6 @@ def test_improper_fields_are_not_refined() -> None:
     assert len(refined.path) == 3
 
 
-@pytest.mark.parametrize("wrong", [{"tolerance": -1.0}, {"tolerance": math.nan}, {"max_points": 1}])
-def test_wrong_settings_are_named(wrong: dict[str, Any]) -> None:
-    with pytest.raises(ProblemError, match=next(iter(wrong))):
-        refine_path(ONE_THREAT, [(0.1, 0.1), (0.9, 0.9)], **wrong)
-
-
 def test_degenerate_paths() -> None:
     for path in ([(0.3, 0.3)], [(0.3, 0.3)] * 3, [(0.3, 0.3), (0.6, 0.2), (0.3, 0.3)]):
         assert refine_path(ONE_THREAT, path).cost == 0.0
@@ -260,16 +254,13 @@ def test_degenerate_paths() -> None:
 # What is known in closed form
 
 
-@pytest.mark.parametrize("apart", [5e-324, 2e-323, 1e-320, 1e-300])
-def test_ends_as_close_as_numbers_can_be_are_joined(apart: float) -> None:
-    problem = cg.Problem((0.0, 0.0), (0.0, apart))
-    refined = refine_path(problem, [problem.start, problem.goal])
-    assert (refined.cost, refined.path.tolist()) == (apart, [[0.0, 0.0], [0.0, apart]])
-
-
-def test_a_path_that_all_but_runs_along_an_axis_stays() -> None:
-    problem = cg.Problem((0.0, 5e-324), (1.0, 0.0))
-    assert refine_path(problem, [problem.start, problem.goal]).path.tolist() == [[0.0, 5e-324], [1.0, 0.0]]
+@pytest.mark.parametrize(
+    ("start", "goal"), [((0, 0), (0, 5e-324)), ((0, 0), (0, 1e-320)), ((0, 0), (0, 1e-300)), ((0, 5e-324), (1, 0))]
+)
+def test_ends_as_close_as_numbers_can_be_are_joined(start: Point, goal: Point) -> None:
+    """To each other, or to the axis that they are beside."""
+    refined = refine_path(cg.Problem(start, goal), [start, goal])
+    assert (refined.cost, refined.path.tolist()) == (math.dist(start, goal), [[*start], [*goal]])
 
 
 def test_on_an_empty_map_nothing_but_the_straight_line_is_left() -> None:
@@ -427,11 +418,14 @@ def test_the_seed_goes_to_the_base() -> None:
         ({"base": [(0, 0), (1, math.nan)]}, "finite"),
         ({"base": 5}, "base"),
         ({"resolution": 1}, "resolution"),
-        ({"tolerance": -1}, "tolerance"),
-        ({"max_points": 1.5}, "max_points"),
+        *(({"tolerance": odd}, "tolerance") for odd in (-1.0, math.nan)),
+        *(({"max_points": odd}, "max_points") for odd in (1, 1.5)),
     ],
     ids=str,
 )
-def test_wrong_settings_of_the_solver(wrong: dict[str, Any], word: str) -> None:
+def test_wrong_settings_are_refused(wrong: dict[str, Any], word: str) -> None:
     with pytest.raises(CglaError, match=word):
         registry.get("refine", **wrong)
+    if word in {"tolerance", "max_points"}:
+        with pytest.raises(ProblemError, match=word):
+            refine_path(ONE_THREAT, [(0.1, 0.1), (0.9, 0.9)], **wrong)
