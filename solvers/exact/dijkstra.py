@@ -2,14 +2,14 @@
 
 import time
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from scipy.sparse import csgraph
 
 from cgla_graph.model.problem import GraphProblem
 from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
+from cgla_graph.solvers.shortest_paths import least_cost_tree, path_to
 
 
 @dataclass(frozen=True)
@@ -36,13 +36,8 @@ class Dijkstra:
         weights = graph.to_csgraph()
         build_seconds = time.perf_counter() - began
         source, target = graph.index_of(problem.source), graph.index_of(problem.target)
-        # the stubs of scipy know neither sparse arrays here nor the shape of what comes back
-        search: Any = csgraph.dijkstra
-        costs, before = search(weights, indices=source, return_predecessors=True)
+        costs, before = least_cost_tree(weights, source)
         if not np.isfinite(costs[target]):
             return Solution(Status.NO_PATH, build_seconds=build_seconds)
-        indices = [target]
-        while indices[-1] != source:
-            indices.append(int(before[indices[-1]]))
-        nodes = tuple(graph.labels[i] for i in reversed(indices))
+        nodes = tuple(graph.labels[i] for i in path_to(target, before))
         return Solution(Status.OPTIMAL, nodes=nodes, cost=float(costs[target]), build_seconds=build_seconds)

@@ -15,12 +15,13 @@ from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Traits
 from cgla_graph.solvers.base import Positive, Settings, Whole
 from cgla_graph.solvers.geometry import around_circle
+from cgla_graph.solvers.shortest_paths import path_to
 
 #: The shares of `spreads` that are tried one after the other; 0 leaves the no-fly areas alone.
 SHARES = (1.0, 0.8, 0.6, 0.4, 0.2, 0.0)
 #: A polygon that would cover start or goal becomes smaller until it is this much, relative to it, away from them.
 ASIDE = 1e-9
-#: Polygons smaller than this, relative to the map, are left out: rounding would tie their edges in knots.
+#: Polygons smaller than this, relative to the map, are left out: rounding would make their edges cross.
 SMALLEST = 1e-9
 #: Corners that turn in by less than this, radians, count as turning out: rounding must not hide one that is nearly
 #: straight, and one too many costs nothing.
@@ -30,7 +31,7 @@ STRAIGHT = 1e-12
 @dataclass(frozen=True)
 class VisibilityGraph(Settings):
     """
-    The shortest path around polygons that stand for the threats: risk is either shunned or not seen.
+    The shortest path around polygons that stand for the threats: risk is either avoided or ignored.
 
     **Public.** Bellingham, Richards and How (ACC 2002) take threats for polygons, and use that a shortest path around
     polygons bends only in corners that see each other (Lozano-Perez and Wesley 1979); the lengths of such paths are
@@ -39,13 +40,13 @@ class VisibilityGraph(Settings):
     circumscribed, so that the path keeps out of the disc. One that covers start or goal becomes smaller until that
     end is on its edge. If the polygons seal the way, all of them become smaller by steps, and the answer says so;
     no-fly areas stay as they are, so that a path is found wherever there is one. The search is A* with the straight
-    line as its guess; whether two corners see each other is tested when one of them is expanded. Nobody's code was
-    at hand: this is in the style of, and not, the original.
+    line as its heuristic; whether two corners see each other is tested when one of them is expanded. No code was
+    available: this is in the style of the original, not the original.
 
     **Known failures.** Risk is all or nothing: the path grazes rims, and takes a long way around a threat that is
     cheap to cross, for every `Problem.k`. Where polygons overlap, a passage is closed although its risk is low.
 
-    As `Solution.evaluations` count the segments that were tested for crossing.
+    `Solution.evaluations` counts the segments that were tested for crossing.
 
     Attributes
     ----------
@@ -133,7 +134,7 @@ class _Search:
         to_goal = np.hypot(*(self.points - self.points[1]).T)
         length = np.full(len(self.points), math.inf)
         length[0] = 0.0
-        previous = np.zeros(len(self.points), dtype=np.int64)
+        previous = np.full(len(self.points), -1)
         unsettled = np.ones(len(self.points), dtype=np.bool_)
         while True:
             guess = np.where(unsettled, length + to_goal, math.inf)
@@ -141,7 +142,7 @@ class _Search:
             if guess[node] == math.inf:
                 return np.empty((0, 2))
             if node == 1:
-                return self._back(previous)
+                return self.points[path_to(node, previous)]
             unsettled[node] = False
             through = length[node] + np.hypot(*(self.points - self.points[node]).T)
             better = np.flatnonzero(unsettled & (through < length))
@@ -156,10 +157,3 @@ class _Search:
         for area in self.areas:
             open_ &= ~area.crosses(place, points)
         return open_
-
-    def _back(self, previous: np.ndarray[tuple[int], np.dtype[np.int64]]) -> FloatArray:
-        """Read the path from the goal back to the start."""
-        nodes = [1]
-        while nodes[-1] != 0:
-            nodes.append(int(previous[nodes[-1]]))
-        return self.points[nodes[::-1]]

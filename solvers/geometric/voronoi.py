@@ -1,4 +1,4 @@
-"""Along the edges of a Voronoi diagram, as far as can be from the threats, and then an elastic chain."""
+"""A path along a Voronoi diagram, as far from the threats as possible, which an elastic chain then relaxes."""
 
 import math
 from dataclasses import dataclass
@@ -7,7 +7,6 @@ from typing import Annotated, ClassVar
 import numpy as np
 import shapely
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import Voronoi
 
 from cgla_graph._types import BoolArray, Bounds, FloatArray, IntArray
@@ -17,6 +16,7 @@ from cgla_graph.model.solver import Traits
 from cgla_graph.solvers.base import Positive, Settings, Whole
 from cgla_graph.solvers.geometric.elastic import relaxed
 from cgla_graph.solvers.geometry import around_circle
+from cgla_graph.solvers.shortest_paths import least_cost_tree, path_to
 
 #: Points closer than this, relative to the map's diagonal, are one point.
 SAME = 1e-9
@@ -41,14 +41,14 @@ class VoronoiRoadmap(Settings):
     that one threat can be passed as well. Edges weigh what they cost (Eq. 5) and are gone where they cross an area.
     Start and goal are joined to their nearest vertices in sight. The chain feels the refractive index of the cost
     instead of a radar's fourth power (`elastic`), so that its rest is a locally best path. Without
-    any site the path is straight. The original's code was not at hand: this is in the style of, and not, the original.
+    any site the path is straight. No code was available: this is in the style of the original, not the original.
 
     **Known failures.** Equally far is not cheapest: edges know neither spread nor peak, so that the search may choose
     the wrong side of a threat, which the chain cannot mend; it finds the best path near the one that it is given.
     Around no-fly areas the chain sticks where a mass touches them. Channels narrower than the finest sampling of
     their walls are missed.
 
-    As `Solution.evaluations` count the segments weighed, and the points of ``F`` that the chain asked for.
+    `Solution.evaluations` counts the segments weighed, and the points of ``F`` that the chain asked for.
 
     Attributes
     ----------
@@ -220,14 +220,8 @@ def _sites(problem: Problem, spacing: float) -> FloatArray:
 def _cheapest(edges: IntArray, weights: FloatArray, n_nodes: int) -> IntArray:
     """Return the nodes of the cheapest way from node 0 to node 1; none if there is none."""
     open_: BoolArray = np.isfinite(weights)
-    # a sparse matrix adds up what it is given twice, and edges are given once; it takes a weight of 0 for no edge
+    # a sparse matrix adds up duplicates, but each edge comes once; it takes a weight of 0 for no edge
     weights = np.maximum(weights[open_], np.finfo(np.float64).tiny)
     graph = csr_array((weights, (edges[open_, 0], edges[open_, 1])), shape=(n_nodes, n_nodes))
-    _, trees = dijkstra(graph, directed=False, indices=[0], return_predecessors=True)
-    previous = trees[0]
-    nodes = [1]
-    while nodes[-1] != 0:
-        if previous[nodes[-1]] < 0:
-            return np.empty(0, dtype=np.int64)
-        nodes.append(int(previous[nodes[-1]]))
-    return np.array(nodes[::-1])
+    costs, before = least_cost_tree(graph, 0, directed=False)
+    return np.array(path_to(1, before) if np.isfinite(costs[1]) else [], dtype=np.int64)

@@ -1,14 +1,12 @@
-"""What the MILP planner makes of a map: convex obstacles, and the graph of their corners."""
+"""The MILP planner's model of a map: convex obstacles, and the graph of their corners."""
 
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 import shapely
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from cgla_graph._types import Bounds, FloatArray, IntArray, Point
 from cgla_graph.model.cost_model import CostModel
@@ -16,6 +14,7 @@ from cgla_graph.model.no_fly import NoFlyArea
 from cgla_graph.model.risk import Threat
 from cgla_graph.solvers.geometry import around_circle
 from cgla_graph.solvers.reactive.milp_model import MARGIN, KeepOut
+from cgla_graph.solvers.shortest_paths import least_cost_tree, path_to
 
 #: Sides of the polygon that stands for a threat.
 SIDES = 8
@@ -126,7 +125,7 @@ def obstacles_of(model: CostModel) -> tuple[Obstacle, ...]:
 @dataclass(frozen=True, eq=False)
 class CornerGraph:
     """
-    What it costs to go to the goal from the corners of obstacles, along a graph that joins them all.
+    Costs to go to the goal from the corners of obstacles, along a graph that joins them all.
 
     Attributes
     ----------
@@ -144,7 +143,7 @@ class CornerGraph:
 
     def onward(self, model: CostModel, points: FloatArray) -> FloatArray:
         """
-        Return what it costs to go to the goal by way of each place.
+        Return the costs to go to the goal by way of each place.
 
         Parameters
         ----------
@@ -164,10 +163,7 @@ class CornerGraph:
 
     def route(self, place: int) -> FloatArray:
         """Return the way from a place to the goal, shape ``(m, 2)``, map units, both included."""
-        route = [place]
-        while route[-1] != 0:
-            route.append(int(self.next_places[route[-1]]))
-        return self.places[route]
+        return self.places[path_to(place, self.next_places)[::-1]]
 
 
 @lru_cache(maxsize=4)
@@ -203,10 +199,7 @@ def corner_graph(model: CostModel, bounds: Bounds, goal: Point) -> CornerGraph:
     weights = segment_weights(model, places[tails], places[heads])
     free = np.isfinite(weights)
     matrix = sparse.csr_array((weights[free], (tails[free], heads[free])), shape=(len(places), len(places)))
-    # the stubs of scipy know neither sparse arrays here nor the shape of what comes back
-    search: Any = csgraph.dijkstra
-    costs, before = search(matrix, directed=False, indices=0, return_predecessors=True)
-    return CornerGraph(places, np.asarray(costs), np.asarray(before))
+    return CornerGraph(places, *least_cost_tree(matrix, 0, directed=False))
 
 
 def segment_weights(model: CostModel, starts: FloatArray, ends: FloatArray) -> FloatArray:

@@ -2,12 +2,11 @@
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import shapely
 from scipy import sparse
-from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from cgla_graph._types import FloatArray, IntArray
@@ -16,14 +15,15 @@ from cgla_graph.model.solution import Solution
 from cgla_graph.model.solver import Traits
 from cgla_graph.solvers.base import Evaluations, Positive, Seed, Whole
 from cgla_graph.solvers.budget import Budgeted, Incumbent, Meter
+from cgla_graph.solvers.shortest_paths import least_cost_tree, path_to
 
 #: The roadmap is searched when it has this many milestones, twice, four times … as many, and at its end.
 FIRST_SEARCH = 64
-#: Milestones placed, joined and weighed at a time; only the budget of seconds sees it.
+#: Milestones placed, joined and weighed at a time; only a budget of seconds depends on it.
 CHUNK = 256
 #: Samples drawn at a time.
 DRAWN = 1024
-#: After so many samples in a row inside no-fly areas, there is as good as nowhere to go.
+#: After so many samples in a row inside no-fly areas, the map counts as having no free place.
 MAX_REJECTIONS = 100_000
 
 
@@ -38,8 +38,8 @@ class PrmStar(Budgeted):
 
     ``free`` being the area outside of the no-fly areas: the radius of their Section 3.3 for dimension 2. PRM* proper
     joins all milestones within the last, smallest radius; its edges are among those of this roadmap, which therefore
-    has the same limit, and which never loses an edge while it grows. So the best cost only falls, and what comes out
-    does not depend on when the roadmap was searched in between.
+    has the same limit, and which never loses an edge while it grows. So the best cost only falls, and the result does
+    not depend on when the roadmap was searched in between.
 
     Attributes
     ----------
@@ -47,11 +47,11 @@ class PrmStar(Budgeted):
         Budget: size of the roadmap, start and goal included, at least 2; None: no limit. It is the default budget, so
         that a seed gives the same path on every machine.
     seconds
-        Budget of time, in seconds; None: no limit. It is looked at every 256 milestones and before every search, and so
+        Budget of time, in seconds; None: no limit. It is checked every 256 milestones and before every search, and
         exceeded by at most one of either. Once it ends the run, the same seed may give another path each time.
     evaluations
         Budget of segments weighed by Eq. 5; None: no limit. The milestone that reaches it is joined as a whole.
-        Whichever budget is used up first ends the run.
+        The budget that is used up first ends the run.
     seed
         From 0 to 2^32 - 1.
     radius_factor
@@ -105,7 +105,7 @@ class Roadmap:
     Attributes
     ----------
     positions
-        Of the milestones and of samples that will become some, shape ``(m, 2)`` with ``m >= n_milestones``, map units.
+        The milestones, then samples for the next ones, shape ``(m, 2)`` with ``m >= n_milestones``, map units.
     n_milestones
         Milestones that have been joined.
     full
@@ -163,15 +163,10 @@ class Roadmap:
         tails, heads, weights = (np.concatenate(parts) for parts in zip(*self._edges, strict=True))
         n = self.n_milestones
         matrix = sparse.csr_array((weights, (heads, tails)), shape=(n, n))
-        # the stubs of scipy know neither sparse arrays here nor the shape of what comes back
-        search: Any = csgraph.dijkstra
-        costs, before = search(matrix, directed=False, indices=0, return_predecessors=True)
+        costs, before = least_cost_tree(matrix, 0, directed=False)
         if not np.isfinite(costs[1]):
             return np.empty((0, 2)), math.inf
-        nodes = [1]
-        while nodes[-1] != 0:
-            nodes.append(int(before[nodes[-1]]))
-        return self.positions[nodes[::-1]], float(costs[1])
+        return self.positions[path_to(1, before)], float(costs[1])
 
     def _place(self, size: int) -> None:
         """Draw samples outside of the no-fly area until there are at least `size` positions in all."""

@@ -1,15 +1,14 @@
-"""Constrained shortest paths on a graph of two weights: what no single risk weight finds."""
+"""Constrained shortest paths on a graph of two weights, which no single risk weight finds."""
 
 import heapq
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from cgla_graph._types import BoolArray, FloatArray
+from cgla_graph.solvers.shortest_paths import least_cost_tree, path_to
 
 #: Labels are given up beyond this many: the search may need exponentially many.
 MOST_LABELS = 200_000
@@ -49,9 +48,9 @@ def constrained_path(
     Find the lightest path whose use keeps a budget, by label setting (Dumitrescu, Boland, Networks 42(3), 2003).
 
     A label is a way from the source: its weight and its use. It is dropped where another label of the node is as good
-    in both, or where weight, use, or ``weight + price * use`` can no longer end within what is known and the
-    budget; least values to the target say so. The labels are taken in the order of that last sum, the Lagrangian
-    bound, so that the first one left always bounds the answer from below.
+    in both, or where weight, use, or ``weight + price * use``, with the least value from there to the target added,
+    exceeds the known path or the budget. The labels are taken in the order of that last sum, the Lagrangian bound, so
+    that the first one left always bounds the answer from below.
 
     Parameters
     ----------
@@ -85,23 +84,24 @@ def constrained_path(
     edges = np.isfinite(weights) & np.isfinite(uses)
     rest = [_least_values(edges, values, target) for values in (weights, uses, weights + price * uses)]
     offset = price * budget
-    # sums in another order
+    # for sums in another order
     room = budget * (1.0 + 1e-14)
-    labels: list[tuple[int, int]] = [(source, -1)]
+    #: of each label, its node and the label before it
+    nodes, before = [source], [-1]
     kept: list[list[tuple[float, float]]] = [[] for _ in weights]
     heap = [(float(rest[2][source]) - offset, 0, 0.0, 0.0)]
     if rest[1][source] > room:
         return ConstrainedPath((), math.inf, finished=True)
     while heap:
         bound, label, weight, use = heapq.heappop(heap)
-        node = labels[label][0]
+        node = nodes[label]
         if bound >= known:
             break
         if node == target:
-            return ConstrainedPath(_nodes(labels, label), weight, finished=True)
+            return ConstrainedPath(tuple(nodes[i] for i in path_to(label, before)), weight, finished=True)
         if any(w <= weight and u <= use for w, u in kept[node]):
             continue
-        if len(labels) > max_labels:
+        if len(nodes) > max_labels:
             return ConstrainedPath((), bound, finished=False)
         kept[node].append((weight, use))
         to_weights, to_uses = weight + weights[node], use + uses[node]
@@ -111,8 +111,9 @@ def constrained_path(
         for other in np.nonzero(allowed)[0].tolist():
             w, u = float(to_weights[other]), float(to_uses[other])
             if not any(a <= w and b <= u for a, b in kept[other]):
-                heapq.heappush(heap, (max(bound, float(bounds[other])), len(labels), w, u))
-                labels.append((other, label))
+                heapq.heappush(heap, (max(bound, float(bounds[other])), len(nodes), w, u))
+                nodes.append(other)
+                before.append(label)
     return ConstrainedPath((), known, finished=True)
 
 
@@ -122,14 +123,4 @@ def _least_values(edges: BoolArray, values: FloatArray, target: int) -> FloatArr
     starts = np.concatenate([[0], np.cumsum(edges.sum(axis=1))])
     # built by hand, as edges without value are edges too
     graph = sparse.csr_array((values[tails, heads].astype(np.float64), heads, starts), shape=edges.shape)
-    search: Any = csgraph.dijkstra
-    return np.asarray(search(graph, indices=target))
-
-
-def _nodes(labels: list[tuple[int, int]], label: int) -> tuple[int, ...]:
-    """Walk a label back to the source."""
-    nodes = []
-    while label >= 0:
-        node, label = labels[label]
-        nodes.append(node)
-    return tuple(reversed(nodes))
+    return least_cost_tree(graph, target)[0]
