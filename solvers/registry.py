@@ -1,4 +1,4 @@
-"""The table of solvers: a name, and where its class is. A new solver is one file and one row."""
+"""Table of solvers: their names, and where their classes are. A new solver is one file and one row."""
 
 import dataclasses
 import difflib
@@ -115,7 +115,7 @@ def _load(plug_in: EntryPoint) -> type[Solver]:
 
 def is_built_in(name: str) -> bool:
     """
-    Say whether a solver is part of the toolkit; what others bring may do anything to the process that runs it.
+    Say whether a solver is part of the toolkit; solvers of others may crash the process that runs them.
 
     Examples
     --------
@@ -126,7 +126,7 @@ def is_built_in(name: str) -> bool:
 
 
 def traits(name: str) -> Traits:
-    """Return what a solver is and promises (see `solver_class` for the errors)."""
+    """Return the traits of a solver (see `solver_class` for the errors)."""
     return solver_class(name).traits
 
 
@@ -165,7 +165,7 @@ def get(name: str, **settings: Any) -> Solver:  # noqa: ANN401 - each solver has
     Returns
     -------
     solver
-        A frozen dataclass of settings. A plug-in runs in a process of its own; one that you build yourself, in yours.
+        A frozen dataclass of settings. A plug-in runs in a process of its own; if you build it yourself, in yours.
 
     Raises
     ------
@@ -193,19 +193,41 @@ def get(name: str, **settings: Any) -> Solver:  # noqa: ANN401 - each solver has
         raise SolverSettingError(msg)
     if not is_built_in(name):
         _check_hints(name, kind, settings)
-        return _apart(kind(**settings))
+        return _isolated(kind(**settings))
     return kind(**settings)
 
 
-def _apart(solver: Solver) -> Solver:
-    """Have a plug-in run in a process of its own, wherever it is run; one without a ``__dict__`` cannot be marked."""
+def ready(solver: str | Solver, settings: Mapping[str, Any]) -> Solver:
+    """
+    Build a solver that is given by name, or return a built one, which takes no settings.
+
+    Raises
+    ------
+    SolverSettingError
+        If there are settings beside a built solver; else as `get`.
+
+    Examples
+    --------
+    >>> ready("cgla", {"early_stop": False}).early_stop
+    False
+    """
+    if isinstance(solver, str):
+        return get(solver, **settings)
+    if settings:
+        msg = f"settings {', '.join(settings)} beside a ready solver; give the solver by name, or build it with them"
+        raise SolverSettingError(msg)
+    return solver
+
+
+def _isolated(solver: Solver) -> Solver:
+    """Mark a plug-in to run in a process of its own; one without a ``__dict__`` cannot be marked."""
     with suppress(AttributeError):
         object.__setattr__(solver, "traits", dataclasses.replace(solver.traits, isolated=True))
     return solver
 
 
 def _check_hints(name: str, kind: type[Solver], settings: Mapping[str, Any]) -> None:
-    """Hold settings against the hints of a plug-in's fields; built-in solvers check theirs themselves."""
+    """Check settings against the type hints of a plug-in's fields; built-in solvers check their own."""
     try:
         hints = get_type_hints(kind)
     except (NameError, TypeError):
@@ -219,7 +241,7 @@ def _check_hints(name: str, kind: type[Solver], settings: Mapping[str, Any]) -> 
 
 
 def _fits(value: object, hint: Any) -> bool:  # noqa: ANN401 - any type form
-    """Whether a value is of a simple type, one of a union, or a literal; of other hints nothing is said."""
+    """Whether a value is of a simple type, one of a union, or a literal; other hints take any value."""
     if get_origin(hint) in {Union, UnionType}:
         return any(_fits(value, part) for part in get_args(hint))
     if get_origin(hint) is Literal:
@@ -239,7 +261,7 @@ def setting_names(kind: type[Solver]) -> list[str]:
 
 def describe(name: str) -> dict[str, str]:
     """
-    Say in words what a solver is, its settings, and whether it can run here.
+    Describe a solver: its kind, its settings, and whether it can run here.
 
     Examples
     --------

@@ -42,8 +42,8 @@ def solve(
     problem
         A `Problem` in the plane, which every solver takes, or a `GraphProblem`, which graph solvers take.
     solver
-        A name (see `cgla_graph.solvers.names`) or a solver. None is the best there is: `hybrid` for a `Problem`,
-        `cgla` for a `GraphProblem`.
+        A name (see `cgla_graph.solvers.names`) or a solver. None: `hybrid` for a `Problem`, `cgla` for a
+        `GraphProblem`.
     resolution
         For solvers that need a lattice: points a side, or a `Lattice`.
     on
@@ -63,7 +63,7 @@ def solve(
     -------
     solution
         Its numbers are the oracle's; the time to weigh the graph is apart from the time to solve, and kernels are
-        compiled before either is taken. That no path was found is a status.
+        compiled before either is taken. If no path was found, the status says so.
 
     Raises
     ------
@@ -88,14 +88,7 @@ def solve(
     """
     if solver is None:
         solver = "cgla" if isinstance(problem, GraphProblem) else "hybrid"
-    if isinstance(solver, str):
-        chosen = registry.get(solver, **settings)
-        isolated = isolated or not registry.is_built_in(solver)
-    elif settings:
-        msg = f"settings {', '.join(settings)} beside a ready solver; give the solver by name, or build it with them"
-        raise SolverSettingError(msg)
-    else:
-        chosen = solver
+    chosen = registry.ready(solver, settings)
     if not isinstance(getattr(chosen, "traits", None), Traits):
         msg = f"solver is {shown(chosen)}; give a name, as 'hybrid', or a solver, as cg.solvers.get('hybrid')"
         raise SolverSettingError(msg)
@@ -106,6 +99,8 @@ def solve(
         if not isinstance(cast("object", switch), bool):
             msg = f"{name} is {shown(switch)}; give True or False"
             raise SolverSettingError(msg)
+    # (the traits of a plug-in say so, unless it cannot be marked)
+    isolated = isolated or (isinstance(solver, str) and not registry.is_built_in(solver))
     if isinstance(problem, GraphProblem):
         if refine:
             msg = "a GraphProblem has only its edges, which no path can leave; give a Problem to refine its path"
@@ -143,7 +138,7 @@ def lower_bound(
     -------
     certificate
         The bound, proven whether or not the tolerance was reached; its message says why it ended. For fields with
-        peaks above 1 there is no bound: it is NaN. `solve` with `hybrid` proves just this of its own path.
+        peaks above 1 there is no bound: it is NaN. `solve` with `hybrid` proves the same bound of its own path.
 
     Raises
     ------
@@ -162,7 +157,7 @@ def lower_bound(
     >>> cg.lower_bound(problem, path=best.path).lower_bound == best.lower_bound
     True
     """
-    from cgla_graph.certificate import certificate  # noqa: PLC0415 - who solves on a graph alone needs no proof
+    from cgla_graph.certificate import certificate  # noqa: PLC0415 - not needed to solve on a graph
 
     most = certificate.MAX_CELLS if max_cells is None else max_cells
     certificate.check_settings(tolerance, most)
@@ -185,15 +180,15 @@ def proven(
     problem
         The problem that was solved.
     solution
-        The oracle's word on it; without a path the bound holds all the same.
+        The judged answer; without a path the bound is proven as well.
     tolerance, max_cells
         As `lower_bound` takes them.
 
     Returns
     -------
     solution
-        With the `certificate`, and its bound where that is better than the solver's own. What the solver has proven of
-        this path under the same tolerance is not proven again.
+        With the `certificate`, and its bound where that is better than the solver's own. If the solver has proven this
+        path under the same tolerance, its own certificate is kept.
 
     Raises
     ------
@@ -219,7 +214,7 @@ def proven(
 
 def bounded(solution: Solution, certificate: "Certificate | None") -> Solution:
     """
-    Attach what is proven of every path to an answer, which must not undercut it.
+    Attach a certificate to an answer, which fails if its path costs less than the bound.
 
     Examples
     --------
@@ -253,7 +248,7 @@ def refined(problem: Problem, solution: Solution, *, tolerance: float = 1e-6, ma
     problem
         The problem that was solved.
     solution
-        The oracle's word on it. Without a path it comes back as it is.
+        The judged answer; without a path it is returned unchanged.
     tolerance, max_points
         As `cgla_graph.refine.refine.refine_path` takes them.
 
@@ -307,7 +302,7 @@ def _solve_in_plane(
     laid = time.perf_counter() - began
     warm_up_restricted(chosen, graph_problem.graph.n_nodes, MapKind.of(problem.model))
     answer = run(chosen, graph_problem, apart=isolated)
-    # what a solver proves of the paths on a graph does not hold for those in the plane
+    # a bound of the paths on a graph does not hold for those in the plane
     build_seconds = laid + answer.build_seconds
     return problem.judge(dataclasses.replace(answer, build_seconds=build_seconds, lower_bound=math.nan))
 

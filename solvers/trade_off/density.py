@@ -1,4 +1,4 @@
-"""Paths whose corridor stays below a density, and what a lower limit costs: the question that SORA asks."""
+"""Paths whose corridor stays below a density, as SORA limits it, and the cost of each limit."""
 
 import dataclasses
 import math
@@ -20,8 +20,12 @@ from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import Solver
 from cgla_graph.solvers.solving import solve
 
-#: A certificate that is asked for no more than whether there is a path at all.
+#: Tolerance of a certificate that only has to show whether there is a path.
 ANY_PATH = 1e9
+
+
+class SealedError(ProblemError):
+    """Start or goal is closed by a limit of the density, so that no path stays below it."""
 
 
 def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> Problem:
@@ -49,8 +53,8 @@ def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> P
     Raises
     ------
     ProblemError
-        If there is no raster, the problem has a clearance, a number is negative, or start or goal are in what is
-        closed: there is no such path.
+        If there is no raster, the problem has a clearance, a number is negative, or start or goal are closed, so that
+        there is no such path.
 
     Examples
     --------
@@ -78,13 +82,13 @@ def below_density(problem: Problem, level: float, *, corridor: float = 0.0) -> P
                 f"{name} {getattr(problem, name)} has a density above {level:g} within {0.5 * width:g}: no path stays "
                 "below; raise the level, or narrow the corridor"
             )
-            raise ProblemError(msg)
+            raise SealedError(msg)
     parts = [problem.no_fly, *closed] if problem.no_fly is not None else closed
     return dataclasses.replace(problem, no_fly=shapely.union_all(parts))
 
 
 def _past_the_rim(raster: RasterRisk, problem: Problem) -> RasterRisk:
-    """Repeat the outer cells beyond bounds at which the raster ends: paths may touch areas, and follow the rim."""
+    """Repeat the outer cells beyond the bounds where the raster ends: paths may touch areas and follow the rim."""
     ends = [
         (raster.bounds[axis] <= problem.bounds[axis], raster.bounds[axis + 2] >= problem.bounds[axis + 2])
         for axis in range(2)
@@ -149,8 +153,8 @@ def density_front(
     Returns
     -------
     front
-        A point for each limit, in rising order; costs do not rise. If the least of them is one that was looked for, the
-        first point is the greatest limit that was found to have no path, proven or not.
+        A point for each limit, in rising order; costs do not rise. For a number of levels, the first point is the
+        greatest limit tried for which no path was found, proven or not, if there is one.
 
     Raises
     ------
@@ -180,9 +184,7 @@ def _point(
 ) -> DensityPoint:
     try:
         limited = below_density(problem, level, corridor=corridor)
-    except ProblemError as error:
-        if "no path stays below" not in str(error):
-            raise
+    except SealedError as error:
         return DensityPoint(level, Solution(Status.NO_PATH, message=str(error)), no_path=True)
     found = solve(limited, solver, **settings)
     return DensityPoint(level, found, no_path=not found.status.has_path and is_proven_closed(limited))

@@ -1,4 +1,4 @@
-"""One problem under every risk weight: what the trade-off tools ask a solver again and again."""
+"""One problem solved under many risk weights, as the trade-off tools need it."""
 
 import dataclasses
 from typing import Any, cast
@@ -6,7 +6,7 @@ from typing import Any, cast
 import numpy as np
 
 from cgla_graph._types import FloatArray
-from cgla_graph.errors import ProblemError, SolverSettingError
+from cgla_graph.errors import ProblemError
 from cgla_graph.model.cost_model import CostModel
 from cgla_graph.model.graph import GeometricGraph
 from cgla_graph.model.lattice import Lattice
@@ -19,7 +19,7 @@ from cgla_graph.solvers.solving import solve
 #: Up to this many nodes, length and risk of all pairs are kept apart, so that a weight costs one sum (two matrices of
 #: 72 MB); larger lattices are weighed anew for each risk weight.
 MATRICES_UP_TO = 3000
-#: A weight beside which length is a matter of rounding.
+#: A risk weight so great that length is lost in rounding.
 RISK_ALONE = 2.0**60
 
 
@@ -33,7 +33,7 @@ class Reweighed:
     Parameters
     ----------
     problem
-        The problem; its own `k` plays no part.
+        The problem; its own `k` is ignored.
     solver
         A name or a solver; None: `hybrid`.
     resolution
@@ -69,7 +69,10 @@ class Reweighed:
             msg = f"problem is a {type(problem).__name__}; give a Problem, which knows length and risk apart"
             raise ProblemError(msg)
         self.problem = problem
-        self.solver = _chosen(solver, settings)
+        if solver is None:
+            # its own proof of each path would cost more than the path
+            solver, settings = "hybrid", {"tolerance": None, **settings}
+        self.solver = registry.ready(solver, settings)
         self.solved: dict[float, Solution] = {}
         self.resolution = resolution
         self._on: GraphProblem | None = None
@@ -127,19 +130,6 @@ class Reweighed:
         if not self._lengths.size or not problem.field.is_proper:
             return solve(problem, self.solver, on=problem.on_lattice(self.resolution))
         return problem.judge(self._on_graph(self._lengths + problem.k * self._risks))
-
-
-def _chosen(solver: str | Solver | None, settings: dict[str, Any]) -> Solver:
-    """Build the solver that is asked for."""
-    if solver is None:
-        # its own proof of each path would cost more than the path
-        solver, settings = "hybrid", {"tolerance": None, **settings}
-    if isinstance(solver, str):
-        return registry.get(solver, **settings)
-    if settings:
-        msg = f"settings {', '.join(settings)} beside a ready solver; give the solver by name, or build it with them"
-        raise SolverSettingError(msg)
-    return solver
 
 
 def _matrices(problem: Problem, graph: GeometricGraph) -> tuple[FloatArray, FloatArray]:
