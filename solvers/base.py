@@ -1,4 +1,4 @@
-"""What solvers share: the checks of their settings, and the traits of OMPL's planners."""
+"""Checks of settings, and traits that several solvers share."""
 
 import dataclasses
 import math
@@ -19,7 +19,7 @@ LARGEST_SEED = 2**32 - 1
 
 def library_traits(name: str, summary: str, *needs: str) -> Traits:
     """
-    Return the traits of an exact search of a graph library, which needs some packages.
+    Return the traits of an exact search by a graph library that needs some packages.
 
     Examples
     --------
@@ -31,7 +31,7 @@ def library_traits(name: str, summary: str, *needs: str) -> Traits:
 
 def reactive_traits(name: str, summary: str, *, rasters: bool = False) -> Traits:
     """
-    Return the traits of a planner that goes step by step and may get stuck; most know threats, but no rasters.
+    Return the traits of a step-by-step planner, which may get stuck; most see threats, but no rasters.
 
     Examples
     --------
@@ -43,7 +43,7 @@ def reactive_traits(name: str, summary: str, *, rasters: bool = False) -> Traits
 
 def ompl_traits(name: str, summary: str, *, anytime: bool = False) -> Traits:
     """
-    Return what all planners of OMPL are: seeded, in need of its package, and in a process of their own.
+    Return the traits of OMPL's planners: seeded, in need of its package, and run in a process of their own.
 
     Examples
     --------
@@ -106,7 +106,7 @@ class Whole:
 @dataclasses.dataclass(frozen=True)
 class Between:
     """
-    Check of a number within limits; 0 is left out where it is `above` that.
+    Check of a number within limits; `above` excludes the lower one.
 
     Examples
     --------

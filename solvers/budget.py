@@ -1,4 +1,4 @@
-"""What an anytime solver may use up, what it has used up, and the best path that it got for it."""
+"""Budgets of anytime solvers, the meter of a run, and its best path so far."""
 
 import math
 import time
@@ -51,7 +51,7 @@ class Budget:
 
 class Budgeted(Settings):
     """
-    Base of anytime solvers with settings `seconds`, `evaluations` and one that is `counted`: one of them is a limit.
+    Base of anytime solvers: `seconds`, `evaluations` and the `counted` setting are limits, and one has to be set.
 
     Raises
     ------
@@ -78,7 +78,7 @@ class Budgeted(Settings):
 @dataclass
 class Meter:
     """
-    What a run has used up so far.
+    Meter of a run: what it has used of its budget.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ class Meter:
 
     def check_time(self) -> None:
         """
-        Do nothing while there is time.
+        Check that there is time left.
 
         Raises
         ------
@@ -165,7 +165,7 @@ class Incumbent:
     problem
         Its oracle judges every path.
     meter
-        Says when a path came.
+        Gives the time of each path.
     best
         The solver's own answer that holds the best path.
     cost
@@ -173,7 +173,7 @@ class Incumbent:
     trace
         One point for each improvement.
     refused
-        The last answer that did not stand up to the oracle; None if all did.
+        The last answer that the oracle rejected; None if there was none.
 
     Examples
     --------
@@ -202,8 +202,7 @@ class Incumbent:
         path
             Waypoints from start to goal, shape ``(m, 2)``, map units.
         cost
-            What the solver says that it costs. A path that does not stand up to the oracle becomes the answer, so
-            that the run is seen to have failed.
+            Its cost by the solver. A path that the oracle rejects becomes the answer, so that the run fails.
         """
         seconds = self.meter.seconds
         claimed = Solution(Status.FOUND, path=np.asarray(path, dtype=np.float64), cost=cost)
@@ -221,7 +220,7 @@ class Incumbent:
         Parameters
         ----------
         message
-            Why there is no path, where there is none; by default, which limit was reached.
+            The reason if there is no path; by default, the limit that was reached.
         """
         answer = replace(self.refused or self.best, evaluations=self.meter.evaluations)
         if not answer.status.has_path:

@@ -23,7 +23,7 @@ from cgla_graph.model.solution import Solution, Status
 from cgla_graph.model.solver import NO_RASTERS, GraphSolver, PlaneSolver, Solver, is_blind_to
 from cgla_graph.solvers.solving import solve
 
-#: Statuses that say "there is none" and those that say "I found none".
+#: Statuses of answers without a path, whether proven or not.
 NOTHING = {Status.NO_PATH, Status.NOT_FOUND, Status.INFEASIBLE, Status.STUCK}
 #: Cells along each side of the raster that stands for a threat.
 FINE = 40
@@ -31,7 +31,7 @@ FINE = 40
 
 def check_solver(solver: Solver) -> None:
     """
-    Hold a solver to its contract, on small problems whose answers are known.
+    Check that a solver keeps its contract, on small problems whose answers are known.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def check_solver(solver: Solver) -> None:
 
     Notes
     -----
-    Checked of every solver: its answer is a `Solution` that stands up to the oracle, with a path from start to goal;
+    Checked of every solver: its answer is a `Solution` that the oracle confirms, with a path from start to goal;
     the same problem gives the same answer again; nothing passed in is changed; where there is no path it says so
     instead of raising; start equal to goal is a path of no length. Of an exact graph solver: the cost is the optimum.
     Of an anytime solver: the trace falls, and ends at the cost. Of a solver that knows no-fly areas: its path is
@@ -70,7 +70,7 @@ def check_solver(solver: Solver) -> None:
 
 
 def graph_problems() -> Iterator[tuple[str, GraphProblem]]:
-    """Yield small graph problems by name: the ones that solvers get wrong."""
+    """Yield small graph problems by name, those that solvers tend to get wrong."""
     inf = np.inf
     detour = GeometricGraph.from_matrix([[0, 1, 9], [1, 0, 1], [9, 1, 0]], labels="abc")
     yield "a detour of two edges", GraphProblem(detour, "a", "c")
@@ -150,7 +150,7 @@ def _check_plane(solver: Solver) -> None:
 
 
 def _check_sees_rasters(solver: Solver) -> None:
-    """Put a raster in a threat's place: a solver that turns aside for one has to do so for the other."""
+    """Replace a threat by a raster: a solver that avoids the one has to avoid the other."""
     threat = Threat(0.5, 0.5, 0.1)
     centres = (np.arange(FINE) + 0.5) / FINE
     values = RiskField([threat]).density(np.stack(np.meshgrid(centres, centres), axis=-1))
@@ -204,7 +204,7 @@ def _same_twice(place: str, run: Callable[[], Any]) -> Solution:
     try:
         first, second = run(), run()
     except SolverFaultError as error:
-        # it has changed its problem
+        # the solver has changed its problem
         raise AssertionError(str(error)) from error
     if not isinstance(first, Solution):
         msg = f"{place}: the answer is {type(first).__name__}, not a Solution"

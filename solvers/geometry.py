@@ -62,8 +62,8 @@ def around_circle(count: int, *, first: float = 0.0) -> FloatArray:
     count
         How many, at least 1.
     first
-        How far the first one is beyond east, in parts of the circle: with 0.5, points face the sides of the polygon
-        that begins in the east.
+        Direction of the first one from east, in steps between points: with 0.5, the points face the sides of the
+        polygon that begins in the east.
 
     Returns
     -------

@@ -1,7 +1,7 @@
 """
-What there is, from a file: to list the built-in solvers, none of them is imported.
+List of the built-in solvers, read from a file without importing them.
 
-``python -m cgla_graph.solvers.write_listing`` writes the file anew, and a test says when that is due.
+``python -m cgla_graph.solvers.write_listing`` writes the file anew; a test fails when it is out of date.
 """
 
 import json
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-#: What pip calls packages whose modules have another name.
+#: Packages whose name for pip differs from that of their module.
 _OF_PIP: Mapping[str, str] = {"skimage": "scikit-image"}
 FILE = "listing.json"
 ENTRY_POINT_GROUP = "cgla_graph.solvers"
@@ -23,7 +23,7 @@ ENTRY_POINT_GROUP = "cgla_graph.solvers"
 @cache
 def built_in() -> dict[str, dict[str, Any]]:
     """
-    Return what the file says of each built-in solver: ``domain``, ``promises``, ``settings``, ``summary``, ``needs``.
+    Return the entry of each built-in solver: ``domain``, ``promises``, ``settings``, ``summary``, ``needs``.
 
     Examples
     --------
@@ -36,7 +36,7 @@ def built_in() -> dict[str, dict[str, Any]]:
 
 def describe(name: str) -> dict[str, str]:
     """
-    Say in words what a built-in solver is, its settings, and whether it can run here.
+    Describe a built-in solver: its kind, its settings, and whether it can run here.
 
     Examples
     --------

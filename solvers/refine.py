@@ -21,16 +21,16 @@ from cgla_graph.solvers.base import NonNegative, Resolution, Settings, Whole, se
 @dataclass(frozen=True)
 class Refine(Settings):
     """
-    Refines what another solver finds, or a path of one's own (`cgla_graph.refine.refine.refine_path`).
+    Refines another solver's path, or given waypoints (`cgla_graph.refine.refine.refine_path`).
 
     Attributes
     ----------
     base
-        Whose path: a solver's name, a solver, or waypoints from start to goal, shape ``(m, 2)``, map units.
+        A solver's name, a solver, or waypoints from start to goal, shape ``(m, 2)``, map units.
     base_seed
         The seed of a base that draws random numbers; None: its own default. Other settings: give a solver as base.
     resolution
-        For a base that needs a lattice: points a side, or a `Lattice`; None: what `solve` is asked for, else 20.
+        For a base that needs a lattice: points a side, or a `Lattice`; None: that of `solve`, else 20.
     tolerance
         End after a stage that lowers the cost by less than this, relative to it.
     max_points

@@ -1,4 +1,4 @@
-"""Kernels are compiled, or loaded from disk, before the clock of a solver's first run starts."""
+"""Warm-up: kernels are compiled, or loaded from disk, before a solver's first run is timed."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -41,17 +41,17 @@ def shortened(solver: SolverT) -> SolverT:
 
 def warm_up(solver: Solver, kind: MapKind, *, refine: bool = False) -> None:
     """
-    Run a solver of the toolkit on a small problem, once in a process; what its first run takes is then its own time.
+    Run a solver of the toolkit on a small problem, once in a process, so that its first timed run compiles nothing.
 
-    Solvers that run in a process of their own are made ready there, and what is not the toolkit's may do anything:
-    neither is run. What evaluates paths is loaded in any case.
+    Isolated solvers warm up in their own process, and solvers of others may have side effects: neither is run. The
+    kernels that evaluate paths are loaded in any case.
 
     Parameters
     ----------
     solver
-        The solvers to be run.
+        The solver that is going to run.
     kind
-        On what kind of map; kernels that only other kinds need are left alone.
+        Kind of map; kernels that only other kinds need are not loaded.
     refine
         Whether its path is going to be refined.
 
@@ -80,7 +80,7 @@ def warm_up(solver: Solver, kind: MapKind, *, refine: bool = False) -> None:
 
 def warm_up_restricted(solver: Solver, n_nodes: int, kind: MapKind) -> None:
     """
-    Load what `cgla_graph.restricted` needs, if a solver is going to use it on a graph of so many nodes.
+    Load the kernels of `cgla_graph.restricted` if a solver is going to use it on a graph of `n_nodes` nodes.
 
     Examples
     --------
@@ -95,10 +95,10 @@ def warm_up_restricted(solver: Solver, n_nodes: int, kind: MapKind) -> None:
 
 def load_last_first(kind: MapKind) -> None:
     """
-    Load what a plan needs, in another order than it does: of areas, refinement and proofs, then beside walls.
+    Load the kernels of a plan in another order than the plan: areas, refinement and proofs, then those beside walls.
 
-    So two processes compile about half of the kernels each. What takes longest is loaded first, by calls of its own:
-    neither waits for the other, which begins with line integrals and meshes.
+    Two processes in different orders compile about half of the kernels each. The slowest kernels come first here, each
+    by its own call, and the other process begins with line integrals and meshes: neither waits for the other.
 
     Examples
     --------

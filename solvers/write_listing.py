@@ -1,4 +1,4 @@
-"""Writes `cgla_graph.solvers.listing`'s file from the solvers themselves."""
+"""Writer of the file that `cgla_graph.solvers.listing` reads."""
 
 import json
 from importlib import resources
@@ -9,7 +9,7 @@ from cgla_graph.solvers import listing, registry
 
 def listing_text() -> str:
     """
-    Return what the file has to hold.
+    Return the text of the file, made from the solvers themselves.
 
     Examples
     --------

@@ -34,7 +34,7 @@ class Evolutionary(Budgeted):
     curvature, in a weighted sum. Their code, terrain and weights are not public: this is *in the style of* theirs.
 
     **Our design.** A curve is rated by what all solvers minimise, ``length + k * risk`` of the polyline through its
-    points. What must not be is no term of a sum, whose weights one would have to guess, but comes first (the rule of
+    points. Constraints are no terms of a sum, whose weights one would have to guess, but come first (the rule of
     Deb 2000): of two curves, the one with less length inside no-fly areas wins; then the one that turns less tightly
     than `turn_radius`; then the cheaper one. Control points stay inside the bounds, and so do the curves. The first
     generation is the straight line, and curves through random points, which for every other curve are sorted along
@@ -44,7 +44,7 @@ class Evolutionary(Budgeted):
     forces a turn; then the answer is ``not-found``, although there is a path. It converges to a local optimum: which
     one depends on the seed. A curve is smooth where the best path has a corner.
 
-    As `Solution.evaluations` count the segments weighed, `segments` for each curve.
+    `Solution.evaluations` counts the segments weighed, `segments` for each curve.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Evolutionary(Budgeted):
     crossover
         The chance of each coordinate to come from the mutant instead of the parent (CR), above 0 and at most 1.
     turn_radius
-        Least radius of curvature of the path, map units; 0: it may turn as tightly as it likes.
+        Least radius of curvature of the path, map units; 0: no limit.
 
     Raises
     ------
@@ -241,7 +241,7 @@ def _is_better(rivals: FloatArray, ratings: FloatArray) -> BoolArray:
 
 def basis(n_controls: int, n_points: int, *, derivative: int = 0) -> FloatArray:
     """
-    Return what each control point contributes to points of a clamped uniform B-spline, cubic where there are enough.
+    Return the weights of control points in points of a clamped uniform B-spline, cubic if there are enough.
 
     A curve begins at its first control point and ends at its last, along the lines to their neighbours, and stays in
     the convex hull of all (Piegl, Tiller: The NURBS Book, 1997, chapter 3).

@@ -19,7 +19,7 @@ from cgla_graph.solvers.base import Settings, Whole
 NEAR = 4.0
 #: Cells along the longer side of the bounds, by default and at most.
 CELLS, MOST_CELLS = 256, 2048
-#: Cells over which the cost may change e-fold, at least, without a word about it: with fewer, paths were up to 0.5 %
+#: Least number of cells over which the cost may change e-fold without a warning: with fewer, paths were up to 0.5 %
 #: above the best at ``k = 1000``.
 RESOLVED = 2.5
 
@@ -38,7 +38,7 @@ class FastMarching(Settings):
     Where threats may change the cost e-fold within 2.5 cells, the message says so: among narrow threats, or at great
     ``k``, the path with the usual number of cells was up to 0.5 % above the best one.
 
-    As `Solution.evaluations` count the nodes of the grid, at each of which the cost is asked for once.
+    `Solution.evaluations` counts the nodes of the grid, at each of which the cost is computed once.
 
     Attributes
     ----------
@@ -128,7 +128,7 @@ def least_change(problem: Problem) -> float:
 @dataclass(frozen=True, eq=False)
 class Marched:
     """
-    What marching from the goal of a problem found.
+    Result of marching from the goal of a problem.
 
     Attributes
     ----------
@@ -155,7 +155,7 @@ def marched(problem: Problem, last: tuple[int, int], *, second: bool = True) -> 
     Parameters
     ----------
     problem
-        What to plan.
+        The problem to solve.
     last
         Cells along each side of the bounds.
     second

@@ -28,16 +28,16 @@ SLACK = 0.25
 SLACK_WITHOUT_RISK = 0.02
 #: Candidates that are refined to the end cost at most so much more than the best one after a rough refinement.
 CLOSE = 0.01
-#: Threats and polygons that tell candidates apart, at most.
+#: Threats and polygons that distinguish candidates, at most.
 MOST_POLES = 64
-#: The first look is taken on so many times fewer lattice points, unless they are fewer than so many; on a map that is
-#: open everywhere, by marching over so many cells a lattice point for each dozen of threats, up to so many dozens, as
-#: valleys between many are narrow.
+#: The first look uses so many times fewer lattice points, and is skipped if that leaves fewer than so many. On a map
+#: without areas and rasters, it marches over so many cells a lattice point for each dozen of threats, up to so many
+#: dozens, as valleys between many threats are narrow.
 FEWER, FEWEST_POINTS, OPEN_CELLS, DOZENS = 7, 100, 3.125, 16.0
 #: Angles that are computed, at most: poles times nodes.
 MOST_ANGLES = 1_000_000
-#: Nodes of a grid that is marched over, at most; where there are rasters, cells along its longer side, at least, and
-#: waypoints of a path that is refined there.
+#: The most nodes of a grid that is marched over; over rasters, the fewest cells along its longer side, and the most
+#: waypoints of a refined path.
 MOST_NODES, RASTER_LEAST, RASTER_POINTS = 1_000_000, 256, 2000
 
 
@@ -170,9 +170,9 @@ class _Search:
 
     def _first_look(self) -> tuple[list[tuple[FloatArray, float]], bool]:
         """
-        Find a path on a coarse grid, to have one soon; where there are many corners, it would not be soon.
+        Find a path on a coarse grid, to have one soon, unless many corners would make that slow.
 
-        Returns also whether that grid sees no other way.
+        Also return whether that grid sees no other way.
         """
         points = self.settings.points // FEWER
         corners = shapely.get_num_coordinates(self.problem.model.area.geometry)

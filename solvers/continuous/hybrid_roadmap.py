@@ -53,7 +53,7 @@ class Roadmap:
 
 def lay(problem: Problem, points: int, radius: int) -> Roadmap:
     """
-    Lay a lattice of about `points` nodes over the bounds and join all that is near, where the way is free.
+    Lay a lattice of about `points` nodes over the bounds, and join nodes nearby where the segment is free.
 
     A lattice point is joined with those that are up to `radius` steps off along each side, in every direction once:
     with 3 there are 32 directions, and no straight line is more than 1.3 % shorter than the best way over lattice
@@ -173,7 +173,7 @@ def _triangulation(problem: Problem) -> tuple[FloatArray, IntArray]:
 
 def _unconstrained(problem: Problem) -> tuple[FloatArray, IntArray]:
     """
-    Triangulate the corners of very many polygons as if these were not there, which takes far less time.
+    Triangulate the corners of very many polygons without regard to their edges, which takes far less time.
 
     The polygons' own edges are added; edges through polygons fall out when they are weighed. Returns what
     `_triangulation` returns, without its promise of a way through every passage.

@@ -1,12 +1,12 @@
 """
-Whether a coarse grid sees one way only, so that `hybrid` need not look for others.
+Test whether a coarse grid shows one way only, so that `hybrid` need not look for others.
 
 The costs-to-go to the goal and to the start add up to what the best way through each node costs. Where that is at most
 so much more than the best way of all, the nodes form a band around it. Another way around some threat, as cheap as
 that, lies in the band as well, which then has a hole where the threat is. So a band without holes holds one way, but
 for bends. A wide band may fill a hole that a narrow one has: several are looked at.
 
-Whether the grid is fine enough for that is told by the best way itself: by how far its cost is from what the grid says.
+The best way itself shows whether the grid is fine enough for that: by how far its cost is from the grid's.
 """
 
 import numpy as np

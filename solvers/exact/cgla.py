@@ -61,7 +61,7 @@ class Cgla(Settings):
             found = restricted_optimum(problem, seconds=self.time_limit)
             if found is not None:
                 return _restricted_answer(problem, found)
-            reason = "no path was found to tell what can be left out (k too great, or ways too narrow); else it needs"
+            reason = "no path was found that limits the search (k too great, or gaps too narrow); without one it needs"
         if graph.is_implicit and (too_much := beyond_holding(graph.n_nodes)):
             return Solution(Status.UNSUPPORTED, message=f"{reason} {too_much}")
         if self.schedule == "label-setting":
@@ -73,7 +73,7 @@ class Cgla(Settings):
             # n sweeps are enough for weights of at least 0: each settles one more edge of every least-cost path
             sweeps = itertools.chain.from_iterable(itertools.repeat(graph.labels, graph.n_nodes))
             matrix = cost_matrix(graph, problem.target, schedule="given", order=sweeps)
-        # rows that are computed when asked are all computed
+        # an implicit graph computes all of its rows
         evaluations = graph.n_pairs if graph.is_implicit else 0
         return replace(self.read(problem, matrix), evaluations=evaluations)
 
@@ -89,7 +89,7 @@ class Cgla(Settings):
 
 
 def _restricted_answer(problem: GraphProblem, found: Restricted) -> Solution:
-    """Say what the restricted cost matrix found, and how little of the graph it took."""
+    """Make the answer of a restricted cost matrix; its message says how much of the graph was used."""
     graph, integrated = problem.graph, found.counts.get("integrated", 0)
     if not len(found.nodes):
         if found.is_optimum:
@@ -100,7 +100,7 @@ def _restricted_answer(problem: GraphProblem, found: Restricted) -> Solution:
             message="no path of the lattice was found within the time limit; give more time",
         )
     nodes = tuple(graph.labels[index] for index in found.nodes.tolist())
-    # its own sum is in another order of the same weights
+    # the restricted matrix adds up the same weights in another order
     cost = problem.evaluate(nodes)
     if not found.is_optimum:
         return Solution(

@@ -45,7 +45,7 @@ def _built(graph: GeometricGraph) -> tuple[Any, list[float]]:
         tails, heads, weights = edge_list(graph)
         return igraph.Graph(n=n, edges=zip(tails, heads, strict=True), directed=graph.directed), weights
     # a complete graph is made without a list of edges, ten times faster; its order of edges is that of the matrix. A
-    # path through a missing edge costs infinity, and is found where there is no other only
+    # missing edge costs infinity: a path takes one only where there is no other
     kept = ~np.eye(n, dtype=np.bool_) if graph.directed else np.triu(np.ones((n, n), dtype=np.bool_), 1)
     return igraph.Graph.Full(n, directed=graph.directed), graph.weight_matrix()[kept].tolist()
 
@@ -53,7 +53,7 @@ def _built(graph: GeometricGraph) -> tuple[Any, list[float]]:
 def _found(handed: tuple[Any, list[float]], source: int, target: int) -> Sequence[int]:
     graph, weights = handed
     with warnings.catch_warnings():
-        # that the target cannot be reached is told by a warning as well
+        # igraph also warns that the target cannot be reached
         warnings.simplefilter("ignore", RuntimeWarning)
         path: list[int] = graph.get_shortest_path(source, target, weights=weights, algorithm="dijkstra")
     return path

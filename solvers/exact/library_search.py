@@ -1,4 +1,4 @@
-"""How a graph library is asked: the graph is handed over, searched and freed; all but the search is time to build."""
+"""Search by a graph library, which gets a graph of its own; all but the search is time to build."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -12,7 +12,7 @@ from cgla_graph.model.solution import Solution, Status
 
 Handed = TypeVar("Handed")
 
-#: What handing a graph over may take, in bytes.
+#: Memory that a library's graph may take, in bytes.
 MOST_BYTES = 4_000_000_000
 
 
@@ -33,7 +33,7 @@ def search(
     library
         Its name.
     bytes_an_edge
-        What an edge takes of its memory, at the worst moment of building.
+        Memory an edge takes at the peak of building.
     build
         Makes the library's graph; node ``i`` there is the node of index ``i``.
     find

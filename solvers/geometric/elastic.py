@@ -35,7 +35,7 @@ class Relaxation:
     steps
         Of the integration.
     evaluations
-        Points of ``F`` and its gradient that were asked for.
+        Points at which ``F`` and its gradient were computed.
     at_rest
         Whether the forces balance, but for masses that a no-fly area or the border holds.
     """
@@ -112,7 +112,7 @@ class _Chain:
         self.velocity = np.zeros((len(points) - 2, 2))
         self.at_rest = len(points) <= 2  # noqa: PLR2004 - nothing between the ends
         self.low, self.high = np.reshape(problem.bounds, (2, 2))
-        # of the others nothing is left on the map, and squares of their distance may overflow
+        # the others have no effect on the map, and squares of their distance may overflow
         threats = [t for t in problem.field.threats if _apart(t, problem.bounds) <= VANISHED * t.spread]
         self.table = np.array([(t.x, t.y, t.spread, t.peak) for t in threats]).reshape(-1, 4)
         side = problem.shorter_side
@@ -127,7 +127,7 @@ class _Chain:
         fastest = float(np.hypot(*velocity.T).max())
         velocity *= min(1.0, self.furthest / max(fastest, 1e-300))
         self.points, free = self._moved(self.points[1:-1] + velocity)
-        # a held particle has no velocity, and its holder bears its force
+        # a held mass has no velocity, and no force on it counts
         velocity *= free
         force *= free
         self.velocity = velocity

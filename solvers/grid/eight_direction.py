@@ -1,4 +1,4 @@
-"""The best path on the 8-connected lattice: what Q-Learning's eight moves can reach at best."""
+"""The best path on the 8-connected lattice, the best that Q-Learning's eight moves can reach."""
 
 import time
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class EightDirection(Settings):
     Attributes
     ----------
     resolution
-        Points a side of a closed lattice, or a `Lattice`; None: what `solve` is asked for, else 20.
+        Points a side of a closed lattice, or a `Lattice`; None: that of `solve`, else 20.
     corner_rule
         ``touch``: a diagonal move may touch a corner of a no-fly area; ``both-free``: both lattice points beside it
         must be outside, the rule of grid benchmarks.

@@ -1,4 +1,4 @@
-"""Lazy Theta*: any-angle paths over a lattice, whose nodes are weighed against far parents only when it matters."""
+"""Lazy Theta*: any-angle paths over a lattice; segments to far parents are weighed only when a node is expanded."""
 
 import time
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ class LazyThetaStar(Settings):
 
     A search over the moves to the eight neighbours in which a node's parent may be its neighbour's parent, so that the
     path turns at lattice points by any angle. The original takes the parent's parent wherever it is in sight, as
-    length knows the triangle inequality. Eq. 5 does not: the straight segment may cost more than the way round. So the
+    lengths obey the triangle inequality. Eq. 5 does not: the straight segment may cost more than the way round. So the
     search assumes the straight distance, a lower bound, and only when a node is next to be expanded weighs it by
     Eq. 5: from each expanded neighbour's parent, and from each expanded neighbour itself, as far as their
     bounds can win. If that is more expensive than assumed, the node waits until it is next again.
@@ -34,7 +34,7 @@ class LazyThetaStar(Settings):
     Attributes
     ----------
     resolution
-        Points a side of a closed lattice, or a `Lattice`; None: what `solve` is asked for, else 20.
+        Points a side of a closed lattice, or a `Lattice`; None: that of `solve`, else 20.
     corner_rule
         ``touch``: a segment may touch a corner of a no-fly area. ``both-free``, the rule of grid benchmarks: where a
         segment between lattice points passes a corner that four cells share, both cells beside it must be free.
@@ -63,7 +63,7 @@ class LazyThetaStar(Settings):
         began = time.perf_counter()
         resolution = 20 if self.resolution is None else self.resolution
         lattice = resolution if isinstance(resolution, Lattice) else Lattice(resolution, bounds=problem.bounds)
-        # the complete graph is not weighed: it lends its nodes, start and goal among them
+        # the complete graph is not weighed: only its nodes are used, start and goal among them
         on = problem.on_lattice(lattice)
         positions = np.asarray(on.graph.positions)
         x_min, y_min, x_max, y_max = problem.bounds

@@ -48,18 +48,18 @@ class QLearning(Settings):
 
     with nothing after the goal. The path follows the best moves from the start. The defaults make it a good learner on
     a known map: costs are not discounted, so that the best moves are those of least cost; without chance there is
-    no noise to average out, so that ``alpha = 1`` learns fastest; values begin below what any move is worth, so that a
+    no noise to average out, so that ``alpha = 1`` learns fastest; values begin below the value of any move, so that a
     value above that is the cost of a way once made, and best moves never circle among such values; and moves are
-    random at first, which such values need to meet better ways.
+    random at first, since from such values the learner meets better ways only by chance.
 
     **How it fails.** The best moves may run in a circle: then the answer is ``STUCK``, and says where. That happens
-    after too few episodes; with ``gamma < 1`` and too small a ``target_reward`` (`least_target_reward` says what is
-    enough), as an endless circle in a cheap place is then worth more than the goal; and with optimistic first values
+    after too few episodes; with ``gamma < 1`` and too small a ``target_reward`` (`least_target_reward` computes the
+    least), as an endless circle in a cheap place is then worth more than the goal; and with optimistic first values
     if the start is close beside a lattice point, because to and fro between the two they fall by little. (Elsewhere
     they learn as well, with an `epsilon` of 0.3: untried moves look good.) A small ``alpha`` needs more than the usual
-    episodes. A discount counts late things less: it prefers risk later to risk now, and cheap first moves. With
-    ``reward="node"``, risk between lattice points goes unseen, and the length of a move does not weigh it. All is
-    learnt anew for each problem, and each move made some fifty times, where `dijkstra` looks at each once.
+    episodes. A discount weighs later costs less: it prefers later risk to present risk, and cheap first moves. With
+    ``reward="node"``, risk between lattice points goes unseen, and the length of a move does not weigh it. Everything
+    is learnt anew for each problem, and each move made some fifty times, where `dijkstra` looks at each once.
 
     `Solution.evaluations` counts the segments of the lattice, each weighed once; with ``reward="node"`` its points as
     well.
@@ -75,10 +75,10 @@ class QLearning(Settings):
         The discount, from 0 to 1. The paper allows [0, 1); 1, the default, needs no reward at the goal.
     alpha
         The learning rate, above 0 and at most 1; None: ``1 / n ** 0.7``, where ``n`` counts how often the move was
-        made. That averages over noise, of which there is none here, and is slow to forget what was wrong at first.
+        made. That averages over noise, of which there is none here, and forgets wrong first values slowly.
     initial_value
-        Of all moves, map units; None: below what any move is worth, the lesser evil of as many of the most expensive
-        moves as there are points, and such moves without end. Values that no move can beat (`target_reward` or more, as
+        Of all moves, map units; None: below the value of any move: as many of the most expensive moves as there are
+        points, or such moves without end, if these cost less. Values that no move can beat (`target_reward` or more, as
         0 where there is none) are called optimistic.
     epsilon, last_epsilon
         The chance of a random move, in the first and in the last episode; it changes by equal steps.
@@ -93,7 +93,7 @@ class QLearning(Settings):
     seed
         Of the random numbers (SplitMix64, the same on every machine).
     resolution
-        Points a side of a closed lattice, or a `Lattice`; None: what `solve` is asked for, else 20.
+        Points a side of a closed lattice, or a `Lattice`; None: that of `solve`, else 20.
     corner_rule
         As for `eight-direction`.
 
@@ -173,7 +173,7 @@ class QLearning(Settings):
         )
 
     def _train(self, process: DecisionProcess, states: IntArray, problem: Problem) -> tuple[FloatArray, str]:
-        """Return the values of the moves, shape ``(m,)``, and what it took to learn them."""
+        """Return the values of the moves, shape ``(m,)``, and the training in words."""
         lattice = cast("Lattice", process.on.graph.lattice)
         episodes = EPISODES_A_POINT * lattice.n_points if self.episodes is None else self.episodes
         max_steps = STEPS_A_POINT * max(lattice.shape) if self.max_steps is None else self.max_steps
@@ -201,7 +201,7 @@ class QLearning(Settings):
         return values, f"{count}, {updates} updates"
 
     def _first_value(self, process: DecisionProcess) -> float:
-        """Return what values begin at: no more than the worth of any way to the target that passes no state twice."""
+        """Return the first values: at most the value of any way to the target that passes no state twice."""
         if self.initial_value is not None:
             return float(self.initial_value)
         worst = float(process.rewards.min(initial=0.0))

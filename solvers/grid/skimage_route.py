@@ -1,4 +1,4 @@
-"""The cheapest path over cells, as scikit-image finds it: what raster costs are mostly planned with."""
+"""The cheapest path over cells by scikit-image, a usual tool for raster costs."""
 
 import math
 import time
@@ -43,7 +43,7 @@ class SkimageRoute(Settings):
     straight line (with four, 41 %), on cells of any size. Risk is seen at centres only. Gaps narrower than two cells
     are closed.
 
-    As `Solution.evaluations` count the cells.
+    `Solution.evaluations` counts the cells.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ class SkimageRoute(Settings):
         """Search the cells; return those passed, shape ``(m, 2)``, empty if there is no way."""
         from skimage import graph  # noqa: PLC0415 - optional, and slow to load
 
-        # what `route_through_array` does, for cells that may be wider than high
+        # as `route_through_array`, for cells that may be wider than high
         kind: Any = graph.MCP_Geometric if self.geometric else graph.MCP
         search = kind(grid.costs, fully_connected=self.fully_connected, sampling=grid.sampling)
         reached, _ = search.find_costs([start], [goal])
@@ -178,7 +178,7 @@ class Grid:
         if not len(near):
             return None
         away = np.hypot(*(self.centres(near) - place).T)
-        # its own cell first, in whose middle it may not be
+        # its own cell first, wherever in the cell it is
         away[(near == own).all(axis=1)] = -1.0
         row, column = near[int(away.argmin())].tolist()
         return row, column

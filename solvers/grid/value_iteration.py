@@ -1,4 +1,4 @@
-"""Exact value iteration: what Q-Learning's values approach, and which reward at the goal they need."""
+"""Exact value iteration: the limit of Q-Learning's values, and the reward at the goal that they need."""
 
 import math
 from dataclasses import dataclass, replace
@@ -76,7 +76,7 @@ class DecisionProcess:
 
     @property
     def target(self) -> int:
-        """The state in which all ends."""
+        """The state in which episodes end."""
         return self.on.graph.index_of(self.on.target)
 
     @property
@@ -107,7 +107,7 @@ def decision_process(on: GraphProblem, *, reward: Reward = "risk_aware", target_
     Raises
     ------
     ProblemError
-        If a move earns more than 0, as in an improper risk field, where circling may be worth more than anything;
+        If a move earns more than 0, as in an improper risk field, where endless circles may be best;
         or if the target's reward is below 0 or not finite.
     """
     target_reward = finite_number("target_reward", target_reward)
@@ -137,7 +137,7 @@ def _by_node(on: GraphProblem, first: IntArray, heads: IntArray) -> FloatArray:
 @dataclass(frozen=True, eq=False)
 class Values:
     """
-    The solution of a decision process: what it is worth to be in a state, and to make a move.
+    The solution of a decision process: the value of each state and of each move.
 
     Attributes
     ----------
@@ -162,8 +162,8 @@ def value_iteration(process: DecisionProcess, *, gamma: float = 1.0) -> Values:
     ``Q*(s, a) = r + gamma max_a' Q*(s', a')``, with nothing after the target. With ``gamma = 1`` values begin at minus
     infinity, are those of the best way to the target, and are found in as many rounds as the longest of these ways has
     moves; with costs as rewards they are minus the costs of Dijkstra's algorithm. With ``gamma < 1`` they begin at
-    ``min(r) / (1 - gamma)``, below which nothing is worth, an endless circle may be worth more than the target, and
-    the rounds are about ``36 / (1 - gamma)``.
+    ``min(r) / (1 - gamma)``, a lower bound of all values; an endless circle may be worth more than the target; and it
+    takes about ``36 / (1 - gamma)`` rounds.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def value_iteration(process: DecisionProcess, *, gamma: float = 1.0) -> Values:
     earned, target = process.earned, process.target
     lowest = -math.inf
     if gamma < 1.0:
-        lowest = min(float(process.rewards.min(initial=0.0)), 0.0) / (1.0 - gamma)
+        lowest = float(process.rewards.min(initial=0.0)) / (1.0 - gamma)
     states = np.full(process.n_states, lowest)
     states[np.diff(process.first) == 0] = -math.inf
     states[target] = 0.0
@@ -281,8 +281,8 @@ def least_target_reward(
     Find the least reward at the target for which the best moves lead there from the start (claim C25).
 
     With a discount, an endless circle through cheap places costs no more than ``cost of a move / (1 - gamma)``, and may
-    be worth more than the way to the target; a reward there outweighs it, if it is large enough. What a way of ``n``
-    moves is worth grows with the reward by ``gamma ** (n - 1)``, and no circle's worth depends on it, so there is one
+    be worth more than the way to the target; a reward there outweighs it, if it is large enough. The value of a way of
+    ``n`` moves grows with the reward by ``gamma ** (n - 1)``, and no circle's value depends on it, so there is one
     such reward, found by bisection over exact value iteration. Without discount (``gamma = 1``) every circle costs
     infinitely much, and no reward is needed.
 

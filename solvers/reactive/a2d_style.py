@@ -1,4 +1,4 @@
-"""A2D-style: towards the goal below a threshold of risk, around what exceeds it, along its boundary."""
+"""A2D-style: towards the goal below a threshold of risk, and along the boundary of the areas above it."""
 
 import math
 from dataclasses import dataclass, replace
@@ -50,7 +50,7 @@ class Walk:
 @dataclass(frozen=True)
 class Trail(Memory):
     """
-    What the planner remembers.
+    Memory of the planner.
 
     Attributes
     ----------
@@ -83,9 +83,9 @@ class A2dStyle(Reactive[Trail]):
     converges to the target, with waypoints almost below a risk threshold. That the CGLA paper's "A2D" is its version
     for dynamic threats is a guess.
 
-    **Our design.** Neither rules nor code are public: this is in the style of, and not, the original.
-    (1) Step towards the goal if the risk on that step is at most `threshold`. (2) Else follow the boundary of what
-    exceeds it: of the `headings`, first the one nearest to the goal's direction, which also locks the side; then the
+    **Our design.** Neither rules nor code are public: this is in the style of the original, not the original.
+    (1) Step towards the goal if the risk on that step is at most `threshold`. (2) Else follow the boundary of the area
+    above it: of the `headings`, first the one nearest to the goal's direction, which also locks the side; then the
     first that is free, turning away from the obstacle; waypoints just visited are avoided where possible. (3) Leave
     the boundary where the goal is nearer than it was at its beginning and the step towards it is free, as the "bug"
     planners do (Lumelsky and Stepanov 1987). (4) Where every heading exceeds the threshold, take the least risky one
@@ -96,7 +96,7 @@ class A2dStyle(Reactive[Trail]):
     **Known failures.** Long walks along boundaries, on the worse side as often as on the better one; risk above the
     threshold where it was raised; dense risk uses up its patience. The cost, and so `Problem.k`, plays no part.
 
-    As `Solution.evaluations` count the points whose risk was asked for.
+    `Solution.evaluations` counts the points at which the risk was computed.
 
     Attributes
     ----------
@@ -153,7 +153,7 @@ class A2dStyle(Reactive[Trail]):
         return self._along(around, replace(trail, walk=walk))
 
     def _settled(self, around: Surroundings, trail: Trail) -> Trail:
-        """Let the threshold fall back where what it was raised for is behind."""
+        """Reset the threshold once the planner has passed the risk that it was raised for."""
         if trail.threshold == self.threshold or around.to_goal(trail.position) >= trail.resume:
             return trail
         if around.risk(np.array(trail.position)) > self.threshold:
@@ -236,7 +236,7 @@ class A2dStyle(Reactive[Trail]):
         raise Stuck(msg)
 
     def _resume(self, around: Surroundings, trail: Trail) -> float:
-        """Return how near to the goal the threshold falls back: not before what it is raised for is entered."""
+        """Return how near to the goal the threshold falls back: a few steps on, inside the risk it is raised for."""
         return around.to_goal(trail.position) - AWAY * around.step
 
     def _stepped(self, around: Surroundings, trail: Trail, heading: float) -> Trail:
@@ -247,5 +247,5 @@ class A2dStyle(Reactive[Trail]):
 
 
 def _greatest(around: Surroundings) -> float:
-    """Return what no risk exceeds."""
+    """Return an upper bound of the risk."""
     return GREATEST + sum(raster.greatest for raster in around.problem.field.rasters)

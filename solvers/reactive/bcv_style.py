@@ -33,7 +33,7 @@ ANGLES = tuple(math.radians(degrees) for degrees in (30, 60, 90, 120, 150))
 @dataclass(frozen=True)
 class BcvMemory(Memory):
     """
-    What the planner remembers.
+    Memory of the planner.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class BcvStyle(Reactive[BcvMemory]):
     Known failures: it circles in U-shaped traps deeper than its virtual goals reach, it skirts the rims of threats,
     which keeps it exposed for long, and it chooses its side from local information alone.
 
-    As `Solution.evaluations` count the points at which ``F`` was asked for.
+    `Solution.evaluations` counts the points at which ``F`` was computed.
 
     Attributes
     ----------
@@ -167,7 +167,7 @@ def _open(around: Surroundings, memory: BcvMemory, turns: IntArray, distance: fl
 
 
 def _votes(around: Surroundings, memory: BcvMemory, headings: FloatArray) -> FloatArray:
-    """Add up what the behaviours think of headings, shape ``(n,)`` each."""
+    """Add up the votes of the behaviours for headings, shape ``(n,)`` each."""
     here = memory.position
     votes: FloatArray = SEEK * np.cos(headings - bearing(here, _target(around, memory)))
     votes += KEEP * np.cos(headings - memory.heading)
@@ -182,7 +182,7 @@ def _votes(around: Surroundings, memory: BcvMemory, headings: FloatArray) -> Flo
 
 
 def _with_target(around: Surroundings, memory: BcvMemory) -> BcvMemory:
-    """Give up a virtual goal that has done its service, and put one where it takes one."""
+    """Drop a virtual goal that is reached or no longer needed, and place one where the planner is blocked or stalls."""
     here, to_goal = memory.position, around.to_goal(memory.position)
     (highest,), (open_,) = _sight(
         around, here, np.array([around.goal_heading(here)]), min(SIGHT * around.side, to_goal)

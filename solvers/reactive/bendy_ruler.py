@@ -22,7 +22,7 @@ BENDS = np.radians([0.0, 45.0, -45.0])
 @dataclass(frozen=True)
 class BendyMemory(Memory):
     """
-    What the planner remembers.
+    Memory of the planner.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class BendyRuler(Reactive[BendyMemory]):
     lookahead; a goal in a closed ring of discs; risk that only adds up over several threats, none of them above the
     threshold; paths along the very rim of a disc.
 
-    As `Solution.evaluations` count the segments probed.
+    `Solution.evaluations` counts the segments probed.
 
     Attributes
     ----------

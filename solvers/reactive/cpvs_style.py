@@ -34,7 +34,7 @@ MOST_SAMPLES = 2000
 @dataclass(frozen=True)
 class SubgoalMemory(FuzzyMemory):
     """
-    What the planner remembers beyond how to steer.
+    Memory of the planner, beside that of the steering.
 
     Attributes
     ----------
@@ -59,19 +59,19 @@ class CpvsStyle(FuzzySteering[SubgoalMemory]):
     """
     Fuzzy steering from sub-goal to sub-goal, in the style of CPVS (cooperative planning by virtual sub-goals).
 
-    Nothing of the original (Zhao, Zheng, Liu, Cai and Lin, 2011) is public but what the paper on CGLA says of it:
+    Of the original (Zhao, Zheng, Liu, Cai and Lin, 2011), only the summary in the paper on CGLA is public:
     virtual sub-goals are embedded in the feedback-based compositional rule of inference, and the planning is
     cooperative. This is **not** the original.
 
     Steering is that of `FbcriStyle`; the sub-goals are our design. Where the straight way to the goal, or to the next
-    sub-goal, meets a risk above 0.3 or a no-fly area, the best of these becomes the next sub-goal: a place beside each
+    sub-goal, meets a risk above 0.3 or a no-fly area, the best of these places is the next sub-goal: one beside each
     threat, 0.03 of the side outside its contour of three spreads; the middle of each gap between a threat in the way
     and another one; a place off each corner of a no-fly area. Best is the least ``|pq| + |qg| + k * risk(p to q to g)``
     from here `p` over `q` to where it wants to get `g`, among those that can be flown to straight and are not risky
     themselves. A sub-goal is dropped within 0.05 of the side of it, where the straight way to what comes after it
     clears, where it turns out risky, or after 150 steps; ten steps pass before another one is set.
 
-    Cooperation is what the mission gives: UAVs that share threats plan on all that is known, and others are threats
+    Cooperation comes from the mission: UAVs that share threats plan on all known threats, and others are threats
     where it has virtual obstacles. The original's UAVs may also agree on their sub-goals; a solver of a mission cannot
     ask for the plans of others, so that two UAVs may choose the same gap.
 

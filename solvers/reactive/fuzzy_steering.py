@@ -1,4 +1,4 @@
-"""Steering by fuzzy rules, with a feedback that writes new ones: what `fbcri-style` and `cpvs-style` share."""
+"""Steering by fuzzy rules with a feedback that writes new ones, shared by `fbcri-style` and `cpvs-style`."""
 
 import math
 from abc import ABC
@@ -107,7 +107,7 @@ AROUND = np.radians(np.array([i * sign for i in range(33) for sign in (1, -1)][1
 @dataclass(frozen=True)
 class FuzzyMemory(Memory):
     """
-    What a fuzzy planner remembers.
+    Memory of a fuzzy planner.
 
     Attributes
     ----------
@@ -146,7 +146,7 @@ class FuzzyMemory(Memory):
 
     @classmethod
     def at_start(cls, around: Surroundings) -> Self:
-        """Return what a planner knows at the start: it faces the goal."""
+        """Return the memory at the start: facing the goal."""
         start = around.problem.start
         return cls(start, heading=around.goal_heading(start), aim=around.problem.goal, least=around.to_goal(start))
 
@@ -157,7 +157,7 @@ F = TypeVar("F", bound=FuzzyMemory)
 @dataclass(frozen=True)
 class FuzzySteering(Reactive[F], ABC, Generic[F]):
     """
-    What planners that steer by fuzzy rules share: from an aim to a step.
+    Base of planners that steer by fuzzy rules from an aim to a step.
 
     Attributes
     ----------
@@ -244,7 +244,7 @@ class FuzzySteering(Reactive[F], ABC, Generic[F]):
         return "loses" if is_away and memory.losing >= LOSING else ""
 
     def _nearest(self, around: Surroundings, here: Point, target: Point) -> tuple[float, float]:
-        """Return clearance from the nearest edge of a threat or an area, map units, and the direction of it."""
+        """Return the clearance from the nearest edge of a threat or an area, map units, and its direction."""
         clearance, direction = math.inf, 0.0
         field = around.problem.field
         centres, edges = field.centres, field.contour_radii(EDGE)

@@ -36,7 +36,7 @@ class MilpMemory(Memory):
     ahead
         The waypoints to come before the next plan, map units.
     known
-        What the plan was made on: if that changes, so does the plan.
+        The map that the plan was made on: another one calls for another plan.
     """
 
     ahead: tuple[Point, ...] = ()
@@ -70,7 +70,7 @@ class Milp(Reactive[MilpMemory]):
     and of threats that narrow only the graph of corners knows. Time rises steeply with `legs`, and with threats that
     overlap within their reach.
 
-    As `Solution.evaluations` count the segments weighed for the graph of corners.
+    `Solution.evaluations` counts the segments weighed for the graph of corners.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ class Milp(Reactive[MilpMemory]):
         return MilpMemory(around.problem.start)
 
     def choose(self, around: Surroundings, memory: MilpMemory) -> MilpMemory:
-        """Follow the plan; make one where there is none, or it was made on something else, or is closed now."""
+        """Follow the plan; make one if there is none, or it was made on another map, or is closed now."""
         known, ahead = around.problem.model, memory.ahead
         if not ahead or known != memory.known or not around.is_open(memory.position, np.array(ahead[:1]))[0]:
             ahead = self._plan(around, memory.position)
@@ -138,7 +138,7 @@ class Milp(Reactive[MilpMemory]):
         return MilpMemory((x + part * (east - x), y + part * (north - y)), ahead, known)
 
     def remark(self, counts: Mapping[str, int]) -> str:
-        """Say how many plans are not the program's."""
+        """Report how many plans are not the program's."""
         if not counts["fallbacks"]:
             return ""
         plans = f"{counts['fallbacks']} of {counts['plans']} plans follow the graph of corners"

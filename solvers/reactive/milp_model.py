@@ -13,7 +13,7 @@ from cgla_graph.solvers.geometry import around_circle
 #: Directions in which lengths are measured: the longest shadow of a step is its length, short by at most 2 %.
 FACETS = 16
 SHADOW = math.cos(math.pi / FACETS)
-#: Obstacles that are kept out of are kept out of by this much of the unit: more than the solver's own tolerance.
+#: Hard obstacles are avoided by this much of the unit: more than the solver's own tolerance.
 MARGIN = 1e-5
 #: A program with more choices is not tried: the limit of nodes does not bound the time for the first of them.
 MOST_CHOICES = 100
@@ -204,7 +204,7 @@ class _Program:
         return list(zip(self.chosen, shadows.tolist(), strict=True))
 
     def _measure(self) -> None:
-        """Let legs be as long as they are, and no longer than they may."""
+        """Bind the lengths of the legs to their ends, and limit them."""
         horizon = self.horizon
         directions = around_circle(FACETS).tolist()
         for leg in range(horizon.legs):
@@ -235,7 +235,7 @@ class _Program:
             self._beyond_one(obstacle, obstacle.offsets + min(max(room, 0.0), MARGIN), leg, [])
 
     def _beyond_one(self, obstacle: KeepOut, offsets: FloatArray, leg: int, prices: list[float]) -> None:
-        """Put both ends of a leg beyond one side, or less than that by as much as is paid for in its layers."""
+        """Put both ends of a leg beyond one side, or as much inside of it as is paid for in its layers."""
         normals = obstacle.normals
         (low, high), (next_low, next_high) = self._range(leg, normals), self._range(leg + 1, normals)
         lacking = offsets - np.stack([low, next_low])
@@ -252,5 +252,5 @@ class _Program:
         for side, normal, offset, lacks in kept:
             for end, lack in zip((leg, leg + 1), lacks, strict=True):
                 if lack > 0.0:
-                    # satisfied wherever it goes unless this is the side
+                    # satisfied anywhere unless this side is the chosen one
                     self._row([*self._at(end, normal), *layers, (side, -lack)], offset - lack)

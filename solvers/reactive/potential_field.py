@@ -1,4 +1,4 @@
-"""The artificial potential field: a goal that attracts, risk and no-fly areas that repel, and no way out of a pit."""
+"""The artificial potential field: the goal attracts, risk and no-fly areas repel; local minima are not left."""
 
 import math
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ class PotentialField(Reactive[Memory]):
     minimum no longer. It follows the flank of a threat, on which the repulsion balances the pull, and narrow passages
     close as the repulsions of both sides add up (Koren and Borenstein, ICRA 1991).
 
-    As `Solution.evaluations` count the points at which ``F`` or its gradient was asked for.
+    `Solution.evaluations` counts the points at which ``F`` or its gradient was computed.
 
     Attributes
     ----------

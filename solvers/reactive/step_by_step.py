@@ -23,14 +23,14 @@ STEP = 0.02
 ROUNDING = 1e-9
 
 
-class Stuck(CglaError):  # noqa: N818 - it is no error, but an answer
+class Stuck(CglaError):  # noqa: N818 - an answer, not an error
     """A reactive planner knows no further step; the message says why."""
 
 
 @dataclass(eq=False)
 class Surroundings:
     """
-    What a reactive planner can ask about the map around it.
+    The map as a reactive planner sees it.
 
     Attributes
     ----------
@@ -39,9 +39,9 @@ class Surroundings:
     step
         How far a step goes, map units.
     evaluations
-        How often risk was asked for, in points.
+        Points at which the risk was computed.
     counts
-        What else a planner counts of its run, for `Reactive.remark`.
+        Further counters of a run, for `Reactive.remark`.
     """
 
     problem: Problem
@@ -50,7 +50,7 @@ class Surroundings:
     counts: Counter[str] = field(default_factory=Counter)
 
     def __post_init__(self) -> None:
-        """Shorten a step that leads off the map from anywhere, to what geometry can hold."""
+        """Limit the step to twice the map's diagonal: longer ones leave the map as well, and may overflow."""
         x_min, y_min, x_max, y_max = self.problem.bounds
         self.step = min(self.step, 2.0 * math.hypot(x_max - x_min, y_max - y_min))
 
@@ -108,7 +108,7 @@ class Surroundings:
     def is_open(self, position: Point, points: FloatArray) -> BoolArray:
         """Tell for each point, shape ``(n, 2)``, whether it can be flown to straight: inside the bounds, past areas."""
         open_ = self.problem.in_bounds(points)
-        # only of those on the map: far-away threats suggest places beyond what geometry can hold
+        # only of those on the map: far-away threats suggest places whose coordinates may overflow
         open_[open_] = ~self.problem.model.area.crosses(position, points[open_])
         return open_
 
@@ -116,7 +116,7 @@ class Surroundings:
 @dataclass(frozen=True)
 class Memory:
     """
-    What a planner remembers between steps; planners add plain numbers, points and tuples of them.
+    Memory of a planner between steps; planners add plain numbers, points and tuples of them.
 
     Equal memories make equal steps, so that a mission can tell when it repeats itself.
 
@@ -144,9 +144,9 @@ class _Track(Generic[M]):
 @dataclass(frozen=True)
 class Reactive(Settings, ABC, Generic[M]):
     """
-    What all reactive planners share: the loop around their decisions, and when it counts as stuck.
+    Base of reactive planners: the loop around their decisions, and the limits after which they are stuck.
 
-    A planner implements `begin` and `choose`. Its step is checked: it may not be longer than it should, leave the
+    A planner implements `begin` and `choose`. Its step is checked: it may not be longer than allowed, leave the
     bounds or cross a no-fly area. A goal within a step, in plain sight, is reached.
 
     Attributes

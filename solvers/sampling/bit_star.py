@@ -27,8 +27,8 @@ class BitStar(Budgeted):
     seconds
         Budget of time, in seconds; None: no limit. Once it ends the run, the same seed may give another path each time.
     evaluations
-        Budget of segments weighed by Eq. 5; None: no limit. Whichever budget is used up first ends the run. BIT* also
-        ends when its path is as short as the straight line, or as good as nothing near enough is left to sample.
+        Budget of segments weighed by Eq. 5; None: no limit. The budget that is used up first ends the run. BIT* also
+        ends when its path is as short as the straight line, or hardly a sample could improve it.
     seed
         From 1 (OMPL refuses 0) to 2^32 - 1.
     samples_per_batch

@@ -88,7 +88,7 @@ class OmplPrmStar(Settings):
         from cgla_graph.solvers.sampling import ompl_space  # noqa: PLC0415 - needs the optional package
 
         meter = Budget(seconds=self.seconds).start()
-        # `PRMstar.solve` aborts the process where a callback raises: these never do for want of time
+        # `PRMstar.solve` aborts the process if a callback raises: without a budget these never do
         si = ompl_space.space_information(problem, self.seed, Budget().start())
         pdef = ompl_space.definition(problem, si, ob.PathLengthOptimizationObjective(si))
         planner = og.PRMstar(si)

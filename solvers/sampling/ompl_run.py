@@ -1,5 +1,5 @@
 """
-How OMPL's planners are run: within a budget, and with their paths judged by the oracle while they search.
+Runs of OMPL's planners within a budget, their paths judged by the oracle while they search.
 
 OMPL can tell Python neither its intermediate paths nor its progress. So an anytime planner is stopped whenever its best
 cost has fallen, hands over its path, and goes on where it was; that changes nothing in its search.
@@ -57,7 +57,7 @@ def run_anytime(
     Parameters
     ----------
     problem
-        What to plan.
+        The problem to solve.
     build
         Makes the planner from OMPL's space information.
     budget
@@ -84,10 +84,10 @@ def run_anytime(
         watch.improved = True
         while watch.improved:
             watch.improved = False
-            # else OMPL would choose among the paths of all stops
+            # otherwise OMPL would choose among the paths of all stops
             pdef.clearSolutionPaths()
             status = planner.solve(ob.PlannerTerminationCondition(watch))
-            # an approximate solution is true in OMPL's eyes; here only a path to the goal counts
+            # for OMPL an approximate solution is a success; here only a path to the goal counts
             if status.getStatus() == ob.PlannerStatus.EXACT_SOLUTION:
                 incumbent.offer(ompl_space.waypoints(problem, pdef), float(planner.bestCost().value()))
             reason = f"OMPL ended it: {status.asString()}"

@@ -1,5 +1,5 @@
 """
-A problem in the terms of OMPL: one space, one exact cost, one exact check of motions.
+OMPL's view of a problem: one space, one exact cost, one exact check of motions.
 
 OMPL's own integral objectives ignore what Python overrides, its default check of motions samples (and jumps thin
 walls), and its path simplifiers ignore the objective; none of them is used. Every OMPL object must be built after
@@ -20,24 +20,24 @@ from cgla_graph.model.no_fly_kernels import point_inside, segment_crosses
 from cgla_graph.model.problem import Problem
 from cgla_graph.solvers.budget import BudgetSpentError, Meter
 
-#: After so many states in a row inside no-fly areas, there is as good as nowhere to go.
+#: After so many states in a row inside no-fly areas, the map counts as having no free place.
 MAX_REJECTIONS = 100_000
-#: A search may ask for so many lower bounds of costs for every segment that it weighs, and for so many more altogether.
+#: A search may ask for so many lower bounds of costs for each segment that it weighs, and for so many more in all.
 BOUNDS_A_SEGMENT, MORE_BOUNDS = 2000, 500_000
 #: And for so many more for each sample of a batch.
 BOUNDS_A_SAMPLE = 100
-#: How far rounding may take sums of costs apart, as a share of the greatest of them.
+#: Rounding of sums of costs, as a share of the greatest of them.
 ROUNDING = 1e-12
 
 
 class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
     """
-    Eq. 5 as an OMPL objective; every question is charged to the budget, and refused once that is spent.
+    Eq. 5 as an OMPL objective; every cost is charged to the budget, and refused once that is spent.
 
     Its exceptions pass through OMPL to the caller of the planner.
 
     Some planners draw samples until they have some whose lower bound is below the best cost, without asking whether
-    they have to stop. Where those are as good as none, that would never end: so questions of bounds are counted, too.
+    they have to stop. Where hardly any sample is, they would never end: so requests for bounds are counted as well.
     """
 
     def __init__(self, si: Any, problem: Problem, meter: Meter) -> None:  # noqa: ANN401 - OMPL has no type hints
@@ -58,37 +58,37 @@ class SegmentCost(ob.OptimizationObjective):  # type: ignore[misc]
         self.meter.charge()
         self.asked = max(0, self.asked - BOUNDS_A_SEGMENT)
         cost = risk_kernels.segment_cost(first[0], first[1], second[0], second[1], self.k, self.field)
-        # RRT* would take the whole process down with it, BIT* never end
+        # RRT* would crash the process, BIT* would never end
         if not cost >= 0.0:
             msg = f"a segment costs {cost}; OMPL's planners need costs of at least 0"
             raise ArithmeticError(msg)
         return ob.Cost(cost)
 
     def total(self, path: FloatArray) -> float:
-        """Add up what OMPL was told of the segments of a path, shape ``(m, 2)``; costs no evaluations."""
+        """Add up the costs of a path's segments as OMPL gets them, shape ``(m, 2)``; charges no evaluations."""
         return sum(
             risk_kernels.segment_cost(x1, y1, x2, y2, self.k, self.field)
             for (x1, y1), (x2, y2) in pairwise(path.tolist())
         )
 
     def motionCostHeuristic(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
-        """Return the length of the segment, which no cost undercuts."""
+        """Return the length of the segment, a lower bound of its cost."""
         self.count()
         return ob.Cost(((first[0] - second[0]) ** 2 + (first[1] - second[1]) ** 2) ** 0.5)
 
     def count(self) -> None:
         """
-        Count one question of a bound.
+        Count one request for a bound.
 
         Raises
         ------
         BudgetSpentError
-            If the time is up, or there is no end to such questions.
+            If the time is up, or there are too many such requests.
         """
         self.meter.check_time()
         self.asked += 1
         if self.asked > self.most_asked:
-            msg = f"{self.asked} lower bounds left as good as nothing to weigh"
+            msg = f"{self.asked} lower bounds left hardly a segment to weigh"
             raise BudgetSpentError(msg)
 
 
@@ -96,7 +96,7 @@ class PruningCost(SegmentCost):
     """
     Eq. 5 for BIT*, which prunes what its lower bounds exclude.
 
-    Where nothing but free space is ahead, the bounds are the costs, up to rounding. BIT* compares them exactly: by one
+    Where only free space is ahead, the bounds are the costs, up to rounding. BIT* compares them exactly: by one
     rounding it would prune a vertex of its best path, and crash when asked for that path; or search on for something
     shorter than a straight line. So the bounds stay below by more than rounding, and a straight line ends the search.
     """
@@ -107,8 +107,8 @@ class PruningCost(SegmentCost):
         self.most_asked += BOUNDS_A_SAMPLE * samples_per_batch
         x_min, y_min, x_max, y_max = problem.bounds
         # no segment costs more than this for each unit of its length
-        dearest = 1.0 + problem.k * (1.0 + sum(raster.greatest for raster in problem.field.rasters))
-        self.slack = ROUNDING * dearest * math.hypot(x_max - x_min, y_max - y_min)
+        greatest = 1.0 + problem.k * (1.0 + sum(raster.greatest for raster in problem.field.rasters))
+        self.slack = ROUNDING * greatest * math.hypot(x_max - x_min, y_max - y_min)
         self.setCostThreshold(ob.Cost(math.dist(problem.start, problem.goal) * (1.0 + ROUNDING)))
 
     def motionCostHeuristic(self, first: Any, second: Any) -> Any:  # noqa: ANN401, N802 - OMPL's name
@@ -133,7 +133,7 @@ class ExactMotion(ob.MotionValidator):  # type: ignore[misc]
 
 
 class ExactState:
-    """The exact test of a point against the no-fly area; gives up on maps that have as good as no free place."""
+    """The exact test of a point against the no-fly area; gives up on maps that have hardly a free place."""
 
     def __init__(self, problem: Problem, meter: Meter) -> None:
         """Keep the kernel's view of the area."""

@@ -23,7 +23,7 @@ class RrtStar(Budgeted):
     seconds
         Budget of time, in seconds; None: no limit. Once it ends the run, the same seed may give another path each time.
     evaluations
-        Budget of segments weighed by Eq. 5; None: no limit. Whichever budget is used up first ends the run.
+        Budget of segments weighed by Eq. 5; None: no limit. The budget that is used up first ends the run.
     seed
         From 1 (OMPL refuses 0) to 2^32 - 1.
     rewire_factor
@@ -107,7 +107,7 @@ class SorrtStar(RrtStar):
     Attributes
     ----------
     iterations, seconds, evaluations, seed, rewire_factor
-        As for `RrtStar`. SORRT* also ends when as good as nothing near enough is left to sample.
+        As for `RrtStar`. SORRT* also ends when hardly a sample could improve the path.
 
     Raises
     ------

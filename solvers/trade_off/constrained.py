@@ -24,13 +24,13 @@ from cgla_graph.solvers.trade_off.reweighing import Reweighed
 
 #: Solver runs between the two weights that enclose the budget, at most.
 MOST_SOLVES = 60
-#: With a solver of the plane: end when the path is this close to what its own costs say is possible.
+#: With a solver of the plane: end when the path is this close to the bound by its own costs.
 CLOSE = 1e-5
-#: With a solver of the plane: look for more than risk weights find where they leave a greater gap than this.
+#: With a solver of the plane: search beyond risk weights where these leave a greater gap than this.
 SMALL_GAP = 1e-3
 #: A lattice's best path is refined as well, up to this many nodes.
 SEEDS_UP_TO = 1000
-#: Weights that a path is refined under: how far from the one that prices the budget, and how many.
+#: Weights that a path is refined under: their greatest ratio to the one that prices the budget, and their number.
 MOST_SHIFT, SHIFTS = 64.0, 12
 #: Halvings on the way from a path that keeps the budget towards one that does not.
 HALVINGS = 30
@@ -49,7 +49,7 @@ class PlanWithin(ShortRepr):
     limited
         What the budget limits, ``risk`` or ``length``; the other is made small.
     budget
-        How much of it there is.
+        The most that a path may use: risk without a unit, or length in map units.
     k
         The risk weight that prices the budget: the one that proves `dual_bound`. Infinite where risk alone counts.
     dual_bound
@@ -84,8 +84,8 @@ class PlanWithin(ShortRepr):
         """
         The duality gap: length (or risk) over `dual_bound`, minus 1; NaN without a path.
 
-        At least as large as the distance from the best path within the budget. It stays above 0 where no risk weight
-        asks for that path.
+        At least as large as the distance from the best path within the budget. It stays above 0 where that path is
+        cheapest under no risk weight.
         """
         if not self.status.has_path:
             return math.nan
@@ -121,14 +121,14 @@ def plan_within_risk(
 
     The Lagrangian dual, ``max over k of (least cost under k) - k * max_risk``, bounds the length from below; its
     best weight is found between a path that breaks the budget and one that keeps it (Handler, Zang, Networks 10(4),
-    1980). What the best weight leaves between the two is searched as well: on a lattice by labels, up to the
-    optimum (`constrained_search`); in the plane by bending the path that keeps the budget towards the one that does
-    not, and by refining it and a lattice's best path until they use the budget up.
+    1980). The gap between the two is searched as well: on a lattice by labels, up to the optimum
+    (`constrained_path`); in the plane by bending the path that keeps the budget towards the one that does not, and by
+    refining it and a lattice's best path until they use the budget up.
 
     Parameters
     ----------
     problem
-        The map; its own `k` plays no part but in the cost that is reported.
+        The map; its own `k` only enters the reported cost.
     max_risk
         The budget, at least 0: the most that the line integral of the risk field may be.
     solver
@@ -190,7 +190,7 @@ def plan_within_length(
 
 
 class _Search:
-    """One search: the paths at hand are the solver's under the weights tried so far."""
+    """State of one search: its paths are the solver's under the weights tried so far."""
 
     def __init__(
         self, reweighed: Reweighed, limited: Literal["risk", "length"], budget: float, tolerance: float | None
@@ -204,7 +204,7 @@ class _Search:
         self.room = budget * (1.0 + ROUNDING)
 
     def run(self) -> PlanWithin:
-        """Search, unless the shortest path settles it."""
+        """Search, unless the shortest path decides the answer."""
         with showing(f"planning within {self.budget:g} of {self.limited}"):
             return self._run()
 
@@ -274,7 +274,7 @@ class _Search:
         return self._plan(self._in_plane(kept, broken, k), *self._dual(k))
 
     def _is_close(self, kept: Solution, now: Solution, k: float) -> bool:
-        """Whether a path is as good as the solver's own costs say that any within the budget can be."""
+        """Whether a path is as good as any within the budget can be, by the solver's own costs."""
         return self.value(kept) <= self._bound(now.cost, k) * (1.0 + CLOSE)
 
     def _bound(self, cost: float, k: float) -> float:
@@ -284,7 +284,7 @@ class _Search:
         return (cost - self.room) / k if k > 0.0 else 0.0
 
     def _dual(self, k: float) -> tuple[float, float]:
-        """Return the weight that bounds best and its bound: of all solved on a lattice, else that of `k`, proven."""
+        """Return the weight of the best bound, and the bound: of all solved on a lattice, else the proof for `k`."""
         if self.reweighed.exact:
             solved = [(weight, found) for weight, found in self.reweighed.solved.items() if found.status.has_path]
             # length alone says nothing of risk
@@ -296,7 +296,7 @@ class _Search:
         return k, max(straight * (1.0 - ROUNDING), self._bound(self._certified(k), k))
 
     def _certified(self, k: float) -> float:
-        """Bound the cost of every path inside the bounds under a weight; the straight line's length where unasked."""
+        """Bound the cost of every path inside the bounds under a weight; without a tolerance, by the straight line."""
         straight = self.problem.least_length * (1.0 - ROUNDING)
         if self.tolerance is None or straight == 0.0:
             return straight
@@ -306,7 +306,7 @@ class _Search:
         return max(straight, prove(weighted, path, tolerance=self.tolerance).lower_bound)
 
     def _on_lattice(self, kept: Solution) -> PlanWithin:
-        """Search by labels for what no risk weight finds."""
+        """Search by labels for paths that no risk weight finds."""
         k, bound = self._dual(0.0)
         matrices, on = self.reweighed.matrices, self.reweighed.on_lattice
         if matrices is None or on is None:
@@ -320,14 +320,14 @@ class _Search:
             found = constrained_path(risks, lengths, ends, self.room, price=1.0 / k, known=known)
         if found.nodes and on.graph.positions is not None:
             path = on.graph.positions[list(found.nodes)]
-            # the search adds up matrices; what counts is what the oracle says
+            # the search adds up matrices; the oracle decides
             if self.keeps(self.problem.evaluate(path)):
                 return self._plan(Solution(Status.OPTIMAL, path=path), k, bound)
         proven = found.finished and not found.nodes
         return self._plan(kept if proven else dataclasses.replace(kept, status=Status.FOUND), k, bound)
 
     def _in_plane(self, kept: Solution, broken: Solution, k: float) -> Solution:
-        """Search for what no risk weight finds: near the path that keeps the budget, and near the lattice's best."""
+        """Search for paths that no risk weight finds: near the one that keeps the budget, and the lattice's best."""
         best = self._bent(kept, broken)
         known = max(self._bound(path.cost, k) for k, path in self.reweighed.solved.items() if path.status.has_path)
         if self.value(best) <= known * (1.0 + SMALL_GAP):
@@ -360,7 +360,7 @@ class _Search:
         """
         Bend a path that keeps the budget towards one that does not, as far as the budget goes.
 
-        Where an obstacle or a threat is between the two, that is not far.
+        An obstacle or a threat between the two limits how far that is.
         """
         shares = [_shares(path.path) for path in (kept, broken)]
         at = np.union1d(*shares)
@@ -383,7 +383,7 @@ class _Search:
         return best
 
     def _too_short(self, shortest: Solution) -> PlanWithin:
-        """Say that even the shortest path is too long."""
+        """Report that even the shortest path is too long."""
         if self.reweighed.exact:
             msg = f"no path on the lattice is at most {self.budget:g} long: the shortest is {shortest.length:.9g}"
             return self._plan(Solution(Status.NO_PATH, message=msg), 0.0, math.inf)
@@ -396,7 +396,7 @@ class _Search:
         return self._plan(Solution(Status.NOT_FOUND, message=msg), 0.0, math.inf if impossible else 0.0)
 
     def _too_safe(self, safest: Solution) -> PlanWithin:
-        """Say that even the path of least risk has too much."""
+        """Report that even the path of least risk exceeds the budget."""
         least = f"{safest.risk:.9g}, at length {safest.length:.9g}"
         if self.reweighed.exact and self.reweighed.matrices is not None:
             msg = f"no path on the lattice has a risk of at most {self.budget:g}: the least is {least}"
@@ -404,7 +404,7 @@ class _Search:
         k, bound = self._dual(max(self.reweighed.solved))
         msg = (
             f"no path of risk at most {self.budget:g} was found: the least found is {least}; "
-            f"any that has no more is longer than {bound:.9g} (proven)"
+            f"any path within the budget is longer than {bound:.9g} (proven)"
         )
         return self._plan(Solution(Status.NOT_FOUND, message=msg), k, bound)
 

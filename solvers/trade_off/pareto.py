@@ -1,5 +1,5 @@
 """
-The trade-off between risk and length: which risk weight buys what.
+Trade-off between risk and length over all risk weights.
 
 Every path is a point ``(risk, length)``. The paths that have least cost ``length + k * risk`` for some `k` are the
 corners of the lower left convex hull of these points, and the least cost itself, as a function of `k`, is concave:
@@ -30,11 +30,11 @@ from cgla_graph.solvers.trade_off.reweighing import Reweighed
 ROUNDING = 1e-12
 #: Risk per unit length below this is none: line integrals are not more exact.
 NO_RISK = 1e-10
-#: By how much a front may exceed the best unless told otherwise, relative to the cost, where no lattice is exact.
+#: How much a front may cost above the best by default, relative to the cost, where no lattice is exact.
 TOLERANCE = 1e-3
-#: What the risk weight is multiplied with on the way to the end of least risk, and how often at most.
+#: Factor of the risk weight on the way to the end of least risk, and the most steps.
 GROWTH, MOST_GROWTHS = 10.0, 6
-#: The end of least risk: where that lowers the risk by no more than this, relative to the shortest path's.
+#: The front ends where a step lowers the risk by no more than this, relative to the shortest path's.
 LEAST_RISK = 1e-3
 
 
@@ -46,9 +46,9 @@ class FrontPoint(ShortRepr):
     Attributes
     ----------
     k_low, k_high
-        From where to where; the last path's `k_high` is infinite if it has no risk, else the greatest weight tried.
+        The range of weights; the last path's `k_high` is infinite if it has no risk, else the greatest weight tried.
     k
-        A weight between them, the one that the path was found with where that is.
+        A weight in that range: the one that the path was found with, if it is in the range.
     solution
         The path, judged under that weight.
     """
@@ -95,7 +95,7 @@ class FrontPoint(ShortRepr):
 @dataclass(frozen=True, eq=False)
 class Front(ShortRepr):
     """
-    The front: along `points`, risk falls, length rises, and so does the weight that asks for them.
+    The front: along `points`, risk falls, and length and risk weight rise.
 
     Attributes
     ----------
@@ -103,16 +103,16 @@ class Front(ShortRepr):
         From the shortest path on; empty if none was found.
     status
         ``OPTIMAL``: no path on the shared lattice is cheaper under any weight from 0 to `k_max`, but for `error`;
-        ``FOUND``: a solver without such a promise found these; else why there is none.
+        ``FOUND``: a solver without such a promise found these; else the reason why there is none.
     error
         At most by how much of its cost a path that is not among `points` may be cheaper, under any weight from 0 to
-        `k_max`. Proven for ``OPTIMAL``, for ``FOUND`` it is where the search ended.
+        `k_max`. Proven for ``OPTIMAL``; for ``FOUND`` it takes the solver's paths for optimal.
     k_max
         The greatest weight tried.
     n_solves
         Solver runs it took.
     message
-        What else there is to say.
+        The reason if there is no path.
     """
 
     points: tuple[FrontPoint, ...]
@@ -182,18 +182,18 @@ def pareto(
     **settings: Any,  # noqa: ANN401 - each solver has settings of its own
 ) -> Front:
     """
-    Find the paths that are cheapest under some risk weight: what each unit of risk less costs in length.
+    Find the paths that are cheapest under some risk weight: the trade-off between risk and length.
 
     Two neighbours on the front cost the same under one weight, ``(L2 - L1) / (R1 - R2)``. A solve there finds a path
     between them, or shows that there is none (Aneja, Nair, Management Science 25(1), 1979). The pair comes first
     between which a path could be cheapest, relative to its cost (Cohon, Church, Sheer, Water Resources Research
-    15(5), 1979). With an exact graph solver the front is complete for its lattice; with a solver of the plane it is
-    what that solver finds, without the paths that another one beats under every weight.
+    15(5), 1979). With an exact graph solver the front is complete for its lattice; with a solver of the plane it holds
+    the paths that the solver finds, without those that are cheapest under no weight.
 
     Parameters
     ----------
     problem
-        The map; its own `k` plays no part.
+        The map; its own `k` is ignored.
     solver
         A name or a solver; None: `hybrid`.
     resolution
@@ -213,7 +213,7 @@ def pareto(
     Returns
     -------
     front
-        Its points are judged by the oracle. No path is a status.
+        Its points are judged by the oracle. If there is no path, the status says so.
 
     Raises
     ------
@@ -270,7 +270,7 @@ def growing_weights(shortest: Solution) -> Iterator[float]:
 
 
 def _refine(reweighed: Reweighed, tolerance: float, max_points: int, tell: Tell) -> float:
-    """Solve between neighbours on the hull, where the least cost is known worst; return by how much it is unknown."""
+    """Solve between neighbours on the hull, where the least cost is least certain; return the error that is left."""
     while True:
         hull = lower_hull(reweighed.solved.items())
         risk, length = np.array([(solution.risk, solution.length) for _, solution in hull]).T
@@ -293,8 +293,8 @@ def lower_hull(solved: Iterable[tuple[float, Solution]]) -> list[tuple[float, So
     """
     Return the paths that are cheapest under some weight, each with the least weight it was found with.
 
-    Length rises along them and risk falls, both by more than rounding; what is between two of them in one line is
-    left out.
+    Length rises along them and risk falls, both by more than rounding; a path on the line between two others is left
+    out.
     """
     hull: list[tuple[float, Solution]] = []
     for k, now in sorted(

@@ -228,7 +228,7 @@ def test_what_cannot_be_bounded_is_not_weighed_by_the_billion(monkeypatch: pytes
     problem = cg.Problem((0.1, 0.1), (0.9, 0.9), field, k=1e15)
     answer = cg.solve(problem, "cgla", resolution=20)
     assert answer.status is cg.Status.UNSUPPORTED
-    assert "k too great, or ways too narrow" in answer.message
+    assert "k too great, or gaps too narrow" in answer.message
     for settings in ({"early_stop": False}, {"schedule": "synchronous", "early_stop": False}):
         answer = cg.solve(problem, "cgla", resolution=20, **settings)
         assert answer.status is cg.Status.UNSUPPORTED
